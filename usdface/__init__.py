@@ -1,0 +1,1 @@
+"""usdface: facial retargeting in open formats."""

@@ -1,0 +1,104 @@
+"""Findings: what was dropped, guessed, approximated or is wrong, each with a stable code.
+
+An error stops the run (`usdface.errors`); a finding lets it go on and is shown on screen
+and in the report. One code has one meaning for ever. A new code is one line in `CODES`.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = ["CODES", "Finding", "Severity", "finding", "severest"]
+
+Severity = Literal["info", "warning", "error"]
+
+CODES: dict[str, tuple[Severity, str]] = {
+    # takes
+    "MARKER_OCCLUDED": ("info", "a marker is hidden in some frames"),
+    "MARKER_NEVER_SEEN": ("warning", "a marker is hidden in every frame and is left out"),
+    "MARKER_UNBOUND": ("info", "a marker of the take has no place on the rig and is left out"),
+    "MARKER_UNKNOWN": ("warning", "the binding names a marker that the take does not have"),
+    "LABEL_CHANGED": ("info", "a marker label was shortened or made unique"),
+    "FRAMES_MISSING": ("warning", "the file announces more frames than it holds"),
+    "FRAMES_DROPPED": ("info", "frames are missing between recorded ones; times are kept"),
+    "FRAME_EMPTY": ("info", "a frame without data was left out or is wholly occluded"),
+    "UNITS_ASSUMED": ("warning", "the file does not name its unit of length"),
+    "UP_AXIS_ASSUMED": ("info", "the file does not name its up axis"),
+    "RATE_ASSUMED": ("warning", "the file does not name its frame rate"),
+    "CHANNEL_IGNORED": ("info", "a channel that usdface does not use was left out"),
+    # rigs
+    "SHAPE_EMPTY": ("warning", "a blend shape moves nothing"),
+    "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),
+    "SHAPE_UNKNOWN": ("warning", "a named blend shape is not on the rig"),
+    "NAME_CHANGED": ("info", "a name was made unique or legal; the original is kept beside it"),
+    "FACES_TRIANGULATED": ("info", "faces with more than three corners were split"),
+    "NORMALS_COMPUTED": ("info", "the source has no normals; smooth ones were computed"),
+    "INBETWEEN_DROPPED": ("warning", "an inbetween cannot be written to this format"),
+    "INBETWEEN_IGNORED": ("warning", "the solve treats a shape with inbetweens as linear"),
+    "FEATURE_DROPPED": ("warning", "the target format or this version does not hold a feature"),
+    "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF holds"),
+    "TEXTURE_MISSING": ("warning", "a texture file cannot be read and is left out"),
+    "INFLUENCES_REDUCED": ("warning", "more skin influences than the format holds; the weakest go"),
+    "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
+    "ANIMATION_DROPPED": ("warning", "an animation was left out"),
+    "ANIMATION_CREATED": ("info", "the rig has no SkelAnimation; the solve layer adds one"),
+    # retarget
+    "NEUTRAL_ASSUMED": ("warning", "no neutral frames were named"),
+    "HEAD_MARKERS_FEW": ("warning", "fewer than three head markers are visible in some frames"),
+    "FRAME_UNSOLVED": ("warning", "frames without visible markers follow their neighbours"),
+    "SHAPE_UNSEEN": ("info", "a blend shape moves no bound marker and stays at 0"),
+    # expressions
+    "EXPRESSION_UNKNOWN": ("warning", "the rig has no shapes for an expression"),
+    "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),
+    "RULE_FIRES_AT_NEUTRAL": ("warning", "a rule fires on a neutral face"),
+    "RULE_UNREACHABLE": ("warning", "a rule can never fire or is disabled"),
+    "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One recoverable fact.
+
+    Attributes
+    ----------
+    code : str
+        A key of `CODES`.
+    where : str
+        File, prim path, marker, shape or frame range that it concerns.
+    message : str
+        What happened, in one line.
+    severity : {"info", "warning", "error"}
+    """
+
+    code: str
+    where: str
+    message: str
+    severity: Severity
+
+    def as_dict(self) -> dict[str, str]:
+        """Return the finding as plain values for a JSON report."""
+        return {
+            "code": self.code,
+            "severity": self.severity,
+            "where": self.where,
+            "message": self.message,
+        }
+
+
+def finding(code: str, where: str, message: str = "") -> Finding:
+    """Make a finding of a known code; the table gives severity and default message.
+
+    Raises
+    ------
+    KeyError
+        If `code` is not in `CODES` (a mistake in the program, not in its input).
+    """
+    severity, default = CODES[code]
+    return Finding(code, where, message or default, severity)
+
+
+def severest(findings: Iterable[Finding]) -> Severity:
+    """Return the highest severity among `findings`; "info" when there are none."""
+    order: tuple[Severity, ...] = ("info", "warning", "error")
+    return max((f.severity for f in findings), key=order.index, default="info")

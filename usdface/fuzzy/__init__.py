@@ -1,0 +1,1 @@
+"""The fuzzy-logic expression layer: pure functions of arrays."""

@@ -1,0 +1,115 @@
+"""Every setting with its default: the one place where defaults live.
+
+Standard library only, so that the command line can show them without loading numpy.
+Settings that belong to a shot are authored on its prims (see ``usdface/schemas``); the
+dataclasses here are what `usdface shot` writes there and what a missing attribute means.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = [
+    "CorrectionMode",
+    "CorrectionOptions",
+    "HeadMode",
+    "Kernel",
+    "MapOptions",
+    "ProcessOptions",
+    "RigOptions",
+    "SolveOptions",
+    "TakeOptions",
+]
+
+Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric"]
+MapForm = Literal["neutral_relative", "paper"]
+HeadMode = Literal["solve", "markers", "stabilised"]
+CorrectionMode = Literal["raise", "add"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TakeOptions:
+    """How a take file is read where the file itself does not say.
+
+    `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
+    an image (y down) of `image_size`.
+    """
+
+    units: Literal["mm", "cm", "m", "in"] | None = None
+    up_axis: Literal["Y", "Z"] | None = None
+    rate: float | None = None
+    dimension: Literal[2, 3] | None = None
+    image_size: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigOptions:
+    """How a rig is read where the source does not say.
+
+    `meters_per_unit` and `up_axis` hold for OBJ and PLY folders (glTF and USD name their
+    own; MakeHuman's are decimetres, Y up); `neutral` names the neutral mesh of a folder.
+    """
+
+    meters_per_unit: float = 0.01
+    up_axis: Literal["Y", "Z"] = "Y"
+    neutral: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapOptions:
+    """The space map from performer to character.
+
+    `radius` is the shape parameter in multiples of the smallest distance between two
+    neutral markers; `smoothing` is added to the kernel matrix's diagonal, in multiples of
+    the same distance; neither counts in the paper's form (radius 1, no smoothing).
+    """
+
+    kernel: Kernel = "multiquadric"
+    form: MapForm = "neutral_relative"
+    radius: float = 3.0
+    smoothing: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SolveOptions:
+    """The blend-shape solve.
+
+    Attributes
+    ----------
+    smoothness : float
+        Multiplies the smoothness that the solve derives from the markers' own noise;
+        0 solves each frame alone.
+    agility : float [1/s^3]
+        Expected power of the second derivative of a weight over time: 27 was measured on
+        real range-of-motion curves.
+    spread : float [1]
+        Expected size of a weight, for the ridge term (relative to the marker noise).
+    iterations : int
+        Upper bound on the iterations of the whole-take solve.
+    tolerance : float [1]
+        The solve stops when no weight changes by more.
+    """
+
+    smoothness: float = 1.0
+    agility: float = 27.0
+    spread: float = 0.5
+    iterations: int = 300
+    tolerance: float = 1e-4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CorrectionOptions:
+    """How the emotions are blended over the solved weights (`usdface.fuzzy.correct`)."""
+
+    mode: CorrectionMode = "raise"
+    gain: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProcessOptions:
+    """What one run of `usdface process` does beyond what the shot itself says."""
+
+    output: str = ""
+    gltf: str = ""
+    express: bool = True
+    in_place: bool = False
+    strict: bool = False

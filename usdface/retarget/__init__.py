@@ -1,0 +1,1 @@
+"""Marker takes to blend shape weights: pure functions of arrays."""

@@ -1,0 +1,318 @@
+"""Rigs: the character, as immutable arrays in metres, Y up, right-handed.
+
+A `Rig` is what every rig reader returns and every rig writer takes: meshes with blend
+shapes, an optional skeleton that skins them, and simple materials.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.takes import FloatArray, IntArray, frozen
+
+__all__ = [
+    "BlendShape",
+    "Inbetween",
+    "Material",
+    "MaterialSubset",
+    "Mesh",
+    "Rig",
+    "Skeleton",
+    "Skin",
+    "Texture",
+]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Inbetween:
+    """A shape on the way to (or beyond) its blend shape, reached at `weight` (not 0, not 1).
+
+    `offsets` (N, 3) [m] belong to the blend shape's `indices`; `normal_offsets` likewise.
+    """
+
+    name: str
+    weight: float
+    offsets: FloatArray
+    normal_offsets: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "offsets", frozen(self.offsets))
+        if self.normal_offsets is not None:
+            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BlendShape:
+    """One sparse blend shape.
+
+    Attributes
+    ----------
+    name : str
+        The original name, any text; it is the UsdSkel token and the glTF target name.
+    indices : (N,) int64
+        Vertices it moves, sorted, unique.
+    offsets : (N, 3) float64 [m]
+        Displacement at weight 1.
+    normal_offsets : (N, 3) float64 [1] or None
+        Change of the vertex normal at weight 1.
+    inbetweens : tuple of Inbetween
+    """
+
+    name: str
+    indices: IntArray
+    offsets: FloatArray
+    normal_offsets: FloatArray | None = None
+    inbetweens: tuple[Inbetween, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "indices", frozen(self.indices, np.int64))
+        object.__setattr__(self, "offsets", frozen(self.offsets))
+        if self.normal_offsets is not None:
+            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+        count = self.indices.shape
+        if len(count) != 1 or self.offsets.shape != (*count, 3):
+            raise InputError(
+                f"blend shape {self.name!r} has offsets of shape {self.offsets.shape} "
+                f"for indices of shape {count}"
+            )
+        if (np.diff(self.indices) <= 0).any():
+            raise InputError(f"blend shape {self.name!r}: indices must be sorted and unique")
+
+    @classmethod
+    def from_dense(cls, name: str, offsets: FloatArray, tolerance: float = 0.0) -> "BlendShape":
+        """Make a sparse shape of dense `offsets` (V, 3) [m]; smaller ones are left out."""
+        indices = np.flatnonzero((np.abs(offsets) > tolerance).any(axis=1))
+        return cls(name, indices, offsets[indices])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Skin:
+    """Skin influences of a mesh: `joints` (V, K) int64 into the skeleton, `weights` (V, K)."""
+
+    joints: IntArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "joints", frozen(self.joints, np.int64))
+        object.__setattr__(self, "weights", frozen(self.weights))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MaterialSubset:
+    """Faces of a mesh that carry one material: `faces` (N,) int64."""
+
+    material: str
+    faces: IntArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "faces", frozen(self.faces, np.int64))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mesh:
+    """A polygon mesh with blend shapes, in the rig's space at rest.
+
+    Attributes
+    ----------
+    name : str
+    points : (V, 3) float64 [m]
+        Neutral positions, Y up (skeleton space at bind time).
+    face_counts : (P,) int64
+        Corners of each face, counter-clockwise seen from outside.
+    face_indices : (C,) int64
+        Vertex of each corner, C = sum of `face_counts`.
+    normals : (V, 3) float64 or None
+        Unit vertex normals.
+    uvs : (C, 2) float64 or None
+        Texture coordinates per face corner, v up (USD's convention).
+    shapes : tuple of BlendShape
+    skin : Skin or None
+    material : str
+        Name of a material of the rig for all faces not in `subsets`; "" = none.
+    subsets : tuple of MaterialSubset
+    path : str
+        Prim path where the mesh came from a USD stage, else "".
+    """
+
+    name: str
+    points: FloatArray
+    face_counts: IntArray
+    face_indices: IntArray
+    normals: FloatArray | None = None
+    uvs: FloatArray | None = None
+    shapes: tuple[BlendShape, ...] = ()
+    skin: Skin | None = None
+    material: str = ""
+    subsets: tuple[MaterialSubset, ...] = ()
+    path: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", frozen(self.points))
+        object.__setattr__(self, "face_counts", frozen(self.face_counts, np.int64))
+        object.__setattr__(self, "face_indices", frozen(self.face_indices, np.int64))
+        for name in ("normals", "uvs"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name)))
+        self._check()
+
+    def _check(self) -> None:
+        count = len(self.points)
+        if self.points.shape != (count, 3) or not np.isfinite(self.points).all():
+            raise InputError(f"mesh {self.name!r}: points must be finite, shape (vertices, 3)")
+        if self.face_counts.sum() != len(self.face_indices):
+            raise InputError(
+                f"mesh {self.name!r}: face counts add up to {self.face_counts.sum()}, "
+                f"but there are {len(self.face_indices)} face indices"
+            )
+        if len(self.face_indices) and not (
+            self.face_indices.min() >= 0 and self.face_indices.max() < count
+        ):
+            raise InputError(f"mesh {self.name!r}: a face index is outside 0 to {count - 1}")
+        names = [shape.name for shape in self.shapes]
+        for shape in self.shapes:
+            if len(shape.indices) and not (shape.indices[0] >= 0 and shape.indices[-1] < count):
+                raise InputError(
+                    f"mesh {self.name!r}, blend shape {shape.name!r}: "
+                    f"a point index is outside 0 to {count - 1}"
+                )
+            if not np.isfinite(shape.offsets).all():
+                raise InputError(
+                    f"mesh {self.name!r}, blend shape {shape.name!r}: offsets must be finite"
+                )
+        if len(set(names)) != len(names):
+            twice = sorted({n for n in names if names.count(n) > 1})
+            raise InputError(f"mesh {self.name!r} has blend shape {twice[0]!r} twice")
+
+    @property
+    def shape_names(self) -> tuple[str, ...]:
+        """Names of the blend shapes, in order."""
+        return tuple(shape.name for shape in self.shapes)
+
+    def offsets_at(self, vertices: IntArray) -> FloatArray:
+        """Return the offsets of all shapes at some vertices: (S, len(vertices), 3) [m].
+
+        A vertex may be asked for more than once.
+        """
+        result = np.zeros((len(self.shapes), len(vertices), 3))
+        for row, shape in zip(result, self.shapes, strict=True):
+            if len(shape.indices):
+                place = np.searchsorted(shape.indices, vertices).clip(max=len(shape.indices) - 1)
+                found = shape.indices[place] == vertices
+                row[found] = shape.offsets[place[found]]
+        return result
+
+    def deformed(self, weights: FloatArray) -> FloatArray:
+        """Return the points at one set of weights (S,), linearly, without inbetweens: (V, 3)."""
+        points = self.points.copy()
+        for shape, weight in zip(self.shapes, weights, strict=True):
+            points[shape.indices] += weight * shape.offsets
+        return points
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Skeleton:
+    """Joints that skin the meshes.
+
+    Attributes
+    ----------
+    joints : tuple of str, length J
+        UsdSkel joint paths ("root/neck/head"), parents before children.
+    names : tuple of str, length J
+        Original joint names.
+    bind : (J, 4, 4) float64
+        Joint to rig space at bind time; row vectors (USD's convention), metres.
+    rest : (J, 4, 4) float64
+        Joint to parent at rest; row vectors, metres.
+    """
+
+    joints: tuple[str, ...]
+    names: tuple[str, ...]
+    bind: FloatArray
+    rest: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bind", frozen(self.bind))
+        object.__setattr__(self, "rest", frozen(self.rest))
+        shape = (len(self.joints), 4, 4)
+        if self.bind.shape != shape or self.rest.shape != shape:
+            raise InputError(f"the skeleton's transforms must have shape {shape}")
+
+
+@dataclass(frozen=True, slots=True)
+class Texture:
+    """An image: a file on disk, or bytes that came inside a container."""
+
+    path: str = ""
+    data: bytes | None = None
+    suffix: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """The part of UsdPreviewSurface and glTF metallic-roughness that both hold."""
+
+    name: str
+    base_color: tuple[float, float, float] = (0.8, 0.8, 0.8)
+    opacity: float = 1.0
+    metallic: float = 0.0
+    roughness: float = 0.5
+    emissive: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    double_sided: bool = False
+    base_color_texture: Texture | None = None
+    normal_texture: Texture | None = None
+    metallic_roughness_texture: Texture | None = None
+    occlusion_texture: Texture | None = None
+    emissive_texture: Texture | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rig:
+    """A character: meshes with blend shapes, maybe a skeleton, materials.
+
+    Attributes
+    ----------
+    name : str
+    meshes : tuple of Mesh
+        Shapes of the same name on several meshes share one weight.
+    skeleton : Skeleton or None
+    materials : tuple of Material
+    source : str
+        File it was read from.
+    """
+
+    name: str
+    meshes: tuple[Mesh, ...]
+    skeleton: Skeleton | None = None
+    materials: tuple[Material, ...] = field(default=())
+    source: str = ""
+
+    @property
+    def shape_names(self) -> tuple[str, ...]:
+        """Names of all blend shapes, in order of first appearance."""
+        return tuple(dict.fromkeys(n for mesh in self.meshes for n in mesh.shape_names))
+
+    def mesh(self, name: str = "") -> Mesh:
+        """Return the mesh of that name or path; without one, the only mesh that has shapes.
+
+        Raises
+        ------
+        InputError
+            If there is no such mesh, or none was named and several have shapes.
+        """
+        if name:
+            found = [m for m in self.meshes if name in (m.path, m.name)]
+            if not found:
+                known = ", ".join(m.path or m.name for m in self.meshes)
+                raise InputError(f"the rig {self.name!r} has no mesh {name!r}; it has {known}")
+            return found[0]
+        deforming = [m for m in self.meshes if m.shapes]
+        if not deforming:
+            raise InputError(f"the rig {self.source or self.name!r} has no blend shapes")
+        if len(deforming) > 1:
+            known = ", ".join(m.path or m.name for m in deforming)
+            raise InputError(
+                f"the rig {self.name!r} has {len(deforming)} meshes with blend shapes "
+                f'({known}); name one as "mesh" in the binding'
+            )
+        return deforming[0]

@@ -1,0 +1,176 @@
+"""Takes: what was recorded, as immutable arrays in SI units, Y up.
+
+Axis letters throughout the project: F frames, M markers, S blend shapes, V vertices,
+D dimensions (2 or 3), R rules.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from usdface.errors import InputError
+
+__all__ = ["FloatArray", "IntArray", "MarkerTake", "WeightsTake", "frozen"]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
+    """Return a read-only, C-contiguous array of `values`; a read-only input is not copied."""
+    array = np.ascontiguousarray(values, dtype=dtype)
+    if array.flags.writeable:
+        array = array.copy() if array is values or array.base is not None else array
+        array.setflags(write=False)
+    return array
+
+
+def _check_names(names: tuple[str, ...], what: str) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InputError(f"{what} name {name!r} occurs twice; names must be unique")
+        seen.add(name)
+
+
+def _check_times(times: FloatArray, count: int, what: str) -> None:
+    if count == 0:
+        raise InputError(f"the {what} has no frames; expected at least one")
+    if times.shape != (count,):
+        raise InputError(f"the {what} has {times.size} times for {count} frames")
+    if not np.isfinite(times).all() or (count > 1 and not (np.diff(times) > 0).all()):
+        raise InputError(f"the times of the {what} must be finite and strictly increasing")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MarkerTake:
+    """Marker positions over time.
+
+    Attributes
+    ----------
+    names : tuple of str, length M
+        Marker labels, unique.
+    times : (F,) float64 [s]
+        Strictly increasing, 0 at the first recorded frame.
+    positions : (F, M, D) float64
+        D = 3: metres, Y up, right-handed. D = 2: pixels, x right, y up (an image's y is
+        negated on reading). NaN in all D components = occluded, nowhere else.
+    rate : float [Hz]
+        Nominal frame rate of the recording; 0 where a file has none.
+    meters_per_unit : float
+        Unit of length of the source file, e.g. 0.001 for millimetres (1 for D = 2).
+    up_axis : {"Y", "Z"}
+        Up axis of the source file.
+    start_timecode : str
+        SMPTE timecode of the first frame as the source gives it; "" where it has none.
+    image_size : (int, int) or None
+        Width and height [px] of the image a 2D take was made on.
+    source : str
+        File the take was read from.
+    """
+
+    names: tuple[str, ...]
+    times: FloatArray
+    positions: FloatArray
+    rate: float = 0.0
+    meters_per_unit: float = 1.0
+    up_axis: str = "Y"
+    start_timecode: str = ""
+    image_size: tuple[int, int] | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        for field in ("times", "positions"):
+            object.__setattr__(self, field, frozen(getattr(self, field)))
+        shape = self.positions.shape
+        if len(shape) != 3 or shape[1] != len(self.names) or shape[2] not in (2, 3):
+            raise InputError(
+                f"marker positions have shape {shape}; "
+                f"expected (frames, {len(self.names)} markers, 2 or 3)"
+            )
+        if not self.names:
+            raise InputError("the marker take has no markers; expected at least one")
+        _check_names(self.names, "marker")
+        _check_times(self.times, shape[0], "marker take")
+        bad = np.isnan(self.positions)
+        if np.isinf(self.positions).any() or (bad.any(axis=2) != bad.all(axis=2)).any():
+            raise InputError("marker positions must be finite, or NaN in all components")
+        if self.up_axis not in ("Y", "Z"):
+            raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'")
+
+    @property
+    def dimension(self) -> int:
+        """2 for image markers, 3 for markers in space."""
+        return int(self.positions.shape[2])
+
+    @property
+    def visible(self) -> NDArray[np.bool_]:
+        """(F, M) bool: True where the marker was seen."""
+        return ~np.isnan(self.positions[..., 0])
+
+    def select(self, names: tuple[str, ...]) -> FloatArray:
+        """Return the positions of the named markers, in that order: (F, len(names), D).
+
+        Raises
+        ------
+        InputError
+            If the take has no marker of such a name.
+        """
+        missing = [n for n in names if n not in self.names]
+        if missing:
+            raise InputError(
+                f"the take {self.source or ''} has no marker {', '.join(map(repr, missing))}; "
+                f"it has {', '.join(self.names)}"
+            )
+        return self.positions[:, [self.names.index(n) for n in names]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WeightsTake:
+    """Blend shape weights over time; column s belongs to ``names[s]``.
+
+    Attributes
+    ----------
+    names : tuple of str, length S
+        Blend shape names, unique.
+    times : (F,) float64 [s]
+        Strictly increasing.
+    weights : (F, S) float64 [1]
+    rate : float [Hz]
+        Nominal frame rate; 0 where unknown.
+    start_timecode, source : str
+        As in `MarkerTake`.
+    """
+
+    names: tuple[str, ...]
+    times: FloatArray
+    weights: FloatArray
+    rate: float = 0.0
+    start_timecode: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        for field in ("times", "weights"):
+            object.__setattr__(self, field, frozen(getattr(self, field)))
+        shape = self.weights.shape
+        if len(shape) != 2 or shape[1] != len(self.names):
+            raise InputError(f"weights have shape {shape}; expected (frames, {len(self.names)})")
+        _check_names(self.names, "blend shape")
+        _check_times(self.times, shape[0], "weights take")
+        if not np.isfinite(self.weights).all():
+            raise InputError("blend shape weights must be finite")
+
+    def column(self, name: str) -> FloatArray:
+        """Return the curve of one blend shape: (F,)."""
+        return self.weights[:, self.names.index(name)]
+
+    def reordered(self, names: tuple[str, ...]) -> "WeightsTake":
+        """Return the take with exactly these columns; a name it lacks gives zeros."""
+        columns = {n: i for i, n in enumerate(self.names)}
+        weights = np.zeros((len(self.times), len(names)))
+        for target, name in enumerate(names):
+            if name in columns:
+                weights[:, target] = self.weights[:, columns[name]]
+        return WeightsTake(names, self.times, weights, self.rate, self.start_timecode, self.source)
