@@ -1,0 +1,144 @@
+"""Stages and layers: opening, units and up axis, time codes, atomic writing."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
+
+from usdface.errors import InputError, OutputError
+from usdface.io.atomic import atomic_path
+from usdface.takes import FloatArray
+
+__all__ = [
+    "Metrics",
+    "author_metrics",
+    "matrices",
+    "metrics_of",
+    "new_stage",
+    "open_stage",
+    "save_layer",
+    "times_of",
+    "to_si",
+    "vec2f_array",
+    "vec3f_array",
+]
+
+_Z_UP_TO_Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Metrics:
+    """Units and clock of a stage.
+
+    `time_codes_per_second` is the only clock: seconds = (time code - start) /
+    time_codes_per_second. `frames_per_second` is for display.
+    """
+
+    meters_per_unit: float = 1.0
+    up_axis: str = "Y"
+    time_codes_per_second: float = 24.0
+    frames_per_second: float = 24.0
+    start: float = 0.0
+    end: float = 0.0
+
+
+def open_stage(path: Path) -> Usd.Stage:
+    """Open a USD file.
+
+    Raises
+    ------
+    InputError
+        If it is missing or cannot be read as USD.
+    """
+    if not path.is_file():
+        raise InputError(f"no such USD file: {path}")
+    try:
+        stage = Usd.Stage.Open(str(path))
+    except Tf.ErrorException as error:
+        raise InputError(f"{path} cannot be read as USD: {_first_line(error)}") from error
+    if stage is None:
+        raise InputError(f"{path} cannot be read as USD")
+    return stage
+
+
+def _first_line(error: Exception) -> str:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return lines[-1] if lines else "unknown error"
+
+
+def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
+    """Make an empty stage in memory whose root layer carries all of `metrics`."""
+    stage = Usd.Stage.CreateInMemory()
+    author_metrics(stage, metrics)
+    if default_prim:
+        stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{default_prim}").GetPrim())
+    return stage
+
+
+def author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
+    """Author units, up axis, clock and range on the stage's root layer."""
+    UsdGeom.SetStageMetersPerUnit(stage, metrics.meters_per_unit)
+    UsdGeom.SetStageUpAxis(stage, metrics.up_axis)
+    stage.SetTimeCodesPerSecond(metrics.time_codes_per_second)
+    stage.SetFramesPerSecond(metrics.frames_per_second)
+    stage.SetStartTimeCode(metrics.start)
+    stage.SetEndTimeCode(metrics.end)
+
+
+def metrics_of(stage: Usd.Stage) -> Metrics:
+    """Return the stage's metrics, USD's fallbacks (centimetres, Y up, 24) included."""
+    return Metrics(
+        UsdGeom.GetStageMetersPerUnit(stage),
+        str(UsdGeom.GetStageUpAxis(stage)),
+        stage.GetTimeCodesPerSecond(),
+        stage.GetFramesPerSecond(),
+        stage.GetStartTimeCode(),
+        stage.GetEndTimeCode(),
+    )
+
+
+def to_si(metrics: Metrics) -> FloatArray:
+    """Return the (4, 4) matrix from stage space to metres, Y up (row vectors, as in USD)."""
+    scale = np.diag([metrics.meters_per_unit] * 3 + [1.0])
+    return scale @ _Z_UP_TO_Y_UP if metrics.up_axis == "Z" else scale
+
+
+def times_of(codes: ArrayLike, metrics: Metrics) -> FloatArray:
+    """Return time codes (F,) as seconds since the first of them."""
+    values = np.asarray(codes, dtype=np.float64)
+    return (values - values[0]) / metrics.time_codes_per_second
+
+
+def vec3f_array(values: ArrayLike) -> Vt.Vec3fArray:
+    """Return (N, 3) numbers as a Vt.Vec3fArray."""
+    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 3))
+
+
+def vec2f_array(values: ArrayLike) -> Vt.Vec2fArray:
+    """Return (N, 2) numbers as a Vt.Vec2fArray."""
+    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 2))
+
+
+def matrices(values: ArrayLike) -> Vt.Matrix4dArray:
+    """Return (N, 4, 4) row-vector matrices as a Vt.Matrix4dArray."""
+    array = np.asarray(values, dtype=np.float64).reshape(-1, 4, 4)
+    return Vt.Matrix4dArray([Gf.Matrix4d(*m.ravel().tolist()) for m in array])
+
+
+def save_layer(layer: Sdf.Layer, path: Path) -> None:
+    """Write a layer to `path` atomically; `.usda`, `.usdc` and `.usd` give the format.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    with atomic_path(path) as temporary:
+        try:
+            done = layer.Export(str(temporary))
+        except Tf.ErrorException as error:
+            raise OutputError(f"cannot write {path}: {_first_line(error)}") from error
+        if not done:
+            raise OutputError(f"cannot write {path}")
