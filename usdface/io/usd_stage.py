@@ -108,7 +108,8 @@ def to_si(metrics: Metrics) -> FloatArray:
 def times_of(codes: ArrayLike, metrics: Metrics) -> FloatArray:
     """Return time codes (F,) as seconds since the first of them."""
     values = np.asarray(codes, dtype=np.float64)
-    return (values - values[0]) / metrics.time_codes_per_second
+    seconds: FloatArray = (values - values[0]) / metrics.time_codes_per_second
+    return seconds
 
 
 def vec3f_array(values: ArrayLike) -> Vt.Vec3fArray:
