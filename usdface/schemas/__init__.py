@@ -1,0 +1,1 @@
+"""The USD schemas of usdface: codeless typed prims (see docs/usd.md)."""

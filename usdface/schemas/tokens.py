@@ -1,0 +1,156 @@
+"""Names of the prim types and attributes of the usdface schemas, in schema order.
+
+Plain strings, so that they load nothing and can be handed to any USD call. A test holds
+them equal to what `schema.usda` declares.
+"""
+
+from typing import Final
+
+__all__ = [
+    "AND",
+    "BIND_MARKERS",
+    "BIND_MESH",
+    "BIND_POINTS",
+    "DIMENSION",
+    "EMOTION_PREFIX",
+    "ENABLED",
+    "EXPRESSION",
+    "EXPRESSIONS",
+    "FACE_UNIT",
+    "FALLBACK_TYPES",
+    "FUZZY_RULE",
+    "FUZZY_SYSTEM",
+    "FUZZY_VARIABLE",
+    "GAIN",
+    "HEAD_MARKERS",
+    "HEAD_MODE",
+    "HEAD_TRANSFORM",
+    "IMAGE_SIZE",
+    "MAP_FORM",
+    "MAP_KERNEL",
+    "MAP_RADIUS",
+    "MAP_SMOOTHING",
+    "MARKERS_NAMES",
+    "MARKERS_VISIBLE",
+    "MARKER_TAKE",
+    "MODE",
+    "NEUTRAL_MODE",
+    "NEUTRAL_RANGE",
+    "NEUTRAL_RULE",
+    "NORMALISATION",
+    "NOSE_TIP",
+    "POINTS",
+    "RESIDUAL",
+    "RETARGET",
+    "RIG",
+    "ROLES_MARKERS",
+    "ROLES_NAMES",
+    "RULE_TEXT",
+    "RULE_WEIGHT",
+    "SHAPES",
+    "SOLVE_AGILITY",
+    "SOLVE_SMOOTHNESS",
+    "SOLVE_SPREAD",
+    "SOURCE",
+    "SOURCE_RATE",
+    "SPACE",
+    "START_TIMECODE",
+    "SYSTEM",
+    "TAKE",
+    "TERMS_COUNTS",
+    "TERMS_KINDS",
+    "TERMS_NAMES",
+    "TERMS_PARAMETERS",
+    "VARIABLE_AXIS",
+    "VARIABLE_KIND",
+    "VARIABLE_MEASURE",
+    "VARIABLE_ROLE",
+    "WEIGHTS",
+]
+
+# Prim types
+MARKER_TAKE: Final = "UsdFaceMarkerTake"
+RETARGET: Final = "UsdFaceRetarget"
+EXPRESSION: Final = "UsdFaceExpression"
+FUZZY_SYSTEM: Final = "UsdFaceFuzzySystem"
+FUZZY_VARIABLE: Final = "UsdFaceFuzzyVariable"
+FUZZY_RULE: Final = "UsdFaceFuzzyRule"
+
+# What a prim is for a reader without the schemas
+FALLBACK_TYPES: Final[dict[str, str]] = {
+    MARKER_TAKE: "Points",
+    RETARGET: "Scope",
+    EXPRESSION: "Scope",
+    FUZZY_SYSTEM: "Scope",
+    FUZZY_VARIABLE: "Scope",
+    FUZZY_RULE: "Scope",
+}
+
+# UsdFaceMarkerTake
+POINTS: Final = "points"
+MARKERS_NAMES: Final = "usdface:markers:names"
+MARKERS_VISIBLE: Final = "usdface:markers:visible"
+DIMENSION: Final = "usdface:dimension"
+IMAGE_SIZE: Final = "usdface:imageSize"
+SOURCE: Final = "usdface:source"
+SOURCE_RATE: Final = "usdface:sourceRate"
+START_TIMECODE: Final = "usdface:startTimecode"
+
+# UsdFaceRetarget: relationships
+TAKE: Final = "usdface:take"
+RIG: Final = "usdface:rig"
+SYSTEM: Final = "usdface:fuzzySystem"
+EXPRESSIONS: Final = "usdface:expressions"
+BIND_MESH: Final = "usdface:bind:mesh"
+
+# UsdFaceRetarget: attributes
+BIND_MARKERS: Final = "usdface:bind:markers"
+BIND_POINTS: Final = "usdface:bind:points"
+HEAD_MODE: Final = "usdface:head:mode"
+HEAD_MARKERS: Final = "usdface:head:markers"
+NOSE_TIP: Final = "usdface:noseTip"
+ROLES_NAMES: Final = "usdface:roles:names"
+ROLES_MARKERS: Final = "usdface:roles:markers"
+NEUTRAL_MODE: Final = "usdface:neutral:mode"
+NEUTRAL_RANGE: Final = "usdface:neutral:range"
+MAP_KERNEL: Final = "usdface:map:kernel"
+MAP_FORM: Final = "usdface:map:form"
+MAP_RADIUS: Final = "usdface:map:radius"
+MAP_SMOOTHING: Final = "usdface:map:smoothing"
+SOLVE_SMOOTHNESS: Final = "usdface:solve:smoothness"
+SOLVE_AGILITY: Final = "usdface:solve:agility"
+SOLVE_SPREAD: Final = "usdface:solve:spread"
+HEAD_TRANSFORM: Final = "usdface:head:transform"
+RESIDUAL: Final = "usdface:residual"
+
+# UsdFaceExpression (its gain is GAIN)
+SHAPES: Final = "usdface:shapes"
+WEIGHTS: Final = "usdface:weights"
+
+# UsdFaceExpression and UsdFaceFuzzySystem
+GAIN: Final = "usdface:gain"
+
+# UsdFaceFuzzySystem
+NORMALISATION: Final = "usdface:normalisation"
+AND: Final = "usdface:and"
+SPACE: Final = "usdface:space"
+FACE_UNIT: Final = "usdface:faceUnit"
+NEUTRAL_RULE: Final = "usdface:neutralRule"
+MODE: Final = "usdface:mode"
+# Followed by the name of an output: usdface:emotion:joy
+EMOTION_PREFIX: Final = "usdface:emotion:"
+
+# UsdFaceFuzzyVariable
+VARIABLE_KIND: Final = "usdface:kind"
+VARIABLE_ROLE: Final = "usdface:role"
+VARIABLE_AXIS: Final = "usdface:axis"
+VARIABLE_MEASURE: Final = "usdface:measure"
+TERMS_NAMES: Final = "usdface:terms:names"
+TERMS_KINDS: Final = "usdface:terms:kinds"
+TERMS_PARAMETERS: Final = "usdface:terms:parameters"
+TERMS_COUNTS: Final = "usdface:terms:counts"
+
+# UsdFaceFuzzyRule
+RULE_TEXT: Final = "usdface:text"
+RULE_WEIGHT: Final = "usdface:weight"
+ENABLED: Final = "usdface:enabled"
