@@ -1,0 +1,122 @@
+"""What USD reads (generatedSchema.usda, plugInfo.json) is what schema.usda says."""
+
+import json
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from pxr import Sdf
+
+from usdface import options
+from usdface.schemas import plugin_dir, tokens
+
+SOURCE = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
+GENERATED = Sdf.Layer.FindOrOpen(str(plugin_dir() / "generatedSchema.usda"))
+OWN = [spec.name for spec in SOURCE.rootPrims if spec.specifier == Sdf.SpecifierClass]
+
+
+def properties(layer: Sdf.Layer, name: str) -> dict[str, dict[str, object]]:
+    """Our own properties of a class, without prose: inherited ones differ between USDs."""
+    skip = {"documentation", "customData"}
+    return {
+        prop.name: {key: prop.GetInfo(key) for key in prop.ListInfoKeys() if key not in skip}
+        for prop in layer.GetPrimAtPath(f"/{name}").properties
+        if prop.name.startswith("usdface:")
+    }
+
+
+def types(text: str) -> dict[str, dict[str, object]]:
+    """The types of a plugInfo.json; usdGenSchema puts comment lines on top."""
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    declared: dict[str, dict[str, object]] = json.loads("\n".join(lines))["Plugins"][0]["Info"][
+        "Types"
+    ]
+    return declared
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_generated_schema_is_up_to_date(name: str) -> None:
+    assert properties(GENERATED, name) == properties(SOURCE, name) != {}
+
+
+def test_plug_info_names_the_same_types() -> None:
+    declared = types((plugin_dir() / "plugInfo.json").read_text(encoding="utf-8"))
+    assert sorted(declared) == sorted(OWN)
+    assert all(t["schemaKind"] == "concreteTyped" for t in declared.values())
+    assert declared[tokens.MARKER_TAKE]["bases"] == ["UsdGeomPoints"]
+
+
+def test_usdgenschema_makes_the_same_files(tmp_path: Path) -> None:
+    # Not imported here: usdGenSchema switches the schemas off for the whole process
+    if not (find_spec("jinja2") and find_spec("pxr.Usd.usdGenSchema")):
+        pytest.skip("usdGenSchema or its Jinja2 is not installed")
+    source = plugin_dir() / "schema.usda"
+    subprocess.run(
+        [sys.executable, "-m", "pxr.Usd.usdGenSchema", "-q", source, tmp_path],
+        check=True,
+        capture_output=True,
+    )
+    again = Sdf.Layer.FindOrOpen(str(tmp_path / "generatedSchema.usda"))
+    for name in OWN:
+        assert properties(again, name) == properties(GENERATED, name)
+    key = "fallbackPrimTypes"
+    assert dict(again.pseudoRoot.GetInfo(key)) == dict(GENERATED.pseudoRoot.GetInfo(key))
+    assert types((tmp_path / "plugInfo.json").read_text(encoding="utf-8")) == types(
+        (plugin_dir() / "plugInfo.json").read_text(encoding="utf-8")
+    )
+
+
+def declared_default(prim: str, name: str) -> object:
+    return GENERATED.GetAttributeAtPath(f"/{prim}.{name}").default
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        (tokens.MAP_KERNEL, options.MapOptions().kernel),
+        (tokens.MAP_FORM, options.MapOptions().form),
+        (tokens.MAP_RADIUS, options.MapOptions().radius),
+        (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
+        (tokens.SOLVE_SMOOTHNESS, options.SolveOptions().smoothness),
+        (tokens.SOLVE_AGILITY, options.SolveOptions().agility),
+        (tokens.SOLVE_SPREAD, options.SolveOptions().spread),
+    ],
+)
+def test_a_missing_attribute_means_the_default_of_the_options(name: str, value: object) -> None:
+    assert declared_default(tokens.RETARGET, name) == value
+
+
+def test_correction_defaults_are_those_of_the_options() -> None:
+    correction = options.CorrectionOptions()
+    assert declared_default(tokens.FUZZY_SYSTEM, tokens.MODE) == correction.mode
+    assert declared_default(tokens.FUZZY_SYSTEM, tokens.GAIN) == correction.gain
+
+
+@pytest.mark.parametrize(
+    ("prim", "name", "allowed"),
+    [
+        (tokens.RETARGET, tokens.MAP_KERNEL, options.Kernel),
+        (tokens.RETARGET, tokens.MAP_FORM, options.MapForm),
+        (tokens.RETARGET, tokens.HEAD_MODE, options.HeadMode),
+        (tokens.FUZZY_SYSTEM, tokens.MODE, options.CorrectionMode),
+    ],
+)
+def test_allowed_tokens_are_those_of_the_options(prim: str, name: str, allowed: object) -> None:
+    spec = GENERATED.GetAttributeAtPath(f"/{prim}.{name}")
+    assert tuple(spec.allowedTokens) == get_args(allowed)
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_every_property_is_documented_for_people(name: str) -> None:
+    for prop in SOURCE.GetPrimAtPath(f"/{name}").properties:
+        assert prop.documentation and prop.GetInfo("displayGroup") and prop.GetInfo("displayName")
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_a_default_is_an_allowed_token(name: str) -> None:
+    for prop in SOURCE.GetPrimAtPath(f"/{name}").properties:
+        if prop.HasInfo("allowedTokens"):
+            assert prop.default in prop.GetInfo("allowedTokens")

@@ -1,0 +1,32 @@
+import re
+from pathlib import Path
+
+from pxr import Sdf
+
+from usdface.schemas import plugin_dir, tokens
+
+SCHEMA = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
+CONTRACT = Path(__file__).parents[2] / "docs" / "architecture.md"
+NAMES = {value for name in tokens.__all__ if isinstance(value := getattr(tokens, name), str)}
+
+
+def classes() -> list[Sdf.PrimSpec]:
+    return [spec for spec in SCHEMA.rootPrims if spec.specifier == Sdf.SpecifierClass]
+
+
+def test_every_declared_name_has_a_token_and_every_token_is_declared() -> None:
+    declared = {spec.name for spec in classes()}
+    declared |= {prop.name for spec in classes() for prop in spec.properties}
+    # `points` is inherited; emotions are named by the fuzzy system's outputs
+    assert declared | {tokens.POINTS, tokens.EMOTION_PREFIX} == NAMES
+
+
+def test_fallback_types_are_the_declared_ones() -> None:
+    declared = {spec.name: list(spec.customData["fallbackTypes"]) for spec in classes()}
+    assert declared == {name: [fallback] for name, fallback in tokens.FALLBACK_TYPES.items()}
+
+
+def test_the_contract_names_the_same_attributes() -> None:
+    text = CONTRACT.read_text(encoding="utf-8")
+    written = set(re.findall(r"`(usdface:[A-Za-z][A-Za-z:]*)(?:<name>)?`", text))
+    assert written == {name for name in NAMES if name.startswith("usdface:")}
