@@ -16,6 +16,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     # takes
     "MARKER_OCCLUDED": ("info", "a marker is hidden in some frames"),
     "MARKER_NEVER_SEEN": ("warning", "a marker is hidden in every frame and is left out"),
+    "MARKER_WITHOUT_NEUTRAL": ("warning", "hidden in all neutral frames and left out"),
     "MARKER_UNBOUND": ("info", "a marker of the take has no place on the rig and is left out"),
     "MARKER_UNKNOWN": ("warning", "the binding names a marker that the take does not have"),
     "LABEL_CHANGED": ("info", "a marker label was shortened or made unique"),

@@ -58,9 +58,10 @@ class RigOptions:
 class MapOptions:
     """The space map from performer to character.
 
-    `radius` is the shape parameter in multiples of the smallest distance between two
-    neutral markers; `smoothing` is added to the kernel matrix's diagonal, in multiples of
-    the same distance; neither counts in the paper's form (radius 1, no smoothing).
+    `radius` is the shape parameter in multiples of the mean distance between a neutral
+    marker and its nearest neighbour; `smoothing` is added to the diagonal of the kernel
+    matrix (scaled to 1 at distance 0). Neither counts in the paper's form, which takes the
+    smallest distance and no smoothing.
     """
 
     kernel: Kernel = "multiquadric"

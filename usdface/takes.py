@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from usdface.errors import InputError
 
-__all__ = ["FloatArray", "IntArray", "MarkerTake", "WeightsTake", "frozen"]
+__all__ = ["BoolArray", "FloatArray", "IntArray", "MarkerTake", "WeightsTake", "frozen", "visible"]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 
 def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
@@ -25,6 +26,11 @@ def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
         array = array.copy() if array is values or array.base is not None else array
         array.setflags(write=False)
     return array
+
+
+def visible(positions: FloatArray) -> BoolArray:
+    """Return where markers (..., D) were seen, that is, are not NaN: (...,) bool."""
+    return np.asarray(~np.isnan(positions[..., 0]))
 
 
 def _check_names(names: tuple[str, ...], what: str) -> None:
@@ -106,9 +112,9 @@ class MarkerTake:
         return int(self.positions.shape[2])
 
     @property
-    def visible(self) -> NDArray[np.bool_]:
+    def visible(self) -> BoolArray:
         """(F, M) bool: True where the marker was seen."""
-        return ~np.isnan(self.positions[..., 0])
+        return visible(self.positions)
 
     def select(self, names: tuple[str, ...]) -> FloatArray:
         """Return the positions of the named markers, in that order: (F, len(names), D).

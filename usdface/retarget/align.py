@@ -1,0 +1,125 @@
+"""Rigid and similarity fits between marker sets, for all frames at once."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.errors import SolveError
+from usdface.takes import BoolArray, FloatArray, frozen
+
+__all__ = ["Pose", "rigid_fit", "similarity_fit"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pose:
+    """Head pose of every frame: take space = head space @ rotation.T + translation.
+
+    Attributes
+    ----------
+    rotations : (F, 3, 3) float64
+        Column-vector rotation matrices.
+    translations : (F, 3) float64 [m]
+    """
+
+    rotations: FloatArray
+    translations: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotations", frozen(self.rotations))
+        object.__setattr__(self, "translations", frozen(self.translations))
+
+    @classmethod
+    def identity(cls, count: int) -> "Pose":
+        """Return the pose of a head that does not move, for `count` frames."""
+        return cls(np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)))
+
+    def to_head(self, positions: FloatArray) -> FloatArray:
+        """Take positions (F, M, 3) out of the head's motion."""
+        return np.asarray((positions - self.translations[:, None]) @ self.rotations)
+
+    def to_take(self, positions: FloatArray) -> FloatArray:
+        """Give positions (F, M, 3) the head's motion: the inverse of `to_head`."""
+        moved = positions @ self.rotations.transpose(0, 2, 1)
+        return np.asarray(moved + self.translations[:, None])
+
+
+def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
+    """Fit `target` = pose(`source`) by least squares in every frame (Kabsch; Umeyama 1991).
+
+    Parameters
+    ----------
+    source : (M, 3) or (F, M, 3) float64
+    target : (F, M, 3) float64
+        NaN where a marker is occluded.
+
+    Returns
+    -------
+    pose : Pose
+        Frames with fewer than three usable markers carry on the pose of the nearest frame
+        that has them.
+    usable : (F,) bool
+        True where at least three markers were seen.
+
+    Raises
+    ------
+    SolveError
+        If no frame has three usable markers.
+    """
+    source = np.broadcast_to(source, target.shape)
+    seen = ~(np.isnan(target[..., 0]) | np.isnan(source[..., 0]))
+    usable: BoolArray = np.asarray(seen.sum(axis=1) >= 3)
+    if not usable.any():
+        raise SolveError("no frame shows three head markers at once; the head pose is unknown")
+    weight = seen / np.maximum(seen.sum(axis=1, keepdims=True), 1)
+    a, b = np.where(seen[..., None], source, 0.0), np.where(seen[..., None], target, 0.0)
+    centre_a = np.einsum("fm,fmi->fi", weight, a)
+    centre_b = np.einsum("fm,fmi->fi", weight, b)
+    a = (a - centre_a[:, None]) * seen[..., None]
+    b = (b - centre_b[:, None]) * seen[..., None]
+    rotations = _rotation(np.einsum("fmi,fmj->fij", b, a))
+    translations = centre_b - np.einsum("fij,fj->fi", rotations, centre_a)
+    frames = np.arange(len(target))
+    known = frames[usable]
+    place = np.searchsorted(known, frames).clip(max=len(known) - 1)
+    before = known[np.maximum(place - 1, 0)]
+    nearest = np.where(frames - before < known[place] - frames, before, known[place])
+    nearest[usable] = known
+    return Pose(rotations[nearest], translations[nearest]), usable
+
+
+def _rotation(covariance: FloatArray) -> FloatArray:
+    """Return the rotations (F, 3, 3) closest to the matrices `covariance` (F, 3, 3)."""
+    u, _, vt = np.linalg.svd(covariance)
+    flip = np.ones((len(covariance), 3))
+    flip[:, 2] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    rotation: FloatArray = (u * flip[:, None, :]) @ vt
+    return rotation
+
+
+def similarity_fit(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fit ``target = source @ linear + offset`` with linear = scale * rotation.
+
+    Parameters
+    ----------
+    source, target : (M, 3) float64
+
+    Returns
+    -------
+    linear : (3, 3) float64
+    offset : (3,) float64
+
+    Raises
+    ------
+    SolveError
+        If all source points coincide.
+    """
+    centre_a, centre_b = source.mean(axis=0), target.mean(axis=0)
+    a, b = source - centre_a, target - centre_b
+    size = float((a**2).sum())
+    if size == 0.0:
+        raise SolveError("all markers are at the same neutral place")
+    covariance = b.T @ a
+    rotation = _rotation(covariance[None])[0]
+    scale = float((rotation * covariance).sum()) / size
+    linear = scale * rotation.T
+    return linear, centre_b - centre_a @ linear

@@ -1,0 +1,56 @@
+"""The performer's neutral: where each marker rests."""
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.retarget.align import rigid_fit
+from usdface.takes import FloatArray
+
+__all__ = ["in_space", "neutral_markers"]
+
+
+def in_space(positions: FloatArray) -> FloatArray:
+    """Return image markers (..., 2) as points (..., 3) on the plane z = 0; 3D ones as they are."""
+    if positions.shape[-1] == 3:
+        return positions
+    flat = np.zeros((*positions.shape[:-1], 3))
+    flat[..., :2] = positions
+    flat[np.isnan(positions[..., 0])] = np.nan
+    return flat
+
+
+def neutral_markers(positions: FloatArray, frames: tuple[int, int]) -> FloatArray:
+    """Average each marker over the neutral frames, with the head's motion taken out.
+
+    Parameters
+    ----------
+    positions : (F, M, D) float64
+    frames : (int, int)
+        First and last neutral frame index, inclusive.
+
+    Returns
+    -------
+    (M, D) float64
+        In the head pose of the first neutral frame; NaN for a marker that no neutral frame
+        shows.
+
+    Raises
+    ------
+    InputError
+        If the range lies outside the take.
+    """
+    first, last = frames
+    if not 0 <= first <= last < len(positions):
+        raise InputError(
+            f"neutral frames {first} to {last} lie outside the take, "
+            f"which has frames 0 to {len(positions) - 1}"
+        )
+    window = positions[first : last + 1]
+    most = int(np.argmax((~np.isnan(window[..., 0])).sum(axis=1)))
+    space = in_space(window)
+    if (~np.isnan(window[most, :, 0])).sum() >= 3:
+        pose, _ = rigid_fit(space[most], space)
+        space = pose.to_head(space)
+    count = (~np.isnan(space)).sum(axis=0)
+    mean = np.where(count > 0, np.nansum(space, axis=0) / np.maximum(count, 1), np.nan)
+    return np.asarray(mean[:, : positions.shape[-1]])

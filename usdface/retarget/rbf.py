@@ -1,0 +1,178 @@
+"""The space map from performer to character, by radial basis functions.
+
+Two forms of Troy, Pranowo and Gunanto, "2D to 3D Space Transformation for Facial Animation
+Based on Marker Data" (InAES 2016), [RBF] below:
+
+* the paper's own (equations 5 to 10): exact interpolation, no polynomial term;
+* neutral-relative: a similarity (2D sources: an affine map) carries the face over, a
+  smoothed radial field bends what remains, and only *displacements from neutral* are used,
+  so that a neutral face stays neutral and a map between equal faces is the identity.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.errors import SolveError
+from usdface.options import Kernel, MapOptions
+from usdface.retarget.align import similarity_fit
+from usdface.takes import FloatArray, frozen
+
+__all__ = ["SpaceMap", "fit_map", "fit_paper_map", "kernel_values"]
+
+_CHUNK_ELEMENTS = 8_000_000
+
+
+def kernel_values(kernel: Kernel, distances: FloatArray, radius: float) -> FloatArray:
+    """Evaluate a radial kernel; `radius` is 1/e of the paper's shape parameter e.
+
+    The multiquadric is scaled by the radius, ``sqrt(d^2 + r^2)``, as in [RBF] equation 6.
+    """
+    ratio = (distances / radius) ** 2
+    if kernel == "multiquadric":
+        return radius * np.sqrt(1.0 + ratio)
+    if kernel == "gaussian":
+        return np.exp(-ratio)
+    if kernel == "inverse_quadratic":
+        return 1.0 / (1.0 + ratio)
+    return 1.0 / np.sqrt(1.0 + ratio)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpaceMap:
+    """x -> x @ linear + offset + sum_i coefficients_i * kernel(|x - centres_i|).
+
+    Attributes
+    ----------
+    centres : (M, D) float64
+    coefficients : (M, 3) float64
+    linear : (D, 3) float64
+    offset : (3,) float64
+    kernel : Kernel
+    radius : float
+        In units of the source.
+    """
+
+    centres: FloatArray
+    coefficients: FloatArray
+    linear: FloatArray
+    offset: FloatArray
+    kernel: Kernel
+    radius: float
+
+    def __post_init__(self) -> None:
+        for name in ("centres", "coefficients", "linear", "offset"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Map points (..., D) of the source to (..., 3) of the target; NaN stays NaN."""
+        flat = points.reshape(-1, points.shape[-1])
+        result = flat @ self.linear + self.offset
+        if self.coefficients.any():
+            chunk = max(1, _CHUNK_ELEMENTS // len(self.centres))
+            for first in range(0, len(flat), chunk):
+                rows = slice(first, first + chunk)
+                values = kernel_values(
+                    self.kernel, _distances(flat[rows], self.centres), self.radius
+                )
+                result[rows] += values @ self.coefficients
+        mapped: FloatArray = result.reshape(*points.shape[:-1], 3)
+        return mapped
+
+    def displacements(self, points: FloatArray) -> FloatArray:
+        """Return how far mapped points (..., M, D) are from the mapped centres: (..., M, 3)."""
+        return np.asarray(self(points) - self(self.centres))
+
+
+def _distances(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return all distances between (N, D) and (M, D): (N, M), without cancellation."""
+    squared = np.zeros((len(a), len(b)))
+    for axis in range(a.shape[1]):
+        squared += (a[:, axis, None] - b[None, :, axis]) ** 2
+    return np.sqrt(squared)
+
+
+def _closest(points: FloatArray) -> FloatArray:
+    distances = _distances(points, points)
+    np.fill_diagonal(distances, np.inf)
+    return distances.min(axis=1)
+
+
+def fit_paper_map(
+    source: FloatArray, target: FloatArray, kernel: Kernel = "multiquadric"
+) -> SpaceMap:
+    """Fit [RBF] equations 5 to 9: exact at the training pair, one radius for the whole face.
+
+    Parameters
+    ----------
+    source : (M, D) float64
+        Neutral markers.
+    target : (M, 3) float64
+        Neutral feature points of the character.
+    kernel : Kernel
+        One of the paper's four.
+
+    Raises
+    ------
+    SolveError
+        If two markers coincide, or the kernel matrix is singular to working precision.
+    """
+    radius = float(_closest(source).min()) if len(source) > 1 else 1.0
+    if radius <= 0.0:
+        raise SolveError(
+            "two markers are at the same neutral place, so the paper's space map is singular; "
+            'leave one out or use the form "neutral_relative"'
+        )
+    matrix = kernel_values(kernel, _distances(source, source), radius)
+    if np.linalg.cond(matrix) > 1e14:
+        raise SolveError(f"the {kernel} space map is singular for these {len(source)} markers")
+    coefficients = np.asarray(np.linalg.solve(matrix, target), dtype=np.float64)
+    dimension = source.shape[1]
+    return SpaceMap(source, coefficients, np.zeros((dimension, 3)), np.zeros(3), kernel, radius)
+
+
+def fit_map(source: FloatArray, target: FloatArray, options: MapOptions) -> SpaceMap:
+    """Fit the space map that `options` ask for; arguments as in `fit_paper_map`.
+
+    In the neutral-relative form the radial field solves
+    ``[[K + s I, 1], [1', 0]] [c; d] = [rest; 0]`` for the rest that the similarity leaves,
+    with K the kernel matrix scaled to 1 at distance 0 and positive definite on vectors
+    that sum to zero (minus the multiquadric), and s = `options.smoothing`.
+
+    Raises
+    ------
+    SolveError
+        If there are too few markers, or they coincide.
+    """
+    if options.form == "paper":
+        return fit_paper_map(source, target, options.kernel)
+    count, dimension = source.shape
+    if count < 4:
+        raise SolveError(f"the space map needs at least 4 bound markers; got {count}")
+    linear, offset = similarity_fit(source, target) if dimension == 3 else _affine(source, target)
+    rest = target - (source @ linear + offset)
+    spacing = float(_closest(source).mean())
+    if spacing <= 0.0:
+        raise SolveError("all markers are at the same neutral place")
+    radius = options.radius * spacing
+    # Equal faces: nothing to bend, and rounding must not be amplified.
+    if np.abs(rest).max() <= 1e-6 * np.abs(target - target.mean(axis=0)).max():
+        return SpaceMap(source, np.zeros((count, 3)), linear, offset, options.kernel, radius)
+    sign = -1.0 / radius if options.kernel == "multiquadric" else 1.0
+    system = np.ones((count + 1, count + 1))
+    system[-1, -1] = 0.0
+    system[:-1, :-1] = sign * kernel_values(options.kernel, _distances(source, source), radius)
+    system[:-1, :-1] += options.smoothing * np.eye(count)
+    try:
+        solved: FloatArray = np.linalg.solve(system, np.vstack([rest, np.zeros(3)]))
+    except np.linalg.LinAlgError as error:
+        raise SolveError(
+            "the space map is singular: markers coincide; raise its smoothing"
+        ) from error
+    return SpaceMap(source, sign * solved[:-1], linear, offset + solved[-1], options.kernel, radius)
+
+
+def _affine(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    homogeneous = np.column_stack([source, np.ones(len(source))])
+    solved: FloatArray = np.linalg.lstsq(homogeneous, target, rcond=None)[0].astype(np.float64)
+    return solved[:-1], solved[-1]

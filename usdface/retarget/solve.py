@@ -1,0 +1,161 @@
+"""Blend shape weights of a whole take: box-constrained least squares, smooth in time.
+
+The problem solved, for N = D'D of the marker offsets D and noise variance v, is::
+
+    min over 0 <= w <= 1 of   sum_t |D w_t - y_t|^2 / 2
+                            + v / spread^2 * sum_t |w_t|^2 / 2
+                            + v * smoothness / agility * integral |w''|^2 dt / 2
+
+which is the most probable take if weights are about `spread` large, their second
+derivative is white with power `agility`, and markers carry white noise. So the smoothing
+follows the noise: without noise each frame is solved for itself, exactly.
+
+The whole-take form is solved by ADMM (Boyd et al. 2011) with over-relaxation. One
+eigen-decomposition of N turns the unconstrained step into S independent pentadiagonal
+systems in time.
+"""
+
+import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
+
+from usdface.options import SolveOptions
+from usdface.retarget.box import solve_box
+from usdface.takes import BoolArray, FloatArray
+
+__all__ = ["curvature_bands", "marker_noise", "solve_weights"]
+
+# Where smoothing weighs less than this share of the least visible weight direction, it is left out.
+_NEGLIGIBLE = 1e-2
+_RELAXATION = 1.6
+_RIDGE_FLOOR = 1e-13
+
+
+def solve_weights(
+    normal: FloatArray,
+    right: FloatArray,
+    times: FloatArray,
+    noise: float,
+    options: SolveOptions,
+    start: FloatArray | None = None,
+) -> FloatArray:
+    """Solve for the weights of all frames at once.
+
+    Parameters
+    ----------
+    normal : (S, S) float64 [m^2]
+        D'D, symmetric positive semi-definite.
+    right : (F, S) float64 [m^2]
+        D'y of every frame.
+    times : (F,) float64 [s]
+    noise : float [m]
+        Standard deviation of a marker coordinate.
+    options : SolveOptions
+    start : (F, S) float64, optional
+        A guess.
+
+    Returns
+    -------
+    (F, S) float64 in [0, 1]
+    """
+    variance = noise**2
+    ridge = variance / options.spread**2 + _RIDGE_FLOOR * max(normal.trace(), 1e-300)
+    ridged = normal + ridge * np.eye(len(normal))
+    bands = curvature_bands(times) * (variance * options.smoothness / options.agility)
+    weakest = np.linalg.eigvalsh(ridged)[0]
+    if bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest:
+        return solve_box(ridged, right, start)
+    if start is None:
+        start = solve_box(ridged, right)
+    return _solve_take(ridged, right, bands, options, start)
+
+
+def _solve_take(
+    normal: FloatArray,
+    right: FloatArray,
+    bands: FloatArray,
+    options: SolveOptions,
+    start: FloatArray,
+) -> FloatArray:
+    # Penalty per weight: measured on the ICT face with 68 landmarks at 0.01 to 1 mm noise,
+    # 60 iterations reach 5e-3 everywhere and 1e-4 in the mean.
+    penalty = 0.03 * np.diag(normal) + 0.02 * bands[2].max()
+    values, vectors = np.linalg.eigh(normal + np.diag(penalty))
+    factors = []
+    for value in values:
+        system = bands.copy()
+        system[2] += value
+        factors.append(cholesky_banded(system, check_finite=False))
+    boxed, dual = np.clip(start, 0.0, 1.0), np.zeros_like(right)
+    free = np.empty_like(right)
+    for _ in range(options.iterations):
+        rotated = (right + penalty * (boxed - dual)) @ vectors
+        for k, factor in enumerate(factors):
+            free[:, k] = cho_solve_banded((factor, False), rotated[:, k], check_finite=False)
+        relaxed = _RELAXATION * (free @ vectors.T) + (1.0 - _RELAXATION) * boxed + dual
+        previous, boxed = boxed, np.clip(relaxed, 0.0, 1.0)
+        dual = relaxed - boxed
+        change = boxed - previous
+        if np.sqrt(np.mean(change**2)) < options.tolerance * 0.1:
+            break
+    return boxed
+
+
+def curvature_bands(times: FloatArray) -> FloatArray:
+    """Return the pentadiagonal matrix of ``integral |w''|^2 dt`` for samples at `times`.
+
+    Returns
+    -------
+    (3, F) float64 [1/s^3]
+        Upper banded storage, as `scipy.linalg.solveh_banded` takes it; uneven times are
+        allowed, fewer than three give zeros.
+    """
+    count = len(times)
+    bands = np.zeros((3, count))
+    if count < 3:
+        return bands
+    step = np.diff(times)
+    span = step[:-1] + step[1:]
+    # w'' at an inner sample as a combination of three neighbours, times sqrt(span / 2).
+    scale = np.sqrt(span / 2.0) * 2.0 / span
+    left, right = scale / step[:-1], scale / step[1:]
+    middle = -(left + right)
+    bands[2, :-2] += left**2
+    bands[2, 1:-1] += middle**2
+    bands[2, 2:] += right**2
+    bands[1, 1:-1] += left * middle
+    bands[1, 2:] += middle * right
+    bands[0, 2:] += left * right
+    return bands
+
+
+def marker_noise(observed: FloatArray, explained: FloatArray, seen: BoolArray) -> float:
+    """Estimate the white noise of marker coordinates from what no weight and no pose explains.
+
+    Third differences in time of the part of `observed` that is orthogonal to `explained`
+    keep the noise (their variance is 20 times the noise's) and drop the slow misfit of
+    rig and performer. The median makes it robust to spikes.
+
+    Parameters
+    ----------
+    observed : (F, N) float64 [m]
+        Marker displacements, flattened, gaps filled.
+    explained : (K, N) float64
+        Directions that weights or head pose explain.
+    seen : (F,) bool
+        Frames in which every marker was seen; others are left out where enough remain.
+
+    Returns
+    -------
+    float [m]
+        Standard deviation; 0 if there are too few frames or markers to tell.
+    """
+    basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
+    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
+    rest = observed @ basis[:, rank:]
+    if rest.shape[1] == 0 or len(rest) < 4:
+        return 0.0
+    differences = np.diff(rest, 3, axis=0) / np.sqrt(20.0)
+    whole = np.lib.stride_tricks.sliding_window_view(seen, 4).all(axis=1)
+    if whole.sum() >= 16:
+        differences = differences[whole]
+    return float(np.median(np.abs(differences)) * 1.4826)

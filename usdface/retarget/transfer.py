@@ -1,0 +1,284 @@
+"""From a marker take to blend shape weights: head pose, space map and solve, together.
+
+The head pose is found with the weights because brows, lids and jaw move with the
+expression: a rigid fit on face markers alone puts a tenth of a weight into the answer.
+Each round solves the weights with small head motions projected out of the problem (so that
+one normal matrix serves the whole take), then takes what is left over as the pose's error.
+Occluded markers follow the same rounds: they are filled with what the rig predicts.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.retarget.align import Pose, rigid_fit, similarity_fit
+from usdface.retarget.neutral import in_space, neutral_markers
+from usdface.retarget.rbf import SpaceMap, fit_map
+from usdface.retarget.solve import marker_noise, solve_weights
+from usdface.setup import Setup
+from usdface.takes import FloatArray, MarkerTake, WeightsTake, frozen, visible
+
+__all__ = ["Solution", "solve_take"]
+
+_ROUNDS = 20
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solution:
+    """What the retarget found.
+
+    Attributes
+    ----------
+    weights : WeightsTake
+        (F, S), in [0, 1].
+    pose : Pose
+        Head pose relative to the neutral frames, in take space.
+    residual : (F,) float64 [m]
+        RMS distance, on the character, between seen markers and what the weights explain.
+    feature_points : (F, M, 3) float64 [m]
+        Markers carried over to the character; occluded ones as the rig predicts them.
+    markers : tuple of str, length M
+        The markers that were used.
+    noise : float [m]
+        Estimated standard deviation of a marker coordinate, on the character.
+    rounds : int
+        Rounds of the pose and occlusion loop.
+    """
+
+    weights: WeightsTake
+    pose: Pose
+    residual: FloatArray
+    feature_points: FloatArray
+    markers: tuple[str, ...]
+    noise: float
+    rounds: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "residual", frozen(self.residual))
+        object.__setattr__(self, "feature_points", frozen(self.feature_points))
+
+
+def solve_take(
+    take: MarkerTake,
+    points: FloatArray,
+    offsets: FloatArray,
+    shape_names: tuple[str, ...],
+    setup: Setup,
+) -> tuple[Solution, list[Finding]]:
+    """Retarget a marker take onto a face.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    points : (B, 3) float64 [m]
+        Neutral positions on the character of the B markers of `setup.binding`.
+    offsets : (S, B, 3) float64 [m]
+        What each blend shape adds to them at weight 1.
+    shape_names : tuple of str, length S
+    setup : Setup
+
+    Returns
+    -------
+    Solution
+    list of Finding
+
+    Raises
+    ------
+    InputError
+        If the binding or the neutral frames do not fit the take.
+    SolveError
+        If the bound markers do not determine an answer.
+    """
+    used, neutral, findings = _usable_markers(take, points, setup)
+    names = tuple(setup.binding.markers[i] for i in used)
+    positions = take.select(names)
+    target = points[used]
+    basis = offsets[:, used]
+    findings += _unseen_shapes(basis, shape_names)
+    space = fit_map(neutral, target, setup.map)
+    pose, pose_findings = _first_pose(take, positions, neutral, setup)
+    findings += pose_findings
+
+    solved = _rounds(take.times, positions, neutral, target, basis, space, pose, setup)
+    weights, pose, displaced, noise, rounds = solved
+    predicted = np.einsum("fs,smi->fmi", weights, basis)
+    misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
+    if take.dimension == 2:
+        misfit[..., 2] = 0.0
+    seen = visible(displaced)
+    residual = np.sqrt((misfit**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=1), 1))
+    features = target + np.where(np.isnan(displaced), predicted, displaced)
+    result = WeightsTake(
+        shape_names, take.times, weights, take.rate, take.start_timecode, take.source
+    )
+    return Solution(result, pose, residual, features, names, noise, rounds), findings
+
+
+def _usable_markers(
+    take: MarkerTake, points: FloatArray, setup: Setup
+) -> tuple[list[int], FloatArray, list[Finding]]:
+    """Return which bound markers the solve can use, their neutral, and why not the others."""
+    binding, findings = setup.binding, []
+    known = [i for i, name in enumerate(binding.markers) if name in take.names]
+    for name in sorted(set(binding.markers) - set(take.names)):
+        findings.append(finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}"))
+    unbound = [name for name in take.names if name not in binding.markers]
+    if unbound:
+        findings.append(finding("MARKER_UNBOUND", take.source, f"not bound: {', '.join(unbound)}"))
+    if not known:
+        raise InputError(
+            f"none of the {len(binding.markers)} bound markers is in the take "
+            f"{take.source}; bound: {', '.join(binding.markers[:6])}, ...; "
+            f"in the take: {', '.join(take.names[:6])}, ..."
+        )
+    positions = take.select(tuple(binding.markers[i] for i in known))
+    if setup.neutral is None:
+        if take.dimension == 2:
+            raise InputError('a 2D take cannot have the neutral "rig"; name neutral frames')
+        neutral = points[known]
+    else:
+        neutral = neutral_markers(positions, setup.neutral)
+    ever = np.asarray(visible(positions).any(axis=0))
+    resting = visible(neutral)
+    for i, name in enumerate(binding.markers[k] for k in known):
+        if not ever[i]:
+            findings.append(finding("MARKER_NEVER_SEEN", name))
+        elif not resting[i]:
+            findings.append(finding("MARKER_WITHOUT_NEUTRAL", name))
+    keep = np.flatnonzero(ever & resting)
+    if len(keep) < 4:
+        raise InputError(
+            f"only {len(keep)} bound markers are visible in the neutral frames of "
+            f"{take.source}; at least 4 are needed. Name other neutral frames or bind more"
+        )
+    hidden = np.isnan(positions[:, keep, 0]).sum(axis=0)
+    for k, count in zip(keep, hidden, strict=True):
+        if count:
+            name = binding.markers[known[k]]
+            findings.append(
+                finding("MARKER_OCCLUDED", name, f"hidden in {count} of {len(positions)} frames")
+            )
+    return [known[k] for k in keep], neutral[keep], findings
+
+
+def _unseen_shapes(basis: FloatArray, names: tuple[str, ...]) -> list[Finding]:
+    moved = np.abs(basis).max(axis=(1, 2))
+    return [
+        finding("SHAPE_UNSEEN", name)
+        for name, size in zip(names, moved, strict=True)
+        if size <= 1e-9 * moved.max()
+    ]
+
+
+def _first_pose(
+    take: MarkerTake, positions: FloatArray, neutral: FloatArray, setup: Setup
+) -> tuple[Pose, list[Finding]]:
+    if setup.head == "stabilised":
+        return Pose.identity(len(positions)), []
+    if setup.head == "solve":
+        pose, usable = rigid_fit(in_space(neutral), in_space(positions))
+    else:
+        rigid = take.select(setup.head_markers)
+        frames = setup.neutral or (0, 0)
+        pose, usable = rigid_fit(in_space(neutral_markers(rigid, frames)), in_space(rigid))
+    if usable.all():
+        return pose, []
+    missing = int((~usable).sum())
+    return pose, [
+        finding(
+            "HEAD_MARKERS_FEW",
+            take.source,
+            f"fewer than three head markers in {missing} of {len(usable)} frames; "
+            "the head keeps the pose of the nearest frame there",
+        )
+    ]
+
+
+def _rounds(
+    times: FloatArray,
+    positions: FloatArray,
+    neutral: FloatArray,
+    target: FloatArray,
+    basis: FloatArray,
+    space: SpaceMap,
+    pose: Pose,
+    setup: Setup,
+) -> tuple[FloatArray, Pose, FloatArray, float, int]:
+    """Solve weights, pose and occluded markers in turn until the weights stand still.
+
+    Returns weights (F, S), pose, displacements (F, M, 3) with NaN where occluded, the
+    noise [m] and the number of rounds.
+    """
+    dimension = positions.shape[2]
+    image = dimension == 2
+    axes = slice(0, dimension)  # an image has no say on depth
+    markers = in_space(positions)
+    seen = visible(positions)
+    flat = basis[..., axes].reshape(len(basis), -1)
+    moving_head = setup.head == "solve"
+    rigid = _rigid_columns(target, image)[..., axes].reshape(6, -1) if moving_head else flat[:0]
+    ignored = np.linalg.qr(rigid.T)[0] if moving_head else rigid.T
+    projected = flat - (flat @ ignored) @ ignored.T
+    normal = projected @ projected.T
+    back = None if image else np.linalg.inv(similarity_fit(neutral, target)[0])
+
+    weights, before = np.zeros(0), None
+    noise = 0.0
+    for done in range(1, _ROUNDS + 1):
+        displaced = space.displacements(pose.to_head(markers)[..., axes])
+        observed = displaced[..., axes].reshape(len(displaced), -1)
+        hidden = np.isnan(observed)
+        if before is None:
+            observed = _bridged(observed, times)
+        else:
+            observed = np.where(hidden, before @ flat, observed)
+        if done <= 2:
+            noise = marker_noise(
+                observed, np.vstack([flat, ignored.T]), np.asarray(seen.all(axis=1))
+            )
+        weights = solve_weights(normal, observed @ projected.T, times, noise, setup.solve, before)
+        leftover = (observed - weights @ flat).reshape(*seen.shape, dimension)
+        if image and moving_head:
+            # The pose of a flat image cannot be undone in depth: its small part is taken
+            # out of the markers on the character instead.
+            flat_rest = leftover.reshape(len(seen), -1)
+            displaced[..., axes] -= (flat_rest @ ignored @ ignored.T).reshape(leftover.shape)
+        settled = before is not None and _settled(weights - before, setup.solve.tolerance)
+        if settled or not (hidden.any() or (moving_head and back is not None)):
+            break
+        before = weights
+        if moving_head and back is not None:
+            still = pose.to_head(markers) - np.where(seen[..., None], leftover, 0.0) @ back
+            pose, _ = rigid_fit(still, markers)
+    return weights, pose, displaced, noise, done
+
+
+def _settled(change: FloatArray, tolerance: float) -> bool:
+    return bool(np.sqrt(np.mean(change**2)) < 0.1 * tolerance)
+
+
+def _rigid_columns(points: FloatArray, image: bool) -> FloatArray:
+    """Return small rigid motions of `points` (M, 3): (6, M, 3).
+
+    Three translations and three rotations; seen in an image, moving along the view is a
+    change of size instead.
+    """
+    centred = points - points.mean(axis=0)
+    columns = np.zeros((6, *points.shape))
+    for axis in range(3):
+        columns[axis, :, axis] = 1.0
+        columns[3 + axis] = np.cross(np.eye(3)[axis], centred)
+    if image:
+        columns[2] = centred
+    return columns
+
+
+def _bridged(observed: FloatArray, times: FloatArray) -> FloatArray:
+    """Fill gaps (NaN) of each column (F,) by straight lines in time."""
+    filled = observed.copy()
+    for column in np.flatnonzero(np.isnan(observed).any(axis=0)):
+        known = ~np.isnan(observed[:, column])
+        filled[~known, column] = np.interp(times[~known], times[known], observed[known, column])
+    return filled
