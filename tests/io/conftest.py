@@ -1,0 +1,86 @@
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from usdface.rigs import BlendShape, Inbetween, Material, MaterialSubset, Mesh, Rig, Skeleton, Skin
+
+
+@pytest.fixture(scope="session")
+def assert_valid_usd() -> Callable[[Path], None]:
+    """A function that fails with USD's own words when its validators find an error."""
+    from pxr import Usd, UsdValidation
+
+    def check(path: Path) -> None:
+        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        context = UsdValidation.ValidationContext(validators)
+        errors = context.Validate(Usd.Stage.Open(str(path)))
+        assert [f"{e.GetName()}: {e.GetMessage()}" for e in errors] == []
+
+    return check
+
+
+def _grid(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    x, y = np.meshgrid(np.linspace(-1, 1, size), np.linspace(-1, 1, size))
+    points = 0.1 * np.stack([x, y, 0.3 - 0.2 * (x**2 + y**2)], -1).reshape(-1, 3)
+    corner = (np.arange(size - 1)[:, None] * size + np.arange(size - 1)).ravel()
+    faces = np.stack([corner, corner + 1, corner + size + 1, corner + size], 1).ravel()
+    uvs = np.stack([x, y], -1).reshape(-1, 2)[faces] * 0.5 + 0.5
+    return points, np.full((size - 1) ** 2, 4), faces, uvs
+
+
+@pytest.fixture
+def face_rig() -> Rig:
+    """A bulging 6x6 sheet and a plain triangle; shapes with awkward names, an inbetween."""
+    rng = np.random.default_rng(7)
+    points, counts, faces, uvs = _grid(6)
+
+    def shape(name: str, indices: list[int], inbetweens: tuple[Inbetween, ...] = ()) -> BlendShape:
+        return BlendShape(name, indices, rng.normal(0, 0.01, (len(indices), 3)), None, inbetweens)
+
+    half = (
+        Inbetween("half way", 0.5, rng.normal(0, 0.01, (4, 3))),
+        Inbetween("back", -0.4, rng.normal(0, 0.01, (4, 3))),
+    )
+    shapes = (
+        shape("jawOpen", [0, 3, 4, 9], half),
+        shape("Key 1", [7, 8, 30, 35]),
+        shape("Key.1", [1]),
+        shape("口", [14, 15, 20, 21, 22]),
+    )
+    subsets = (MaterialSubset("lips", np.arange(5)), MaterialSubset("skin", np.arange(5, 25)))
+    head = Mesh("Head", points, counts, faces, None, uvs, shapes, None, "", subsets)
+    jaw = Mesh("Teeth.1", points[[0, 1, 7]], [3], [0, 1, 2], shapes=(shape("jawOpen", [0, 2]),))
+    materials = (
+        Material("skin", (0.5, 0.4, 0.3), 0.9, 0.1, 0.7, (0.0, 0.1, 0.0)),
+        Material("lips", (0.9, 0.1, 0.1), double_sided=True),
+    )
+    return Rig("small face", (head, jaw), None, materials)
+
+
+@pytest.fixture
+def skinned_rig(face_rig: Rig) -> Rig:
+    """The sheet of `face_rig` on two joints whose rest pose is their bind pose."""
+    mesh = face_rig.meshes[0]
+    weight = np.linspace(0, 1, len(mesh.points))
+    skin = Skin(np.tile([0, 1], (len(weight), 1)), np.stack([1 - weight, weight], 1))
+    root, head = np.eye(4), np.eye(4)
+    root[:3, :3] = [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]
+    root[3, :3] = (0.0, -0.2, 0.0)
+    head[3, :3] = (0.1, 0.0, 0.05)
+    skeleton = Skeleton(
+        ("neck", "neck/head"), ("neck", "Head Joint"), [root, head @ root], [root, head]
+    )
+    skinned = Mesh(
+        mesh.name,
+        mesh.points,
+        mesh.face_counts,
+        mesh.face_indices,
+        None,
+        mesh.uvs,
+        mesh.shapes,
+        skin,
+    )
+    return Rig("skinned face", (skinned,), skeleton)
