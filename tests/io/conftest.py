@@ -73,14 +73,4 @@ def skinned_rig(face_rig: Rig) -> Rig:
     skeleton = Skeleton(
         ("neck", "neck/head"), ("neck", "Head Joint"), [root, head @ root], [root, head]
     )
-    skinned = Mesh(
-        mesh.name,
-        mesh.points,
-        mesh.face_counts,
-        mesh.face_indices,
-        None,
-        mesh.uvs,
-        mesh.shapes,
-        skin,
-    )
-    return Rig("skinned face", (skinned,), skeleton)
+    return Rig("skinned face", (replace(mesh, skin=skin, subsets=()),), skeleton)

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from usdface.rigs import Mesh, Skeleton, Skin
+from usdface.rigs import BlendShape, Mesh, Skeleton, Skin
 from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["posed_bounds"]
@@ -20,10 +20,9 @@ def posed_bounds(mesh: Mesh, skeleton: Skeleton | None, curves: WeightsTake | No
         if curves is not None:
             column = curves.column(shape.name)
             low, high = min(low, column.min()), max(high, column.max())
-        reached = [low * shape.offsets, high * shape.offsets]
-        reached += [between.offsets for between in shape.inbetweens]
-        box[0, shape.indices] += np.minimum(0.0, np.min(reached, axis=0))
-        box[1, shape.indices] += np.maximum(0.0, np.max(reached, axis=0))
+        reached = _reached(shape, float(low), float(high))
+        box[0, shape.indices] += reached.min(axis=0)
+        box[1, shape.indices] += reached.max(axis=0)
     if skeleton is None or mesh.skin is None:
         return np.array([box[0].min(axis=0), box[1].max(axis=0)])
     moves = _skinning_at_rest(skeleton)
@@ -34,6 +33,24 @@ def posed_bounds(mesh: Mesh, skeleton: Skeleton | None, curves: WeightsTake | No
         for sides in itertools.product((0, 1), repeat=3)
     ]
     return np.array([np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))])
+
+
+def _reached(shape: BlendShape, low: float, high: float) -> FloatArray:
+    """Return the corners (K, N, 3) of a shape's path over the weights from `low` to `high`.
+
+    The path is straight between inbetweens and goes on straight beyond them, as UsdSkel's.
+    """
+    knots = {0.0: np.zeros_like(shape.offsets), 1.0: shape.offsets}
+    for between in shape.inbetweens:
+        knots.setdefault(between.weight, between.offsets)
+    weights = np.array(sorted(knots))
+    values = np.array([knots[weight] for weight in sorted(knots)])
+    corners = list(values[(weights > low) & (weights < high)])
+    for weight in (low, high):
+        right = int(np.searchsorted(weights, weight).clip(1, len(weights) - 1))
+        part = (weight - weights[right - 1]) / (weights[right] - weights[right - 1])
+        corners.append(values[right - 1] + part * (values[right] - values[right - 1]))
+    return np.array(corners)
 
 
 def _skinning_at_rest(skeleton: Skeleton) -> FloatArray:

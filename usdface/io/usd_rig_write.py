@@ -228,7 +228,7 @@ def _write_shapes(
         made.CreateOffsetsAttr(vec3f_array(shape.offsets))
         made.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
         made.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(shape.indices.astype(np.int32)))
-        _write_inbetweens(made, shape, turned)
+        findings += _write_inbetweens(made, shape, turned)
     binding = UsdSkel.BindingAPI(prim)
     binding.CreateBlendShapesAttr(mesh.shape_names)
     binding.CreateBlendShapeTargetsRel().SetTargets(targets)
@@ -237,9 +237,16 @@ def _write_shapes(
 
 def _write_inbetweens(
     made: UsdSkel.BlendShape, shape: BlendShape, turned: Callable[[FloatArray], FloatArray]
-) -> None:
+) -> list[Finding]:
+    findings: list[Finding] = []
+    weights = {0.0, 1.0}
     names = prim_names(between.name for between in shape.inbetweens)
     for name, between in zip(names, shape.inbetweens, strict=True):
+        if between.weight in weights:
+            message = f"inbetween {between.name!r}: weight {between.weight:g} is taken already"
+            findings.append(finding("INBETWEEN_DROPPED", str(made.GetPath()), message))
+            continue
+        weights.add(between.weight)
         target = made.CreateInbetween(name)
         target.SetWeight(between.weight)
         target.SetOffsets(vec3f_array(between.offsets))
@@ -249,6 +256,7 @@ def _write_inbetweens(
         target.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
         if name != between.name:
             target.GetAttr().SetDisplayName(between.name)
+    return findings
 
 
 def _bind_materials(
