@@ -1,1 +1,61 @@
-"""usdface: facial retargeting in open formats."""
+"""usdface: facial retargeting in open formats.
+
+Marker takes onto blend-shape characters in UsdSkel, with a fuzzy-logic expression layer, and
+to and from glTF. The public names below are loaded when first asked for, so that
+``import usdface`` costs next to nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from usdface.errors import InputError, OutputError, SchemaError, SolveError, UsdFaceError
+    from usdface.fuzzy.system import FuzzySystem
+    from usdface.pipeline import apply, process
+    from usdface.rigs import BlendShape, Mesh, Rig
+    from usdface.setup import Binding, Expression, Setup
+    from usdface.takes import MarkerTake, WeightsTake
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Binding",
+    "BlendShape",
+    "Expression",
+    "FuzzySystem",
+    "InputError",
+    "MarkerTake",
+    "Mesh",
+    "OutputError",
+    "Rig",
+    "SchemaError",
+    "Setup",
+    "SolveError",
+    "UsdFaceError",
+    "WeightsTake",
+    "apply",
+    "process",
+]
+
+_HOMES = {
+    "errors": ("InputError", "OutputError", "SchemaError", "SolveError", "UsdFaceError"),
+    "fuzzy.system": ("FuzzySystem",),
+    "pipeline": ("apply", "process"),
+    "rigs": ("BlendShape", "Mesh", "Rig"),
+    "setup": ("Binding", "Expression", "Setup"),
+    "takes": ("MarkerTake", "WeightsTake"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module (PEP 562)."""
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'usdface' has no attribute {name!r}")
+    value = getattr(import_module(f"usdface.{_HOME_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

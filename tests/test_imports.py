@@ -1,0 +1,49 @@
+"""What a start of Python pays for: asked in processes of their own."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+
+import pytest
+
+FOREIGN = ("OpenImageIO", "ezc3d", "matplotlib", "pxr", "pygltflib", "scipy", "trimesh")
+
+
+def loaded_by(code: str) -> set[str]:
+    code += "\nimport sys\nprint('LOADED', *sys.modules)"
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    last = result.stdout.splitlines()[-1].split()
+    assert last[0] == "LOADED"
+    return {module.partition(".")[0] for module in last[1:]}
+
+
+def test_the_probe_sees_what_is_loaded() -> None:
+    assert {"pxr", "numpy"} <= loaded_by("import pxr.Usd, numpy")
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["usdface", "usdface.options", "usdface.errors", "usdface.findings", "usdface.schemas"],
+)
+def test_light_modules_load_no_library(module: str) -> None:
+    assert not {*FOREIGN, "numpy"} & loaded_by(f"import {module}")
+
+
+@pytest.mark.parametrize("module", ["takes", "rigs", "setup", "fuzzy", "retarget"])
+def test_the_middle_loads_no_file_format(module: str) -> None:
+    assert not (set(FOREIGN) - {"scipy"}) & loaded_by(f"import usdface.{module}")
+
+
+@pytest.mark.skipif(find_spec("usdface.cli") is None, reason="usdface.cli is not there yet")
+def test_help_loads_no_library() -> None:
+    code = """
+import sys
+from usdface.cli import main
+sys.argv = ["usdface", "--help"]
+try:
+    main()
+except SystemExit as end:
+    assert not end.code
+"""
+    assert not {*FOREIGN, "numpy"} & loaded_by(code)

@@ -1,0 +1,65 @@
+import subprocess
+import sys
+import tomllib
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+import usdface
+
+lands_later = pytest.mark.skipif(
+    find_spec("usdface.pipeline") is None, reason="usdface.pipeline is not there yet"
+)
+PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
+
+
+def test_all_is_sorted_and_complete() -> None:
+    homes = [name for names in usdface._HOMES.values() for name in names]
+    assert usdface.__all__ == sorted(homes)
+    assert set(usdface.__all__) <= set(dir(usdface))
+
+
+@pytest.mark.parametrize(
+    "home", [pytest.param(h, marks=lands_later) if h == "pipeline" else h for h in usdface._HOMES]
+)
+def test_every_name_is_public_at_home(home: str) -> None:
+    module = import_module(f"usdface.{home}")
+    for name in usdface._HOMES[home]:
+        assert name in module.__all__
+        assert getattr(usdface, name) is getattr(module, name)
+
+
+def test_every_error_is_exported() -> None:
+    from usdface import errors
+
+    assert set(errors.__all__) <= set(usdface.__all__)
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        usdface.nonsense  # noqa: B018
+
+
+@lands_later
+def test_star_import_gives_exactly_all() -> None:
+    names: dict[str, object] = {}
+    exec("from usdface import *", names)
+    assert set(names) - {"__builtins__"} == set(usdface.__all__)
+
+
+def test_the_version_has_one_source() -> None:
+    project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
+    assert "version" in project["project"]["dynamic"]
+    assert project["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "usdface.__version__"}
+
+
+@lands_later
+def test_type_checkers_see_the_same_names() -> None:
+    code = (
+        "import typing; typing.TYPE_CHECKING = True\nimport usdface; print(*sorted(vars(usdface)))"
+    )
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert set(usdface.__all__) <= set(result.stdout.split())
