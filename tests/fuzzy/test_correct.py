@@ -1,0 +1,88 @@
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.fuzzy.correct import correct
+
+RNG = np.random.default_rng(4)
+F, E, S = 40, 3, 7
+WEIGHTS = RNG.uniform(size=(F, S))
+EMOTIONS = RNG.uniform(size=(F, E)) * (RNG.uniform(size=(F, E)) > 0.4)
+POSES = RNG.uniform(size=(E, S)) * (RNG.uniform(size=(E, S)) > 0.5)
+GAINS = np.array([1.0, 0.5, 1.4])
+MODES = ("raise", "add")
+
+
+def test_both_formulas_by_hand():
+    weights = np.array([[0.2, 0.9, 0.5]])
+    emotions = np.array([[0.5, 1.0]])
+    poses = np.array([[1.0, 1.0, 0.0], [0.4, 0.0, 0.0]])
+    gains = np.array([1.0, 2.0])
+    raised = correct(weights, emotions, poses, gains, "raise", 0.5)
+    np.testing.assert_allclose(raised, [[0.4, 0.9, 0.5]])
+    added = correct(weights, emotions, poses, gains, "add", 0.5)
+    np.testing.assert_allclose(added, [[0.2 + 0.25 + 0.4, 1.0, 0.5]])
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("gain", [0.0, 0.3, 1.0, 5.0])
+def test_weights_stay_between_0_and_1_and_are_never_lowered(mode, gain):
+    corrected = correct(WEIGHTS, EMOTIONS, POSES, GAINS, mode, gain)
+    assert corrected.min() >= 0 and corrected.max() <= 1
+    assert (corrected >= WEIGHTS).all()
+    assert (corrected > WEIGHTS).any() == (gain > 0)
+
+
+def test_raising_twice_is_raising_once():
+    once = correct(WEIGHTS, EMOTIONS, POSES, GAINS)
+    np.testing.assert_array_equal(correct(once, EMOTIONS, POSES, GAINS), once)
+
+
+def test_raise_does_not_push_a_face_that_already_shows_the_expression():
+    shown = EMOTIONS[:, :1] * POSES[0]
+    alone = EMOTIONS * [1, 0, 0]
+    np.testing.assert_array_equal(correct(shown, alone, POSES, np.ones(E)), shown)
+    assert (correct(shown, alone, POSES, np.ones(E), "add") > shown).any()
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_no_emotion_changes_nothing(mode):
+    corrected = correct(WEIGHTS, np.zeros((F, E)), POSES, GAINS, mode)
+    np.testing.assert_array_equal(corrected, WEIGHTS)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_the_order_of_emotions_does_not_matter(mode):
+    p = [2, 0, 1]
+    np.testing.assert_allclose(
+        correct(WEIGHTS, EMOTIONS[:, p], POSES[p], GAINS[p], mode),
+        correct(WEIGHTS, EMOTIONS, POSES, GAINS, mode),
+        atol=1e-15,
+    )
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_more_emotion_is_never_less_weight(mode):
+    less = correct(WEIGHTS, 0.7 * EMOTIONS, POSES, GAINS, mode)
+    assert (correct(WEIGHTS, EMOTIONS, POSES, GAINS, mode) >= less).all()
+
+
+def test_shapes_that_no_expression_moves_are_left_alone():
+    poses = POSES.copy()
+    poses[:, 3] = 0
+    np.testing.assert_array_equal(correct(WEIGHTS, EMOTIONS, poses, GAINS)[:, 3], WEIGHTS[:, 3])
+
+
+def test_the_input_is_not_touched():
+    weights = WEIGHTS.copy()
+    correct(weights, EMOTIONS, POSES, GAINS, "add")
+    np.testing.assert_array_equal(weights, WEIGHTS)
+
+
+def test_what_does_not_fit_is_refused():
+    with pytest.raises(InputError, match="do not fit"):
+        correct(WEIGHTS, EMOTIONS[:-1], POSES, GAINS)
+    with pytest.raises(InputError, match="gains"):
+        correct(WEIGHTS, EMOTIONS, POSES, GAINS[:-1])
+    with pytest.raises(InputError, match="mode"):
+        correct(WEIGHTS, EMOTIONS, POSES, GAINS, "lower")

@@ -1,0 +1,202 @@
+import itertools
+
+import fuzzylite as fl
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.fuzzy.inference import evaluate, fires_at_neutral, rule_findings
+from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
+
+TERMS = (
+    Term("low", "triangular", (-1.0, -0.5, 0.25)),
+    Term("medium", "trapezoidal", (-0.5, 0.0, 0.25, 1.0)),
+    Term("high", "ramp", (0.0, 1.0)),
+)
+FL_TERMS = {"triangular": fl.Triangle, "trapezoidal": fl.Trapezoid, "ramp": fl.Ramp}
+IDENTITY = Term("on", "ramp", (0.0, 1.0))
+
+
+def identity_system(rules, inputs="ab", outputs=("anger", "joy"), **settings):
+    """Inputs are firing strengths."""
+    variables = [Variable(n, "input", n, terms=(IDENTITY,)) for n in inputs]
+    variables += [Variable(n, "output") for n in outputs]
+    return FuzzySystem(tuple(variables), tuple(rules), **settings)
+
+
+def random_world(seed=0, rules=12):
+    rng = np.random.default_rng(seed)
+    inputs = [f"x{i}" for i in range(4)]
+    outputs = ("joy", "fear")
+    made = []
+    for i in range(rules):
+        chosen = rng.choice(4, size=rng.integers(1, 4), replace=False)
+        conditions = [f"{inputs[c]} is {TERMS[rng.integers(3)].name}" for c in chosen]
+        text = f"if {' and '.join(conditions)} then {outputs[i % 2]} is {rng.uniform():.3f}"
+        made.append(parse_rule(text))
+    variables = [Variable(n, "input", n, terms=TERMS) for n in inputs]
+    return (*variables, *(Variable(n, "output") for n in outputs)), tuple(made)
+
+
+def fuzzylite_outputs(system, inputs):
+    names = {r.consequents[0] for r in system.rules}
+    terms = {pair: f"t{i}" for i, pair in enumerate(sorted(names))}
+    engine = fl.Engine(
+        input_variables=[
+            fl.InputVariable(
+                v.name,
+                minimum=-10,
+                maximum=10,
+                terms=[FL_TERMS[t.kind](t.name, *t.parameters) for t in v.terms],
+            )
+            for v in system.inputs
+        ],
+        output_variables=[
+            fl.OutputVariable(
+                name,
+                minimum=0,
+                maximum=1,
+                default_value=0.0,
+                aggregation=None,
+                defuzzifier=fl.WeightedAverage("TakagiSugeno"),
+                terms=[fl.Constant(t, z) for (o, z), t in terms.items() if o == name],
+            )
+            for name in system.emotions
+        ],
+        rule_blocks=[
+            fl.RuleBlock(
+                conjunction=fl.Minimum() if system.and_ == "min" else fl.AlgebraicProduct(),
+                implication=None,
+                activation=fl.General(),
+                rules=[
+                    fl.Rule.create(
+                        f"{r.text.split(' then ')[0]} then "
+                        f"{r.consequents[0][0]} is {terms[r.consequents[0]]} with {r.weight}"
+                    )
+                    for r in system.rules
+                ],
+            )
+        ],
+    )
+    for rule in engine.rule_blocks[0].rules:
+        rule.load(engine)
+    return np.array([fuzzylite_frame(engine, frame) for frame in inputs])
+
+
+def fuzzylite_frame(engine, frame):
+    for variable, value in zip(engine.input_variables, frame, strict=True):
+        variable.value = float(value)
+    engine.process()
+    return [float(variable.value) for variable in engine.output_variables]
+
+
+@pytest.mark.parametrize(("and_", "seed"), [("min", 0), ("prod", 1), ("min", 2), ("prod", 3)])
+def test_agrees_with_pyfuzzylite(and_, seed):
+    variables, rules = random_world(seed)
+    system = FuzzySystem(variables, rules, "per_output", and_, neutral_rule=False)
+    inputs = np.random.default_rng(seed).uniform(-1.2, 1.2, (150, 4))
+    expected = fuzzylite_outputs(system, inputs)
+    ours = evaluate(system, inputs).outputs
+    np.testing.assert_allclose(ours, expected, atol=1e-12)
+    assert ours.std(axis=0).min() > 0.05
+
+
+def test_the_papers_worked_example():
+    rules = [parse_rule("IF a IS on THEN anger IS 1"), parse_rule("IF b IS on THEN anger IS 0.5")]
+    for normalisation in ("per_output", "all_rules"):
+        system = identity_system(rules, normalisation=normalisation, neutral_rule=False)
+        answer = evaluate(system, np.array([[0.3, 0.2]]))
+        assert answer.outputs[0, 0] == pytest.approx(0.8, abs=1e-15)
+        np.testing.assert_array_equal(answer.firing, [[0.3, 0.2]])
+
+
+@pytest.mark.parametrize(
+    ("normalisation", "neutral_rule", "expected"),
+    [
+        ("per_output", False, [1.0, 0.5]),
+        ("all_rules", False, [0.6, 0.2]),
+        ("per_output", True, [0.6 / (0.6 + 0.4), 0.2 / (0.4 + 0.4)]),
+        ("all_rules", True, [0.6 / 1.4, 0.2 / 1.4]),
+    ],
+)
+def test_denominators(normalisation, neutral_rule, expected):
+    rules = [parse_rule("IF a IS on THEN anger IS 1"), parse_rule("IF b IS on THEN joy IS 0.5")]
+    system = identity_system(rules, normalisation=normalisation, neutral_rule=neutral_rule)
+    np.testing.assert_allclose(evaluate(system, np.array([[0.6, 0.4]])).outputs[0], expected)
+
+
+@pytest.mark.parametrize("neutral_rule", [True, False])
+def test_nothing_fired_is_0(neutral_rule):
+    system = identity_system([parse_rule("IF a IS on THEN joy IS 1")], neutral_rule=neutral_rule)
+    assert not evaluate(system, np.zeros((3, 2))).outputs.any()
+    assert not evaluate(identity_system([]), np.ones((3, 2))).outputs.any()
+
+
+def test_towards_neutral_outputs_go_to_0_continuously():
+    system = identity_system([parse_rule("IF a IS on THEN joy IS 1")])
+    strengths = np.linspace(0, 1, 101)
+    outputs = evaluate(system, np.stack([strengths, strengths], axis=1)).outputs
+    np.testing.assert_allclose(outputs[:, 1], strengths, atol=1e-15)
+
+
+def test_an_occluded_marker_silences_only_its_rules():
+    rules = [parse_rule("IF a IS on THEN joy IS 1"), parse_rule("IF b IS on THEN anger IS 1")]
+    answer = evaluate(identity_system(rules), np.array([[np.nan, 0.5]]))
+    np.testing.assert_array_equal(answer.firing, [[0, 0.5]])
+    np.testing.assert_array_equal(answer.outputs, [[0.5, 0]])
+
+
+def test_weight_scales_and_disabled_rules_are_silent():
+    on = "IF a IS on THEN joy IS 1"
+    inputs = np.array([[0.8, 0.0]])
+    half = identity_system([parse_rule(on, 0.5)])
+    assert evaluate(half, inputs).firing[0, 0] == 0.4
+    off = identity_system([parse_rule(on, enabled=False)])
+    assert not evaluate(off, inputs).firing.any()
+
+
+@pytest.mark.parametrize(
+    ("normalisation", "and_", "neutral_rule"),
+    list(itertools.product(["per_output", "all_rules"], ["min", "prod"], [True, False])),
+)
+def test_frame_by_frame_and_all_at_once_are_bit_equal(normalisation, and_, neutral_rule):
+    variables, rules = random_world(5, 16)
+    system = FuzzySystem(variables, rules, normalisation, and_, neutral_rule=neutral_rule)
+    inputs = np.random.default_rng(5).uniform(-1.2, 1.2, (201, 4))
+    inputs[::7, 1] = np.nan
+    whole = evaluate(system, inputs)
+    single = [evaluate(system, inputs[f : f + 1]) for f in range(len(inputs))]
+    np.testing.assert_array_equal(whole.outputs, np.concatenate([s.outputs for s in single]))
+    np.testing.assert_array_equal(whole.firing, np.concatenate([s.firing for s in single]))
+    assert whole.outputs.min() >= 0 and whole.outputs.max() <= 1
+
+
+def test_the_order_of_rules_does_not_matter():
+    variables, rules = random_world(6)
+    inputs = np.random.default_rng(6).uniform(-1.2, 1.2, (50, 4))
+    outputs = [evaluate(FuzzySystem(variables, r), inputs).outputs for r in (rules, rules[::-1])]
+    np.testing.assert_allclose(*outputs, atol=1e-14)
+
+
+def test_wrong_number_of_inputs_is_refused():
+    with pytest.raises(InputError, match=r"expected \(frames, 2\)"):
+        evaluate(identity_system([]), np.zeros((5, 3)))
+
+
+def test_rules_that_fire_at_neutral_or_never_are_named():
+    near = Variable("c", "input", "c", terms=(Term("still", "triangular", (-1, 0, 1)),))
+    rules = (
+        parse_rule("IF c IS still THEN joy IS 1"),
+        parse_rule("IF c IS still AND a IS on THEN joy IS 1"),
+        parse_rule("IF a IS on THEN joy IS 0.5"),
+        parse_rule("IF c IS still THEN joy IS 0.1", enabled=False),
+    )
+    variables = (Variable("a", "input", "a", terms=(IDENTITY,)), near, Variable("joy", "output"))
+    system = FuzzySystem(variables, rules)
+    assert fires_at_neutral(system) == [rules[0]]
+    codes = [(f.code, f.where) for f in rule_findings(system)]
+    assert codes == [
+        ("RULE_FIRES_AT_NEUTRAL", rules[0].text),
+        ("RULE_UNREACHABLE", rules[3].text),
+    ]

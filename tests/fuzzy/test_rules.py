@@ -1,0 +1,44 @@
+import pytest
+
+from usdface.errors import InputError
+from usdface.fuzzy.rules import parse_rule
+
+
+def test_a_rule_says_what_it_says():
+    rule = parse_rule("if a_y is HIGH\n and b Is low then joy IS 1 AND fear is 0.25", 0.5, False)
+    assert rule.antecedent == (("a_y", "HIGH"), ("b", "low"))
+    assert rule.consequents == (("joy", 1.0), ("fear", 0.25))
+    assert (rule.weight, rule.enabled) == (0.5, False)
+
+
+def test_its_text_is_kept_as_written():
+    text = "  IF a IS high\tTHEN joy IS 1 "
+    assert parse_rule(text).text == text
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "line 1, column 1: expected IF, found the end"),
+        ("WHEN a IS b THEN c IS 1", "line 1, column 1: expected IF, found WHEN"),
+        ("IF a = b THEN c IS 1", "line 1, column 6: expected IS, found ="),
+        ("IF a IS b\n  OR d IS e THEN c IS 1", "line 2, column 3: expected AND or THEN, found OR"),
+        ("IF a IS THEN c IS 1", "line 1, column 9: expected a term, found THEN"),
+        ("IF IS high THEN c IS 1", "line 1, column 4: expected a variable, found IS"),
+        ("IF a IS b THEN c IS high", "line 1, column 21: expected a number, found high"),
+        ("IF a IS b THEN c IS nan", "line 1, column 21: expected a finite number"),
+        ("IF a IS b", "line 1, column 10: expected AND or THEN, found the end of the rule"),
+        ("IF a IS b THEN\n", "line 2, column 1: expected an output, found the end"),
+        ("IF a IS b THEN c IS 1 2", "column 23: expected AND or the end of the rule, found 2"),
+    ],
+)
+def test_errors_name_line_column_and_what_was_expected(text, says):
+    with pytest.raises(InputError, match=says.replace("\n", " ")) as error:
+        parse_rule(text)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("weight", [-0.1, 1.5, float("nan")])
+def test_a_weight_lies_between_0_and_1(weight):
+    with pytest.raises(InputError, match="weight"):
+        parse_rule("IF a IS b THEN c IS 1", weight)

@@ -1,0 +1,76 @@
+import pytest
+
+from usdface.errors import InputError
+from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
+
+HIGH = Term("high", "ramp", (0, 1))
+A = Variable("a", "input", "mouth", "y", "signed", (HIGH,))
+JOY = Variable("joy", "output")
+
+
+def system(*rules, variables=(A, JOY), **settings):
+    return FuzzySystem(variables, tuple(map(parse_rule, rules)), **settings)
+
+
+def test_inputs_and_emotions_keep_the_order_of_the_variables():
+    b = Variable("b", "input", "brow")
+    fear = Variable("fear", "output")
+    mixed = system(variables=(fear, b, JOY, A))
+    assert [v.name for v in mixed.inputs] == ["b", "a"]
+    assert mixed.emotions == ("fear", "joy")
+
+
+@pytest.mark.parametrize(
+    ("rule", "says"),
+    [
+        ("IF b IS high THEN joy IS 1", "no input is called 'b'; there are a"),
+        ("IF joy IS high THEN joy IS 1", "no input is called 'joy'"),
+        ("IF a IS low THEN joy IS 1", "a has no term 'low'; it has high"),
+        ("IF a IS high THEN bliss IS 1", "no output is called 'bliss'; there are joy"),
+        ("IF a IS high THEN joy IS 2", "joy IS 2; expected 0 to 1"),
+        ("IF a IS high THEN joy IS 1 AND joy IS 0", "occurs twice"),
+    ],
+)
+def test_rules_may_only_name_what_is_there(rule, says):
+    with pytest.raises(InputError, match=says) as error:
+        system(rule)
+    assert rule in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"normalisation": "none"},
+        {"and_": "max"},
+        {"space": "moon"},
+        {"face_unit": "eye_distance"},
+        {"mode": "lower"},
+        {"gain": -1.0},
+        {"gain": float("nan")},
+        {"variables": (A, A, JOY)},
+    ],
+)
+def test_settings_are_checked(settings):
+    with pytest.raises(InputError):
+        system(**settings)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Variable("two words", "input", "mouth"),
+        lambda: Variable("then", "input", "mouth"),
+        lambda: Variable("a", "input"),
+        lambda: Variable("a", "sideways", "mouth"),
+        lambda: Variable("a", "input", "mouth", "w"),
+        lambda: Variable("a", "input", "mouth", "y", "squared"),
+        lambda: Variable("a", "input", "mouth", "y", "signed", (HIGH, HIGH)),
+        lambda: Term("", "ramp", (0, 1)),
+        lambda: Term("very high", "ramp", (0, 1)),
+        lambda: Term("high", "ramp", (1, 1)),
+    ],
+)
+def test_variables_and_terms_are_checked(make):
+    with pytest.raises(InputError):
+        make()
