@@ -14,6 +14,7 @@ from usdface.takes import FloatArray
 __all__ = [
     "Metrics",
     "author_metrics",
+    "codes_of",
     "matrices",
     "metrics_of",
     "new_stage",
@@ -110,6 +111,13 @@ def times_of(codes: ArrayLike, metrics: Metrics) -> FloatArray:
     values = np.asarray(codes, dtype=np.float64)
     seconds: FloatArray = (values - values[0]) / metrics.time_codes_per_second
     return seconds
+
+
+def codes_of(times: ArrayLike, rate: float) -> FloatArray:
+    """Return times (F,) [s] as time codes from 0; whole where they are whole but for rounding."""
+    codes: FloatArray = np.asarray(times, dtype=np.float64) * rate
+    whole = np.round(codes)
+    return np.where(np.abs(codes - whole) < 1e-6, whole, codes)
 
 
 def vec3f_array(values: ArrayLike) -> Vt.Vec3fArray:

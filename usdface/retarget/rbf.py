@@ -81,7 +81,8 @@ class SpaceMap:
 
     def displacements(self, points: FloatArray) -> FloatArray:
         """Return how far mapped points (..., M, D) are from the mapped centres: (..., M, 3)."""
-        return np.asarray(self(points) - self(self.centres))
+        moved: FloatArray = self(points) - self(self.centres)
+        return moved
 
 
 def _distances(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -95,7 +96,7 @@ def _distances(a: FloatArray, b: FloatArray) -> FloatArray:
 def _closest(points: FloatArray) -> FloatArray:
     distances = _distances(points, points)
     np.fill_diagonal(distances, np.inf)
-    return distances.min(axis=1)
+    return np.asarray(distances.min(axis=1))
 
 
 def fit_paper_map(

@@ -1,0 +1,148 @@
+"""The binding as JSON: what a person writes by hand, and what `usdface shot` can print.
+
+::
+
+    {"mesh": "/Asset/Face/Head",
+     "markers": {"NoseHead": {"point": 3124}, "ForeHead": {"point": 877}},
+     "head": "solve", "nose_tip": "NoseHead",
+     "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30},
+     "map": {"radius": 3.0}, "solve": {"smoothness": 1.0}}
+
+Only `markers` is needed. `head` is "solve", "stabilised" or a list of truly rigid markers;
+`neutral` is in frame indices of the take, or "rig" where the take's neutral is the rig's own
+neutral mesh, in the same space; `map` and `solve` override `usdface.options`.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.options import MapOptions, SolveOptions
+from usdface.setup import Binding, Setup
+
+__all__ = ["bind_json", "read_bind", "setup_of_json"]
+
+_LARGEST = 16_000_000
+_KEYS = {"mesh", "markers", "head", "nose_tip", "roles", "neutral", "map", "solve"}
+_Options = TypeVar("_Options", MapOptions, SolveOptions)
+
+
+def read_bind(path: Path) -> Setup:
+    """Read a binding file.
+
+    Raises
+    ------
+    InputError
+        If it is missing, no JSON, or not of the form above.
+    """
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise InputError(f"{path} is larger than any binding file; expected a small JSON file")
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot read the binding {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise InputError(f"the binding {path} is no JSON: {error}") from error
+    return setup_of_json(document, str(path))
+
+
+def setup_of_json(document: object, where: str) -> Setup:
+    """Make a setup of a parsed binding file; `where` names it in errors."""
+    expect = _expecter(where)
+    expect(document, dict, "an object")
+    assert isinstance(document, dict)
+    unknown = sorted(set(document) - _KEYS)
+    if unknown:
+        raise InputError(f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(_KEYS))}")
+    markers = expect(document.get("markers"), dict, '"markers" as an object')
+    points = []
+    for name, place in markers.items():
+        vertex = place.get("point") if isinstance(place, dict) else None
+        if not isinstance(vertex, int) or isinstance(vertex, bool) or not 0 <= vertex < 2**31:
+            raise InputError(f'{where}: marker {name!r} is {place!r}; expected {{"point": vertex}}')
+        points.append(vertex)
+    head = document.get("head", "solve")
+    rigid: tuple[str, ...] = ()
+    if isinstance(head, list):
+        rigid = tuple(str(expect(n, str, "head markers as names")) for n in head)
+        head = "markers"
+    if head not in ("solve", "stabilised", "markers") or (head == "markers" and not rigid):
+        raise InputError(
+            f'{where}: "head" is {document["head"]!r}; expected "solve", "stabilised" '
+            "or a list of rigid markers"
+        )
+    roles = expect(document.get("roles", {}), dict, '"roles" as an object')
+    for role, marker in roles.items():
+        expect(marker, str, f"role {role!r} as a marker name")
+    return Setup(
+        Binding(
+            tuple(markers),
+            np.array(points, dtype=np.int64),
+            expect(document.get("mesh", ""), str, '"mesh" as text'),
+        ),
+        head=head,
+        head_markers=rigid,
+        neutral=_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
+        nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
+        roles=roles,
+        map=_options(MapOptions, document.get("map", {}), f'{where}: "map"'),
+        solve=_options(SolveOptions, document.get("solve", {}), f'{where}: "solve"'),
+    )
+
+
+def _expecter(where: str) -> Callable[[Any, type, str], Any]:
+    def expect(value: Any, kind: type, what: str) -> Any:
+        if not isinstance(value, kind):
+            raise InputError(f"{where}: expected {what}; found {value!r}")
+        return value
+
+    return expect
+
+
+def _neutral(value: object, where: str) -> tuple[int, int] | None:
+    if value == "rig":
+        return None
+    if isinstance(value, dict):
+        start, end = value.get("start", 0), value.get("end", value.get("start", 0))
+        if isinstance(start, int) and isinstance(end, int) and 0 <= start <= end < 2**31:
+            return start, end
+    raise InputError(
+        f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"'
+    )
+
+
+def _options(kind: type[_Options], value: object, where: str) -> _Options:
+    known = {field.name: field.default for field in fields(kind)}
+    if not isinstance(value, dict) or set(value) - set(known):
+        raise InputError(f"{where} is {value!r}; expected an object with {', '.join(known)}")
+    for name, setting in value.items():
+        wanted = str if isinstance(known[name], str) else (int, float)
+        if not isinstance(setting, wanted) or isinstance(setting, bool):
+            raise InputError(f"{where}: {name!r} is {setting!r}; the default is {known[name]!r}")
+    return kind(**value)
+
+
+def bind_json(setup: Setup) -> str:
+    """Return the binding file of a setup; reading it gives the same setup."""
+    binding = setup.binding
+    document: dict[str, Any] = {"mesh": binding.mesh} if binding.mesh else {}
+    document |= {
+        "markers": {
+            name: {"point": int(point)}
+            for name, point in zip(binding.markers, binding.points, strict=True)
+        },
+        "head": list(setup.head_markers) if setup.head == "markers" else setup.head,
+        "nose_tip": setup.nose_tip,
+        "roles": dict(setup.roles),
+        "neutral": "rig"
+        if setup.neutral is None
+        else {"start": setup.neutral[0], "end": setup.neutral[1]},
+        "map": asdict(setup.map),
+        "solve": asdict(setup.solve),
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
