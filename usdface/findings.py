@@ -30,6 +30,9 @@ CODES: dict[str, tuple[Severity, str]] = {
     # rigs
     "SHAPE_EMPTY": ("warning", "a blend shape moves nothing"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),
+    "SHAPE_TARGET_MISSING": ("error", "a blend shape target does not exist"),
+    "POINT_INDICES_UNSORTED": ("info", "point indices are not sorted, which some programs need"),
+    "POINT_INDICES_REPEATED": ("warning", "a point index is repeated; its offsets add up in UsdSkel"),
     "SHAPE_UNKNOWN": ("warning", "a named blend shape is not on the rig"),
     "NAME_CHANGED": ("info", "a name was made unique or legal; the original is kept beside it"),
     "FACES_TRIANGULATED": ("info", "faces with more than three corners were split"),
