@@ -11,6 +11,9 @@ import pytest
 from pxr import Sdf
 
 from usdface import options
+from usdface.fuzzy import system
+from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.schemas import plugin_dir, tokens
 
 SOURCE = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
@@ -89,10 +92,30 @@ def test_a_missing_attribute_means_the_default_of_the_options(name: str, value: 
     assert declared_default(tokens.RETARGET, name) == value
 
 
-def test_correction_defaults_are_those_of_the_options() -> None:
-    correction = options.CorrectionOptions()
-    assert declared_default(tokens.FUZZY_SYSTEM, tokens.MODE) == correction.mode
-    assert declared_default(tokens.FUZZY_SYSTEM, tokens.GAIN) == correction.gain
+SYSTEM = FuzzySystem((), ())
+VARIABLE = Variable("mouth", "input", role="mouth")
+
+
+@pytest.mark.parametrize(
+    ("prim", "name", "value"),
+    [
+        (tokens.FUZZY_SYSTEM, tokens.NORMALISATION, SYSTEM.normalisation),
+        (tokens.FUZZY_SYSTEM, tokens.AND, SYSTEM.and_),
+        (tokens.FUZZY_SYSTEM, tokens.SPACE, SYSTEM.space),
+        (tokens.FUZZY_SYSTEM, tokens.FACE_UNIT, SYSTEM.face_unit),
+        (tokens.FUZZY_SYSTEM, tokens.NEUTRAL_RULE, SYSTEM.neutral_rule),
+        (tokens.FUZZY_SYSTEM, tokens.MODE, options.CorrectionOptions().mode),
+        (tokens.FUZZY_SYSTEM, tokens.GAIN, options.CorrectionOptions().gain),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_AXIS, VARIABLE.axis),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_MEASURE, VARIABLE.measure),
+        (tokens.FUZZY_RULE, tokens.RULE_WEIGHT, parse_rule("IF a IS b THEN c IS 1").weight),
+        (tokens.FUZZY_RULE, tokens.ENABLED, parse_rule("IF a IS b THEN c IS 1").enabled),
+    ],
+)
+def test_a_missing_attribute_means_the_default_of_the_system(
+    prim: str, name: str, value: object
+) -> None:
+    assert declared_default(prim, name) == value
 
 
 @pytest.mark.parametrize(
@@ -102,11 +125,18 @@ def test_correction_defaults_are_those_of_the_options() -> None:
         (tokens.RETARGET, tokens.MAP_FORM, options.MapForm),
         (tokens.RETARGET, tokens.HEAD_MODE, options.HeadMode),
         (tokens.FUZZY_SYSTEM, tokens.MODE, options.CorrectionMode),
+        (tokens.FUZZY_SYSTEM, tokens.NORMALISATION, system.Normalisation),
+        (tokens.FUZZY_SYSTEM, tokens.AND, system.And),
+        (tokens.FUZZY_SYSTEM, tokens.SPACE, system.Space),
+        (tokens.FUZZY_SYSTEM, tokens.FACE_UNIT, system.FaceUnit),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_KIND, system.VariableKind),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_AXIS, system.Axis),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_MEASURE, system.Measure),
     ],
 )
-def test_allowed_tokens_are_those_of_the_options(prim: str, name: str, allowed: object) -> None:
+def test_allowed_tokens_are_those_of_the_program(prim: str, name: str, allowed: object) -> None:
     spec = GENERATED.GetAttributeAtPath(f"/{prim}.{name}")
-    assert tuple(spec.allowedTokens) == get_args(allowed)
+    assert set(spec.allowedTokens) == set(get_args(allowed))
 
 
 @pytest.mark.parametrize("name", OWN)
