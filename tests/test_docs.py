@@ -1,0 +1,45 @@
+"""What the documents show is true: commands, links, USD and Python."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+from pxr import Sdf
+
+ROOT = Path(__file__).parents[1]
+DOCUMENTS = sorted(
+    path
+    for folder in (ROOT, ROOT / "docs", ROOT / "plugins", ROOT / "examples")
+    for path in folder.glob("*.md")
+)
+INSTALL_AND_TEST = (
+    "python3 -m venv --without-pip .venv && "
+    "python3 -m pip --python .venv/bin/python install -e '.[test]' && "
+    ".venv/bin/pytest -n 2"
+)
+
+
+def blocks(document: Path, language: str) -> list[str]:
+    text = document.read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", ".ci/run"])
+def test_ci_runs_the_documented_test_command(name: str) -> None:
+    assert INSTALL_AND_TEST in (ROOT / name).read_text(encoding="utf-8").splitlines()
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(document: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text(encoding="utf-8")):
+        if "://" not in target and not target.startswith("#"):
+            assert (document.parent / target.partition("#")[0]).exists(), target
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_examples_parse(document: Path) -> None:
+    for block in blocks(document, "usda"):
+        assert Sdf.Layer.CreateAnonymous(".usda").ImportFromString(block)
+    for block in blocks(document, "python"):
+        ast.parse(block)
