@@ -1,0 +1,1 @@
+"""The example that ships with usdface: a stylised head, a take, and pictures of both."""

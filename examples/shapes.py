@@ -1,0 +1,337 @@
+"""The 52 ARKit blend shapes of the head: what each one moves, in metres at weight 1.
+
+Lips and lids are led along their loops; the skin between follows elastically over the mesh,
+so what is close in space but not along the skin (the other lip) stays where it is. Names and
+meanings are those of Apple's ``ARFaceAnchor.BlendShapeLocation``.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import splu
+
+from examples.sculpt import EYE
+from examples.topology import LIP_RINGS, POCKET_RINGS, SOCK_RINGS, HeadMesh
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["ARKIT_NAMES", "HINGE", "JAW_ANGLE", "eye_turns", "head_shapes", "jaw_moves"]
+
+ARKIT_NAMES = (
+    *("browDownLeft", "browDownRight", "browInnerUp", "browOuterUpLeft", "browOuterUpRight"),
+    *("cheekPuff", "cheekSquintLeft", "cheekSquintRight"),
+    *("eyeBlinkLeft", "eyeBlinkRight", "eyeLookDownLeft", "eyeLookDownRight"),
+    *("eyeLookInLeft", "eyeLookInRight", "eyeLookOutLeft", "eyeLookOutRight"),
+    *("eyeLookUpLeft", "eyeLookUpRight", "eyeSquintLeft", "eyeSquintRight"),
+    *("eyeWideLeft", "eyeWideRight", "jawForward", "jawLeft", "jawOpen", "jawRight"),
+    *("mouthClose", "mouthDimpleLeft", "mouthDimpleRight", "mouthFrownLeft", "mouthFrownRight"),
+    *("mouthFunnel", "mouthLeft", "mouthLowerDownLeft", "mouthLowerDownRight"),
+    *("mouthPressLeft", "mouthPressRight", "mouthPucker", "mouthRight", "mouthRollLower"),
+    *("mouthRollUpper", "mouthShrugLower", "mouthShrugUpper", "mouthSmileLeft"),
+    *("mouthSmileRight", "mouthStretchLeft", "mouthStretchRight", "mouthUpperUpLeft"),
+    *("mouthUpperUpRight", "noseSneerLeft", "noseSneerRight", "tongueOut"),
+)
+FLIP = np.array([-1.0, 1.0, 1.0])
+MM = 1e-3
+HINGE = np.array([0.0, -0.010, 0.000])
+JAW_ANGLE = np.radians(19)
+# Rotation of the eyeball [degree] about x (down positive) and y (to +X positive), left eye.
+GAZE = {
+    "eyeLookDownLeft": (24, 0),
+    "eyeLookUpLeft": (-20, 0),
+    "eyeLookInLeft": (0, -28),
+    "eyeLookOutLeft": (0, 28),
+}
+
+
+def smooth(x: FloatArray) -> FloatArray:
+    """Return the smooth step from 0 at x <= 0 to 1 at x >= 1."""
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+def _turned(points: FloatArray, centre: FloatArray, about_x: float, about_y: float = 0.0):
+    """Return the displacement of points turned about x, then y [rad]."""
+    cx, sx, cy, sy = np.cos(about_x), np.sin(about_x), np.cos(about_y), np.sin(about_y)
+    rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    return (points - centre) @ (ry @ rx).T + centre - points
+
+
+def jaw_moves(points: FloatArray) -> dict[str, FloatArray]:
+    """Return how points fixed to the jaw move in the four jaw shapes: name to (V, 3) [m]."""
+    return {
+        "jawForward": np.broadcast_to((0, 0, 7 * MM), points.shape),
+        "jawLeft": np.broadcast_to((8 * MM, 0, 0), points.shape),
+        "jawOpen": _turned(points, HINGE, JAW_ANGLE),
+        "jawRight": np.broadcast_to((-8 * MM, 0, 0), points.shape),
+    }
+
+
+def eye_turns(points: FloatArray) -> dict[str, FloatArray]:
+    """Return how points of the left eyeball move in its four gaze shapes: name to (V, 3) [m]."""
+    return {
+        name: _turned(points, EYE, np.radians(down), np.radians(out))
+        for name, (down, out) in GAZE.items()
+    }
+
+
+class Skin:
+    """The head's skin with its loops: turns led loops and bumps into displacements."""
+
+    def __init__(self, head: HeadMesh) -> None:
+        self.points, self.mirror = head.points, head.mirror
+        self.lids = head.eyes[0]
+        self.lips = head.mouth[SOCK_RINGS - 2 : SOCK_RINGS + LIP_RINGS]
+        self.sock = head.mouth[: SOCK_RINGS - 2]
+        angle = np.pi * np.arange(head.mouth.shape[1]) / (head.mouth.shape[1] // 2)
+        self.side = -np.cos(angle)  # -1 at the right corner, 1 at the left
+        self.rise = np.abs(np.sin(angle))  # 0 at the corners, 1 at the middle
+        self.upper = (np.sin(angle) > 1e-9) + 0.5 * (np.abs(np.sin(angle)) <= 1e-9)
+        a = np.concatenate([np.array(f) for f in head.faces])
+        b = np.concatenate([np.roll(f, -1) for f in head.faces])
+        link = coo_array((np.ones(2 * len(a)), (np.r_[a, b], np.r_[b, a]))).tocsr()
+        link.data[:] = 1
+        degree = np.asarray(link.sum(axis=1)).ravel()
+        bend = diags_array(1 / degree) @ link - diags_array(np.ones(len(degree)))
+        self._bending = (bend.T @ bend).tocsc()
+        self.lid_share = np.ones(len(self.points))  # 0 on the lids, 1 from the orbit outwards
+        for eye in head.eyes:
+            ring = np.maximum(np.arange(len(eye)) - POCKET_RINGS, 0)
+            self.lid_share[eye] = smooth((ring - 2.0) / 5)[:, None]
+
+    def spread(self, targets: FloatArray, firm: FloatArray, reach: float = 9.0) -> FloatArray:
+        """Return the smoothest displacement (V, 3) [m] that follows `targets` where `firm` > 0.
+
+        Elsewhere it dies away within about `reach` edges.
+        """
+        matrix = self._bending + diags_array(firm + reach**-4)
+        return np.asarray(splu(matrix.tocsc()).solve(firm[:, None] * targets))
+
+    @cached_property
+    def still(self) -> NDArray[np.bool_]:
+        """What no mouth shape moves: lids, forehead, back of the head, neck."""
+        x, y, z = self.points.T
+        return (self.lid_share < 0.3) | (y > 0.012) | (y < -0.135) | (z < -0.01)
+
+    def mouth(
+        self,
+        upper: FloatArray,
+        lower: FloatArray,
+        hold: NDArray[np.bool_] | None = None,
+        rings: tuple[float, ...] = (0.9, 1, 1, 1, 1, 0.9),
+    ) -> FloatArray:
+        """Lead the lips: displacements (L, 3) for the loop as upper and as lower lip.
+
+        `rings` scales them from behind the lips to their border; `hold` keeps more vertices.
+        """
+        share = self.upper[:, None]
+        loop = share * upper + (1 - share) * lower
+        targets, firm = np.zeros_like(self.points), np.zeros(len(self.points))
+        firm[self.still if hold is None else self.still | hold] = 10
+        for ring, scale in zip(self.lips, rings, strict=True):
+            targets[ring], firm[ring] = scale * loop, 30
+        return self.spread(targets, firm)
+
+    def along(self, profile: FloatArray, *millimetres: float) -> FloatArray:
+        """Return displacements (L, 3) along the loop: a profile (L,) times a vector [mm]."""
+        return profile[:, None] * np.array(millimetres) * MM
+
+    def bump(
+        self,
+        centre: tuple[float, float, float],
+        radii: tuple[float, float, float],
+        *millimetres: float,
+    ) -> FloatArray:
+        """Return a soft bump (V, 3): a vector [mm] that dies away from a centre [m]."""
+        q = (self.points - centre) / radii
+        fall = np.exp(-0.5 * (q**2).sum(axis=1))
+        inside = np.ones(len(fall))
+        inside[self.lips], inside[self.sock] = 0, 0
+        return (fall * inside * self.lid_share)[:, None] * np.array(millimetres) * MM
+
+    def lid(self, upper: FloatArray, lower: FloatArray, lift: float = 0.0) -> FloatArray:
+        """Lead the left lids over the eyeball: the rim's frontal shift (L, 2) as upper, as lower.
+
+        `lift` [m] is added to the distance from the eye's centre, so that on its straight way
+        a lid does not cut into the ball.
+        """
+        eye, points = self.lids, self.points
+        loop = eye.shape[1]
+        is_upper = (np.arange(loop) <= loop // 2)[:, None]
+        shift = np.where(is_upper, upper, lower)
+        targets, firm = np.zeros_like(points), np.zeros(len(points))
+        firm[(self.lid_share >= 1) | (points[:, 0] < 0.004)] = 30
+        size = np.linalg.norm(shift, axis=1, keepdims=True)
+        for row, share in enumerate((0.8, 0.9, 1, 1, 1, 0.66, 0.25)):
+            if row >= POCKET_RINGS + 4:
+                break
+            ring = eye[row]
+            local = points[ring] - EYE
+            radius = np.linalg.norm(local, axis=1, keepdims=True)
+            moved = local.copy()
+            moved[:, :2] += share * shift
+            inside = np.minimum(1, 0.995 * radius / np.linalg.norm(moved[:, :2], axis=1)[:, None])
+            moved[:, :2] *= inside
+            depth = np.sqrt(np.maximum(radius**2 - (moved[:, :2] ** 2).sum(axis=1)[:, None], 0))
+            moved[:, 2:] = np.where(size > 0, depth, local[:, 2:])
+            moved *= 1 + share * lift * np.minimum(size / 8e-3, 1) / radius
+            targets[ring], firm[ring] = moved - local, 100
+        return self.spread(targets, firm)
+
+
+def _jaw_share(skin: Skin) -> FloatArray:
+    """Return how much of the jaw's motion each vertex takes (V,)."""
+    x, y, z = skin.points.T
+    targets, firm = np.zeros((len(x), 3)), np.zeros(len(x))
+    firm[(y > -0.030) | (y < -0.150) | (z < -0.02)] = 10
+    firm[(y > -0.052) & (np.abs(x) < 0.022)] = 10
+    chin = (y < -0.083) & (z > 0.030) & (y > -0.125)
+    targets[chin], firm[chin] = 1, 10
+    corner = 0.40
+    lower = corner + (1 - corner) * smooth(1.25 * skin.rise)
+    upper = corner * (1 - smooth(1.6 * skin.rise))
+    loop = skin.upper * upper + (1 - skin.upper) * lower
+    for ring in skin.lips:
+        targets[ring], firm[ring] = loop[:, None], 30
+    for ring in skin.sock:
+        targets[ring], firm[ring] = (1 - skin.upper)[:, None] * 0.9, 1
+    return skin.spread(targets, firm)[:, 0]
+
+
+def _jaw(skin: Skin) -> dict[str, FloatArray]:
+    share = _jaw_share(skin)[:, None]
+    shapes = {name: share * move for name, move in jaw_moves(skin.points).items()}
+    narrow = skin.along(np.sign(skin.side) * np.abs(skin.side) ** 3, -3, 0, 0)
+    shapes["jawOpen"] = shapes["jawOpen"] + skin.mouth(narrow, narrow)
+    # mouthClose takes the lips of the open jaw back together, the chin stays down.
+    opened = shapes["jawOpen"][skin.lips]
+    facing = np.roll(opened[:, ::-1], 1, axis=1)
+    gap = facing - opened  # to the vertex of the other lip
+    close = gap[2]
+    shapes["mouthClose"] = skin.mouth(
+        0.35 * close, 0.65 * close, skin.points[:, 1] < -0.094, (0.5, 0.9, 1, 1, 0.95, 0.8)
+    )
+    return shapes
+
+
+def _lids(skin: Skin) -> dict[str, FloatArray]:
+    """Return the shapes of the left lids."""
+    eye = skin.points[skin.lids[POCKET_RINGS]][:, :2] - EYE[:2]
+    loop = len(eye)
+    other = np.roll(eye[::-1], 1, axis=0)  # the facing vertex of the other lid
+    mid = np.sin(np.pi * np.arange(loop) / (loop // 2))
+    arch = np.abs(mid)[:, None]
+    up = np.array([0, MM])
+
+    def rims(upper: float, lower: float) -> FloatArray:
+        return skin.lid(upper * arch * up, lower * arch * up)
+
+    look_sideways = np.array([1.2 * MM, 0])
+    return {
+        "eyeBlinkLeft": skin.lid(0.72 * (other - eye), 0.28 * (other - eye), 1.0 * MM),
+        "eyeLookDownLeft": rims(-4.2, -1.2),
+        "eyeLookUpLeft": rims(2.6, 0.8),
+        "eyeLookInLeft": skin.lid(-arch * look_sideways, -arch * look_sideways),
+        "eyeLookOutLeft": skin.lid(arch * look_sideways, arch * look_sideways),
+        "eyeSquintLeft": rims(-1.8, 3.4)
+        + skin.bump((0.036, -0.022, 0.072), (0.014, 0.007, 0.02), 0, 2.0, 1.2),
+        "eyeWideLeft": rims(3.6, -1.4),
+    }
+
+
+def _brows_and_cheeks(skin: Skin) -> dict[str, FloatArray]:
+    bump = skin.bump
+    inner, outer = (0.016, 0.036, 0.072), (0.048, 0.036, 0.056)
+    middle = (0.031, 0.038, 0.068)
+    wide = (0.010, 0.011, 0.03)
+    return {
+        "browDownLeft": bump(inner, (0.011, 0.011, 0.03), -2.6, -7.0, 1.6)
+        + bump(middle, wide, -1.2, -3.2, 0.8)
+        + bump(outer, wide, -0.4, -1.6, 0.2),
+        "browInnerUp": bump(inner, (0.012, 0.013, 0.03), -0.6, 8.5, 0.6)
+        + bump(inner, (0.012, 0.013, 0.03), -0.6, 8.5, 0.6)[skin.mirror] * FLIP,
+        "browOuterUpLeft": bump(outer, (0.013, 0.013, 0.03), 0.3, 6.5, 0)
+        + bump(middle, (0.010, 0.012, 0.03), 0.1, 3.6, 0.3),
+        "cheekPuff": bump((0.047, -0.060, 0.052), (0.016, 0.016, 0.024), 8, 0, 7)
+        + bump((-0.047, -0.060, 0.052), (0.016, 0.016, 0.024), -8, 0, 7),
+        "cheekSquintLeft": bump((0.041, -0.032, 0.068), (0.016, 0.011, 0.025), 0.8, 4.0, 3.2),
+    }
+
+
+def _mouth(skin: Skin) -> dict[str, FloatArray]:  # a table: one entry per shape
+    along, s, rise, bump = skin.along, skin.side, skin.rise, skin.bump
+    corner = smooth(s) ** 0.9  # left corner 1, middle 0
+    half = smooth((s + 0.45) / 0.9) * rise**0.7  # the left half of a lip, corners still
+    lip = rise**0.8
+    none = along(0 * s, 0, 0, 0)
+
+    def both(profile: FloatArray, *mm: float, hold: NDArray[np.bool_] | None = None):
+        return skin.mouth(along(profile, *mm), along(profile, *mm), hold)
+
+    chin = skin.points[:, 1] < -0.092
+    pull = np.sign(s) * np.abs(s) ** 1.2
+    round_lips = along(pull, -11, 0, 0) + along(np.abs(s) ** 2, 0, 0, 6)
+    smile_cheek = bump((0.043, -0.038, 0.064), (0.015, 0.013, 0.025), 1.5, 3.6, 3.6)
+    roll = (0.5, 0.8, 1.0, 0.95, 0.55, 0.12)
+    return {
+        "mouthSmileLeft": both(corner, 9.5, 9.0, -7.5) + smile_cheek,
+        "mouthFrownLeft": both(corner, 2.0, -8.5, -2.0),
+        "mouthDimpleLeft": both(corner, 6.5, 1.2, -7.5),
+        "mouthStretchLeft": skin.mouth(
+            along(corner, 8, -1.5, -5), along(corner, 8, -1.5, -5) + along(half, 1, -3.0, 0)
+        ),
+        "mouthUpperUpLeft": skin.mouth(along(half, 0, 6.0, 0.6), none),
+        "mouthLowerDownLeft": skin.mouth(none, along(half, 0, -6.5, 0.2)),
+        "mouthPressLeft": skin.mouth(
+            along(half, 0, -1.0, -1.6), along(half, 0, 1.0, -1.6), None, roll
+        )
+        + both(corner, 2.0, 0.8, -2.0),
+        "mouthLeft": both(0.35 + 0.65 * smooth(1.2 * (s + 1) / 2), 9, 0, -1.0),
+        "mouthPucker": skin.mouth(
+            round_lips + along(lip, 0, 1.0, 6.5), round_lips + along(lip, 0, -1.0, 6.5)
+        ),
+        "mouthFunnel": skin.mouth(
+            0.75 * round_lips + along(lip, 0, 4.6, 6), 0.75 * round_lips + along(lip, 0, -6.0, 5.5)
+        ),
+        "mouthRollLower": skin.mouth(none, along(lip, 0, 2.6, -5.0), chin, roll),
+        "mouthRollUpper": skin.mouth(along(lip, 0, -2.6, -5.0), none, None, roll),
+        "mouthShrugLower": skin.mouth(along(lip, 0, 2.2, 1.6), along(lip, 0, 4.8, 3.2))
+        + bump((0, -0.094, 0.084), (0.014, 0.010, 0.02), 0, 2.6, 1.6),
+        "mouthShrugUpper": both(lip, 0, 3.8, 2.2),
+        "noseSneerLeft": skin.mouth(along(half, 0, 2.4, 0.6), none)
+        + bump((0.0135, -0.034, 0.090), (0.007, 0.010, 0.015), 1.0, 4.2, 0.8)
+        + bump((0.014, 0.006, 0.070), (0.008, 0.014, 0.02), -0.6, 1.2, 1.4)
+        + bump((0.016, 0.034, 0.072), (0.010, 0.009, 0.03), -1.2, -3.0, 0.6),
+        "tongueOut": np.zeros_like(skin.points),
+    }
+
+
+def _faded(offsets: FloatArray) -> FloatArray:
+    """Let what is too small to see go to zero without a step."""
+    size = np.linalg.norm(offsets, axis=1, keepdims=True)
+    return offsets * smooth((size / MM - 0.03) / 0.12)
+
+
+def head_shapes(head: HeadMesh) -> dict[str, FloatArray]:
+    """Return the offsets (V, 3) [m] of all 52 shapes on the head's vertices, in ARKit's order.
+
+    A shape of the right side is the exact mirror of the left one; the others are their own.
+    """
+    skin = Skin(head)
+    made = {**_jaw(skin), **_lids(skin), **_brows_and_cheeks(skin), **_mouth(skin)}
+
+    def flipped(offsets: FloatArray) -> FloatArray:
+        return np.asarray(offsets[head.mirror] * FLIP)
+
+    shapes = {}
+    for name in ARKIT_NAMES:
+        if name.endswith("Right"):
+            shapes[name] = flipped(shapes[name.removesuffix("Right") + "Left"])
+        elif name.endswith("Left"):
+            shapes[name] = _faded(made[name])
+        else:
+            shapes[name] = _faded((made[name] + flipped(made[name])) / 2)
+    return shapes
