@@ -6,10 +6,10 @@ from usdface.errors import InputError
 from usdface.retarget.align import rigid_fit
 from usdface.takes import FloatArray
 
-__all__ = ["in_space", "neutral_markers"]
+__all__ = ["neutral_markers", "on_plane"]
 
 
-def in_space(positions: FloatArray) -> FloatArray:
+def on_plane(positions: FloatArray) -> FloatArray:
     """Return image markers (..., 2) as points (..., 3) on the plane z = 0; 3D ones as they are."""
     if positions.shape[-1] == 3:
         return positions
@@ -47,7 +47,7 @@ def neutral_markers(positions: FloatArray, frames: tuple[int, int]) -> FloatArra
         )
     window = positions[first : last + 1]
     most = int(np.argmax((~np.isnan(window[..., 0])).sum(axis=1)))
-    space = in_space(window)
+    space = on_plane(window)
     if (~np.isnan(window[most, :, 0])).sum() >= 3:
         pose, _ = rigid_fit(space[most], space)
         space = pose.to_head(space)

@@ -14,7 +14,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
-from usdface.retarget.neutral import in_space, neutral_markers
+from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.rbf import SpaceMap, fit_map
 from usdface.retarget.solve import marker_noise, solve_weights
 from usdface.setup import Setup
@@ -45,6 +45,8 @@ class Solution:
         Estimated standard deviation of a marker coordinate, on the character.
     rounds : int
         Rounds of the pose and occlusion loop.
+    in_space : bool
+        False for an image's markers: then the pose is in pixels.
     """
 
     weights: WeightsTake
@@ -54,6 +56,7 @@ class Solution:
     markers: tuple[str, ...]
     noise: float
     rounds: int
+    in_space: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))
@@ -113,7 +116,9 @@ def solve_take(
     result = WeightsTake(
         shape_names, take.times, weights, take.rate, take.start_timecode, take.source
     )
-    return Solution(result, pose, residual, features, names, noise, rounds), findings
+    in_space = take.dimension == 3
+    solution = Solution(result, pose, residual, features, names, noise, rounds, in_space)
+    return solution, findings
 
 
 def _usable_markers(
@@ -178,11 +183,11 @@ def _first_pose(
     if setup.head == "stabilised":
         return Pose.identity(len(positions)), []
     if setup.head == "solve":
-        pose, usable = rigid_fit(in_space(neutral), in_space(positions))
+        pose, usable = rigid_fit(on_plane(neutral), on_plane(positions))
     else:
         rigid = take.select(setup.head_markers)
         frames = setup.neutral or (0, 0)
-        pose, usable = rigid_fit(in_space(neutral_markers(rigid, frames)), in_space(rigid))
+        pose, usable = rigid_fit(on_plane(neutral_markers(rigid, frames)), on_plane(rigid))
     if usable.all():
         return pose, []
     missing = int((~usable).sum())
@@ -214,7 +219,7 @@ def _rounds(
     dimension = positions.shape[2]
     image = dimension == 2
     axes = slice(0, dimension)  # an image has no say on depth
-    markers = in_space(positions)
+    markers = on_plane(positions)
     seen = visible(positions)
     flat = basis[..., axes].reshape(len(basis), -1)
     moving_head = setup.head == "solve"

@@ -18,6 +18,7 @@ __all__ = [
     "EXPRESSIONS",
     "FACE_UNIT",
     "FALLBACK_TYPES",
+    "FEATURE_POINTS",
     "FUZZY_RULE",
     "FUZZY_SYSTEM",
     "FUZZY_VARIABLE",
@@ -122,6 +123,7 @@ SOLVE_AGILITY: Final = "usdface:solve:agility"
 SOLVE_SPREAD: Final = "usdface:solve:spread"
 HEAD_TRANSFORM: Final = "usdface:head:transform"
 RESIDUAL: Final = "usdface:residual"
+FEATURE_POINTS: Final = "usdface:featurePoints"
 
 # UsdFaceExpression (its gain is GAIN)
 SHAPES: Final = "usdface:shapes"

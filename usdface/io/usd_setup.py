@@ -1,0 +1,167 @@
+"""The setup of a face and its expression poses as USD prims (`docs/architecture.md`)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, Vt
+
+from usdface.errors import InputError
+from usdface.options import MapOptions, SolveOptions
+from usdface.schemas import tokens
+from usdface.setup import Binding, Expression, Setup
+
+__all__ = ["read_expressions", "read_setup", "write_expressions", "write_setup"]
+
+_NAMES = Sdf.ValueTypeNames
+_MAP = {
+    tokens.MAP_KERNEL: ("kernel", _NAMES.Token),
+    tokens.MAP_FORM: ("form", _NAMES.Token),
+    tokens.MAP_RADIUS: ("radius", _NAMES.Double),
+    tokens.MAP_SMOOTHING: ("smoothing", _NAMES.Double),
+}
+_SOLVE = {
+    tokens.SOLVE_SMOOTHNESS: ("smoothness", _NAMES.Double),
+    tokens.SOLVE_AGILITY: ("agility", _NAMES.Double),
+    tokens.SOLVE_SPREAD: ("spread", _NAMES.Double),
+}
+
+
+def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, list[str]]) -> None:
+    """Define a `UsdFaceRetarget` prim; `targets` gives the prim paths of its relationships."""
+    prim = stage.DefinePrim(path, tokens.RETARGET)
+    for relationship, paths in targets.items():
+        prim.CreateRelationship(relationship, custom=False).SetTargets(paths)
+    _author(prim, tokens.BIND_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.binding.markers))
+    _author(prim, tokens.BIND_POINTS, _NAMES.IntArray, Vt.IntArray(setup.binding.points.tolist()))
+    _author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
+    _author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
+    _author(prim, tokens.NOSE_TIP, _NAMES.Token, setup.nose_tip)
+    _author(prim, tokens.ROLES_NAMES, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles)))
+    _author(
+        prim, tokens.ROLES_MARKERS, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles.values()))
+    )
+    mode = "rig" if setup.neutral is None else "frames"
+    _author(prim, tokens.NEUTRAL_MODE, _NAMES.Token, mode)
+    _author(prim, tokens.NEUTRAL_RANGE, _NAMES.Int2, Gf.Vec2i(*(setup.neutral or (0, 0))))
+    for name, (field, kind) in _MAP.items():
+        _author(prim, name, kind, getattr(setup.map, field))
+    for name, (field, kind) in _SOLVE.items():
+        _author(prim, name, kind, getattr(setup.solve, field))
+
+
+def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
+    prim.CreateAttribute(name, kind, False, Sdf.VariabilityUniform).Set(value)
+
+
+def read_setup(prim: Usd.Prim) -> Setup:
+    """Read a `UsdFaceRetarget` prim; attributes that are not there have their defaults.
+
+    Raises
+    ------
+    InputError
+        If an attribute's value cannot be used; the message names prim and attribute.
+    """
+    mesh = prim.GetRelationship(tokens.BIND_MESH).GetTargets()
+    markers = _strings(prim, tokens.BIND_MARKERS)
+    roles, playing = _strings(prim, tokens.ROLES_NAMES), _strings(prim, tokens.ROLES_MARKERS)
+    if len(roles) != len(playing):
+        raise InputError(
+            f"{prim.GetPath()}: {tokens.ROLES_NAMES} has {len(roles)} entries, "
+            f"{tokens.ROLES_MARKERS} has {len(playing)}; expected as many"
+        )
+    start, end = _value(prim, tokens.NEUTRAL_RANGE, (0, 0))
+    points = np.array(_value(prim, tokens.BIND_POINTS, ()), dtype=np.int64)
+    head = _choice(prim, tokens.HEAD_MODE, ("solve", "markers", "stabilised"))
+    neutral = _choice(prim, tokens.NEUTRAL_MODE, ("frames", "rig"))
+    try:
+        return Setup(
+            Binding(markers, points, str(mesh[0]) if mesh else ""),
+            head=head,
+            head_markers=_strings(prim, tokens.HEAD_MARKERS),
+            neutral=None if neutral == "rig" else (int(start), int(end)),
+            nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
+            roles=dict(zip(roles, playing, strict=True)),
+            map=MapOptions(
+                **_fields(prim, _MAP)
+                | {
+                    "kernel": _choice(prim, tokens.MAP_KERNEL, _KERNELS),
+                    "form": _choice(prim, tokens.MAP_FORM, ("neutral_relative", "paper")),
+                }
+            ),
+            solve=SolveOptions(**_fields(prim, _SOLVE)),
+        )
+    except InputError as error:
+        raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
+
+
+_KERNELS = ("multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric")
+
+
+def _value(prim: Usd.Prim, name: str, default: Any) -> Any:
+    value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
+    return default if value is None else value
+
+
+def _strings(prim: Usd.Prim, name: str) -> tuple[str, ...]:
+    return tuple(str(entry) for entry in _value(prim, name, ()))
+
+
+def _choice(prim: Usd.Prim, name: str, choices: Sequence[str]) -> Any:
+    value = str(_value(prim, name, choices[0]))
+    if value not in choices:
+        raise InputError(
+            f"prim <{prim.GetPath()}>: {name} is {value!r}; expected {', '.join(choices)}"
+        )
+    return value
+
+
+def _fields(prim: Usd.Prim, table: dict[str, tuple[str, Any]]) -> dict[str, Any]:
+    """Read numeric settings; each must be finite and not negative."""
+    read = {}
+    for name, (field, kind) in table.items():
+        value = _value(prim, name, None)
+        if value is None or kind != _NAMES.Double:
+            continue
+        if not (np.isfinite(value) and value >= 0):
+            raise InputError(f"{name} is {value}; expected a number that is 0 or more")
+        read[field] = float(value)
+    return read
+
+
+def write_expressions(stage: Usd.Stage, scope: str, expressions: Sequence[Expression]) -> list[str]:
+    """Define a `UsdFaceExpression` under `scope` for each expression; return their paths."""
+    stage.DefinePrim(scope, "Scope")
+    paths = []
+    for expression in expressions:
+        prim = stage.DefinePrim(f"{scope}/{expression.name}", tokens.EXPRESSION)
+        _author(prim, tokens.SHAPES, _NAMES.TokenArray, Vt.TokenArray(expression.shapes))
+        _author(prim, tokens.WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(expression.weights.tolist()))
+        gain = prim.CreateAttribute(tokens.GAIN, _NAMES.Float, False)
+        gain.Set(expression.gain)
+        paths.append(str(prim.GetPath()))
+    return paths
+
+
+def read_expressions(prims: Sequence[Usd.Prim]) -> tuple[Expression, ...]:
+    """Read `UsdFaceExpression` prims.
+
+    Raises
+    ------
+    InputError
+        If shapes and weights do not fit each other, or a weight lies outside [0, 1].
+    """
+    result = []
+    for prim in prims:
+        try:
+            result.append(
+                Expression(
+                    prim.GetName(),
+                    _strings(prim, tokens.SHAPES),
+                    np.array(_value(prim, tokens.WEIGHTS, ()), dtype=np.float64),
+                    float(_value(prim, tokens.GAIN, 1.0)),
+                )
+            )
+        except InputError as error:
+            raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
+    return tuple(result)

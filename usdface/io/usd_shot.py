@@ -1,0 +1,216 @@
+"""The shot: a stage that brings a character, a take and their setup together."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdface.errors import InputError
+from usdface.findings import Finding
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.usd_fuzzy import read_fuzzy, write_fuzzy
+from usdface.io.usd_rig import rig_of_stage
+from usdface.io.usd_setup import read_expressions, read_setup, write_expressions, write_setup
+from usdface.io.usd_stage import (
+    Metrics,
+    author_metrics,
+    matrices,
+    metrics_of,
+    new_stage,
+    open_stage,
+    save_layer,
+    to_si,
+)
+from usdface.io.usd_take import read_take_prim
+from usdface.rigs import Rig
+from usdface.schemas import tokens, write_fallback_types
+from usdface.setup import Expression, Setup
+from usdface.takes import FloatArray, MarkerTake, WeightsTake
+
+__all__ = ["Shot", "ShotPrims", "read_shot", "write_shot"]
+
+
+@dataclass(frozen=True, slots=True)
+class ShotPrims:
+    """Where things are on the stage: prim paths, "" = not there.
+
+    `tokens` are the blend shape names of the animation, in its order.
+    """
+
+    retarget: str
+    skeleton: str
+    skel_root: str
+    animation: str
+    fuzzy: str
+    tokens: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shot:
+    """Everything `process` reads from a stage; `codes` (F,) are the take's time codes on it."""
+
+    take: MarkerTake | WeightsTake
+    codes: FloatArray
+    rig: Rig
+    setup: Setup
+    system: FuzzySystem | None
+    expressions: tuple[Expression, ...]
+    prims: ShotPrims
+    metrics: Metrics
+
+
+def write_shot(
+    path: Path,
+    rig: Path,
+    take: Path,
+    setup: Setup,
+    system: FuzzySystem | None,
+    expressions: Sequence[Expression],
+) -> None:
+    """Write a shot that references `rig` and `take` and holds the setup.
+
+    Units and up axis are the rig's, the clock is the take's. `setup.binding.mesh` is a prim
+    path on the rig's own stage.
+
+    Raises
+    ------
+    InputError
+        If rig or take cannot be opened.
+    OutputError
+        If the shot cannot be written.
+    """
+    rig_stage, take_stage = open_stage(rig), open_stage(take)
+    rig_metrics, take_metrics = metrics_of(rig_stage), metrics_of(take_stage)
+    stage = new_stage(rig_metrics, "Shot")
+    author_metrics(
+        stage,
+        Metrics(
+            rig_metrics.meters_per_unit,
+            rig_metrics.up_axis,
+            take_metrics.time_codes_per_second,
+            take_metrics.frames_per_second,
+            take_metrics.start,
+            take_metrics.end,
+        ),
+    )
+    character = _root_of(rig_stage, rig)
+    stage.DefinePrim("/Shot/Character").GetReferences().AddReference(
+        _relative(rig, path), "" if rig_stage.HasDefaultPrim() else character
+    )
+    # The units of the take are put right on a parent, which every reader of USD understands.
+    capture = UsdGeom.Xform.Define(stage, "/Shot/Capture")
+    matrix = to_si(take_metrics) @ np.linalg.inv(to_si(rig_metrics))
+    if not np.allclose(matrix, np.eye(4), rtol=0, atol=1e-12):
+        capture.AddTransformOp().Set(matrices(matrix)[0])
+    stage.DefinePrim("/Shot/Capture/Take").GetReferences().AddReference(_relative(take, path))
+    targets = {tokens.TAKE: ["/Shot/Capture/Take"]}
+    mesh = setup.binding.mesh
+    if mesh:
+        moved = Sdf.Path(mesh).ReplacePrefix(Sdf.Path(character), Sdf.Path("/Shot/Character"))
+        targets[tokens.BIND_MESH] = [str(moved)]
+        root = _skel_root(stage.GetPrimAtPath(moved))
+        if root:
+            targets[tokens.RIG] = [root]
+    if system is not None:
+        write_fuzzy(stage, "/Shot/Fuzzy", system)
+        targets[tokens.SYSTEM] = ["/Shot/Fuzzy"]
+    if expressions:
+        targets[tokens.EXPRESSIONS] = write_expressions(stage, "/Shot/Expressions", expressions)
+    write_setup(stage, "/Shot/Retarget", setup, targets)
+    write_fallback_types(stage)
+    save_layer(stage.GetRootLayer(), path)
+
+
+def _root_of(stage: Usd.Stage, path: Path) -> str:
+    if stage.HasDefaultPrim():
+        return str(stage.GetDefaultPrim().GetPath())
+    for prim in stage.TraverseAll():
+        if prim.IsA(UsdSkel.Root):
+            return str(prim.GetPath().GetPrefixes()[0])
+    raise InputError(f"{path} has neither a defaultPrim nor a SkelRoot to reference")
+
+
+def _relative(asset: Path, owner: Path) -> str:
+    relative = Path(os.path.relpath(asset.resolve(), owner.resolve().parent)).as_posix()
+    return relative if relative.startswith("..") else f"./{relative}"
+
+
+def _skel_root(prim: Usd.Prim) -> str:
+    root = UsdSkel.Root.Find(prim) if prim else None
+    return str(root.GetPath()) if root else ""
+
+
+def read_shot(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
+    """Read the one face that a stage sets up.
+
+    Raises
+    ------
+    InputError
+        If there is no `UsdFaceRetarget` prim or more than one, or what it names is missing.
+    """
+    found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
+    if len(found) != 1:
+        paths = ", ".join(str(p.GetPath()) for p in found)
+        raise InputError(
+            f"{where} has {len(found)} {tokens.RETARGET} prims{': ' if found else ''}{paths}; "
+            "expected one. `usdface shot` makes such a file"
+        )
+    prim = found[0]
+    setup = read_setup(prim)
+    take_prim = _target(stage, prim, tokens.TAKE, where)
+    take, codes = read_take_prim(take_prim)
+    scope = prim.GetRelationship(tokens.RIG).GetTargets()
+    rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "")
+    fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
+    system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
+    expressions = read_expressions(
+        [
+            _there(stage, path, tokens.EXPRESSIONS, where)
+            for path in prim.GetRelationship(tokens.EXPRESSIONS).GetTargets()
+        ]
+    )
+    mesh = rig.mesh(setup.binding.mesh)
+    prims = _animated(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
+    shot = Shot(take, codes, rig, setup, system, expressions, prims, metrics_of(stage))
+    return shot, findings
+
+
+def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, where: str) -> Usd.Prim:
+    targets = prim.GetRelationship(name).GetTargets()
+    if not targets:
+        raise InputError(f"{where}, prim <{prim.GetPath()}>: {name} has no target")
+    return _there(stage, targets[0], name, where)
+
+
+def _there(stage: Usd.Stage, path: Sdf.Path, name: str, where: str) -> Usd.Prim:
+    prim = stage.GetPrimAtPath(path)
+    if not prim:
+        raise InputError(
+            f"{where}: {name} points at <{path}>, which is not on the stage; "
+            "is a referenced file missing?"
+        )
+    return prim
+
+
+def _animated(stage: Usd.Stage, mesh: str, retarget: str, fuzzy: str, where: str) -> ShotPrims:
+    """Find the skeleton and the animation that deform `mesh`."""
+    prim = stage.GetPrimAtPath(mesh)
+    skeleton = UsdSkel.BindingAPI(prim).GetInheritedSkeleton()
+    if not skeleton:
+        raise InputError(
+            f"{where}: mesh <{mesh}> has no skel:skeleton, so USD would not play its shapes; "
+            "`usdface rig` writes a rig that has one"
+        )
+    animation = UsdSkel.BindingAPI(skeleton.GetPrim()).GetInheritedAnimationSource()
+    names = UsdSkel.Animation(animation).GetBlendShapesAttr().Get() if animation else None
+    return ShotPrims(
+        retarget,
+        str(skeleton.GetPath()),
+        _skel_root(prim),
+        str(animation.GetPath()) if animation else "",
+        fuzzy,
+        tuple(str(name) for name in names or ()),
+    )

@@ -1,0 +1,76 @@
+"""Weights from one naming of blend shapes to another: ARKit, ICT, and their spellings."""
+
+import re
+
+import numpy as np
+
+from usdface.findings import Finding, finding
+from usdface.takes import WeightsTake
+
+__all__ = ["rename_weights", "shape_key"]
+
+_SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
+_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+
+
+def shape_key(name: str) -> tuple[str, str]:
+    """Return a blend shape's name without its spelling: (name, "left", "right" or "").
+
+    >>> shape_key("mouthSmile_L"), shape_key("MouthSmileLeft"), shape_key("mouthLeft")
+    (('mouthsmile', 'left'), ('mouthsmile', 'left'), ('mouth', 'left'))
+    """
+    words = [word.lower() for word in _WORD.findall(name)]
+    if len(words) > 1 and words[-1] in _SIDES:
+        return "".join(words[:-1]), _SIDES[words[-1]]
+    return "".join(words), ""
+
+
+def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTake, list[Finding]]:
+    """Give a weights take the columns of another rig, by name.
+
+    A column goes to the shape of the same name, else of the same name in another spelling;
+    one unsided curve drives both sides, two sided curves drive an unsided shape by their
+    mean. Weights are clipped to [0, 1].
+
+    Returns
+    -------
+    WeightsTake
+        Columns `names`; a shape that nothing drives stays at 0.
+    list of Finding
+        CHANNEL_IGNORED for curves that drive nothing, SHAPE_UNKNOWN if none does.
+    """
+    exact = {name: i for i, name in enumerate(take.names)}
+    by_key: dict[tuple[str, str], list[int]] = {}
+    for i, name in enumerate(take.names):
+        base, side = shape_key(name)
+        by_key.setdefault((base, side), []).append(i)
+        if side:
+            by_key.setdefault((base, "either"), []).append(i)
+    weights = np.zeros((len(take.times), len(names)))
+    used: set[int] = set()
+    for target, name in enumerate(names):
+        base, side = shape_key(name)
+        columns = [exact[name]] if name in exact else by_key.get((base, side), [])
+        columns = columns or by_key.get((base, "" if side else "either"), [])
+        if columns:
+            weights[:, target] = take.weights[:, columns].mean(axis=1)
+            used.update(columns)
+    findings = []
+    idle = [name for i, name in enumerate(take.names) if i not in used]
+    if not used:
+        findings.append(
+            finding("SHAPE_UNKNOWN", take.source, "no curve has the name of a blend shape")
+        )
+    elif idle:
+        findings.append(
+            finding("CHANNEL_IGNORED", take.source, f"curves without a shape: {', '.join(idle)}")
+        )
+    renamed = WeightsTake(
+        names,
+        take.times,
+        np.clip(weights, 0.0, 1.0),
+        take.rate,
+        take.start_timecode,
+        take.source,
+    )
+    return renamed, findings
