@@ -1,0 +1,104 @@
+"""Text files of rows and cells, as exporters and spreadsheets write them."""
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.takes import FloatArray
+
+__all__ = ["Row", "positive", "read_numbers", "read_rows", "read_text"]
+
+Row: TypeAlias = tuple[int, list[str]]  # line number from 1, cells without outer blanks
+
+_MISSING = frozenset({"", "na", "n/a", "nan", "null", "none", "-"})
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a file, without byte order mark.
+
+    Raises
+    ------
+    InputError
+        If it is missing, unreadable, empty or not text.
+    """
+    if not path.is_file():
+        raise InputError(f"no such file: {path}")
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+    if not data.strip():
+        raise InputError(f"{path} is empty")
+    if b"\0" in data:
+        raise InputError(f"{path} is not a text file; expected UTF-8 text")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def read_rows(path: Path, text: str, delimiter: str) -> list[Row]:
+    """Return the rows of a delimited text, blank ones included.
+
+    Raises
+    ------
+    InputError
+        If the text cannot be split.
+    """
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    try:
+        return [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+    except csv.Error as error:
+        raise InputError(f"{path}, line {reader.line_num}: {error}") from error
+
+
+def read_numbers(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> FloatArray:
+    """Return the cells of some columns as numbers: (rows, columns); nothing written = NaN.
+
+    Raises
+    ------
+    InputError
+        If a cell holds something else; the message names line and cell.
+    """
+    width = max(columns, default=-1) + 1
+    full = (
+        cells if len(cells) >= width else cells + [""] * (width - len(cells)) for _, cells in rows
+    )
+    picked = chain.from_iterable([cells[c] or "nan" for c in columns] for cells in full)
+    count = len(rows) * len(columns)
+    try:
+        flat = np.fromiter(map(float, picked), np.float64, count)
+    except ValueError:
+        flat = np.fromiter(_cell_by_cell(path, rows, columns), np.float64, count)
+    return flat.reshape(len(rows), len(columns))
+
+
+def positive(text: str) -> float:
+    """Return a positive finite number, or 0 where the text is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return 0.0
+    return value if np.isfinite(value) and value > 0 else 0.0
+
+
+def _cell_by_cell(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> Iterator[float]:
+    """Yield numbers one by one: slower, but knows other words for nothing, and the line."""
+    for line, cells in rows:
+        for column in columns:
+            cell = cells[column] if column < len(cells) else ""
+            if cell.lower() in _MISSING:
+                yield np.nan
+                continue
+            try:
+                yield float(cell)
+            except ValueError as error:
+                raise InputError(
+                    f"{path}, line {line}, column {column + 1}: {cell[:40]!r} is not a number"
+                ) from error

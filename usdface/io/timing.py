@@ -1,0 +1,109 @@
+"""The times of a take: from a time column, frame numbers or a rate, whatever the file has."""
+
+from pathlib import Path
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.takes import FloatArray
+
+__all__ = ["ASSUMED_RATE", "nominal_rate", "take_times"]
+
+ASSUMED_RATE = 30.0  # Hz, where neither file nor options say
+_SLOWEST, _FASTEST = 1e-3, 1e6  # Hz
+_LONGEST = 1e7  # s, four months
+_ON_GRID = 0.1  # frames: how far a written time may lie from k / rate to mean it
+_WHOLE = 5e-4  # a measured rate this near to a whole number means it
+
+
+def nominal_rate(seconds: FloatArray) -> float:
+    """Return the frame rate [Hz] that increasing times (F,) [s] stand for; 0 if F < 2.
+
+    The mean of the steps that are not gaps, so that neither dropped frames nor times
+    rounded to milliseconds bend it.
+    """
+    steps = np.diff(seconds)
+    if not len(steps):
+        return 0.0
+    rate = float(1.0 / steps[steps <= 1.5 * np.median(steps)].mean())
+    return float(round(rate)) if abs(rate - round(rate)) < _WHOLE * rate else rate
+
+
+def take_times(
+    path: Path,
+    count: int,
+    *,
+    rate: float = 0.0,
+    seconds: FloatArray | None = None,
+    frames: FloatArray | None = None,
+    override: float | None = None,
+) -> tuple[FloatArray, float, list[Finding]]:
+    """Return times (F,) [s] from 0, the nominal rate [Hz] and what had to be guessed.
+
+    Parameters
+    ----------
+    path : Path
+        File that the messages name.
+    count : int
+        F, the number of frames.
+    rate : float [Hz]
+        What the file says; 0 = nothing.
+    seconds : (F,) float [s], optional
+        The file's time column, from any origin. Times that lie on the grid of the rate
+        within a tenth of a frame are the grid's.
+    frames : (F,) float, optional
+        Frame numbers, used where there is no time column.
+    override : float [Hz], optional
+        The rate that holds instead of the file's; times stretch accordingly.
+
+    Raises
+    ------
+    InputError
+        If there is no frame, or times do not increase from frame to frame.
+    """
+    if count == 0:
+        raise InputError(f"{path}: there are no frames of data; expected at least one")
+    if override is not None and not _SLOWEST <= override <= _FASTEST:
+        raise InputError(f"{path}: a rate of {override} Hz is asked; expected 0.001 to 1000000")
+    rate = rate if _SLOWEST <= rate <= _FASTEST else 0.0
+    if seconds is not None:
+        seconds = _from_zero(path, seconds, "time")
+        rate = rate or nominal_rate(seconds) or (override or 0.0)
+        guessed: list[Finding] = []
+    else:
+        if rate or override:
+            guessed = []
+        else:
+            guessed = [finding("RATE_ASSUMED", str(path), f"taken as {ASSUMED_RATE:g} Hz")]
+        rate = rate or override or ASSUMED_RATE
+        numbers = np.arange(count) if frames is None else _from_zero(path, frames, "frame number")
+        seconds = numbers / rate
+    exact = seconds * rate
+    grid = np.round(exact)
+    if rate and np.abs(exact - grid).max() < _ON_GRID and (np.diff(grid) > 0).all():
+        seconds = grid / rate
+    missing = int(np.maximum(np.round(np.diff(exact)) - 1, 0).sum())
+    if missing:
+        message = f"{missing} frames are missing between the {count} recorded ones; times are kept"
+        guessed.append(finding("FRAMES_DROPPED", str(path), message))
+    if override and rate:
+        return seconds * (rate / override), override, guessed
+    return seconds, rate, guessed
+
+
+def _from_zero(path: Path, values: FloatArray, what: str) -> FloatArray:
+    if not np.isfinite(values).all():
+        at = int(np.argmin(np.isfinite(values)))
+        raise InputError(f"{path}: frame {at} of the data has no {what}")
+    later = values[1:] > values[:-1]
+    if not later.all():
+        at = int(np.argmin(later)) + 1
+        raise InputError(
+            f"{path}: the {what} does not increase at frame {at} of the data "
+            f"({values[at - 1]:g}, then {values[at]:g})"
+        )
+    if values[-1] / 2 - values[0] / 2 > _LONGEST / 2:
+        raise InputError(f"{path}: the {what} runs from {values[0]:g} to {values[-1]:g}; too far")
+    shifted: FloatArray = values - values[0]
+    return shifted
