@@ -1,0 +1,235 @@
+"""The container of glTF 2.0: JSON document, binary chunk, files beside it; in and out.
+
+Source: glTF 2.0 specification, sections 3.6 (binary data), 4.4 (GLB layout), 2.8 (URIs).
+"""
+
+import base64
+import binascii
+import json
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+from urllib.parse import quote, unquote
+
+from pygltflib import GLTF2, Buffer
+
+from usdface.errors import InputError, OutputError
+from usdface.io.atomic import write_bytes
+
+__all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
+
+_MAX_BYTES = 2**32 - 1  # what a GLB header can announce
+_JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
+# Without these the file can still be read truly, or at worst looks plainer.
+_DECODED = ("KHR_mesh_quantization",)
+_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GltfFile:
+    """A parsed document with its buffers.
+
+    Attributes
+    ----------
+    document : pygltflib.GLTF2
+    node_weights : tuple, one for each node
+        ``node.weights`` as in the JSON, None where absent; pygltflib's nodes lack it.
+    buffers : tuple of bytes
+    folder : Path
+        What relative URIs start from.
+    """
+
+    document: GLTF2
+    node_weights: tuple[Any, ...]
+    buffers: tuple[bytes, ...]
+    folder: Path
+
+
+def item(items: Sequence[Any], index: object, what: str) -> Any:
+    """Return `items[index]`, for an index that came from a file.
+
+    Raises
+    ------
+    InputError
+        If there is no such item.
+    """
+    if not isinstance(index, int) or not 0 <= index < len(items) or items[index] is None:
+        raise InputError(f"there is no {what} {index!r}; the file has {len(items)}")
+    return items[index]
+
+
+def load_document(path: Path) -> GltfFile:
+    """Read a .glb or .gltf with its buffers; which of the two it is, its first bytes tell.
+
+    Raises
+    ------
+    InputError
+        If the file or a buffer is missing, truncated, not glTF 2.0, reaches outside its
+        folder, or requires an extension that is not decoded here.
+    """
+    try:
+        if path.stat().st_size > _MAX_BYTES:
+            raise InputError("the file is larger than 4 GiB, the most that GLB can hold")
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}") from error
+    text, chunk = _split_glb(data) if data[:4] == b"glTF" else (data, None)
+    document, node_weights = _parse(text)
+    _check_extensions(document)
+    folder = path.parent
+    buffers = tuple(
+        _buffer_bytes(buffer, chunk if index == 0 else None, index, folder)
+        for index, buffer in enumerate(document.buffers or [])
+    )
+    return GltfFile(document, node_weights, buffers, folder)
+
+
+def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:
+    if len(data) < 20:
+        raise InputError(f"the GLB header is cut off after {len(data)} bytes")
+    version, length = struct.unpack_from("<II", data, 4)
+    if version != 2:
+        raise InputError(f"this is GLB version {version}; expected 2")
+    if length > len(data):
+        raise InputError(f"the GLB is cut off: its header says {length} bytes, it has {len(data)}")
+    chunks: list[tuple[int, bytes]] = []
+    offset = 12
+    while offset + 8 <= length:
+        size, kind = struct.unpack_from("<II", data, offset)
+        if offset + 8 + size > length:
+            raise InputError(f"the GLB chunk at byte {offset} is cut off")
+        chunks.append((kind, data[offset + 8 : offset + 8 + size]))
+        offset += 8 + size
+    if not chunks or chunks[0][0] != _JSON_CHUNK:
+        raise InputError("the first chunk of the GLB is not JSON")
+    binary = chunks[1][1] if len(chunks) > 1 and chunks[1][0] == _BIN_CHUNK else None
+    return chunks[0][1], binary
+
+
+def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...]]:
+    try:
+        text = data.decode("utf-8-sig")
+        raw = json.loads(text, parse_constant=_refuse_constant)
+        document = GLTF2.from_json(text, infer_missing=True, object_hook=_plain_extras)
+        node_weights = tuple(node.get("weights") for node in raw.get("nodes") or [])
+    except UnicodeDecodeError as error:
+        raise InputError("the file is neither GLB nor UTF-8 text") from error
+    except json.JSONDecodeError as error:
+        raise InputError(f"the JSON is malformed: {error}") from error
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"the JSON does not follow the glTF schema: {error}") from error
+    except RecursionError as error:
+        raise InputError("the JSON is nested too deeply") from error
+    version = getattr(document.asset, "version", None)
+    if not isinstance(version, str) or not version.startswith("2."):
+        raise InputError(f"asset.version is {version!r}; expected '2.0'")
+    return document, node_weights
+
+
+def _refuse_constant(word: str) -> NoReturn:
+    raise ValueError(f"{word} is not a JSON number")
+
+
+def _plain_extras(values: dict[str, Any]) -> dict[str, Any]:
+    # glTF allows any value as extras, pygltflib only an object.
+    if not isinstance(values.get("extras", {}), dict):
+        del values["extras"]
+    return values
+
+
+def _check_extensions(document: GLTF2) -> None:
+    for name in document.extensionsRequired or []:
+        if name not in _DECODED and not str(name).startswith(_LOOKS):
+            raise InputError(
+                f"the file requires the extension {name}, which usdface does not decode; "
+                "export it without"
+            )
+
+
+def _buffer_bytes(buffer: Buffer | None, chunk: bytes | None, index: int, folder: Path) -> bytes:
+    if buffer is None or not isinstance(buffer.byteLength, int) or buffer.byteLength < 0:
+        raise InputError(f"buffer {index} has no valid byteLength")
+    if buffer.uri is not None:
+        data = resource(buffer.uri, folder)
+    elif chunk is not None:
+        data = chunk
+    elif buffer.extensions:  # the fallback of a compression extension: never read
+        data = b""
+    else:
+        raise InputError(f"buffer {index} has neither a URI nor a binary chunk")
+    if len(data) < buffer.byteLength and not (buffer.extensions and not data):
+        raise InputError(
+            f"buffer {index} is cut off: it should have {buffer.byteLength} bytes, has {len(data)}"
+        )
+    return data[: buffer.byteLength]
+
+
+def resource(uri: str, folder: Path) -> bytes:
+    """Return the bytes behind a URI: base64 data, or a file inside `folder`.
+
+    Raises
+    ------
+    InputError
+        If it is absolute, leaves the folder, names a scheme, or cannot be read.
+    """
+    if uri.startswith("data:"):
+        header, _, body = uri.partition(",")
+        if not header.endswith(";base64"):
+            raise InputError("a data URI is not base64")
+        try:
+            return base64.b64decode(body, validate=True)
+        except (binascii.Error, ValueError) as error:
+            raise InputError(f"a data URI is malformed: {error}") from error
+    name = unquote(uri)
+    try:
+        place = (folder / name).resolve()
+        inside = place.is_relative_to(folder.resolve())
+    except (OSError, ValueError) as error:
+        raise InputError(f"the URI {uri!r} is not a file name") from error
+    if ":" in name.split("/")[0] or "\\" in name or not inside:
+        raise InputError(f"the URI {uri!r} leads outside the file's own folder; that is not read")
+    try:
+        if place.stat().st_size > _MAX_BYTES:
+            raise InputError(f"{uri!r} is larger than 4 GiB")
+        return place.read_bytes()
+    except OSError as error:
+        raise InputError(f"{uri!r} cannot be read: {error.strerror or error}") from error
+
+
+def save_document(document: GLTF2, blob: bytes, beside: Mapping[str, bytes], path: Path) -> None:
+    """Write a document as GLB, or as .gltf with a .bin and the files `beside` it, by suffix.
+
+    Each file is written atomically, the .gltf last. Equal input gives equal bytes.
+
+    Raises
+    ------
+    OutputError
+        If the suffix is neither, the data are too large, or a file cannot be written.
+    """
+    binary = path.suffix.lower() == ".glb"
+    if not binary and path.suffix.lower() != ".gltf":
+        raise OutputError(f"cannot write {path}: a glTF file ends in .glb or .gltf")
+    blob += bytes(-len(blob) % 4)
+    name = f"{path.stem}.bin"
+    if blob:
+        document.buffers = [Buffer(byteLength=len(blob), uri=None if binary else quote(name))]
+    layout: dict[str, Any] = (
+        {"separators": (",", ":")} if binary else {"indent": 1, "ensure_ascii": False}
+    )
+    text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
+    if not binary:
+        if blob:
+            write_bytes(path.with_name(name), blob)
+        for file, data in beside.items():
+            write_bytes(path.with_name(file), data)
+        write_bytes(path, text)
+        return
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<II", len(text), _JSON_CHUNK) + text
+    if blob:
+        chunks += struct.pack("<II", len(blob), _BIN_CHUNK) + blob
+    if 12 + len(chunks) > _MAX_BYTES:
+        raise OutputError(f"cannot write {path}: a GLB holds at most 4 GiB; use .gltf")
+    write_bytes(path, struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
