@@ -1,4 +1,4 @@
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +20,49 @@ def assert_valid_usd() -> Callable[[Path], None]:
         assert [f"{e.GetName()}: {e.GetMessage()}" for e in errors] == []
 
     return check
+
+
+@pytest.fixture(scope="session")
+def posed() -> Callable[[Mesh, np.ndarray], np.ndarray]:
+    """The points of a mesh as UsdSkel defines them: straight through the inbetweens."""
+
+    def points_at(mesh: Mesh, weights: np.ndarray) -> np.ndarray:
+        points = mesh.points.copy()
+        for shape, weight in zip(mesh.shapes, weights, strict=True):
+            knots = [(0.0, np.zeros_like(shape.offsets)), (1.0, shape.offsets)]
+            knots += [(b.weight, b.offsets) for b in shape.inbetweens]
+            knots.sort(key=lambda knot: knot[0])
+            at = np.array([k[0] for k in knots])
+            right = int(np.clip(np.searchsorted(at, weight), 1, len(at) - 1))
+            part = (weight - at[right - 1]) / (at[right] - at[right - 1])
+            points[shape.indices] += (1 - part) * knots[right - 1][1] + part * knots[right][1]
+        return points
+
+    return points_at
+
+
+@pytest.fixture(scope="session")
+def baked() -> Callable[[Path, Iterable[float]], dict[str, np.ndarray]]:
+    """World points of each mesh at time codes as UsdSkel itself computes them: (F, V, 3)."""
+    from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+    def bake(path: Path, codes: Iterable[float]) -> dict[str, np.ndarray]:
+        # A copy: an open stage shares its layers with every other of that file.
+        stage = Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(path)))
+        roots = [prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root)]
+        meshes = [p for r in roots for p in Usd.PrimRange(r) if p.IsA(UsdGeom.Mesh)]
+        assert all(UsdSkel.BakeSkinning(Usd.PrimRange(root)) for root in roots)
+
+        def world(prim: Usd.Prim, code: float) -> np.ndarray:
+            matrix = np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(prim))
+            return (
+                np.array(UsdGeom.Mesh(prim).GetPointsAttr().Get(code)) @ matrix[:3, :3]
+                + matrix[3, :3]
+            )
+
+        return {str(p.GetPath()): np.array([world(p, code) for code in codes]) for p in meshes}
+
+    return bake
 
 
 def _grid(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -14,31 +14,6 @@ def take(rig, rate=60.0, frames=5):
     return WeightsTake(rig.shape_names, np.arange(frames) / rate, weights, rate)
 
 
-def posed(mesh, weights):
-    """The points of a mesh by the definition of UsdSkel: piecewise linear through inbetweens."""
-    points = mesh.points.copy()
-    for shape, weight in zip(mesh.shapes, weights, strict=True):
-        knots = [(0.0, np.zeros_like(shape.offsets)), (1.0, shape.offsets)]
-        knots += [(b.weight, b.offsets) for b in shape.inbetweens]
-        knots.sort(key=lambda knot: knot[0])
-        at = np.array([k[0] for k in knots])
-        right = int(np.clip(np.searchsorted(at, weight), 1, len(at) - 1))
-        part = (weight - at[right - 1]) / (at[right] - at[right - 1])
-        points[shape.indices] += (1 - part) * knots[right - 1][1] + part * knots[right][1]
-    return points
-
-
-def baked(path, frames):
-    """Points of each mesh as UsdSkel itself computes them: {prim name: (F, V, 3)}."""
-    stage = Usd.Stage.Open(str(path))
-    assert UsdSkel.BakeSkinning(stage.Traverse())
-    return {
-        prim.GetName(): np.array([UsdGeom.Mesh(prim).GetPointsAttr().Get(t) for t in frames])
-        for prim in stage.Traverse()
-        if prim.IsA(UsdGeom.Mesh)
-    }
-
-
 @pytest.mark.parametrize("suffix", [".usda", ".usdc", ".usd"])
 def test_usd_finds_no_error(face_rig, skinned_rig, tmp_path, assert_valid_usd, suffix):
     for number, rig in enumerate((face_rig, skinned_rig)):
@@ -48,7 +23,7 @@ def test_usd_finds_no_error(face_rig, skinned_rig, tmp_path, assert_valid_usd, s
 
 
 @pytest.mark.parametrize("which", ["face_rig", "skinned_rig"])
-def test_usdskel_poses_what_was_written(which, request, tmp_path):
+def test_usdskel_poses_what_was_written(which, request, tmp_path, posed, baked):
     rig = request.getfixturevalue(which)
     weights = take(rig)
     path = tmp_path / "rig.usdc"
@@ -118,7 +93,7 @@ def test_columns_travel_by_name(face_rig, tmp_path):
     assert [f.where for f in findings if f.code == "SHAPE_UNKNOWN"] == ["nobody"]
 
 
-def test_the_extent_holds_the_moving_face(face_rig, skinned_rig, tmp_path):
+def test_the_extent_holds_the_moving_face(face_rig, skinned_rig, tmp_path, baked):
     for rig in (face_rig, skinned_rig):
         path = tmp_path / "rig.usdc"
         write_rig(rig, path, take(rig))

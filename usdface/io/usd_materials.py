@@ -1,146 +1,176 @@
-"""Materials in USD: the part of UsdPreviewSurface that `usdface.rigs.Material` holds."""
+"""Materials of a USD stage: the simple part of UsdPreviewSurface."""
 
-import hashlib
-import re
-from collections.abc import Iterable
+import itertools
+import zipfile
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from pxr import Gf, Sdf, Usd, UsdShade
+from pxr import Ar, Sdf, Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
-from usdface.io.atomic import write_bytes
-from usdface.io.prim_names import prim_names
-from usdface.rigs import Material, Texture
+from usdface.rigs import Material, MaterialSubset, Mesh, Texture
 
-__all__ = ["write_materials"]
+__all__ = ["with_materials"]
 
-_FLOAT = Sdf.ValueTypeNames.Float
-_COLOR = Sdf.ValueTypeNames.Color3f
-_RAW, _SRGB = "raw", "sRGB"
+_LARGEST_TEXTURE = 256 * 1024 * 1024
 
 
-def write_materials(
-    stage: Usd.Stage, scope: str, materials: tuple[Material, ...], target: Path
-) -> tuple[dict[str, UsdShade.Material], list[Finding]]:
-    """Define `materials` below the prim path `scope`; return them by original name.
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """What drives one input of a surface: a value, or a channel of a texture shader."""
 
-    Textures inside the folder of `target` (the file that the stage will be saved to) are
-    referenced relative to it; others, and those held as bytes, are copied to
-    `<stem>_textures` beside it, so that the result can be moved as one.
+    value: Any = None
+    texture: UsdShade.Shader | None = None
+    channel: str = ""
 
-    Raises
-    ------
-    OutputError
-        If a texture cannot be written.
+
+def with_materials(
+    stage: Usd.Stage, meshes: tuple[Mesh, ...]
+) -> tuple[tuple[Mesh, ...], tuple[Material, ...], list[Finding]]:
+    """Read the materials that `meshes` name by prim path, and name them by their own names.
+
+    A texture must lie in the folder of the layer that names it or of the stage's root layer
+    (or inside the same package); elsewhere it is left out with a finding.
     """
+    paths = [path for mesh in meshes for path in _bound(mesh) if path]
+    names = {"": ""}
+    materials: list[Material] = []
     findings: list[Finding] = []
-    files = _TextureFiles(target, findings)
-    made: dict[str, UsdShade.Material] = {}
-    for name, material in zip(prim_names(m.name for m in materials), materials, strict=True):
-        prim = UsdShade.Material.Define(stage, f"{scope}/{name}")
-        if name != material.name:
-            prim.GetPrim().SetDisplayName(material.name)
-            findings.append(finding("NAME_CHANGED", str(prim.GetPath()), f"was {material.name!r}"))
-        _write_surface(prim, material, files)
-        made.setdefault(material.name, prim)
-    return made, findings
-
-
-class _TextureFiles:
-    """Where the textures of one stage lie, as asset paths; equal bytes are one file."""
-
-    def __init__(self, target: Path, findings: list[Finding]) -> None:
-        self._target = target
-        self._findings = findings
-        self._written: dict[str, str] = {}
-
-    def asset(self, texture: Texture, name: str) -> str:
-        """Return the asset path, "" where the file cannot be read."""
-        folder = self._target.parent.resolve()
-        data, suffix = texture.data, texture.suffix
-        if data is None:
-            path = Path(texture.path).resolve()
-            if path.is_file() and path.is_relative_to(folder):
-                return f"./{path.relative_to(folder).as_posix()}"
-            try:
-                data, suffix = path.read_bytes(), path.suffix
-            except OSError as error:
-                message = f"{path}: {error.strerror}; the texture is left out"
-                self._findings.append(finding("TEXTURE_MISSING", name, message))
-                return ""
-        key = hashlib.sha256(data).hexdigest()
-        if key not in self._written:
-            kind = "." + re.sub("[^a-z0-9]", "", suffix.lower())
-            place = f"{self._target.stem}_textures/{name}{kind if len(kind) > 1 else ''}"
-            write_bytes(folder / place, data)
-            self._written[key] = f"./{place}"
-        return self._written[key]
-
-
-def _write_surface(prim: UsdShade.Material, material: Material, files: _TextureFiles) -> None:
-    stage, path = prim.GetPrim().GetStage(), prim.GetPath()
-    surface = UsdShade.Shader.Define(stage, path.AppendChild("Surface"))
-    surface.CreateIdAttr("UsdPreviewSurface")
-    prim.CreateSurfaceOutput().ConnectToSource(
-        surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
+    for path in dict.fromkeys(paths):
+        prim = stage.GetPrimAtPath(path)
+        wanted = prim.GetDisplayName() or prim.GetName()
+        suffixes = itertools.chain([""], (f"_{n}" for n in itertools.count(1)))
+        names[path] = next(wanted + s for s in suffixes if wanted + s not in names.values())
+        if names[path] != wanted:
+            findings.append(finding("NAME_CHANGED", path, f"{wanted!r} is now {names[path]!r}"))
+        material, notes = _read_material(UsdShade.Material(prim), names[path])
+        sided = any(path in _bound(m) and _is_double_sided(stage, m) for m in meshes)
+        materials.append(replace(material, double_sided=sided))
+        findings += notes
+    named = tuple(
+        replace(
+            mesh,
+            material=names[mesh.material],
+            subsets=tuple(MaterialSubset(names[s.material], s.faces) for s in mesh.subsets),
+        )
+        for mesh in meshes
     )
-    for name, kind, value in (
-        ("diffuseColor", _COLOR, Gf.Vec3f(*material.base_color)),
-        ("emissiveColor", _COLOR, Gf.Vec3f(*material.emissive)),
-        ("metallic", _FLOAT, material.metallic),
-        ("roughness", _FLOAT, material.roughness),
-        ("opacity", _FLOAT, material.opacity),
-    ):
-        surface.CreateInput(name, kind).Set(value)
-    one = (1.0, 1.0, 1.0)
-    factors = (1.0, material.roughness, material.metallic)
-    # Packed channels as in glTF: occlusion in r, roughness in g, metallic in b.
-    for role, texture, scale, space, inputs in (
-        ("baseColor", material.base_color_texture, material.base_color, _SRGB,
-         (("diffuseColor", _COLOR, "rgb"),)),
-        ("emissive", material.emissive_texture, material.emissive, _SRGB,
-         (("emissiveColor", _COLOR, "rgb"),)),
-        ("metallicRoughness", material.metallic_roughness_texture, factors, _RAW,
-         (("roughness", _FLOAT, "g"), ("metallic", _FLOAT, "b"))),
-        ("occlusion", material.occlusion_texture, one, _RAW, (("occlusion", _FLOAT, "r"),)),
-        ("normal", material.normal_texture, (2.0, 2.0, 2.0), _RAW,
-         (("normal", Sdf.ValueTypeNames.Normal3f, "rgb"),)),
-    ):  # fmt: skip
-        asset = files.asset(texture, f"{path.name}_{role}") if texture else ""
-        if asset:
-            reader = _texture_reader(prim, role, asset, scale, space)
-            for name, kind, channel in inputs:
-                _connect(surface, name, kind, reader, channel)
+    return named, tuple(materials), findings
 
 
-def _connect(
-    surface: UsdShade.Shader,
-    name: str,
-    kind: Sdf.ValueTypeName,
-    reader: UsdShade.Shader,
-    channel: str,
-) -> None:
-    output = Sdf.ValueTypeNames.Float3 if channel == "rgb" else _FLOAT
-    surface.CreateInput(name, kind).ConnectToSource(reader.CreateOutput(channel, output))
+def _bound(mesh: Mesh) -> tuple[str, ...]:
+    return (mesh.material, *(subset.material for subset in mesh.subsets))
 
 
-def _texture_reader(
-    prim: UsdShade.Material, role: str, asset: str, scale: Iterable[float], space: str
-) -> UsdShade.Shader:
-    stage, path = prim.GetPrim().GetStage(), prim.GetPath()
-    st = UsdShade.Shader.Define(stage, path.AppendChild("st"))
-    st.CreateIdAttr("UsdPrimvarReader_float2")
-    st.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
-    reader = UsdShade.Shader.Define(stage, path.AppendChild(role))
-    reader.CreateIdAttr("UsdUVTexture")
-    reader.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(asset))
-    reader.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(
-        st.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+def _is_double_sided(stage: Usd.Stage, mesh: Mesh) -> bool:
+    return bool(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path)).GetDoubleSidedAttr().Get())
+
+
+def _read_material(material: UsdShade.Material, name: str) -> tuple[Material, list[Finding]]:
+    where = str(material.GetPath())
+    surface = material.ComputeSurfaceSource()[0]
+    if not surface or surface.GetShaderId() != "UsdPreviewSurface":
+        message = "the material is not a UsdPreviewSurface; a grey one stands for it"
+        return Material(name), [finding("FEATURE_DROPPED", where, message)]
+    findings: list[Finding] = []
+    sources = {
+        given.GetBaseName(): _source(given, where, findings) for given in surface.GetInputs()
+    }
+
+    def texture(role: str) -> Texture | None:
+        shader = sources.get(role, _Source()).texture
+        return _texture(shader, findings) if shader else None
+
+    def color(role: str, default: tuple[float, float, float]) -> tuple[float, float, float]:
+        source = sources.get(role, _Source())
+        value = _scale(source.texture) if source.texture else source.value
+        return default if value is None else (float(value[0]), float(value[1]), float(value[2]))
+
+    def number(role: str, default: float, channel: str) -> float:
+        source = sources.get(role, _Source())
+        if source.texture and source.channel == channel:
+            return _scale(source.texture)["rgb".index(channel)]
+        if source.texture:
+            findings.append(finding("FEATURE_DROPPED", where, f"the texture of {role} is not kept"))
+            return default
+        return default if source.value is None else float(source.value)
+
+    rough, metal = sources.get("roughness", _Source()), sources.get("metallic", _Source())
+    packed = rough.texture and metal.texture and _file(rough.texture) == _file(metal.texture)
+    result = Material(
+        name,
+        color("diffuseColor", Material("").base_color),
+        number("opacity", 1.0, "-"),
+        number("metallic", 0.0, "b" if packed else "-"),
+        number("roughness", 0.5, "g" if packed else "-"),
+        color("emissiveColor", Material("").emissive),
+        base_color_texture=texture("diffuseColor"),
+        normal_texture=texture("normal"),
+        metallic_roughness_texture=texture("roughness") if packed else None,
+        occlusion_texture=texture("occlusion"),
+        emissive_texture=texture("emissiveColor"),
     )
-    for wrap in ("wrapS", "wrapT"):
-        reader.CreateInput(wrap, Sdf.ValueTypeNames.Token).Set("repeat")
-    reader.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set(space)
-    reader.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*scale, 1.0))
-    if role == "normal":  # stored 0 to 1, meant -1 to 1
-        reader.CreateInput("bias", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(-1, -1, -1, 0))
-    return reader
+    return result, findings
+
+
+def _source(given: UsdShade.Input, where: str, findings: list[Finding]) -> _Source:
+    producers = given.GetValueProducingAttributes()
+    if not producers:
+        return _Source()
+    if not UsdShade.Output.IsOutput(producers[0]):
+        return _Source(producers[0].Get())
+    shader = UsdShade.Shader(producers[0].GetPrim())
+    if shader.GetShaderId() == "UsdUVTexture":
+        return _Source(None, shader, UsdShade.Output(producers[0]).GetBaseName())
+    message = f"{given.GetBaseName()} comes from a shader node that is not kept"
+    findings.append(finding("FEATURE_DROPPED", where, message))
+    return _Source()
+
+
+def _scale(shader: UsdShade.Shader) -> tuple[float, ...]:
+    given = shader.GetInput("scale")
+    value = given.Get() if given else None
+    return (1.0, 1.0, 1.0, 1.0) if value is None else tuple(float(v) for v in value)
+
+
+def _file(shader: UsdShade.Shader) -> Sdf.AssetPath | None:
+    given = shader.GetInput("file")
+    producers = given.GetValueProducingAttributes() if given else []
+    value = producers[0].Get() if producers else None
+    return value if isinstance(value, Sdf.AssetPath) else None
+
+
+def _texture(shader: UsdShade.Shader, findings: list[Finding]) -> Texture | None:
+    where = str(shader.GetPath())
+
+    def missing(why: str) -> Texture | None:
+        findings.append(finding("TEXTURE_MISSING", where, f"{why}; the texture is left out"))
+        return None
+
+    asset = _file(shader)
+    if asset is None or not asset.path:
+        return missing("it names no file")
+    if not asset.resolvedPath:
+        return missing(f"{asset.path} does not exist")
+    outer, inner = Ar.SplitPackageRelativePathOuter(asset.resolvedPath)
+    attribute = shader.GetInput("file").GetValueProducingAttributes()[0]
+    if not any(Path(outer).resolve().is_relative_to(folder) for folder in _folders(attribute)):
+        return missing(f"{asset.path} is outside the folder of the file that names it")
+    if not inner:
+        return Texture(outer, None, Path(outer).suffix)
+    try:
+        with zipfile.ZipFile(outer) as package:
+            if package.getinfo(inner).file_size > _LARGEST_TEXTURE:
+                return missing(f"{inner} is larger than {_LARGEST_TEXTURE >> 20} MiB")
+            return Texture("", package.read(inner), Path(inner).suffix)
+    except (OSError, KeyError, zipfile.BadZipFile) as error:
+        return missing(f"{asset.path} cannot be read from its package ({error})")
+
+
+def _folders(attribute: Usd.Attribute) -> list[Path]:
+    """Return the folders that textures may come from: the naming and the root layers'."""
+    layers = [spec.layer for spec in attribute.GetPropertyStack(Usd.TimeCode.Default())]
+    layers.append(attribute.GetStage().GetRootLayer())
+    paths = [Ar.SplitPackageRelativePathOuter(layer.realPath)[0] for layer in layers]
+    return [Path(path).resolve().parent for path in paths if path]

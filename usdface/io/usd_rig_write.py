@@ -11,7 +11,7 @@ from usdface.findings import Finding, finding
 from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
 from usdface.io.rig_bounds import posed_bounds
-from usdface.io.usd_materials import write_materials
+from usdface.io.usd_materials_write import write_materials
 from usdface.io.usd_stage import Metrics, matrices, new_stage, save_layer, vec2f_array, vec3f_array
 from usdface.rigs import BlendShape, Mesh, Rig, Skeleton, Skin
 from usdface.takes import FloatArray, WeightsTake

@@ -1,0 +1,80 @@
+"""Skeletons and skin bindings of a USD stage, in metres."""
+
+import numpy as np
+from pxr import Usd, UsdSkel
+
+from usdface.findings import Finding, finding
+from usdface.rigs import Skeleton, Skin
+from usdface.takes import FloatArray
+
+__all__ = ["read_skeleton", "read_skin"]
+
+
+def read_skeleton(
+    prim: UsdSkel.Skeleton, to_rig: FloatArray
+) -> tuple[Skeleton | None, list[Finding]]:
+    """Return the skeleton with its joints in rig space; None where it moves nothing.
+
+    `to_rig` (4, 4) leads from skeleton space to rig space. A unit of a joint's own frame is
+    a metre afterwards, so that joints carry no scale that only came from the stage's units.
+    A skeleton without joints, or with one joint that stays at the identity (what writers add
+    for programs that want a joint), is None.
+    """
+    where = str(prim.GetPath())
+    joints = tuple(str(joint) for joint in prim.GetJointsAttr().Get() or ())
+    count = len(joints)
+    if not count:
+        return None, []
+    bind = _matrices(prim.GetBindTransformsAttr().Get())
+    rest = _matrices(prim.GetRestTransformsAttr().Get())
+    topology = UsdSkel.Topology(joints)
+    sound, why = topology.Validate()
+    if len(bind) != count or len(rest) not in (0, count) or not sound:
+        why = why or f"{count} joints, {len(bind)} bind and {len(rest)} rest transforms"
+        return None, [finding("FEATURE_DROPPED", where, f"the skeleton is left out: {why}")]
+    parents = np.array([topology.GetParent(joint) for joint in range(count)])
+    if not len(rest):
+        above = np.where((parents >= 0)[:, None, None], bind[parents], np.eye(4))
+        rest = bind @ np.linalg.pinv(above)
+    if not (np.isfinite(bind).all() and np.isfinite(rest).all()):
+        message = "the skeleton is left out: its transforms are not finite numbers"
+        return None, [finding("FEATURE_DROPPED", where, message)]
+    if count == 1 and np.allclose(bind, np.eye(4)) and np.allclose(rest, np.eye(4)):
+        return None, []
+    scale = np.cbrt(abs(np.linalg.det(to_rig[:3, :3]))) or 1.0
+    shrink, grow = np.diag([1 / scale] * 3 + [1.0]), np.diag([scale] * 3 + [1.0])
+    below = np.where((parents >= 0)[:, None, None], grow, to_rig)
+    names = tuple(str(name) for name in prim.GetJointNamesAttr().Get() or ())
+    if len(names) != count:
+        names = tuple(joint.rpartition("/")[2] for joint in joints)
+    return Skeleton(joints, names, shrink @ bind @ to_rig, shrink @ rest @ below), []
+
+
+def _matrices(values: object) -> FloatArray:
+    return np.zeros((0, 4, 4)) if values is None else np.array(values, np.float64)
+
+
+def read_skin(
+    query: UsdSkel.SkinningQuery, count: int, joints: tuple[str, ...]
+) -> tuple[Skin | None, list[Finding]]:
+    """Return the influences of a mesh with `count` points on the skeleton's `joints`."""
+    prim: Usd.Prim = query.GetPrim()
+    where = str(prim.GetPath())
+    width = query.GetNumInfluencesPerComponent()
+    influences = query.ComputeVaryingJointInfluences(count)
+    if not influences or any(len(part) != count * width for part in influences):
+        message = f"skin influences do not fit {count} points; the mesh is left unskinned"
+        return None, [finding("FEATURE_DROPPED", where, message)]
+    indices = np.asarray(influences[0], np.int64).reshape(count, width)
+    weights = np.asarray(influences[1], np.float64).reshape(count, width)
+    own = query.GetJointOrder()
+    order = [str(joint) for joint in own] if own else list(joints)
+    unknown = [joint for joint in order if joint not in joints]
+    outside = indices.size and not 0 <= indices.min() <= indices.max() < len(order)
+    if unknown or outside or not np.isfinite(weights).all():
+        why = (
+            f"joint {unknown[0]!r} is unknown" if unknown else "joint indices or weights are wrong"
+        )
+        return None, [finding("FEATURE_DROPPED", where, f"{why}; the mesh is left unskinned")]
+    places = np.array([joints.index(joint) for joint in order], np.int64)
+    return Skin(places[indices], weights), []
