@@ -1,6 +1,11 @@
+import json
+import shutil
+import struct
+import subprocess
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -117,3 +122,52 @@ def skinned_rig(face_rig: Rig) -> Rig:
         ("neck", "neck/head"), ("neck", "Head Joint"), [root, head @ root], [root, head]
     )
     return Rig("skinned face", (replace(mesh, skin=skin, subsets=()),), skeleton)
+
+
+@pytest.fixture(scope="session")
+def validate_gltf() -> Callable[[Path], dict[str, Any]]:
+    """A function from a glTF file to the report of the Khronos validator."""
+    root = Path(__file__).resolve().parents[2]
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("node is not installed")
+    if not (root / "node_modules" / "gltf-validator").is_dir():
+        pytest.skip("gltf-validator is missing: npm install --no-save gltf-validator")
+    script = root / "tests" / "gltf_validate.mjs"
+
+    def validate(path: Path) -> dict[str, Any]:
+        command = [node, str(script), str(path)]
+        done = subprocess.run(command, capture_output=True, check=True, cwd=root)
+        return json.loads(done.stdout)
+
+    return validate
+
+
+@pytest.fixture(scope="session")
+def write_glb() -> Callable[..., Path]:
+    """A function that writes a GLB by hand: accessor k is `arrays[k]`, in a view of its own."""
+    codes = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
+    kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
+
+    def write(path: Path, document: dict[str, Any], arrays: list[np.ndarray]) -> Path:
+        blob, views, accessors = b"", [], []
+        for number, array in enumerate(arrays):
+            array = array.reshape(len(array), -1)
+            views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": array.nbytes})
+            code = codes[array.dtype.str[1:]]
+            kind = kinds[array.shape[1]]
+            accessors.append(
+                {"bufferView": number, "componentType": code, "count": len(array), "type": kind}
+            )
+            blob += array.tobytes() + bytes(-array.nbytes % 4)
+        base = {"asset": {"version": "2.0"}, "bufferViews": views, "accessors": accessors}
+        if blob:
+            base["buffers"] = [{"byteLength": len(blob)}]
+        text = json.dumps(base | document).encode()
+        text += b" " * (-len(text) % 4)
+        chunks = struct.pack("<I4s", len(text), b"JSON") + text
+        chunks += struct.pack("<I4s", len(blob), b"BIN\0") + blob
+        path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+        return path
+
+    return write
