@@ -32,7 +32,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),
     "SHAPE_TARGET_MISSING": ("error", "a blend shape target does not exist"),
     "POINT_INDICES_UNSORTED": ("info", "point indices are not sorted, which some programs need"),
-    "POINT_INDICES_REPEATED": ("warning", "a point index is repeated; its offsets add up in UsdSkel"),
+    "POINT_INDICES_REPEATED": (
+        "warning",
+        "a point index is repeated; its offsets add up in UsdSkel",
+    ),
     "SHAPE_UNKNOWN": ("warning", "a named blend shape is not on the rig"),
     "NAME_CHANGED": ("info", "a name was made unique or legal; the original is kept beside it"),
     "FACES_TRIANGULATED": ("info", "faces with more than three corners were split"),
@@ -48,6 +51,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "ANIMATION_CREATED": ("info", "the rig has no SkelAnimation; the solve layer adds one"),
     # retarget
     "NEUTRAL_ASSUMED": ("warning", "no neutral frames were named"),
+    "NOSE_TIP_ASSUMED": ("warning", "no marker is named as the nose tip"),
     "HEAD_MARKERS_FEW": ("warning", "fewer than three head markers are visible in some frames"),
     "FRAME_UNSOLVED": ("warning", "frames without visible markers follow their neighbours"),
     "SHAPE_UNSEEN": ("info", "a blend shape moves no bound marker and stays at 0"),

@@ -1,16 +1,18 @@
 """The setup of one face: which marker sits where on the rig, and how the take is solved."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from usdface.errors import InputError
+from usdface.findings import Finding, finding
 from usdface.options import HeadMode, MapOptions, SolveOptions
-from usdface.takes import FloatArray, IntArray, frozen
+from usdface.rigs import Mesh
+from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
 
-__all__ = ["Binding", "Expression", "Setup"]
+__all__ = ["Binding", "Expression", "Setup", "fit_setup", "unbound"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -94,3 +96,61 @@ class Setup:
                 f"the head needs at least three rigid markers; got {len(self.head_markers)}. "
                 'Name more, or use "solve"'
             )
+
+
+def unbound(take: MarkerTake | WeightsTake) -> Setup:
+    """Return the setup of a take that needs no binding.
+
+    Raises
+    ------
+    InputError
+        If it is a marker take.
+    """
+    if isinstance(take, MarkerTake):
+        raise InputError(
+            f"the markers of {take.source} need a place on the rig: give --bind bind.json, "
+            f'e.g. {{"markers": {{"{take.names[0]}": {{"point": 0}}}}}}'
+        )
+    return Setup(Binding((), np.zeros(0, dtype=np.int64)))
+
+
+def fit_setup(
+    setup: Setup, mesh: Mesh, take: MarkerTake | WeightsTake
+) -> tuple[Setup, list[Finding]]:
+    """Check a setup against rig and take; name the mesh, and the nose tip if it is not named.
+
+    Raises
+    ------
+    InputError
+        If a marker sits outside the mesh, none is in the take, or a named head marker or
+        nose tip is not there.
+    """
+    setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
+    binding = setup.binding
+    if not binding.markers:
+        return setup, []
+    outside = (binding.points < 0) | (binding.points >= len(mesh.points))
+    if outside.any():
+        first = int(outside.argmax())
+        raise InputError(
+            f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
+            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}"
+        )
+    if isinstance(take, MarkerTake):
+        take.select(setup.head_markers)
+        if not set(binding.markers) & set(take.names):
+            raise InputError(
+                f"no bound marker is in the take {take.source}; bound: "
+                f"{', '.join(binding.markers[:8])}; in the take: {', '.join(take.names[:8])}"
+            )
+    if setup.nose_tip and setup.nose_tip not in binding.markers:
+        raise InputError(
+            f"the nose tip {setup.nose_tip!r} is not among the bound markers: "
+            f"{', '.join(binding.markers)}"
+        )
+    if setup.nose_tip:
+        return setup, []
+    foremost = binding.markers[int(np.argmax(mesh.points[binding.points, 2]))]
+    return replace(setup, nose_tip=foremost), [
+        finding("NOSE_TIP_ASSUMED", foremost, "no nose tip is named; the foremost marker is taken")
+    ]

@@ -1,0 +1,7 @@
+"""``python -m usdface``."""
+
+import sys
+
+from usdface.cli import main
+
+sys.exit(main())

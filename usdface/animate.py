@@ -1,0 +1,204 @@
+"""A shot's animation: the retarget, then the corrector over it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.fuzzy.correct import correct
+from usdface.fuzzy.design import design_system
+from usdface.fuzzy.features import face_unit, measure
+from usdface.fuzzy.inference import evaluate, rule_findings
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.usd_layers import Animation, complete_weights
+from usdface.io.usd_shot import Shot
+from usdface.io.usd_stage import Stage
+from usdface.options import ProcessOptions
+from usdface.outcome import Steps
+from usdface.retarget.names import rename_weights
+from usdface.retarget.neutral import on_plane
+from usdface.retarget.transfer import Solution, solve_take
+from usdface.rigs import Mesh
+from usdface.setup import Expression, Setup, fit_setup
+from usdface.takes import FloatArray, MarkerTake, WeightsTake
+
+__all__ = ["Animated", "animate", "design", "express", "features"]
+
+# What optical markers jitter by [m]; features that move less tell nothing.
+_MARKER_NOISE = 0.0003
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Animated:
+    """What `animate` made.
+
+    Attributes
+    ----------
+    solve : Animation
+        For the solve layer.
+    express : Animation or None
+        For the express layer; None where nothing corrects.
+    findings : list of Finding
+    summary : mapping of str to value
+    """
+
+    solve: Animation
+    express: Animation | None
+    times: FloatArray
+    findings: list[Finding]
+    summary: dict[str, Any]
+
+    @property
+    def final(self) -> Animation:
+        """The stronger of the two."""
+        return self.express or self.solve
+
+    @property
+    def weights(self) -> WeightsTake:
+        """The final weights over time [s]."""
+        return WeightsTake(self.final.names, self.times, self.final.weights)
+
+
+def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> Animated:
+    """Solve the take's weights on the shot's rig, and correct them unless told not to."""
+    mesh = shot.rig.mesh(shot.setup.binding.mesh)
+    with steps("solve"):
+        weights, solution, findings = _solve(shot, mesh)
+        names, complete = complete_weights(stage, shot, weights.names, weights.weights)
+        solved = Animation(names, complete, solution, {})
+    if not options.express:
+        return _animated(shot, solved, None, findings)
+    if shot.system is None or not shot.expressions:
+        return _animated(shot, solved, None, [*findings, finding("EXPRESS_SKIPPED", "")])
+    with steps("express"):
+        inputs = features(shot.system, shot.take, mesh, shot.setup, weights, solution)
+        corrected, emotions, more = express(shot.system, inputs, names, complete, shot.expressions)
+    expressed = Animation(names, corrected, None, emotions)
+    return _animated(shot, solved, expressed, findings + more)
+
+
+def _solve(shot: Shot, mesh: Mesh) -> tuple[WeightsTake, Solution | None, list[Finding]]:
+    if isinstance(shot.take, WeightsTake):
+        weights, findings = rename_weights(shot.take, mesh.shape_names)
+        return weights, None, findings
+    setup, findings = fit_setup(shot.setup, mesh, shot.take)
+    points = setup.binding.points
+    solution, more = solve_take(
+        shot.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup
+    )
+    curved = [shape.name for shape in mesh.shapes if shape.inbetweens]
+    if curved:
+        more.append(finding("INBETWEEN_IGNORED", mesh.path, f"shapes: {', '.join(curved)}"))
+    return solution.weights, solution, findings + more
+
+
+def _animated(
+    shot: Shot, solve: Animation, express: Animation | None, findings: list[Finding]
+) -> Animated:
+    summary: dict[str, Any] = {
+        "frames": len(shot.codes),
+        "rate Hz": round(shot.take.rate, 3),
+        "blend shapes": solve.weights.shape[1],
+    }
+    if solve.solution is not None:
+        residual = 1000.0 * solve.solution.residual
+        summary |= {
+            "markers used": len(solve.solution.markers),
+            "marker noise mm": round(1000.0 * solve.solution.noise, 4),
+            "residual mm, mean": round(float(residual.mean()), 3),
+            "residual mm, 95 %": round(float(np.percentile(residual, 95)), 3),
+            "residual mm, worst": round(float(residual.max()), 3),
+            "worst frame": int(residual.argmax()),
+        }
+    if express is not None:
+        change = np.abs(express.weights - solve.weights)
+        summary |= {
+            f"{name}, peak": round(float(curve.max()), 3)
+            for name, curve in express.emotions.items()
+        }
+        summary["correction, largest"] = round(float(change.max()), 3)
+    return Animated(solve, express, shot.take.times, findings, summary)
+
+
+def design(
+    mesh: Mesh, setup: Setup, expressions: Sequence[Expression]
+) -> tuple[FuzzySystem, dict[str, str], list[Finding]]:
+    """Design the default system from the expression poses, on the bound markers."""
+    points = setup.binding.points
+    return design_system(
+        setup.binding.markers,
+        mesh.points[points],
+        mesh.offsets_at(points),
+        mesh.shape_names,
+        expressions,
+        setup.nose_tip,
+        _MARKER_NOISE,
+    )
+
+
+def features(
+    system: FuzzySystem,
+    take: MarkerTake | WeightsTake,
+    mesh: Mesh,
+    setup: Setup,
+    weights: WeightsTake,
+    solution: Solution | None,
+) -> FloatArray:
+    """Measure the system's inputs in the space it asks for: (F, I).
+
+    Raises
+    ------
+    InputError
+        If the space is the take's and the take has no markers.
+    """
+    if system.space == "take":
+        if solution is None or not isinstance(take, MarkerTake):
+            raise InputError(
+                "the fuzzy system reads the take's markers, but the take has weights only; "
+                'set its space to "character"'
+            )
+        names, neutral = solution.markers, on_plane(solution.neutral)
+        positions = solution.pose.to_head(on_plane(take.select(names)))
+    else:
+        names, points = setup.binding.markers, setup.binding.points
+        neutral = mesh.points[points]
+        offsets = mesh.offsets_at(points).reshape(len(mesh.shapes), -1)
+        positions = neutral + (weights.weights @ offsets).reshape(-1, *neutral.shape)
+    unit = face_unit(system, neutral)
+    return measure(positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit)
+
+
+def express(
+    system: FuzzySystem,
+    inputs: FloatArray,
+    names: tuple[str, ...],
+    weights: FloatArray,
+    expressions: Sequence[Expression],
+) -> tuple[FloatArray, dict[str, FloatArray], list[Finding]]:
+    """Correct weights (F, T) of shapes `names` by what the system reads off `inputs` (F, I).
+
+    Returns
+    -------
+    corrected : (F, T) float64 in [0, 1]
+    emotions : dict of str to (F,) float64
+    findings : list of Finding
+    """
+    findings = rule_findings(system)
+    outputs = evaluate(system, inputs).outputs
+    poses, gains = np.zeros((len(system.emotions), len(names))), np.ones(len(system.emotions))
+    by_name = {expression.name: expression for expression in expressions}
+    for row, emotion in enumerate(system.emotions):
+        expression = by_name.get(emotion)
+        if expression is None:
+            findings.append(
+                finding("EXPRESSION_UNKNOWN", emotion, f"no expression pose for {emotion!r}")
+            )
+            continue
+        poses[row], gains[row] = expression.pose(names), expression.gain
+        for shape in set(expression.shapes) - set(names):
+            findings.append(finding("SHAPE_UNKNOWN", shape, f"{emotion!r} names it"))
+    corrected = correct(weights, outputs, poses, gains, system.mode, system.gain)
+    return corrected, dict(zip(system.emotions, outputs.T, strict=True)), findings

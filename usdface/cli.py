@@ -1,0 +1,236 @@
+"""The command line: parses, calls `usdface.pipeline`, prints; exit status 0, 1 or 2.
+
+Nothing heavy is imported until a command runs, so that `usdface --help` answers at once.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from usdface import __version__
+from usdface.errors import UsdFaceError
+from usdface.findings import severest
+from usdface.options import ProcessOptions, RigOptions, TakeOptions
+
+if TYPE_CHECKING:
+    from usdface.outcome import OnStep, Outcome
+
+__all__ = ["main"]
+
+DONE, FAILED, USAGE = 0, 1, 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; return its exit status (argparse exits with 2 on wrong usage)."""
+    parsed = _parser().parse_args(arguments)
+    try:
+        status: int = parsed.run(parsed)
+        return status
+    except UsdFaceError as error:
+        if parsed.debug:
+            raise
+        print(f"usdface: {error}", file=sys.stderr)
+        return FAILED
+    except (KeyboardInterrupt, BrokenPipeError):
+        return FAILED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="usdface",
+        description="Marker takes onto blend-shape characters, in USD and glTF.",
+        epilog="exit status: 0 done, 1 an error (one line says which), 2 wrong usage",
+    )
+    parser.add_argument("--version", action="version", version=f"usdface {__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for add in (_rig, _take, _shot, _process, _export, _import, _check, _bench):
+        add(commands)
+    return parser
+
+
+def _command(
+    commands: Any, name: str, run: Callable[[argparse.Namespace], int], summary: str
+) -> argparse.ArgumentParser:
+    command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
+    command.set_defaults(run=run)
+    command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
+    command.add_argument("--report", type=Path, metavar="FILE", help="also write it as JSON")
+    command.add_argument("--strict", action="store_true", help="a warning is a failure")
+    command.add_argument("--debug", action="store_true", help="show tracebacks")
+    return command
+
+
+def _rig(commands: Any) -> None:
+    command = _command(commands, "rig", _run_rig, "convert a character to UsdSkel")
+    command.add_argument(
+        "source", type=Path, help="glTF/GLB, a folder of OBJ/PLY or MakeHuman targets, UsdSkel"
+    )
+    _output(command, "the rig, .usda or .usdc")
+    default = RigOptions()
+    command.add_argument("--neutral", default="", help="neutral mesh of a folder")
+    command.add_argument(
+        "--meters-per-unit",
+        type=float,
+        default=default.meters_per_unit,
+        help="unit of OBJ and PLY files (default: %(default)s, centimetres)",
+    )
+    command.add_argument("--up-axis", choices=("Y", "Z"), default=default.up_axis)
+
+
+def _run_rig(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import make_rig
+
+    options = RigOptions(**_settings(parsed, RigOptions))
+    return _report(parsed, lambda step: make_rig(parsed.source, parsed.output, options, step))
+
+
+def _take(commands: Any) -> None:
+    command = _command(commands, "take", _run_take, "convert a recorded take to USD")
+    command.add_argument("source", type=Path, help="C3D, TRC, CSV, BVH or Live Link Face CSV")
+    _output(command, "the take, .usda or .usdc")
+    command.add_argument("--units", choices=("mm", "cm", "m", "in"), help="override the file's")
+    command.add_argument("--up-axis", choices=("Y", "Z"), help="override the file's")
+    command.add_argument("--rate", type=float, help="frames per second; override the file's")
+    command.add_argument(
+        "--dimension", type=int, choices=(2, 3), help="2: pixels of an image, y down"
+    )
+    command.add_argument(
+        "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
+    )
+
+
+def _run_take(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import make_take
+
+    if parsed.image_size:
+        parsed.image_size = tuple(parsed.image_size)
+    options = TakeOptions(**_settings(parsed, TakeOptions))
+    return _report(parsed, lambda step: make_take(parsed.source, parsed.output, options, step))
+
+
+def _shot(commands: Any) -> None:
+    command = _command(commands, "shot", _run_shot, "bring a rig and a take together")
+    command.add_argument("--rig", type=Path, required=True, help="USD rig")
+    command.add_argument("--take", type=Path, required=True, help="USD take")
+    command.add_argument("--bind", type=Path, help="where the markers sit, JSON")
+    command.add_argument("--print-bind", action="store_true", help="print the binding as written")
+    _output(command, "the shot, .usda")
+
+
+def _run_shot(parsed: argparse.Namespace) -> int:
+    from usdface.io.bind_file import bind_json, read_bind
+    from usdface.pipeline import make_shot
+
+    setup = read_bind(parsed.bind) if parsed.bind else None
+    status = []
+
+    def run(step: "OnStep | None") -> "Outcome":
+        outcome, written = make_shot(parsed.rig, parsed.take, setup, parsed.output, step)
+        status.append(written)
+        return outcome
+
+    result = _report(parsed, run)
+    if parsed.print_bind:
+        print(bind_json(status[0]), end="")
+    return result
+
+
+def _process(commands: Any) -> None:
+    command = _command(commands, "process", _run_process, "retarget, correct, write layers")
+    command.add_argument("shot", type=Path)
+    command.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
+    command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
+    command.add_argument("--no-express", dest="express", action="store_false")
+    command.add_argument(
+        "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
+    )
+
+
+def _run_process(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import process
+
+    options = ProcessOptions(**_settings(parsed, ProcessOptions))
+    return _report(parsed, lambda step: process(parsed.shot, options, step))
+
+
+def _export(commands: Any) -> None:
+    command = _command(commands, "export", _run_export, "write a USD scene as glTF or USDZ")
+    command.add_argument("scene", type=Path)
+    _output(command, ".glb, .gltf or .usdz")
+
+
+def _run_export(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import export_scene
+
+    return _report(parsed, lambda step: export_scene(parsed.scene, parsed.output, step))
+
+
+def _import(commands: Any) -> None:
+    command = _command(commands, "import", _run_import, "write a glTF as USD")
+    command.add_argument("source", type=Path)
+    _output(command, ".usda or .usdc")
+
+
+def _run_import(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import import_scene
+
+    return _report(parsed, lambda step: import_scene(parsed.source, parsed.output, step))
+
+
+def _check(commands: Any) -> None:
+    command = _command(commands, "check", _run_check, "check blend shapes of USD and glTF files")
+    command.add_argument("files", type=Path, nargs="+")
+
+
+def _run_check(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import check
+
+    return _report(parsed, lambda step: check(parsed.files, step), fail_on=("error",))
+
+
+def _bench(commands: Any) -> None:
+    command = _command(commands, "bench", _run_bench, "re-compute a published table")
+    command.add_argument("name", choices=("papers",))
+
+
+def _run_bench(parsed: argparse.Namespace) -> int:
+    from usdface.papers import tables
+    from usdface.report import print_tables
+
+    computed = tables()
+    print_tables(computed, parsed.format, parsed.report)
+    return DONE if all(table.within for table in computed) else FAILED
+
+
+def _output(command: argparse.ArgumentParser, what: str) -> None:
+    command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=what)
+
+
+def _settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:
+    """Return the parsed values that are fields of an options dataclass."""
+    return {f.name: getattr(parsed, f.name) for f in fields(kind) if hasattr(parsed, f.name)}
+
+
+def _report(
+    parsed: argparse.Namespace,
+    run: "Callable[[OnStep | None], Outcome]",
+    fail_on: Sequence[str] = (),
+) -> int:
+    """Run a command with progress, print and write what came of it, return the exit status."""
+    from usdface.report import print_outcome, progress, write_report
+
+    with progress(parsed.format == "text") as on_step:
+        outcome = run(on_step)
+    print_outcome(outcome, parsed.format)
+    if parsed.report:
+        write_report(outcome, parsed.report)
+    worst = severest(outcome.findings)
+    strict = parsed.strict and worst in ("warning", "error")
+    return FAILED if strict or worst in fail_on else DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,259 @@
+"""The order of work: one function per command, each a table of contents.
+
+Readers and writers are imported by the function that needs them, so that a command loads
+only the libraries it uses.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from usdface.findings import Finding, finding
+from usdface.options import ProcessOptions, RigOptions, TakeOptions
+from usdface.outcome import OnStep, Outcome, Steps
+from usdface.setup import Setup, fit_setup, unbound
+from usdface.takes import MarkerTake, WeightsTake
+
+if TYPE_CHECKING:
+    from usdface.io.usd_stage import Stage
+
+__all__ = [
+    "apply",
+    "check",
+    "export_scene",
+    "import_scene",
+    "make_rig",
+    "make_shot",
+    "make_take",
+    "process",
+]
+
+
+def make_rig(
+    source: Path, output: Path, options: RigOptions = RigOptions(), on_step: OnStep | None = None
+) -> Outcome:
+    """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel."""
+    from usdface.io.rig_files import read_rig_file
+    from usdface.io.usd_rig_write import write_rig
+
+    steps = Steps(on_step)
+    with steps("read"):
+        rig, findings = read_rig_file(source, options)
+    with steps("write"):
+        findings += write_rig(rig, output)
+    summary = {
+        "meshes": len(rig.meshes),
+        "vertices": sum(len(mesh.points) for mesh in rig.meshes),
+        "blend shapes": len(rig.shape_names),
+        "joints": len(rig.skeleton.joints) if rig.skeleton else 0,
+    }
+    return Outcome((output,), tuple(findings), summary, steps.seconds)
+
+
+def make_take(
+    source: Path, output: Path, options: TakeOptions = TakeOptions(), on_step: OnStep | None = None
+) -> Outcome:
+    """Convert a take to USD: C3D, TRC, CSV, BVH or Live Link Face."""
+    from usdface.io.take_files import read_take
+    from usdface.io.usd_take import write_take
+
+    steps = Steps(on_step)
+    with steps("read"):
+        take, findings = read_take(source, options)
+    with steps("write"):
+        write_take(take, output)
+    return Outcome((output,), tuple(findings), _take_summary(take), steps.seconds)
+
+
+def _take_summary(take: MarkerTake | WeightsTake) -> dict[str, Any]:
+    summary: dict[str, Any] = {
+        "frames": len(take.times),
+        "seconds": round(float(take.times[-1]), 3),
+        "rate Hz": round(take.rate, 3),
+    }
+    if isinstance(take, MarkerTake):
+        hidden = 1.0 - float(take.visible.mean())
+        return summary | {
+            "markers": len(take.names),
+            "dimension": take.dimension,
+            "occluded %": round(100 * hidden, 2),
+        }
+    return summary | {"blend shapes": len(take.names)}
+
+
+def make_shot(
+    rig: Path, take: Path, setup: Setup | None, output: Path, on_step: OnStep | None = None
+) -> tuple[Outcome, Setup]:
+    """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
+
+    Returns the outcome and the setup as it was written (mesh and nose tip filled in).
+
+    Raises
+    ------
+    InputError
+        If the binding does not fit rig and take; a marker take needs one.
+    """
+    from usdface.animate import design
+    from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.io.usd_rig import read_rig
+    from usdface.io.usd_shot import write_shot
+    from usdface.io.usd_stage import default_prim, open_stage
+    from usdface.io.usd_take import read_take_prim
+
+    _register_schemas()
+    steps = Steps(on_step)
+    with steps("read"):
+        character, findings = read_rig(rig)
+        recorded, _ = read_take_prim(default_prim(open_stage(take), take))
+        setup = setup or unbound(recorded)
+        mesh = character.mesh(setup.binding.mesh)
+        setup, more = fit_setup(setup, mesh, recorded)
+        findings += more
+    with steps("design"):
+        expressions, more = expressions_for(character.shape_names)
+        findings += more
+        system = None
+        if setup.binding.markers and expressions:
+            system, roles, more = design(mesh, setup, expressions)
+            findings += more
+            setup = replace(setup, roles=roles | dict(setup.roles))
+        else:
+            findings.append(finding("EXPRESS_SKIPPED", str(output)))
+    with steps("write"):
+        write_shot(output, rig, take, setup, system, expressions)
+    summary = {
+        "markers bound": len(setup.binding.markers),
+        "blend shapes": len(mesh.shapes),
+        "expressions": ", ".join(e.name for e in expressions),
+        "rules": len(system.rules) if system else 0,
+    }
+    return Outcome((output,), tuple(findings), summary, steps.seconds), setup
+
+
+def process(
+    path: Path | str,
+    options: ProcessOptions = ProcessOptions(),
+    on_step: OnStep | None = None,
+) -> Outcome:
+    """Retarget, correct and write: the main job.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is half-written.
+    """
+    from usdface.animate import animate
+    from usdface.io.usd_layers import layer_paths, write_layers
+    from usdface.io.usd_shot import read_shot
+    from usdface.io.usd_stage import open_stage
+
+    path = Path(path)
+    root = Path(options.output) if options.output else None
+    if options.gltf:
+        from usdface.io.gltf_write import write_gltf
+    _register_schemas()
+    steps = Steps(on_step)
+    with steps("read"):
+        layer_paths(path, root)
+        stage = open_stage(path)
+        shot, findings = read_shot(stage, str(path))
+    solved = animate(stage, shot, options, steps)
+    with steps("write"):
+        written = write_layers(
+            path, stage, shot, solved.solve, solved.express, root, options.in_place
+        )
+    findings += solved.findings
+    if options.gltf:
+        with steps("gltf"):
+            findings += write_gltf(shot.rig, Path(options.gltf), solved.weights)
+        written.append(Path(options.gltf))
+    return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds)
+
+
+def apply(
+    stage: "Stage", options: ProcessOptions = ProcessOptions(), on_step: OnStep | None = None
+) -> Outcome:
+    """Do the main job on a stage that a host holds open: author on its edit target.
+
+    The final weights, emotion curves and residual go onto the edit target; nothing is saved.
+    """
+    from usdface.animate import animate
+    from usdface.io.usd_layers import author
+    from usdface.io.usd_shot import read_shot
+
+    steps = Steps(on_step)
+    with steps("read"):
+        shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
+    solved = animate(stage, shot, options, steps)
+    with steps("write"):
+        author(stage, shot, replace(solved.final, solution=solved.solve.solution))
+    return Outcome((), tuple(findings + solved.findings), solved.summary, steps.seconds)
+
+
+def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
+    """Write the face of a USD scene, with its weights animation, as glTF or USDZ."""
+    steps = Steps(on_step)
+    if output.suffix.lower() == ".usdz":
+        from usdface.io.usdz import write_usdz
+
+        with steps("write"):
+            return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
+    from usdface.io.gltf_write import write_gltf
+    from usdface.io.usd_rig import rig_of_stage, weights_of_stage
+    from usdface.io.usd_stage import open_stage
+
+    _register_schemas()
+    with steps("read"):
+        stage = open_stage(source)
+        rig, findings = rig_of_stage(stage)
+        weights = weights_of_stage(stage)
+    with steps("write"):
+        findings += write_gltf(rig, output, weights)
+    summary = {
+        "meshes": len(rig.meshes),
+        "morph targets": len(rig.shape_names),
+        "frames": len(weights.times) if weights else 0,
+    }
+    return Outcome((output,), tuple(findings), summary, steps.seconds)
+
+
+def import_scene(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
+    """Write a glTF as USD: meshes, blend shapes, skin, materials and weights animation."""
+    from usdface.io.gltf_read import read_gltf
+    from usdface.io.usd_rig_write import write_rig
+
+    steps = Steps(on_step)
+    with steps("read"):
+        rig, weights, findings = read_gltf(source)
+    with steps("write"):
+        findings += write_rig(rig, output, weights)
+    summary = {
+        "meshes": len(rig.meshes),
+        "blend shapes": len(rig.shape_names),
+        "frames": len(weights.times) if weights else 0,
+    }
+    return Outcome((output,), tuple(findings), summary, steps.seconds)
+
+
+def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:
+    """Check blend shapes and their animation beyond what the standard validators look at."""
+    from usdface.io.check import check_file
+
+    _register_schemas()
+    steps = Steps(on_step)
+    findings: list[Finding] = []
+    for path in paths:
+        with steps(f"check {path.name}"):
+            findings += check_file(path)
+    summary = {"files": len(paths), "findings": len(findings)}
+    return Outcome((), tuple(findings), summary, steps.seconds)
+
+
+def _register_schemas() -> None:
+    """Let USD know our prim types; in a host where it is too late, reading works without."""
+    from usdface.errors import SchemaError
+    from usdface.schemas import register
+
+    with suppress(SchemaError):
+        register()

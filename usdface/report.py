@@ -1,0 +1,106 @@
+"""Reports: progress while a command works, a table when it is done, JSON for farms."""
+
+import json
+import sys
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from usdface.findings import Finding
+from usdface.io.atomic import write_text
+from usdface.outcome import OnStep, Outcome
+
+if TYPE_CHECKING:
+    from usdface.papers import PaperTable
+
+__all__ = ["print_outcome", "print_tables", "progress", "write_report"]
+
+_STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
+_EXAMPLES = 4
+
+
+@contextmanager
+def progress(shown: bool) -> Iterator[OnStep | None]:
+    """Show the running step on a terminal, on standard error; yield what announces steps."""
+    if not shown or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
+        task = bars.add_task("", total=None)
+        yield lambda name: bars.update(task, description=name)
+
+
+def print_outcome(outcome: Outcome, form: str) -> None:
+    """Print an outcome as a table, or as JSON."""
+    if form == "json":
+        print(json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False))
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(soft_wrap=True, highlight=False)
+    if outcome.summary:
+        table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
+        for name, value in outcome.summary.items():
+            table.add_row(escape(name), escape(str(value)))
+        console.print(table)
+    for line, severity in _lines(outcome.findings):
+        console.print(escape(line), style=_STYLES[severity])
+    for path in outcome.written:
+        console.print(f"wrote {escape(str(path))}", style="bold")
+
+
+def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
+    """Yield one line for each code, however often it was found."""
+    groups: dict[str, list[Finding]] = defaultdict(list)
+    for finding in findings:
+        groups[finding.code].append(finding)
+    for code, group in groups.items():
+        first = group[0]
+        if len(group) == 1:
+            where = f" ({first.where})" if first.where else ""
+            yield f"{first.severity} {code}: {first.message}{where}", first.severity
+            continue
+        places = ", ".join(f.where for f in group[:_EXAMPLES])
+        more = f" and {len(group) - _EXAMPLES} more" if len(group) > _EXAMPLES else ""
+        yield f"{first.severity} {code}: {first.message} ({places}{more})", first.severity
+
+
+def write_report(outcome: Outcome, path: Path) -> None:
+    """Write an outcome as JSON, atomically.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    write_text(path, json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False) + "\n")
+
+
+def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> None:
+    """Print re-computed tables beside the published figures."""
+    document = [table.as_dict() for table in tables]
+    text = json.dumps(document, indent=1, ensure_ascii=False)
+    if report:
+        write_text(report, text + "\n")
+    if form == "json":
+        print(text)
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    for paper in tables:
+        table = Table(title=paper.title, caption=paper.caption)
+        for name in paper.columns:
+            table.add_column(name, justify="right")
+        for row in paper.rows:
+            table.add_row(*("" if v is None else f"{v:g}" if v != str(v) else v for v in row))
+        console.print(table)
