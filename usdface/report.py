@@ -98,9 +98,16 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
 
     console = Console(highlight=False)
     for paper in tables:
-        table = Table(title=paper.title, caption=paper.caption)
+        kept = "kept" if paper.within else "NOT KEPT"
+        caption = (
+            f"{paper.legible} published figures: RMS difference {paper.rms:.4f}, "
+            f"largest {paper.largest:.4f}; promise: {paper.promise} ({kept})"
+        )
+        table = Table(title=f"{paper.title}\npublished | ours", caption=caption)
+        table.add_column("")
         for name in paper.columns:
-            table.add_column(name, justify="right")
-        for row in paper.rows:
-            table.add_row(*("" if v is None else f"{v:g}" if v != str(v) else v for v in row))
+            table.add_column(name, justify="right", no_wrap=True)
+        for name, published, ours in zip(paper.rows, paper.published, paper.computed, strict=True):
+            pairs = zip(published, ours, strict=True)
+            table.add_row(name, *(f"{'?' if p != p else f'{p:.2f}'} | {o:.3f}" for p, o in pairs))
         console.print(table)
