@@ -197,6 +197,6 @@ def test_rules_that_fire_at_neutral_or_never_are_named():
     assert fires_at_neutral(system) == [rules[0]]
     codes = [(f.code, f.where) for f in rule_findings(system)]
     assert codes == [
-        ("RULE_FIRES_AT_NEUTRAL", rules[0].text),
-        ("RULE_UNREACHABLE", rules[3].text),
+        ("RULE_FIRES_AT_NEUTRAL", str(rules[0])),
+        ("RULE_UNREACHABLE", str(rules[3])),
     ]

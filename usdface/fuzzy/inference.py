@@ -117,11 +117,11 @@ def fires_at_neutral(system: FuzzySystem) -> list[Rule]:
 def rule_findings(system: FuzzySystem) -> list[Finding]:
     """Return what is doubtful about the rules: firing at neutral, or never."""
     neutral = [
-        finding("RULE_FIRES_AT_NEUTRAL", rule.text, f'"{rule.text}" fires on a neutral face')
+        finding("RULE_FIRES_AT_NEUTRAL", str(rule), f"the rule {rule} fires on a neutral face")
         for rule in fires_at_neutral(system)
     ]
     silent = [
-        finding("RULE_UNREACHABLE", rule.text, f'"{rule.text}" is disabled or has no weight')
+        finding("RULE_UNREACHABLE", str(rule), f"the rule {rule} is disabled or has no weight")
         for rule in system.rules
         if not rule.enabled or rule.weight == 0
     ]

@@ -45,7 +45,10 @@ class Rule:
 
     def __post_init__(self) -> None:
         if not 0 <= self.weight <= 1:
-            raise InputError(f'rule "{self.text}": weight is {self.weight}; expected 0 to 1')
+            raise InputError(f"rule {self}: weight is {self.weight}; expected 0 to 1")
+
+    def __str__(self) -> str:
+        return _quoted(self.text)
 
 
 def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
@@ -73,6 +76,11 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
     while words.keyword("AND", "") == "AND":
         consequents.append(words.conclusion())
     return Rule(text, tuple(antecedent), tuple(consequents), float(weight), bool(enabled))
+
+
+def _quoted(text: str) -> str:
+    """The text in quotes and on one line, as messages show it."""
+    return f'"{" ".join(text.split())}"'
 
 
 class _Words:
@@ -122,6 +130,6 @@ class _Words:
         line = self._text.count("\n", 0, at) + 1
         column = at - self._text.rfind("\n", 0, at)
         return InputError(
-            f'rule "{" ".join(self._text.split())}", line {line}, column {column}: '
+            f"rule {_quoted(self._text)}, line {line}, column {column}: "
             f"expected {expected}, found {found or 'the end of the rule'}"
         )

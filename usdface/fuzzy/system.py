@@ -156,23 +156,23 @@ class FuzzySystem:
         for variable, term in rule.antecedent:
             if variable not in terms:
                 raise InputError(
-                    f'rule "{rule.text}": no input is called {variable!r}; '
+                    f"rule {rule}: no input is called {variable!r}; "
                     f"there are {', '.join(terms) or 'none'}"
                 )
             if term not in terms[variable]:
                 raise InputError(
-                    f'rule "{rule.text}": {variable} has no term {term!r}; '
+                    f"rule {rule}: {variable} has no term {term!r}; "
                     f"it has {', '.join(terms[variable]) or 'none'}"
                 )
         for output, value in rule.consequents:
             if output not in self.emotions:
                 raise InputError(
-                    f'rule "{rule.text}": no output is called {output!r}; '
+                    f"rule {rule}: no output is called {output!r}; "
                     f"there are {', '.join(self.emotions) or 'none'}"
                 )
             if not 0 <= value <= 1:
-                raise InputError(f'rule "{rule.text}": {output} IS {value:g}; expected 0 to 1')
-        _check_unique(f'rule "{rule.text}": output', (output for output, _ in rule.consequents))
+                raise InputError(f"rule {rule}: {output} IS {value:g}; expected 0 to 1")
+        _check_unique(f"rule {rule}: output", (output for output, _ in rule.consequents))
 
     @property
     def inputs(self) -> tuple[Variable, ...]:

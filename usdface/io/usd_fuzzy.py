@@ -1,0 +1,192 @@
+"""The fuzzy system as USD prims (`docs/architecture.md`), so that a shot can override one rule.
+
+Reading needs no registered schema: types are compared by name, and an attribute that is not
+there has the default of `FuzzySystem`, `Variable` or `Rule`.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+from pxr import Sdf, Tf, Usd, Vt
+
+from usdface.errors import InputError, OutputError
+from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.io.prim_names import prim_names
+from usdface.schemas import tokens
+
+__all__ = ["read_fuzzy", "write_fuzzy"]
+
+_Read = TypeVar("_Read")
+_NAMES = Sdf.ValueTypeNames
+_SYSTEM = {
+    tokens.NORMALISATION: "normalisation",
+    tokens.AND: "and_",
+    tokens.SPACE: "space",
+    tokens.FACE_UNIT: "face_unit",
+    tokens.MODE: "mode",
+}
+_INPUT = {
+    tokens.VARIABLE_ROLE: "role",
+    tokens.VARIABLE_AXIS: "axis",
+    tokens.VARIABLE_MEASURE: "measure",
+}
+
+
+def write_fuzzy(stage: Usd.Stage, path: str, system: FuzzySystem) -> None:
+    """Author a fuzzy system at `path` on the stage's edit target.
+
+    Raises
+    ------
+    OutputError
+        If the path or a name is not one that USD allows, or a prim with children is there.
+    """
+    try:
+        prim = stage.DefinePrim(path, tokens.FUZZY_SYSTEM)
+        if prim.GetChildren():
+            raise OutputError(f"prim <{path}> already has children; remove it to write it anew")
+        for name, field in _SYSTEM.items():
+            _author(prim, name, _NAMES.Token, getattr(system, field))
+        _author(prim, tokens.NEUTRAL_RULE, _NAMES.Bool, system.neutral_rule)
+        _author(prim, tokens.GAIN, _NAMES.Float, system.gain, Sdf.VariabilityVarying)
+        for variable in system.variables:
+            _write_variable(
+                stage.DefinePrim(f"{path}/{variable.name}", tokens.FUZZY_VARIABLE), variable
+            )
+        taken = [variable.name for variable in system.variables]
+        wanted = [f"rule_{i + 1:02d}" for i in range(len(system.rules))]
+        for name, rule in zip(prim_names(wanted, taken), system.rules, strict=True):
+            _write_rule(stage.DefinePrim(f"{path}/{name}", tokens.FUZZY_RULE), rule)
+    except Tf.ErrorException as error:
+        reason = str(error).strip().splitlines()[-1].strip()
+        raise OutputError(f"cannot write the fuzzy system to <{path}>: {reason}") from error
+
+
+def _write_variable(prim: Usd.Prim, variable: Variable) -> None:
+    _author(prim, tokens.VARIABLE_KIND, _NAMES.Token, variable.kind)
+    if variable.kind == "output":
+        return
+    for name, field in _INPUT.items():
+        _author(prim, name, _NAMES.Token, getattr(variable, field))
+    terms = variable.terms
+    parameters = [p for term in terms for p in term.parameters]
+    counts = [len(term.parameters) for term in terms]
+    _author(prim, tokens.TERMS_NAMES, _NAMES.TokenArray, Vt.TokenArray([t.name for t in terms]))
+    _author(prim, tokens.TERMS_KINDS, _NAMES.TokenArray, Vt.TokenArray([t.kind for t in terms]))
+    _author(prim, tokens.TERMS_PARAMETERS, _NAMES.DoubleArray, Vt.DoubleArray(parameters))
+    _author(prim, tokens.TERMS_COUNTS, _NAMES.IntArray, Vt.IntArray(counts))
+
+
+def _write_rule(prim: Usd.Prim, rule: Rule) -> None:
+    _author(prim, tokens.RULE_TEXT, _NAMES.String, rule.text)
+    _author(prim, tokens.RULE_WEIGHT, _NAMES.Float, rule.weight, Sdf.VariabilityVarying)
+    _author(prim, tokens.ENABLED, _NAMES.Bool, rule.enabled, Sdf.VariabilityVarying)
+
+
+def _author(
+    prim: Usd.Prim,
+    name: str,
+    kind: Sdf.ValueTypeName,
+    value: object,
+    variability: Sdf.Variability = Sdf.VariabilityUniform,
+) -> None:
+    prim.CreateAttribute(name, kind, False, variability).Set(value)
+
+
+def read_fuzzy(stage: Usd.Stage, path: str) -> FuzzySystem:
+    """Read the fuzzy system at `path`, as composed from all layers.
+
+    Inactive variables and rules are left out.
+
+    Raises
+    ------
+    InputError
+        If there is none, or a value cannot be used; the message names the prim.
+    """
+    prim = stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) else None
+    if not prim or prim.GetTypeName() != tokens.FUZZY_SYSTEM:
+        raise InputError(f"prim <{path}> is not a {tokens.FUZZY_SYSTEM}")
+    variables, rules = [], []
+    for child in prim.GetChildren():
+        if child.GetTypeName() == tokens.FUZZY_VARIABLE:
+            variables.append(_checked(child, _read_variable))
+        elif child.GetTypeName() == tokens.FUZZY_RULE:
+            rules.append(_checked(child, _read_rule))
+    return _checked(prim, lambda p: _read_system(p, tuple(variables), tuple(rules)))
+
+
+def _checked(prim: Usd.Prim, read: Callable[[Usd.Prim], _Read]) -> _Read:
+    """Name the prim in an error of `read`."""
+    try:
+        return read(prim)
+    except InputError as error:
+        raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
+
+
+def _read_system(
+    prim: Usd.Prim, variables: tuple[Variable, ...], rules: tuple[Rule, ...]
+) -> FuzzySystem:
+    settings: dict[str, Any] = _words(prim, _SYSTEM)
+    if (flag := _value(prim, tokens.NEUTRAL_RULE, bool)) is not None:
+        settings["neutral_rule"] = flag
+    if (gain := _float(prim, tokens.GAIN)) is not None:
+        settings["gain"] = gain
+    return FuzzySystem(variables, rules, **settings)
+
+
+def _read_variable(prim: Usd.Prim) -> Variable:
+    kind: Any = _value(prim, tokens.VARIABLE_KIND, str) or "input"
+    if kind == "output":
+        return Variable(prim.GetName(), kind)
+    names = _array(prim, tokens.TERMS_NAMES, Vt.TokenArray)
+    kinds = _array(prim, tokens.TERMS_KINDS, Vt.TokenArray)
+    counts = _array(prim, tokens.TERMS_COUNTS, Vt.IntArray)
+    parameters = _array(prim, tokens.TERMS_PARAMETERS, Vt.DoubleArray)
+    if not len(names) == len(kinds) == len(counts):
+        raise InputError(
+            f"{len(names)} terms have {len(kinds)} kinds and {len(counts)} counts of parameters"
+        )
+    if min(counts, default=0) < 0 or sum(counts) != len(parameters):
+        raise InputError(f"{len(parameters)} parameters of terms; expected {sum(counts)}")
+    ends = [sum(counts[: i + 1]) for i in range(len(counts))]
+    terms = tuple(
+        Term(name, kind_, tuple(parameters[end - count : end]))
+        for name, kind_, count, end in zip(names, kinds, counts, ends, strict=True)
+    )
+    return Variable(prim.GetName(), kind, terms=terms, **_words(prim, _INPUT))
+
+
+def _read_rule(prim: Usd.Prim) -> Rule:
+    weight = _float(prim, tokens.RULE_WEIGHT)
+    enabled = _value(prim, tokens.ENABLED, bool)
+    return parse_rule(
+        _value(prim, tokens.RULE_TEXT, str) or "",
+        1.0 if weight is None else weight,
+        True if enabled is None else enabled,
+    )
+
+
+def _words(prim: Usd.Prim, table: dict[str, str]) -> dict[str, Any]:
+    """Return the fields of `table` that are authored."""
+    found = {field: _value(prim, name, str) for name, field in table.items()}
+    return {field: value for field, value in found.items() if value is not None}
+
+
+def _array(prim: Usd.Prim, name: str, kind: type) -> list[Any]:
+    value = _value(prim, name, kind)
+    return [] if value is None else list(value)
+
+
+def _float(prim: Usd.Prim, name: str) -> float | None:
+    """Return a number as its shortest decimal: 0.7 is written as a float, and is read as 0.7."""
+    value = _value(prim, name, float)
+    return None if value is None else float(str(np.float32(value)))
+
+
+def _value(prim: Usd.Prim, name: str, kind: type) -> Any:
+    attribute = prim.GetAttribute(name)
+    value = attribute.Get() if attribute else None
+    if value is not None and not isinstance(value, kind):
+        raise InputError(f"{name} is of type {attribute.GetTypeName()}, which it cannot be")
+    return value
