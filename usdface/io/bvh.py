@@ -87,7 +87,7 @@ def _hierarchy(path: Path, tokens: list[str]) -> tuple[list[_Joint], int]:
                 open_joints.pop()
             else:
                 raise ValueError(f"unexpected {word[:40]!r}")
-    except (ValueError, IndexError, RuntimeError) as error:
+    except (ValueError, IndexError, StopIteration) as error:
         reason = error if isinstance(error, ValueError) else "it breaks off"
         raise InputError(f"{path}: the hierarchy cannot be read: {reason}") from error
     if open_joints or not width:

@@ -8,7 +8,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -69,7 +68,7 @@ def _rows_with_data(
     """Return the rows with a weight for every shape, the weights (F, S), the others announced."""
     full = [row for row in rows if len(row[1]) > columns[-1]]
     weights = read_numbers(path, full, columns)
-    complete: NDArray[np.bool_] = np.isfinite(weights).all(axis=1)
+    complete = np.all(np.isfinite(weights), axis=1)
     kept = [row for row, whole in zip(full, complete, strict=True) if whole]
     if not kept:
         raise InputError(f"{path}: no row has blend shape weights; expected at least one")

@@ -59,6 +59,10 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         start_timecode=_start(rows[top][1], data, about),
     )
     take, findings = finish_take(raw, options)
+    announced = positive(about.get("Total Exported Frames", ""))
+    if announced > len(data):
+        message = f"the header announces {announced:g} frames, the file holds {len(data)}"
+        findings.insert(0, finding("FRAMES_MISSING", str(path), message))
     if ignored:
         message = f"only measured markers are read, not {listed(ignored)}"
         findings.insert(0, finding("CHANNEL_IGNORED", str(path), message))

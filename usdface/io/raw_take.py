@@ -107,12 +107,12 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     findings += guesses
     positions, unit, up_axis, guesses = _placed(raw, options)
     findings += guesses
-    hidden: NDArray[np.bool_] = ~np.isfinite(positions).all(axis=2)
+    hidden = np.any(~np.isfinite(positions), axis=2)
     if hidden.all():
         raise InputError(f"{path}: no marker is visible in any frame")
     positions[hidden] = np.nan
     findings += _occlusion(path, labels, hidden)
-    seen: NDArray[np.bool_] = ~hidden.all(axis=0)
+    seen = np.any(~hidden, axis=0)
     take = MarkerTake(
         tuple(label for label, kept in zip(labels, seen, strict=True) if kept),
         times,

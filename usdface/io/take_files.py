@@ -75,6 +75,8 @@ def _read_csv(path: Path, options: TakeOptions) -> tuple[MarkerTake | WeightsTak
         return read_motive(path, options)
     if start.startswith("timecode,blendshapecount"):
         return read_livelink(path, options)
+    if start.replace(" ", "").startswith("frame,timestamp,confidence,success"):
+        raise InputError(f"{path}: OpenFace files are not read; name its columns A_x, A_y, A_z")
     if start.startswith("pathfiletype"):
         return read_trc(path, options)
     return read_csv_markers(path, options)

@@ -51,7 +51,7 @@ def read_rows(path: Path, text: str, delimiter: str) -> list[Row]:
     InputError
         If the text cannot be split.
     """
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    reader = csv.reader(io.StringIO(text, newline=None), delimiter=delimiter)
     try:
         return [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
