@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from importlib.util import find_spec
 
 import pytest
 
@@ -35,7 +34,6 @@ def test_the_middle_loads_no_file_format(module: str) -> None:
     assert not (set(FOREIGN) - {"scipy"}) & loaded_by(f"import usdface.{module}")
 
 
-@pytest.mark.skipif(find_spec("usdface.cli") is None, reason="usdface.cli is not there yet")
 def test_help_loads_no_library() -> None:
     code = """
 import sys

@@ -1,16 +1,12 @@
 import ast
 import tomllib
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 import usdface
 
-lands_later = pytest.mark.skipif(
-    find_spec("usdface.pipeline") is None, reason="usdface.pipeline is not there yet"
-)
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
 
 
@@ -20,9 +16,7 @@ def test_all_is_sorted_and_complete() -> None:
     assert set(usdface.__all__) <= set(dir(usdface))
 
 
-@pytest.mark.parametrize(
-    "home", [pytest.param(h, marks=lands_later) if h == "pipeline" else h for h in usdface._HOMES]
-)
+@pytest.mark.parametrize("home", usdface._HOMES)
 def test_every_name_is_public_at_home(home: str) -> None:
     module = import_module(f"usdface.{home}")
     for name in usdface._HOMES[home]:
@@ -41,7 +35,6 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
         usdface.nonsense  # noqa: B018
 
 
-@lands_later
 def test_star_import_gives_exactly_all() -> None:
     names: dict[str, object] = {}
     exec("from usdface import *", names)
