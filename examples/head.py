@@ -18,6 +18,7 @@ MATERIALS = (
     Material("lips", base_color=(0.62, 0.25, 0.22), roughness=0.45),
     Material("mouth", base_color=(0.16, 0.035, 0.035), roughness=0.8),
     Material("brow", base_color=(0.075, 0.035, 0.018), roughness=0.8),
+    Material("lash", base_color=(0.030, 0.016, 0.010), roughness=0.8),
     Material("hair", base_color=(0.11, 0.050, 0.024), roughness=0.6),
     Material("sclera", base_color=(0.86, 0.85, 0.82), roughness=0.15),
     Material("limbus", base_color=(0.03, 0.06, 0.08), roughness=0.1),
@@ -115,7 +116,7 @@ def build_head() -> Rig:
     moves = head_shapes(base)
     faces, points = list(base.faces), base.points
     materials = np.full(len(faces), "skin", dtype=object)
-    materials[base.lips], materials[base.inner] = "lips", "mouth"
+    materials[base.lips], materials[base.inner], materials[base.lashes] = "lips", "mouth", "lash"
     for ear in (parts.ear(), mirrored(parts.ear())):
         faces += [tuple(v + len(points) for v in face) for face in ear.faces]
         points = np.concatenate([points, ear.points])

@@ -71,7 +71,12 @@ def eye() -> Part:
         axis=-1,
     )
     pole = np.array([0, 0, EYE_RADIUS])
-    ball = _lathe(EYE + EYE_RADIUS * rings, EYE + pole, EYE - pole)
+    ball = _lathe(EYE_RADIUS * rings, pole, -pole)
+    inward = np.radians(-2.5)  # eyes that look at somebody near converge
+    turn = np.array(
+        [[np.cos(inward), 0, np.sin(inward)], [0, 1, 0], [-np.sin(inward), 0, np.cos(inward)]]
+    )
+    ball = Part(EYE + ball.points @ turn.T, ball.faces, [])
     bands = ["pupil", "iris", "iris", "limbus"] + ["sclera"] * 6
     loop = len(around)
     materials = [band for band in bands for _ in range(loop)] + ["pupil"] * loop + ["sclera"] * loop
@@ -93,7 +98,7 @@ def brow() -> Part:
     """Build the left brow: a tapered bar along the brow ridge."""
     s = np.linspace(0, 1, 14)
     x = 0.0125 + 0.0450 * s
-    y = 0.0325 + 0.0075 * np.sin(np.pi * s**1.15 * 0.92) - 0.0045 * s**2
+    y = 0.0340 + 0.0075 * np.sin(np.pi * s**1.15 * 0.92) - 0.0045 * s**2
     origins = np.column_stack([x, y, np.full(len(s), 0.01)])
     centres = march(origins, np.broadcast_to((0.0, 0.0, 1.0), origins.shape))
     normal = gradient(centres)
@@ -113,7 +118,7 @@ def teeth(upper: bool) -> Part:
     y = -0.0635 if upper else -0.0735
     centres = np.column_stack(
         [
-            0.0235 * size * np.sin(angle),
+            0.0255 * size * np.sin(angle),
             np.full(len(angle), y),
             0.0450 + 0.0345 * size * np.cos(angle),
         ]
@@ -174,32 +179,32 @@ def ear() -> Part:
 
 
 def hair() -> Part:
-    """Build the hair: a cap on the skull with a thick, swept edge."""
-    around = np.linspace(0, 2 * np.pi, 72, endpoint=False)
-    turn = np.degrees(np.abs((around + np.pi) % (2 * np.pi) - np.pi))
-    fine = np.arange(-40, 221)
-    edge = np.interp(np.abs(fine), HAIRLINE[0], HAIRLINE[1])
-    line = np.interp(turn, fine, np.convolve(edge, np.hanning(15) / np.hanning(15).sum(), "same"))
-    centre = np.array([0, 0.036, -0.016])
-    share = np.linspace(0.07, 1, 13)
-    tilt = np.radians(90 - share[:, None] * (90 - line))
+    """Build the hair: a cap of broad locks on the skull, parted on the right, swept left."""
+    around = np.linspace(0, 2 * np.pi, 88, endpoint=False)
+    turn = np.degrees((around + np.pi) % (2 * np.pi) - np.pi)
+    fine = np.arange(-220, 221)
+    edge = np.interp(np.abs((fine + 180) % 360 - 180), HAIRLINE[0], HAIRLINE[1])
+    window = np.hanning(15) / np.hanning(15).sum()
+    line = np.interp(turn, fine, np.convolve(np.pad(edge, 7, "edge"), window, "valid"))
+    line += 9 * np.exp(-(((turn + 24) / 14) ** 2)) - 5 * np.exp(-(((turn - 14) / 20) ** 2))
+    share = np.linspace(0.06, 1, 13)[:, None]
+    sweep = 0.9 * np.exp(-((turn / 70) ** 2)) * (1 - share)  # locks turn towards the part
+    lock = np.abs(np.cos(6.5 * (around + sweep) + 0.4)) ** 0.6
+    tilt = np.radians(90 - share * (90 - line + 3 * (lock[-1] - 0.5)))
     direction = np.stack(
-        [
-            np.sin(around) * np.cos(tilt),
-            np.sin(tilt),
-            np.cos(around) * np.cos(tilt),
-        ],
-        axis=-1,
+        [np.sin(around) * np.cos(tilt), np.sin(tilt), np.cos(around) * np.cos(tilt)], axis=-1
     )
+    centre = np.array([0, 0.036, -0.016])
     flat = direction.reshape(-1, 3)
-    skin = march(np.broadcast_to(centre, flat.shape), flat, scalp)
-    normal = gradient(skin, scalp)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = normal.reshape(direction.shape)
-    skin = skin.reshape(direction.shape)
-    thick = (0.0085 - 0.0035 * share**3)[:, None] + 0.0012 * np.cos(11 * around) * share[:, None]
-    outer = skin + thick[..., None] * normal
-    tuck = skin[-1:] - 0.004 * normal[-1:] + (0, 0.002, 0)
-    crown = centre + (0, 0.087 + 0.0085, 0)
+    skull = march(np.broadcast_to(centre, flat.shape), flat, scalp)
+    normal = gradient(skull, scalp)
+    normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).reshape(direction.shape)
+    front = np.exp(-(((turn - 12) / 50) ** 2))
+    thick = 0.0085 - 0.0030 * share**4 + 0.0075 * front * np.sin(np.pi * share**1.6)
+    thick = thick + 0.0026 * (lock - 0.6) * np.clip(share * 2.2, 0, 1)
+    skull = skull.reshape(direction.shape)
+    outer = skull + thick[..., None] * normal
+    tuck = skull[-1:] - 0.004 * normal[-1:] + (0, 0.002, 0)
+    crown = centre + np.array([0, 0.087 + 0.0085, 0])
     part = _lathe(np.concatenate([outer, tuck]), crown, None)
     return _painted(part, ["hair"] * len(part.faces))

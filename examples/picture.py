@@ -18,7 +18,7 @@ __all__ = ["View", "render", "render_rig", "rig_triangles", "triangulated", "ver
 # A wrapped light reaches a little behind the terminator, which reads as soft skin.
 LIGHTS = (
     ((-0.45, 0.55, 0.75), (0.80, 0.76, 0.71), 0.25),
-    ((0.85, 0.10, 0.50), (0.20, 0.22, 0.27), 0.50),
+    ((0.85, 0.05, 0.55), (0.26, 0.27, 0.31), 0.60),
     ((0.50, 0.50, -0.75), (0.30, 0.30, 0.34), 0.10),
 )
 AMBIENT = (0.26, 0.27, 0.30)
@@ -197,14 +197,15 @@ def render(
     open_sky = across(openness[:, None])
     albedo = colors[face] if len(colors) == len(triangles) else across(colors)
     shine = np.zeros(len(face)) if gloss is None else gloss[face]
-    light = np.array(AMBIENT) * open_sky**1.3
+    light = np.array(AMBIENT) * (0.15 + 0.85 * open_sky)
     highlight = np.zeros(len(face))
     for towards, color, wrap in LIGHTS:
         unit = np.array(towards) / np.linalg.norm(towards)
         diffuse = np.maximum(normal @ unit + wrap, 0) / (1 + wrap)
-        light = light + diffuse[:, None] * np.array(color) * (0.25 + 0.75 * open_sky)
-        half = (unit + (0, 0, 1)) / np.linalg.norm(unit + (0, 0, 1))
-        sharp = 10 + 150 * shine**2
+        light = light + diffuse[:, None] * np.array(color) * (0.4 + 0.6 * open_sky)
+        half = unit + np.array([0, 0, 1.0])
+        half /= np.linalg.norm(half)
+        sharp = 10 + 700 * shine**3
         highlight += shine * np.maximum(normal @ half, 0) ** sharp * np.mean(color)
     image = np.tile(np.array(view.background), (width * height, 1))
     image[hit] = albedo * light + highlight[:, None]

@@ -68,7 +68,7 @@ def lid_curve(t: FloatArray, upper: bool) -> FloatArray:
     x = 0.0188 * np.sin(t * np.pi / 2)
     arch = np.sqrt(np.maximum(1 - np.abs(np.sin(t * np.pi / 2)) ** 2.3, 0))
     skew = 1 + (0.10 if upper else 0.16) * np.sin(t * np.pi / 2) * (1 if not upper else 0.2)
-    y = (0.0098 if upper else -0.0092) * arch * skew + 0.0018 * t - 0.0006
+    y = (0.0112 if upper else -0.0092) * arch * skew + 0.0018 * t - 0.0006
     return np.stack([x, y], axis=-1)
 
 
@@ -109,7 +109,7 @@ def distance(points: FloatArray) -> FloatArray:
     d = _join(d, np.linalg.norm(p - EYE, axis=1) - EYE_RADIUS - LID, 0.006)
     d = _join(d, _cone(p, (0, 0.010, 0.0760), (0, -0.028, 0.0930), 0.0060, 0.0080), 0.014)
     d = _join(d, _ellipsoid(p, (0, -0.0330, 0.0975), (0.0118, 0.0105, 0.0118)), 0.010)
-    d = _join(d, _ellipsoid(p, (0.0120, -0.0375, 0.0880), (0.0068, 0.0070, 0.0095)), 0.008)
+    d = _join(d, _ellipsoid(p, (0.0110, -0.0375, 0.0880), (0.0064, 0.0070, 0.0095)), 0.008)
     upper, lower = _lips(p)
     d = _join(d, upper, 0.005)
     return _join(d, lower, 0.005)

@@ -5,7 +5,6 @@ so what is close in space but not along the skin (the other lip) stays where it 
 meanings are those of Apple's ``ARFaceAnchor.BlendShapeLocation``.
 """
 
-from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +14,7 @@ from scipy.sparse.linalg import splu
 
 from examples.sculpt import EYE
 from examples.topology import LIP_RINGS, POCKET_RINGS, SOCK_RINGS, HeadMesh
-from usdface.takes import FloatArray, IntArray
+from usdface.takes import FloatArray
 
 __all__ = ["ARKIT_NAMES", "HINGE", "JAW_ANGLE", "eye_turns", "head_shapes", "jaw_moves"]
 
@@ -102,7 +101,7 @@ class Skin:
             ring = np.maximum(np.arange(len(eye)) - POCKET_RINGS, 0)
             self.lid_share[eye] = smooth((ring - 2.0) / 5)[:, None]
 
-    def spread(self, targets: FloatArray, firm: FloatArray, reach: float = 9.0) -> FloatArray:
+    def spread(self, targets: FloatArray, firm: FloatArray, reach: float = 7.0) -> FloatArray:
         """Return the smoothest displacement (V, 3) [m] that follows `targets` where `firm` > 0.
 
         Elsewhere it dies away within about `reach` edges.
@@ -113,7 +112,7 @@ class Skin:
     @cached_property
     def still(self) -> NDArray[np.bool_]:
         """What no mouth shape moves: lids, forehead, back of the head, neck."""
-        x, y, z = self.points.T
+        _, y, z = self.points.T
         return (self.lid_share < 0.3) | (y > 0.012) | (y < -0.135) | (z < -0.01)
 
     def mouth(
@@ -152,10 +151,12 @@ class Skin:
         inside[self.lips], inside[self.sock] = 0, 0
         return (fall * inside * self.lid_share)[:, None] * np.array(millimetres) * MM
 
-    def lid(self, upper: FloatArray, lower: FloatArray, lift: float = 0.0) -> FloatArray:
+    def lid(
+        self, upper: FloatArray, lower: FloatArray, lift: FloatArray | float = 0.0
+    ) -> FloatArray:
         """Lead the left lids over the eyeball: the rim's frontal shift (L, 2) as upper, as lower.
 
-        `lift` [m] is added to the distance from the eye's centre, so that on its straight way
+        `lift` (L, 1) [m] is added to the distance from the eye's centre, so that on its straight way
         a lid does not cut into the ball.
         """
         eye, points = self.lids, self.points
@@ -177,7 +178,7 @@ class Skin:
             moved[:, :2] *= inside
             depth = np.sqrt(np.maximum(radius**2 - (moved[:, :2] ** 2).sum(axis=1)[:, None], 0))
             moved[:, 2:] = np.where(size > 0, depth, local[:, 2:])
-            moved *= 1 + share * lift * np.minimum(size / 8e-3, 1) / radius
+            moved *= 1 + share * lift / radius
             targets[ring], firm[ring] = moved - local, 100
         return self.spread(targets, firm)
 
@@ -222,6 +223,8 @@ def _lids(skin: Skin) -> dict[str, FloatArray]:
     eye = skin.points[skin.lids[POCKET_RINGS]][:, :2] - EYE[:2]
     loop = len(eye)
     other = np.roll(eye[::-1], 1, axis=0)  # the facing vertex of the other lid
+    gap = other - eye
+    opening = np.linalg.norm(gap, axis=1, keepdims=True)
     mid = np.sin(np.pi * np.arange(loop) / (loop // 2))
     arch = np.abs(mid)[:, None]
     up = np.array([0, MM])
@@ -231,12 +234,12 @@ def _lids(skin: Skin) -> dict[str, FloatArray]:
 
     look_sideways = np.array([1.2 * MM, 0])
     return {
-        "eyeBlinkLeft": skin.lid(0.72 * (other - eye), 0.28 * (other - eye), 1.0 * MM),
+        "eyeBlinkLeft": skin.lid(0.72 * gap, 0.28 * gap, MM * np.minimum(opening / 0.011, 1)),
         "eyeLookDownLeft": rims(-4.2, -1.2),
         "eyeLookUpLeft": rims(2.6, 0.8),
         "eyeLookInLeft": skin.lid(-arch * look_sideways, -arch * look_sideways),
         "eyeLookOutLeft": skin.lid(arch * look_sideways, arch * look_sideways),
-        "eyeSquintLeft": rims(-1.8, 3.4)
+        "eyeSquintLeft": rims(-1.4, 4.6)
         + skin.bump((0.036, -0.022, 0.072), (0.014, 0.007, 0.02), 0, 2.0, 1.2),
         "eyeWideLeft": rims(3.6, -1.4),
     }
@@ -264,6 +267,7 @@ def _brows_and_cheeks(skin: Skin) -> dict[str, FloatArray]:
 def _mouth(skin: Skin) -> dict[str, FloatArray]:  # a table: one entry per shape
     along, s, rise, bump = skin.along, skin.side, skin.rise, skin.bump
     corner = smooth(s) ** 0.9  # left corner 1, middle 0
+    wide, curl = np.clip(s, 0, 1) ** 1.2, np.clip(s, 0, 1) ** 2.2
     half = smooth((s + 0.45) / 0.9) * rise**0.7  # the left half of a lip, corners still
     lip = rise**0.8
     none = along(0 * s, 0, 0, 0)
@@ -277,9 +281,13 @@ def _mouth(skin: Skin) -> dict[str, FloatArray]:  # a table: one entry per shape
     smile_cheek = bump((0.043, -0.038, 0.064), (0.015, 0.013, 0.025), 1.5, 3.6, 3.6)
     roll = (0.5, 0.8, 1.0, 0.95, 0.55, 0.12)
     return {
-        "mouthSmileLeft": both(corner, 9.5, 9.0, -7.5) + smile_cheek,
-        "mouthFrownLeft": both(corner, 2.0, -8.5, -2.0),
-        "mouthDimpleLeft": both(corner, 6.5, 1.2, -7.5),
+        "mouthSmileLeft": skin.mouth(
+            along(wide, 9, 0, -7) + along(curl, 0, 8.0, 0) + along(half, 0, 0.8, 0),
+            along(wide, 9, 0, -7) + along(curl, 0, 8.0, 0) + along(half, 0, 0.4, 0),
+        )
+        + smile_cheek,
+        "mouthFrownLeft": both(wide, 2.5, 0, -2.0) + both(curl, 0, -9.0, 0),
+        "mouthDimpleLeft": both(wide, 7.5, 1.2, -8.5),
         "mouthStretchLeft": skin.mouth(
             along(corner, 8, -1.5, -5), along(corner, 8, -1.5, -5) + along(half, 1, -3.0, 0)
         ),
@@ -312,7 +320,7 @@ def _mouth(skin: Skin) -> dict[str, FloatArray]:  # a table: one entry per shape
 def _faded(offsets: FloatArray) -> FloatArray:
     """Let what is too small to see go to zero without a step."""
     size = np.linalg.norm(offsets, axis=1, keepdims=True)
-    return offsets * smooth((size / MM - 0.03) / 0.12)
+    return offsets * smooth((size / MM - 0.07) / 0.23)
 
 
 def head_shapes(head: HeadMesh) -> dict[str, FloatArray]:

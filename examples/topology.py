@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from examples.sculpt import (
     EYE,
     EYE_RADIUS,
-    LID,
     MOUTH_HALF,
-    gradient,
     lid_curve,
     lip_curve,
     march,
@@ -22,9 +20,10 @@ __all__ = ["HeadMesh", "build"]
 
 # Columns: angle around the head [degree] on the left half; the right half mirrors them.
 COLUMNS = np.array(
-    [0, 2.3, 4.7, 7.3, 12.5, 18, 23.5, 28.5, 33.5, 39, 45, 51, 58, 66, 76, 87, 98]
-    + [109, 120, 131, 142, 152, 162, 171, 180],
-    dtype=float,
+    (
+        *(0, 2.3, 4.7, 7.3, 12.5, 18, 23.5, 28.5, 33.5, 39, 45, 51, 58, 66, 76, 87, 98),
+        *(109, 120, 131, 142, 152, 162, 171, 180),
+    )
 )
 # Rows: height of the ray's origin [m], its depth [m], elevation in front and behind [degree].
 ROWS = np.array(
@@ -98,6 +97,8 @@ class HeadMesh:
         Faces of the red of the lips.
     inner : (P,) bool
         Faces inside the mouth.
+    lashes : (P,) bool
+        Faces of the rim of the upper lids.
     """
 
     points: FloatArray
@@ -108,6 +109,7 @@ class HeadMesh:
     mouth: IntArray
     lips: NDArray[np.bool_]
     inner: NDArray[np.bool_]
+    lashes: NDArray[np.bool_]
 
 
 def _rays() -> tuple[FloatArray, FloatArray]:
@@ -173,7 +175,9 @@ def _mouth_rings(loop: int) -> tuple[list[FloatArray], list[FloatArray]]:
     x = -MOUTH_HALF * np.cos(angle)
     rim = np.column_stack([x, lip_curve(x)])
     side, rise = -np.cos(angle), np.sin(angle)
-    bow = 1 - 0.10 * np.exp(-((x / 0.003) ** 2)) + 0.06 * np.exp(-(((np.abs(x) - 0.006) / 3e-3) ** 2))
+    bow = (
+        1 - 0.10 * np.exp(-((x / 0.003) ** 2)) + 0.06 * np.exp(-(((np.abs(x) - 0.006) / 3e-3) ** 2))
+    )
     front = []
     for corner, up, down in (
         (0.0, 0.0, 0.0),
@@ -282,7 +286,7 @@ def build() -> HeadMesh:
         ids = count + np.arange(len(new) * len(border)).reshape(len(new), -1)
         points.extend(new)
         count += ids.size
-        ordered = np.concatenate([ids[: total], border[None]])
+        ordered = np.concatenate([ids[:total], border[None]])
         back = ids[total:]
         return np.concatenate([back, ordered])  # innermost ring first
 
@@ -290,7 +294,9 @@ def build() -> HeadMesh:
     front, behind = _eye_rings(len(border))
     eye_left = insert(border, front, behind, EYE_RINGS)
     flip = np.array([-1, 1, 1])
-    eye_right = insert(mirror[border], [p * flip for p in front], [p * flip for p in behind], EYE_RINGS)
+    eye_right = insert(
+        mirror[border], [p * flip for p in front], [p * flip for p in behind], EYE_RINGS
+    )
     mouth_border = np.array([grid[r, c + left] for r, c in _border(MOUTH_ROWS, MOUTH_COLUMNS)])
     front, behind = _mouth_rings(len(mouth_border))
     mouth = insert(mouth_border, front, behind, MOUTH_RINGS)
@@ -301,8 +307,12 @@ def build() -> HeadMesh:
     loop = mouth.shape[1]
     full[mouth] = mouth[:, (loop // 2 - np.arange(loop)) % loop]
 
+    eyes_start = len(faces)
     faces += _strips(eye_left)
+    mouth_start = len(faces)
     faces += [f[::-1] for f in _strips(eye_right)]
+    rim = POCKET_RINGS * eye_left.shape[1] + np.arange(3, eye_left.shape[1] // 2)
+    upper_rims = np.concatenate([eyes_start + rim, mouth_start + rim])
     mouth_start = len(faces)
     faces += _strips(mouth)
     lips = np.zeros(len(faces) + loop // 2, dtype=bool)
@@ -311,6 +321,8 @@ def build() -> HeadMesh:
     inner[mouth_start:red] = True
     lips[red : red + loop * LIP_RINGS] = True
     inner[len(faces) :] = True
+    lashes = np.zeros_like(lips)
+    lashes[upper_rims] = True
     faces += _zip(mouth[0])
 
     pinned = np.zeros(count, dtype=bool)
@@ -323,4 +335,4 @@ def build() -> HeadMesh:
     relaxed = _relax(all_points, faces, full, pinned)
     relaxed[full == np.arange(count), 0] = 0
     uvs = np.column_stack([np.arctan2(relaxed[:, 0], relaxed[:, 2] + 0.01), relaxed[:, 1]])
-    return HeadMesh(relaxed, faces, uvs, full, (eye_left, eye_right), mouth, lips, inner)
+    return HeadMesh(relaxed, faces, uvs, full, (eye_left, eye_right), mouth, lips, inner, lashes)

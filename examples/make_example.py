@@ -1,0 +1,69 @@
+"""Make the files of this folder again: ``python -m examples.make_example`` from the project.
+
+The rig and the take are written here; the stages that the tool makes of them follow by its
+own commands (`make_stages`).
+"""
+
+import argparse
+from pathlib import Path
+
+from examples.head import build_head
+from examples.performance import NEUTRAL, binding, perform
+from usdface.io.atomic import write_text
+from usdface.io.bind_file import bind_json
+from usdface.io.usd_rig_write import write_rig
+from usdface.setup import Setup
+from usdface.takes import MarkerTake
+
+__all__ = ["bind_text", "main", "make_sources", "make_stages", "trc_text"]
+
+FOLDER = Path(__file__).resolve().parent
+
+
+def trc_text(take: MarkerTake, name: str) -> str:
+    """Return a take as the text of a TRC file [mm], two decimals, empty cells = occluded."""
+    count, markers = take.positions.shape[:2]
+    keys = "DataRate CameraRate NumFrames NumMarkers Units OrigDataRate OrigDataStartFrame"
+    rate = f"{take.rate:.2f}"
+    values = (rate, rate, str(count), str(markers), "mm", rate, "1", str(count))
+    lines = [
+        f"PathFileType\t4\t(X/Y/Z)\t{name}",
+        "\t".join([*keys.split(), "OrigNumFrames"]),
+        "\t".join(values),
+        "Frame#\tTime\t" + "\t\t\t".join(take.names) + "\t\t",
+        "\t\t" + "\t".join(f"{axis}{m + 1}" for m in range(markers) for axis in "XYZ"),
+        "",
+    ]
+    for frame, (time, row) in enumerate(zip(take.times, take.positions, strict=True)):
+        cells = ("" if x != x else f"{1000 * x:.2f}" for x in row.ravel().tolist())
+        lines.append("\t".join([str(frame + 1), f"{time:.6f}", *cells]))
+    return "\n".join(lines) + "\n"
+
+
+def bind_text() -> str:
+    """Return the binding of the take's markers to the head, as bind.json."""
+    return bind_json(Setup(binding(), neutral=NEUTRAL, nose_tip="nose_tip"))
+
+
+def make_sources(folder: Path) -> None:
+    """Write the rig, the take and the binding: head.usdc, performance.trc, bind.json."""
+    write_rig(build_head(), folder / "head.usdc")
+    write_text(folder / "performance.trc", trc_text(perform().take, "performance.trc"))
+    write_text(folder / "bind.json", bind_text())
+
+
+def make_stages(folder: Path) -> None:
+    """Write what the commands make of the sources: take.usda and shot.usda."""
+
+
+def main() -> None:
+    """Write everything to this folder, or to another one."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("folder", type=Path, nargs="?", default=FOLDER)
+    folder = parser.parse_args().folder
+    make_sources(folder)
+    make_stages(folder)
+
+
+if __name__ == "__main__":
+    main()
