@@ -105,7 +105,8 @@ def make_shot(
     steps = Steps(on_step)
     with steps("read"):
         character, findings = read_rig(rig)
-        recorded, _ = read_take_prim(default_prim(open_stage(take), take))
+        stage = open_stage(take)
+        recorded, _ = read_take_prim(default_prim(stage, take))
         setup = setup or unbound(recorded)
         mesh = character.mesh(setup.binding.mesh)
         setup, more = fit_setup(setup, mesh, recorded)
@@ -187,7 +188,7 @@ def apply(
         shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved = animate(stage, shot, options, steps)
     with steps("write"):
-        author(stage, shot, replace(solved.final, solution=solved.solve.solution))
+        author(stage.GetEditTarget().GetLayer(), shot, replace(solved.final, solution=solved.solve.solution))
     return Outcome((), tuple(findings + solved.findings), solved.summary, steps.seconds)
 
 

@@ -93,6 +93,7 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
     if form == "json":
         print(text)
         return
+    from rich.box import SIMPLE
     from rich.console import Console
     from rich.table import Table
 
@@ -103,11 +104,11 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
             f"{paper.legible} published figures: RMS difference {paper.rms:.4f}, "
             f"largest {paper.largest:.4f}; promise: {paper.promise} ({kept})"
         )
-        table = Table(title=f"{paper.title}\npublished | ours", caption=caption)
-        table.add_column("")
+        table = Table(title=f"{paper.title}: published | ours", caption=caption, box=SIMPLE)
+        table.add_column("", no_wrap=True)
         for name in paper.columns:
             table.add_column(name, justify="right", no_wrap=True)
         for name, published, ours in zip(paper.rows, paper.published, paper.computed, strict=True):
             pairs = zip(published, ours, strict=True)
-            table.add_row(name, *(f"{'?' if p != p else f'{p:.2f}'} | {o:.3f}" for p, o in pairs))
+            table.add_row(name, *(f"{'?' if p != p else f'{p:.2f}'}|{o:.3f}" for p, o in pairs))
         console.print(table)

@@ -107,7 +107,7 @@ def stage_with_every_type() -> Usd.Stage:
     points = take.CreateAttribute(tokens.POINTS, Sdf.ValueTypeNames.Point3fArray, custom=False)
     for code in (0, 1):
         points.Set([(0, code, 0)], code)
-    write_fallback_types(stage)
+    write_fallback_types(stage.GetRootLayer())
     return stage
 
 
@@ -149,9 +149,9 @@ def test_fallback_types_keep_what_is_there() -> None:
     stage = Usd.Stage.CreateInMemory()
     theirs = {"Other": Vt.TokenArray(["Mesh"]), tokens.MARKER_TAKE: Vt.TokenArray(["Xform"])}
     stage.GetRootLayer().pseudoRoot.SetInfo("fallbackPrimTypes", theirs)
-    write_fallback_types(stage)
+    write_fallback_types(stage.GetRootLayer())
     once = stage.GetRootLayer().ExportToString()
-    write_fallback_types(stage)
+    write_fallback_types(stage.GetRootLayer())
     assert stage.GetRootLayer().ExportToString() == once
     written = stage.GetRootLayer().pseudoRoot.GetInfo("fallbackPrimTypes")
     assert {name: list(types) for name, types in written.items()} == {
@@ -164,6 +164,6 @@ def test_fallback_types_keep_what_is_there() -> None:
 def test_the_root_layer_is_authored_whatever_is_being_edited() -> None:
     stage = Usd.Stage.CreateInMemory()
     stage.SetEditTarget(stage.GetSessionLayer())
-    write_fallback_types(stage)
+    write_fallback_types(stage.GetRootLayer())
     assert stage.GetRootLayer().pseudoRoot.HasInfo("fallbackPrimTypes")
     assert not stage.GetSessionLayer().pseudoRoot.HasInfo("fallbackPrimTypes")

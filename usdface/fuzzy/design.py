@@ -105,7 +105,7 @@ def design_system(
         raise InputError(f"no nose tip: there is no marker {nose_tip!r} among {', '.join(names)}")
     nose = list(names).index(nose_tip)
     # (S, I): features of each blend shape at weight 1, I = 3 M.
-    features = (basis - basis[:, nose : nose + 1]).reshape(len(basis), -1)
+    features = (basis - basis[:, nose : nose + 1]).reshape(len(basis), 3 * len(names))
     poses = np.array([e.pose(tuple(shape_names)) for e in expressions])
     poses = poses.reshape(len(expressions), len(basis))
     movements = _movements(shape_names, features)

@@ -76,7 +76,7 @@ MAKEHUMAN = Family(
     ("left", "right"),
     {
         1: {"eyebrows-{side}-inner-up": 1.0},
-        2: {"eyebrows-{side}-extern-up": 1.0, "eyebrows-{side}-up": 0.5},
+        2: {"eyebrows-{side}-extern-up": 1.0},
         4: {"eyebrows-{side}-down": 1.0},
         5: {"eye-{side}-opened-up": 1.0},
         6: {"eye-{side}-slit": 0.5},

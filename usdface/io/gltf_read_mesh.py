@@ -264,7 +264,8 @@ def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
     linear = matrix[:3, :3]
     determinant = np.linalg.det(linear)
     normals, shapes = mesh.normals if determinant else None, list(mesh.shapes)
-    turning, lengths = np.eye(3), np.ones(len(mesh.points))
+    turning: FloatArray = np.eye(3)
+    lengths: FloatArray = np.ones(len(mesh.points))
     if normals is not None:
         turning = np.linalg.inv(linear).T
         normals = normals @ turning

@@ -80,9 +80,10 @@ def _bytes_of(texture: Texture) -> bytes:
 
 def _pixels(texture: Texture, data: bytes) -> tuple[NDArray[np.float32], bool]:
     """Return (height, width, channels) floats and whether the file stores floats."""
-    suffix = texture.suffix or Path(texture.path).suffix or ".img"
+    suffix = (texture.suffix or Path(texture.path).suffix).lstrip(".")
+    suffix = suffix if suffix.isalnum() else "img"  # part of a file name below
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"image{suffix if suffix.startswith('.') else '.' + suffix}"
+        file = Path(folder) / f"image.{suffix}"
         file.write_bytes(data)
         source = oiio.ImageInput.open(str(file))
         if source is None:

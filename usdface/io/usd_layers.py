@@ -6,17 +6,15 @@ that does not by the ratio to its fallback of 24.
 """
 
 import os
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdSkel, Vt
+from pxr import Sdf, Usd, UsdSkel, Vt
 
-from usdface.errors import InputError, OutputError
-from usdface.io.atomic import atomic_path
+from usdface.errors import InputError
 from usdface.io.usd_shot import Shot, ShotPrims
-from usdface.io.usd_stage import Metrics, matrices, new_stage, to_si
+from usdface.io.usd_stage import Metrics, matrices, new_layer, save_layers, to_si
 from usdface.retarget.transfer import Solution
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import FloatArray
@@ -72,9 +70,8 @@ def complete_weights(
     return order, result
 
 
-def author(stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
-    """Author one animation as overs on the stage's edit target."""
-    layer = stage.GetEditTarget().GetLayer()
+def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:
+    """Author one animation as overs on a layer."""
     prims, codes = shot.prims, shot.codes.tolist()
     with Sdf.ChangeBlock():
         anim = Sdf.CreatePrimInLayer(layer, prims.animation or f"{prims.skel_root}/{_ANIMATION}")
@@ -200,9 +197,9 @@ def write_layers(
     layers: list[tuple[Path, Sdf.Layer]] = []
     for path, animation in ((paths.solve, solve), (paths.express, express)):
         if animation is not None:
-            overs = new_stage(metrics)
+            overs = new_layer(metrics)
             author(overs, shot, animation)
-            layers.append((path, overs.GetRootLayer()))
+            layers.append((path, overs))
     stronger_first = [path for path, _ in reversed(layers)]
     if in_place:
         top = Sdf.Layer.CreateAnonymous(".usda")
@@ -213,38 +210,20 @@ def write_layers(
         layers.append((shot_path, top))
     else:
         layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))
-    _export(layers)
+    save_layers(layers)
     return [layers[-1][0], *stronger_first]
 
 
 def _root_layer(
     stage: Usd.Stage, metrics: Metrics, paths: _Paths, shot: Path, stronger_first: list[Path]
 ) -> Sdf.Layer:
-    root = new_stage(metrics)
-    layer = root.GetRootLayer()
+    layer = new_layer(metrics)
     layer.defaultPrim = stage.GetRootLayer().defaultPrim
     layer.subLayerPaths = [_relative(path, paths.root) for path in [*stronger_first, shot]]
-    write_fallback_types(root)
+    write_fallback_types(layer)
     return layer
 
 
 def _relative(target: Path, owner: Path) -> str:
     relative = Path(os.path.relpath(target.resolve(), owner.resolve().parent)).as_posix()
     return relative if relative.startswith("..") else f"./{relative}"
-
-
-def _export(layers: list[tuple[Path, Sdf.Layer]]) -> None:
-    """Write all layers beside their places, then put all in place."""
-    with ExitStack() as places:
-        for path, layer in layers:
-            temporary = places.enter_context(atomic_path(path))
-            try:
-                done = layer.Export(str(temporary))
-            except Tf.ErrorException as error:
-                raise OutputError(f"cannot write {path}: {error}") from error
-            if not done:
-                raise OutputError(f"cannot write {path}")
-    for path, _ in layers:
-        opened = Sdf.Layer.Find(str(path))
-        if opened:
-            opened.Reload(force=True)

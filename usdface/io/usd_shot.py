@@ -98,7 +98,7 @@ def write_shot(
     )
     character = _root_of(rig_stage, rig)
     stage.DefinePrim("/Shot/Character").GetReferences().AddReference(
-        _relative(rig, path), "" if rig_stage.HasDefaultPrim() else character
+        _relative(rig, path), Sdf.Path(character)
     )
     # The units of the take are put right on a parent, which every reader of USD understands.
     capture = UsdGeom.Xform.Define(stage, "/Shot/Capture")
@@ -120,7 +120,7 @@ def write_shot(
     if expressions:
         targets[tokens.EXPRESSIONS] = write_expressions(stage, "/Shot/Expressions", expressions)
     write_setup(stage, "/Shot/Retarget", setup, targets)
-    write_fallback_types(stage)
+    write_fallback_types(stage.GetRootLayer())
     save_layer(stage.GetRootLayer(), path)
 
 

@@ -1,5 +1,7 @@
 """Stages and layers: opening, units and up axis, time codes, atomic writing."""
 
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,18 +15,25 @@ from usdface.takes import FloatArray
 
 __all__ = [
     "Metrics",
+    "Stage",
     "author_metrics",
     "codes_of",
+    "default_prim",
     "matrices",
     "metrics_of",
+    "new_layer",
     "new_stage",
     "open_stage",
     "save_layer",
+    "save_layers",
     "times_of",
     "to_si",
     "vec2f_array",
     "vec3f_array",
 ]
+
+# For those above io who pass a stage on without looking into it.
+Stage = Usd.Stage
 
 _Z_UP_TO_Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
@@ -64,6 +73,20 @@ def open_stage(path: Path) -> Usd.Stage:
     return stage
 
 
+def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
+    """Return the stage's default prim.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
+    prim = stage.GetDefaultPrim()
+    if not prim:
+        raise InputError(f"{path} has no defaultPrim; set one, so that it can be referenced")
+    return prim
+
+
 def _first_line(error: Exception) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1] if lines else "unknown error"
@@ -76,6 +99,17 @@ def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
     if default_prim:
         stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{default_prim}").GetPrim())
     return stage
+
+
+def new_layer(metrics: Metrics) -> Sdf.Layer:
+    """Make an empty layer in memory that carries all of `metrics`."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.pseudoRoot.SetInfo(UsdGeom.Tokens.metersPerUnit, metrics.meters_per_unit)
+    layer.pseudoRoot.SetInfo(UsdGeom.Tokens.upAxis, metrics.up_axis)
+    layer.timeCodesPerSecond = metrics.time_codes_per_second
+    layer.framesPerSecond = metrics.frames_per_second
+    layer.startTimeCode, layer.endTimeCode = metrics.start, metrics.end
+    return layer
 
 
 def author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
@@ -144,10 +178,27 @@ def save_layer(layer: Sdf.Layer, path: Path) -> None:
     OutputError
         If it cannot be written.
     """
-    with atomic_path(path) as temporary:
-        try:
-            done = layer.Export(str(temporary))
-        except Tf.ErrorException as error:
-            raise OutputError(f"cannot write {path}: {_first_line(error)}") from error
-        if not done:
-            raise OutputError(f"cannot write {path}")
+    save_layers([(path, layer)])
+
+
+def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
+    """Write several layers, all of them or none; what a program holds open is reloaded.
+
+    Raises
+    ------
+    OutputError
+        If one cannot be written; then none is replaced.
+    """
+    with ExitStack() as places:
+        for path, layer in layers:
+            temporary = places.enter_context(atomic_path(path))
+            try:
+                done = layer.Export(str(temporary))
+            except Tf.ErrorException as error:
+                raise OutputError(f"cannot write {path}: {_first_line(error)}") from error
+            if not done:
+                raise OutputError(f"cannot write {path}")
+    for path, _ in layers:
+        opened = Sdf.Layer.Find(str(path.resolve()))
+        if opened:
+            opened.Reload(force=True)

@@ -59,7 +59,7 @@ def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
     _author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
     stage.SetDefaultPrim(prim)
     if marker:
-        write_fallback_types(stage)
+        write_fallback_types(stage.GetRootLayer())
     save_layer(stage.GetRootLayer(), path)
 
 

@@ -70,7 +70,7 @@ class PaperTable:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table as plain values for JSON; None = illegible."""
-        published = np.where(np.isnan(self.published), None, self.published)
+        published = [[None if p != p else p for p in row] for row in self.published.tolist()]
         return {
             "title": self.title,
             "figures": self.legible,
@@ -80,7 +80,7 @@ class PaperTable:
             "within": self.within,
             "rows": self.rows,
             "columns": self.columns,
-            "published": published.tolist(),
+            "published": published,
             "computed": self.computed.tolist(),
         }
 

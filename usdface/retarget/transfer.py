@@ -41,6 +41,8 @@ class Solution:
         Markers carried over to the character; occluded ones as the rig predicts them.
     markers : tuple of str, length M
         The markers that were used.
+    neutral : (M, D) float64
+        Where they rest, in take space.
     noise : float [m]
         Estimated standard deviation of a marker coordinate, on the character.
     rounds : int
@@ -54,6 +56,7 @@ class Solution:
     residual: FloatArray
     feature_points: FloatArray
     markers: tuple[str, ...]
+    neutral: FloatArray
     noise: float
     rounds: int
     in_space: bool = True
@@ -61,6 +64,7 @@ class Solution:
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))
         object.__setattr__(self, "feature_points", frozen(self.feature_points))
+        object.__setattr__(self, "neutral", frozen(self.neutral))
 
 
 def solve_take(
@@ -117,7 +121,7 @@ def solve_take(
         shape_names, take.times, weights, take.rate, take.start_timecode, take.source
     )
     in_space = take.dimension == 3
-    solution = Solution(result, pose, residual, features, names, noise, rounds, in_space)
+    solution = Solution(result, pose, residual, features, names, neutral, noise, rounds, in_space)
     return solution, findings
 
 

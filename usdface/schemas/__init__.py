@@ -12,7 +12,7 @@ from usdface.errors import SchemaError
 from usdface.schemas.tokens import FALLBACK_TYPES
 
 if TYPE_CHECKING:
-    from pxr import Usd
+    from pxr import Sdf
 
 __all__ = ["plugin_dir", "register", "write_fallback_types"]
 
@@ -59,15 +59,15 @@ def register() -> None:
         )
 
 
-def write_fallback_types(stage: "Usd.Stage") -> None:
-    """Author on the stage's root layer what our prims are for a program without usdface.
+def write_fallback_types(root_layer: "Sdf.Layer") -> None:
+    """Author on a root layer what our prims are for a program without usdface.
 
     Unlike ``Usd.Stage.WriteFallbackPrimTypes`` it needs no registered schemas. Entries of
     other schemas, and of ours that are there already, are kept.
     """
     from pxr import Usd, Vt
 
-    root = stage.GetRootLayer().pseudoRoot
+    root = root_layer.pseudoRoot
     key = Usd.Tokens.fallbackPrimTypes
     # USD takes token arrays only: string arrays are refused
     ours = {name: Vt.TokenArray([fallback]) for name, fallback in FALLBACK_TYPES.items()}
