@@ -17,7 +17,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf_accessors import BufferBuilder
 from usdface.io.gltf_document import GltfFile, item, resource
-from usdface.io.image import image_type, to_gltf_image
+from usdface.io.image import has_alpha, image_type, to_gltf_image
 from usdface.rigs import Material, Texture
 
 __all__ = ["WrittenMaterials", "read_materials", "write_materials"]
@@ -72,7 +72,8 @@ def _read(file: GltfFile, source: pygltflib.Material, name: str, found: list[Fin
     emissive = _numbers(source.emissiveFactor, 3, name) or (0.0,) * 3
     normal, occlusion = source.normalTexture, source.occlusionTexture
     opaque = source.alphaMode in (None, "OPAQUE")
-    if not opaque and (pbr.baseColorTexture is not None or source.alphaMode == "MASK"):
+    colours = texture(pbr.baseColorTexture, "base colour")
+    if not opaque and colours is not None and _has_alpha(colours):
         lost("the alpha of the base colour texture")
     for extension in source.extensions or {}:
         lost(f"the extension {extension}")
@@ -84,12 +85,17 @@ def _read(file: GltfFile, source: pygltflib.Material, name: str, found: list[Fin
         roughness,
         (emissive[0], emissive[1], emissive[2]),
         bool(source.doubleSided),
-        texture(pbr.baseColorTexture, "base colour"),
+        colours,
         texture(normal, "normal", normal is None or normal.scale in (None, 1)),
         texture(pbr.metallicRoughnessTexture, "roughness"),
         texture(occlusion, "occlusion", occlusion is None or occlusion.strength in (None, 1)),
         texture(source.emissiveTexture, "emissive"),
     )
+
+
+def _has_alpha(texture: Texture) -> bool:
+    data = texture.data
+    return has_alpha(Path(texture.path).read_bytes() if data is None else data)
 
 
 def _numbers(values: Any, count: int, name: str) -> tuple[float, ...] | None:

@@ -12,7 +12,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.rigs import Texture
 
-__all__ = ["image_type", "to_gltf_image"]
+__all__ = ["has_alpha", "image_type", "to_gltf_image"]
 
 _PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
 _MAX_BYTES = 2**30
@@ -24,6 +24,11 @@ def image_type(data: bytes) -> str:
     if data.startswith(_PNG):
         return "image/png"
     return "image/jpeg" if data.startswith(_JPEG) else ""
+
+
+def has_alpha(data: bytes) -> bool:
+    """Return whether PNG or JPEG data have an alpha channel (by the PNG's colour type)."""
+    return image_type(data) == "image/png" and data[25:26] in (b"\x04", b"\x06")
 
 
 def to_gltf_image(
