@@ -30,7 +30,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     # rigs
     "SHAPE_EMPTY": ("warning", "a blend shape moves nothing"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),
-    "FACES_DIFFER": ("warning", "a shape file has other faces than the neutral, maybe another order"),
+    "FACES_DIFFER": ("warning", "a shape file has other faces, maybe another order of points"),
     "SHAPE_TARGET_MISSING": ("error", "a blend shape target does not exist"),
     "POINT_INDICES_UNSORTED": ("info", "point indices are not sorted, which some programs need"),
     "POINT_INDICES_REPEATED": (

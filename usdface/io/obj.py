@@ -1,0 +1,137 @@
+"""Wavefront OBJ: points, polygons, texture coordinates, in the file's own order.
+
+trimesh reads OBJ too, but makes triangles of all polygons and one mesh, with points of its
+own, for each material (seen with 5.2 on quads with texture seams). Shapes need the points
+as they stand in the file.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["ObjMesh", "read_obj"]
+
+_LARGEST_FILE = 1 << 30
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ObjMesh:
+    """What an OBJ file holds, in its own unit and axes.
+
+    Attributes
+    ----------
+    points : (V, 3) float64
+    face_counts : (P,) int64
+    face_indices : (C,) int64
+    uvs : (C, 2) float64 or None
+        Texture coordinates of the face corners.
+    groups, materials : tuple of str, length P
+        The `g` and `usemtl` that each face stands under; "" before the first.
+    """
+
+    points: FloatArray
+    face_counts: IntArray
+    face_indices: IntArray
+    uvs: FloatArray | None
+    groups: tuple[str, ...]
+    materials: tuple[str, ...]
+
+
+def read_obj(path: Path) -> ObjMesh:
+    """Read an OBJ file; lines, curves and free-form surfaces are passed over.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, holds no points, or its numbers make no sense.
+
+    References
+    ----------
+    Wavefront, Advanced Visualizer manual, appendix B1 "Object Files": indices from 1, or
+    negative and counted back from the line they stand on.
+    """
+    lines = _lines(path)
+    points = _table(path, lines, "v", 3)
+    if not len(points):
+        raise InputError(f"{path} holds no OBJ points (lines `v x y z`); is it an OBJ file?")
+    texture = _table(path, lines, "vt", 2)
+    groups: list[str] = []
+    materials: list[str] = []
+    corners: list[list[str]] = []
+    before: list[tuple[int, int]] = []  # points and texture coordinates above each face
+    group = material = ""
+    seen_points = seen_texture = 0
+    for line in lines:
+        word, _, rest = line.partition(" ")
+        if word == "f":
+            corners.append(rest.split())
+            groups.append(group)
+            materials.append(material)
+            before.append((seen_points, seen_texture))
+        elif word == "v":
+            seen_points += 1
+        elif word == "vt":
+            seen_texture += 1
+        elif word == "g":
+            group = rest.strip()
+        elif word == "usemtl":
+            material = rest.strip()
+    counts = np.array([len(face) for face in corners], np.int64)
+    above = np.repeat(np.array(before, np.int64).reshape(-1, 2), counts, axis=0)
+    numbers = _corner_numbers(path, [corner for face in corners for corner in face])
+    indices = _from_one(path, numbers[:, 0], above[:, 0], len(points), "point")
+    uvs = None
+    if len(texture) and numbers.shape[1] > 1 and len(numbers) and (numbers[:, 1] != 0).all():
+        uvs = texture[_from_one(path, numbers[:, 1], above[:, 1], len(texture), "texture")]
+    return ObjMesh(points, counts, indices, uvs, tuple(groups), tuple(materials))
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        if path.stat().st_size > _LARGEST_FILE:
+            raise InputError(f"{path} is larger than {_LARGEST_FILE >> 30} GiB; not a face mesh")
+        text = path.read_text("utf-8", "replace")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    text = text.replace("\\\r\n", " ").replace("\\\n", " ").replace("\t", " ")
+    return [line.strip() for line in text.splitlines()]
+
+
+def _table(path: Path, lines: list[str], word: str, width: int) -> FloatArray:
+    """Return the first `width` numbers of all lines that start with `word`."""
+    start = f"{word} "
+    rows = [line.split()[1 : width + 1] for line in lines if line.startswith(start)]
+    try:
+        table = np.array(rows, np.float64).reshape(len(rows), width)
+    except ValueError as error:
+        raise InputError(
+            f"{path}: a line `{word}` does not hold {width} numbers; the file is damaged"
+        ) from error
+    if not np.isfinite(table).all():
+        raise InputError(f"{path}: a line `{word}` holds a number that is not finite")
+    return table
+
+
+def _corner_numbers(path: Path, corners: list[str]) -> IntArray:
+    """Return the numbers of corners written p, p/t, p//n or p/t/n: (C, 1 to 3), 0 = none."""
+    if not corners:
+        return np.zeros((0, 1), np.int64)
+    text = " ".join(corners).replace("//", "/0/")
+    width = text.partition(" ")[0].count("/") + 1
+    try:
+        return np.array(text.replace("/", " ").split(), np.int64).reshape(len(corners), width)
+    except (ValueError, OverflowError) as error:
+        raise InputError(
+            f"{path}: the corners of the faces (lines `f`) are not all written alike"
+        ) from error
+
+
+def _from_one(path: Path, numbers: IntArray, above: IntArray, count: int, what: str) -> IntArray:
+    indices: IntArray = np.where(numbers < 0, above + numbers, numbers - 1)
+    if len(indices) and not 0 <= indices.min() <= indices.max() < count:
+        raise InputError(f"{path}: a face names a {what} that is not among the file's {count}")
+    return indices
