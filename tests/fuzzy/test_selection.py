@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+
+from usdface.fuzzy.selection import choose_features, movements
+
+
+def features(*moves, markers=3):
+    """One row per shape; a move is {feature: metres}."""
+    rows = np.zeros((len(moves), 3 * markers))
+    for row, move in zip(rows, moves, strict=True):
+        row[list(move)] = list(move.values())
+    return rows
+
+
+def test_movements_are_alone_both_sides_and_two_at_a_time():
+    names = ("smile_L", "smile_R", "jaw")
+    found = movements(names, features({0: 1.0}, {3: 1.0}, {6: 1.0}))
+    rows = {tuple(row) for row in found}
+    assert rows == {(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 1, 1)}
+
+
+@pytest.mark.parametrize(
+    "pair",
+    [
+        ("mouthSmileLeft", "mouthSmileRight"),
+        ("mouthSmile_L", "mouthSmile_R"),
+        ("eye-left-slit", "eye-right-slit"),
+        ("L_smile", "R_smile"),
+        ("smile.l", "smile.r"),
+    ],
+)
+def test_sides_are_known_by_their_names(pair):
+    assert (movements(pair, np.ones((2, 3))) == [1, 1]).all(axis=1).any()
+    other = (pair[0], "Lower" + pair[1])
+    assert not (movements(other, np.ones((2, 3))) == [1, 1]).all(axis=1)[:-1].any()
+
+
+def test_the_feature_that_tells_apart_goes_before_the_one_that_moves_most():
+    # Feature 1 moves in both poses; feature 4 only in the first.
+    basis = features({1: 0.02, 4: 0.006}, {1: 0.02})
+    choice = choose_features(0, np.eye(2), np.zeros((0, 2)), basis, 0.0003)
+    assert choice.ramps.keys() == {4}
+    assert choice.ramps[4][1] == 0.006
+    assert choice.confused == ()
+
+
+def test_together_where_neither_does_alone():
+    basis = features({1: 0.01}, {4: 0.01})
+    poses = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
+    choice = choose_features(0, poses, np.eye(2), basis, 0.0003)
+    assert choice.ramps.keys() == {1, 4}
+    assert choice.confused == ()
+
+
+def test_signs_are_kept_and_the_dead_zone_lies_between():
+    basis = features({1: -0.01})
+    foot, top = choose_features(0, np.eye(1), np.eye(1), basis, 0.001).ramps[1]
+    assert top == -0.01
+    assert top < foot < 0
+
+
+def test_what_hides_in_the_noise_is_not_chosen():
+    basis = features({1: 0.01, 4: 0.001})
+    loud = choose_features(0, np.eye(1), np.zeros((0, 1)), basis, 0.0005)
+    assert loud.ramps.keys() == {1}
+    assert choose_features(0, np.eye(1), np.zeros((0, 1)), basis, 0.005).ramps == {}
+
+
+def test_one_pose_within_another_is_confused_with_it():
+    basis = features({1: 0.01}, {4: 0.01})
+    poses = np.array([[1.0, 0.0], [1.0, 1.0]])
+    assert choose_features(0, poses, np.eye(2), basis, 0.0003).confused == (1,)
+    assert choose_features(1, poses, np.eye(2), basis, 0.0003).confused == ()
