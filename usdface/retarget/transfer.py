@@ -1,11 +1,4 @@
-"""From a marker take to blend shape weights: head pose, space map and solve, together.
-
-The head pose is found with the weights because brows, lids and jaw move with the
-expression: a rigid fit on face markers alone puts a tenth of a weight into the answer.
-Each round solves the weights with small head motions projected out of the problem (so that
-one normal matrix serves the whole take), then takes what is left over as the pose's error.
-Occluded markers follow the same rounds: they are filled with what the rig predicts.
-"""
+"""From a marker take to blend shape weights: which markers count, where they rest, the solve."""
 
 from dataclasses import dataclass
 
@@ -13,16 +6,14 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.retarget.align import Pose, rigid_fit, similarity_fit
+from usdface.retarget.align import Pose, rigid_fit
+from usdface.retarget.joint import solve_jointly
 from usdface.retarget.neutral import neutral_markers, on_plane
-from usdface.retarget.rbf import SpaceMap, fit_map
-from usdface.retarget.solve import marker_noise, solve_weights
+from usdface.retarget.rbf import fit_map
 from usdface.setup import Setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake, frozen, visible
 
 __all__ = ["Solution", "solve_take"]
-
-_ROUNDS = 20
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,9 +99,9 @@ def solve_take(
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
 
-    solved = _rounds(take.times, positions, neutral, target, basis, space, pose, setup)
-    weights, pose, displaced, noise, rounds = solved
-    predicted = np.einsum("fs,smi->fmi", weights, basis)
+    joint = solve_jointly(take.times, positions, target, basis, space, pose, setup)
+    weights, displaced = joint.weights, joint.displaced
+    predicted = (weights @ basis.reshape(len(basis), -1)).reshape(displaced.shape)
     misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
     if take.dimension == 2:
         misfit[..., 2] = 0.0
@@ -120,8 +111,17 @@ def solve_take(
     result = WeightsTake(
         shape_names, take.times, weights, take.rate, take.start_timecode, take.source
     )
-    in_space = take.dimension == 3
-    solution = Solution(result, pose, residual, features, names, neutral, noise, rounds, in_space)
+    solution = Solution(
+        result,
+        joint.pose,
+        residual,
+        features,
+        names,
+        neutral,
+        joint.noise,
+        joint.rounds,
+        in_space=take.dimension == 3,
+    )
     return solution, findings
 
 
@@ -203,91 +203,3 @@ def _first_pose(
             "the head keeps the pose of the nearest frame there",
         )
     ]
-
-
-def _rounds(
-    times: FloatArray,
-    positions: FloatArray,
-    neutral: FloatArray,
-    target: FloatArray,
-    basis: FloatArray,
-    space: SpaceMap,
-    pose: Pose,
-    setup: Setup,
-) -> tuple[FloatArray, Pose, FloatArray, float, int]:
-    """Solve weights, pose and occluded markers in turn until the weights stand still.
-
-    Returns weights (F, S), pose, displacements (F, M, 3) with NaN where occluded, the
-    noise [m] and the number of rounds.
-    """
-    dimension = positions.shape[2]
-    image = dimension == 2
-    axes = slice(0, dimension)  # an image has no say on depth
-    markers = on_plane(positions)
-    seen = visible(positions)
-    flat = basis[..., axes].reshape(len(basis), -1)
-    moving_head = setup.head == "solve"
-    rigid = _rigid_columns(target, image)[..., axes].reshape(6, -1) if moving_head else flat[:0]
-    ignored = np.linalg.qr(rigid.T)[0] if moving_head else rigid.T
-    projected = flat - (flat @ ignored) @ ignored.T
-    normal = projected @ projected.T
-    back = None if image else np.linalg.inv(similarity_fit(neutral, target)[0])
-
-    weights, before = np.zeros(0), None
-    noise = 0.0
-    for done in range(1, _ROUNDS + 1):
-        displaced = space.displacements(pose.to_head(markers)[..., axes])
-        observed = displaced[..., axes].reshape(len(displaced), -1)
-        hidden = np.isnan(observed)
-        if before is None:
-            observed = _bridged(observed, times)
-        else:
-            observed = np.where(hidden, before @ flat, observed)
-        if done <= 2:
-            noise = marker_noise(
-                observed, np.vstack([flat, ignored.T]), np.asarray(seen.all(axis=1))
-            )
-        weights = solve_weights(normal, observed @ projected.T, times, noise, setup.solve, before)
-        leftover = (observed - weights @ flat).reshape(*seen.shape, dimension)
-        if image and moving_head:
-            # The pose of a flat image cannot be undone in depth: its small part is taken
-            # out of the markers on the character instead.
-            flat_rest = leftover.reshape(len(seen), -1)
-            displaced[..., axes] -= (flat_rest @ ignored @ ignored.T).reshape(leftover.shape)
-        settled = before is not None and _settled(weights - before, setup.solve.tolerance)
-        if settled or not (hidden.any() or (moving_head and back is not None)):
-            break
-        before = weights
-        if moving_head and back is not None:
-            still = pose.to_head(markers) - np.where(seen[..., None], leftover, 0.0) @ back
-            pose, _ = rigid_fit(still, markers)
-    return weights, pose, displaced, noise, done
-
-
-def _settled(change: FloatArray, tolerance: float) -> bool:
-    return bool(np.sqrt(np.mean(change**2)) < 0.1 * tolerance)
-
-
-def _rigid_columns(points: FloatArray, image: bool) -> FloatArray:
-    """Return small rigid motions of `points` (M, 3): (6, M, 3).
-
-    Three translations and three rotations; seen in an image, moving along the view is a
-    change of size instead.
-    """
-    centred = points - points.mean(axis=0)
-    columns = np.zeros((6, *points.shape))
-    for axis in range(3):
-        columns[axis, :, axis] = 1.0
-        columns[3 + axis] = np.cross(np.eye(3)[axis], centred)
-    if image:
-        columns[2] = centred
-    return columns
-
-
-def _bridged(observed: FloatArray, times: FloatArray) -> FloatArray:
-    """Fill gaps (NaN) of each column (F,) by straight lines in time."""
-    filled = observed.copy()
-    for column in np.flatnonzero(np.isnan(observed).any(axis=0)):
-        known = ~np.isnan(observed[:, column])
-        filled[~known, column] = np.interp(times[~known], times[known], observed[known, column])
-    return filled

@@ -1,0 +1,186 @@
+"""Weights, head pose and occluded markers of a whole take, solved together.
+
+The head pose is found with the weights because brows, lids and jaw move with the
+expression: a rigid fit on face markers alone puts a tenth of a weight into the answer.
+Each round solves the weights with small head motions projected out of the problem (so that
+one normal matrix serves the whole take), then takes what is left over as the pose's error.
+Occluded markers follow the same rounds: they are filled with what the rig predicts.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.retarget.align import Pose, rigid_fit, similarity_fit
+from usdface.retarget.neutral import on_plane
+from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.solve import Iterate, marker_noise, solve_weights
+from usdface.setup import Setup
+from usdface.takes import BoolArray, FloatArray, visible
+
+__all__ = ["Joint", "solve_jointly"]
+
+_ROUNDS = 30
+# The rounds end when markers move by less than this share of their noise, or this far [m].
+_SETTLED_SHARE = 0.01
+_SETTLED = 1e-9
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Joint:
+    """The joint solution.
+
+    Attributes
+    ----------
+    weights : (F, S) float64
+    pose : Pose
+    displaced : (F, M, 3) float64 [m]
+        Displacement of the markers from neutral on the character, NaN where occluded.
+    noise : float [m]
+        Standard deviation of a marker coordinate, estimated.
+    rounds : int
+    """
+
+    weights: FloatArray
+    pose: Pose
+    displaced: FloatArray
+    noise: float
+    rounds: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Rows:
+    """The least-squares rows: what shapes do to the markers, and what the head does.
+
+    Attributes
+    ----------
+    axes : int
+        2 for an image, which has no say on depth; else 3.
+    shapes : (S, M * axes) float64 [m]
+    rigid : (M * axes, K) float64
+        Orthonormal small head motions, K = 6 or 0.
+    projected : (S, M * axes) float64 [m]
+        `shapes` without what `rigid` explains.
+    """
+
+    axes: int
+    shapes: FloatArray
+    rigid: FloatArray
+    projected: FloatArray
+
+
+def solve_jointly(
+    times: FloatArray,
+    positions: FloatArray,
+    target: FloatArray,
+    basis: FloatArray,
+    space: SpaceMap,
+    pose: Pose,
+    setup: Setup,
+) -> Joint:
+    """Solve the weights of a take, and the head pose with them if the setup says so.
+
+    Parameters
+    ----------
+    times : (F,) float64 [s]
+    positions : (F, M, D) float64
+        NaN where occluded.
+    target : (M, 3) float64 [m]
+        Neutral feature points on the character.
+    basis : (S, M, 3) float64 [m]
+        What each blend shape adds to them at weight 1.
+    space : SpaceMap
+        From the performer's neutral (its centres) to `target`.
+    pose : Pose
+        A first guess, or the pose where it is known.
+    setup : Setup
+    """
+    rows = _rows(target, basis, positions.shape[2], setup.head == "solve")
+    normal = rows.projected @ rows.projected.T
+    markers, seen = on_plane(positions), visible(positions)
+    fit_pose = setup.head == "solve" and rows.axes == 3
+    back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
+
+    iterate: Iterate | None = None
+    noise = 0.0
+    for done in range(1, _ROUNDS + 1):
+        displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
+        if done <= 2:
+            explained = np.vstack([rows.shapes, rows.rigid.T])
+            noise = marker_noise(observed, explained, np.asarray(seen.all(axis=1)))
+        if not fit_pose and seen.all():
+            break
+        right = observed @ rows.projected.T
+        iterate = solve_weights(normal, right, times, noise, setup.solve, iterate, rough=True)
+        leftover = (observed - iterate.weights @ rows.shapes).reshape(*seen.shape, -1)
+        moved = _rms(leftover[~seen])
+        if fit_pose:
+            here = pose.to_head(markers)
+            pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
+            moved = max(moved, _rms((pose.to_head(markers) - here)[seen]))
+        if moved < max(_SETTLED_SHARE * noise, _SETTLED):
+            break
+    displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
+    right = observed @ rows.projected.T
+    weights = solve_weights(normal, right, times, noise, setup.solve, iterate).weights
+    if rows.axes == 2:
+        # What a turning head does to a flat image cannot be undone in depth: its small part
+        # is taken out of the markers on the character instead.
+        leftover = (observed - weights @ rows.shapes) @ rows.rigid @ rows.rigid.T
+        displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
+    return Joint(weights, pose, displaced, noise, done)
+
+
+def _rows(target: FloatArray, basis: FloatArray, axes: int, moving_head: bool) -> _Rows:
+    shapes = basis[..., :axes].reshape(len(basis), -1)
+    columns = _small_motions(target, axes == 2) if moving_head else np.zeros((0, *target.shape))
+    rigid = np.linalg.qr(columns[..., :axes].reshape(len(columns), axes * len(target)).T)[0]
+    return _Rows(axes, shapes, rigid, shapes - (shapes @ rigid) @ rigid.T)
+
+
+def _small_motions(points: FloatArray, image: bool) -> FloatArray:
+    """Return small rigid motions of `points` (M, 3): (6, M, 3).
+
+    Three translations and three rotations; seen in an image, moving along the view is a
+    change of size instead.
+    """
+    centred = points - points.mean(axis=0)
+    columns = np.zeros((6, *points.shape))
+    for axis in range(3):
+        columns[axis, :, axis] = 1.0
+        columns[3 + axis] = np.cross(np.eye(3)[axis], centred)
+    if image:
+        columns[2] = centred
+    return columns
+
+
+def _displaced(
+    markers: FloatArray,
+    pose: Pose,
+    space: SpaceMap,
+    rows: _Rows,
+    iterate: Iterate | None,
+    times: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Carry markers over to the character: (F, M, 3) with gaps, and flat (F, N) without."""
+    displaced = space.displacements(pose.to_head(markers)[..., : rows.axes])
+    observed = displaced[..., : rows.axes].reshape(len(displaced), -1)
+    hidden = np.isnan(observed)
+    if not hidden.any():
+        return displaced, observed
+    if iterate is None:
+        return displaced, _bridged(observed, hidden, times)
+    return displaced, np.where(hidden, iterate.weights @ rows.shapes, observed)
+
+
+def _bridged(observed: FloatArray, hidden: BoolArray, times: FloatArray) -> FloatArray:
+    """Fill the gaps of each column (F,) by straight lines in time."""
+    filled = observed.copy()
+    for column in np.flatnonzero(hidden.any(axis=0)):
+        gap = hidden[:, column]
+        filled[gap, column] = np.interp(times[gap], times[~gap], observed[~gap, column])
+    return filled
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
