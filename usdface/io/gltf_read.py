@@ -61,6 +61,7 @@ def read_gltf(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
         ArithmeticError,
         AttributeError,
         LookupError,
+        OSError,
         TypeError,
         ValueError,
         struct.error,

@@ -93,11 +93,12 @@ def written_mesh(
     found = _announced(mesh)
     split = _split(mesh, corners)
     primitives = _primitives(mesh, split.vertex[corners], faces, materials, builder, found)
-    normals, turns = _normals(mesh)
     shared = pygltflib.Attributes(
-        POSITION=builder.array(mesh.points[split.source], ARRAY_BUFFER, bounds=True),
-        NORMAL=builder.array(unit(normals[split.source]), ARRAY_BUFFER),
+        POSITION=builder.array(mesh.points[split.source], ARRAY_BUFFER, bounds=True)
     )
+    moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
+    normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
+    shared.NORMAL = builder.array(unit(normals[split.source]), ARRAY_BUFFER)
     if mesh.uvs is not None:
         uvs = mesh.uvs[split.corner] * (1, -1) + (0, 1)
         shared.TEXCOORD_0 = builder.array(uvs, ARRAY_BUFFER)
@@ -110,11 +111,8 @@ def written_mesh(
         shared.JOINTS_0 = builder.array(places[split.source].astype(small), ARRAY_BUFFER)
         shared.WEIGHTS_0 = builder.array(weights[split.source], ARRAY_BUFFER)
     targets = [
-        {
-            "POSITION": _target(shape.indices, shape.offsets, split.source, builder),
-            "NORMAL": _target(*turn, split.source, builder),
-        }
-        for shape, turn in zip(mesh.shapes, turns, strict=True)
+        {"POSITION": move, "NORMAL": _target(*turn, split.source, builder)}
+        for move, turn in zip(moves, turns, strict=True)
     ]
     for primitive in primitives:
         primitive.attributes = shared
