@@ -7,7 +7,9 @@ import numpy as np
 from examples import parts, topology
 from examples.parts import Part, mirrored
 from examples.picture import triangulated, vertex_normals
-from examples.shapes import ARKIT_NAMES, FLIP, eye_turns, head_shapes, jaw_moves, smooth
+from examples.shapes import ARKIT_NAMES, eye_turns, head_shapes, jaw_moves
+from examples.skin import smooth
+from examples.topology import FLIP
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
 from usdface.takes import FloatArray
 
@@ -116,7 +118,8 @@ def build_head() -> Rig:
     moves = head_shapes(base)
     faces, points = list(base.faces), base.points
     materials = np.full(len(faces), "skin", dtype=object)
-    materials[base.lips], materials[base.inner], materials[base.lashes] = "lips", "mouth", "lash"
+    for material, where in (("lips", base.lips), ("mouth", base.inner), ("lash", base.lashes)):
+        materials[where] = material
     for ear in (parts.ear(), mirrored(parts.ear())):
         faces += [tuple(v + len(points) for v in face) for face in ear.faces]
         points = np.concatenate([points, ear.points])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from examples.head import build_head
 from examples.performance import NEUTRAL, binding, perform
+from usdface.cli import main as usdface
 from usdface.io.atomic import write_text
 from usdface.io.bind_file import bind_json
 from usdface.io.usd_rig_write import write_rig
@@ -53,7 +54,13 @@ def make_sources(folder: Path) -> None:
 
 
 def make_stages(folder: Path) -> None:
-    """Write what the commands make of the sources: take.usda and shot.usda."""
+    """Write what the commands make of the sources: take.usdc and shot.usda."""
+    rig, take, bind = folder / "head.usdc", folder / "take.usdc", folder / "bind.json"
+    convert = ("take", folder / "performance.trc", "-o", take)
+    shot = ("shot", "--rig", rig, "--take", take, "--bind", bind, "-o", folder / "shot.usda")
+    for command in (convert, shot):
+        if status := usdface([str(word) for word in command]):
+            raise SystemExit(status)
 
 
 def main() -> None:

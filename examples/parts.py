@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from examples.sculpt import EYE, EYE_RADIUS, gradient, march, scalp
+from examples.topology import FLIP
 from usdface.takes import FloatArray
 
 __all__ = ["Part", "brow", "ear", "eye", "hair", "mirrored", "teeth", "tongue"]
-
-MIRROR = np.array([-1.0, 1.0, 1.0])
 
 # Elevation of the hair's edge [degree] by angle around the head [degree], front to nape.
 HAIRLINE = (
@@ -29,7 +28,7 @@ class Part:
 
 def mirrored(part: Part) -> Part:
     """Return the part on the other side."""
-    return Part(part.points * MIRROR, [face[::-1] for face in part.faces], part.materials)
+    return Part(part.points * FLIP, [face[::-1] for face in part.faces], part.materials)
 
 
 def _lathe(rings: FloatArray, start: FloatArray | None, end: FloatArray | None) -> Part:
@@ -161,7 +160,7 @@ def ear() -> Part:
         forward = 0.0165 * radius * outline * np.cos(around)
         rise = 0.0270 * radius * outline * np.sin(around)
         rings.append(np.stack([forward, rise, np.full(len(around), height)], axis=-1))
-    lean, flare = np.radians(12), np.radians(28)
+    lean, flare = np.radians(12), np.radians(-24)  # the back of an ear stands off
     forward = np.array([np.sin(flare), 0, np.cos(flare)])
     out = np.array([np.cos(flare), 0, -np.sin(flare)])
     rise = np.array([0, 1.0, 0])

@@ -161,7 +161,7 @@ def _rotations(angles: FloatArray) -> FloatArray:
     rx = np.array([[one, nil, nil], [nil, c[0], -s[0]], [nil, s[0], c[0]]])
     ry = np.array([[c[1], nil, s[1]], [nil, one, nil], [-s[1], nil, c[1]]])
     rz = np.array([[c[2], -s[2], nil], [s[2], c[2], nil], [nil, nil, one]])
-    return np.einsum("abf,bcf,cdf->fad", ry, rx, rz)
+    return np.asarray(np.einsum("abf,bcf,cdf->fad", ry, rx, rz))
 
 
 def _moved(markers: FloatArray, times: FloatArray) -> FloatArray:

@@ -3,8 +3,11 @@
 ``render`` takes plain arrays; ``render_rig`` draws a rig at given blend shape weights.
 """
 
+import struct
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +15,15 @@ from numpy.typing import NDArray
 from usdface.rigs import Rig
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["View", "render", "render_rig", "rig_triangles", "triangulated", "vertex_normals"]
+__all__ = [
+    "View",
+    "render",
+    "render_rig",
+    "rig_triangles",
+    "triangulated",
+    "vertex_normals",
+    "write_png",
+]
 
 # Direction towards each light [camera space: x right, y up, z to the viewer], colour, wrap.
 # A wrapped light reaches a little behind the terminator, which reads as soft skin.
@@ -71,7 +82,7 @@ def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     total = np.stack(
         [np.bincount(flat, np.repeat(face[:, k], 3), len(points)) for k in range(3)], axis=1
     )
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30))
 
 
 def _camera(yaw: float, pitch: float) -> FloatArray:
@@ -141,7 +152,7 @@ def _openness(points: FloatArray, normals: FloatArray, triangles: IntArray) -> F
         facing = np.maximum(normals @ camera[2], 0)
         seen += facing * (local[:, 2] > buffer[y * AMBIENT_PIXELS + x] - 2.5)
         possible += facing
-    return seen / possible
+    return np.asarray(seen / possible)
 
 
 def _tone(linear: FloatArray) -> FloatArray:
@@ -245,3 +256,17 @@ def render_rig(
     """Render a rig at the given weights (shape name to weight): (H, W, 3) uint8, sRGB."""
     points, triangles, colors, gloss = rig_triangles(rig, weights or {})
     return render(points, triangles, colors, view, gloss)
+
+
+def write_png(image: NDArray[np.uint8], path: Path) -> None:
+    """Write an image (H, W, 3) as PNG; the same image gives the same bytes."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        check = zlib.crc32(kind + data)
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
+
+    height, width = image.shape[:2]
+    rows = np.pad(image.reshape(height, -1), ((0, 0), (1, 0)))  # filter type 0 before each row
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    packed = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + packed + chunk(b"IEND", b""))

@@ -34,7 +34,7 @@ def _ellipsoid(p: FloatArray, centre: tuple[float, ...], radii: tuple[float, ...
     q = p - centre
     once = np.linalg.norm(q / radii, axis=1)
     twice = np.linalg.norm(q / np.square(radii), axis=1)
-    return once * (once - 1) / np.maximum(twice, 1e-9)
+    return np.asarray(once * (once - 1) / np.maximum(twice, 1e-9))
 
 
 def _cone(
@@ -42,7 +42,8 @@ def _cone(
 ) -> FloatArray:
     axis = np.subtract(b, a)
     along = np.clip((p - a) @ axis / (axis @ axis), 0, 1)
-    return np.linalg.norm(p - a - along[:, None] * axis, axis=1) - (ra + (rb - ra) * along)
+    away = np.linalg.norm(p - a - along[:, None] * axis, axis=1)
+    return np.asarray(away - (ra + (rb - ra) * along))
 
 
 def _join(a: FloatArray, b: FloatArray, soft: float) -> FloatArray:
@@ -67,7 +68,7 @@ def lid_curve(t: FloatArray, upper: bool) -> FloatArray:
     """
     x = 0.0188 * np.sin(t * np.pi / 2)
     arch = np.sqrt(np.maximum(1 - np.abs(np.sin(t * np.pi / 2)) ** 2.3, 0))
-    skew = 1 + (0.10 if upper else 0.16) * np.sin(t * np.pi / 2) * (1 if not upper else 0.2)
+    skew = 1 + (0.02 if upper else 0.16) * np.sin(t * np.pi / 2)
     y = (0.0112 if upper else -0.0092) * arch * skew + 0.0018 * t - 0.0006
     return np.stack([x, y], axis=-1)
 
@@ -120,7 +121,8 @@ def gradient(
 ) -> FloatArray:
     """Return the field's gradient (N, 3), by central differences."""
     step = 2e-4 * np.eye(3)
-    return np.stack([field(points + h) - field(points - h) for h in step], axis=1) / 4e-4
+    slopes = [field(points + h) - field(points - h) for h in step]
+    return np.asarray(np.stack(slopes, axis=1) / 4e-4)
 
 
 def project(
@@ -144,4 +146,4 @@ def march(
     left = np.full(len(origins), reach)
     for _ in range(90):
         left = left - 0.7 * field(origins + left[:, None] * directions)
-    return origins + np.maximum(left, 0)[:, None] * directions
+    return np.asarray(origins + np.maximum(left, 0)[:, None] * directions)

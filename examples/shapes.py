@@ -5,15 +5,13 @@ so what is close in space but not along the skin (the other lip) stays where it 
 meanings are those of Apple's ``ARFaceAnchor.BlendShapeLocation``.
 """
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import splu
 
+from examples.rings import POCKET_RINGS
 from examples.sculpt import EYE
-from examples.topology import LIP_RINGS, POCKET_RINGS, SOCK_RINGS, HeadMesh
+from examples.skin import MM, Skin, smooth
+from examples.topology import FLIP, HeadMesh
 from usdface.takes import FloatArray
 
 __all__ = ["ARKIT_NAMES", "HINGE", "JAW_ANGLE", "eye_turns", "head_shapes", "jaw_moves"]
@@ -32,8 +30,6 @@ ARKIT_NAMES = (
     *("mouthSmileRight", "mouthStretchLeft", "mouthStretchRight", "mouthUpperUpLeft"),
     *("mouthUpperUpRight", "noseSneerLeft", "noseSneerRight", "tongueOut"),
 )
-FLIP = np.array([-1.0, 1.0, 1.0])
-MM = 1e-3
 HINGE = np.array([0.0, -0.010, 0.000])
 JAW_ANGLE = np.radians(19)
 # Rotation of the eyeball [degree] about x (down positive) and y (to +X positive), left eye.
@@ -45,18 +41,14 @@ GAZE = {
 }
 
 
-def smooth(x: FloatArray) -> FloatArray:
-    """Return the smooth step from 0 at x <= 0 to 1 at x >= 1."""
-    x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)
-
-
-def _turned(points: FloatArray, centre: FloatArray, about_x: float, about_y: float = 0.0):
+def _turned(
+    points: FloatArray, centre: FloatArray, about_x: float, about_y: float = 0.0
+) -> FloatArray:
     """Return the displacement of points turned about x, then y [rad]."""
     cx, sx, cy, sy = np.cos(about_x), np.sin(about_x), np.cos(about_y), np.sin(about_y)
     rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
     ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    return (points - centre) @ (ry @ rx).T + centre - points
+    return np.asarray((points - centre) @ (ry @ rx).T + centre - points)
 
 
 def jaw_moves(points: FloatArray) -> dict[str, FloatArray]:
@@ -75,112 +67,6 @@ def eye_turns(points: FloatArray) -> dict[str, FloatArray]:
         name: _turned(points, EYE, np.radians(down), np.radians(out))
         for name, (down, out) in GAZE.items()
     }
-
-
-class Skin:
-    """The head's skin with its loops: turns led loops and bumps into displacements."""
-
-    def __init__(self, head: HeadMesh) -> None:
-        self.points, self.mirror = head.points, head.mirror
-        self.lids = head.eyes[0]
-        self.lips = head.mouth[SOCK_RINGS - 2 : SOCK_RINGS + LIP_RINGS]
-        self.sock = head.mouth[: SOCK_RINGS - 2]
-        angle = np.pi * np.arange(head.mouth.shape[1]) / (head.mouth.shape[1] // 2)
-        self.side = -np.cos(angle)  # -1 at the right corner, 1 at the left
-        self.rise = np.abs(np.sin(angle))  # 0 at the corners, 1 at the middle
-        self.upper = (np.sin(angle) > 1e-9) + 0.5 * (np.abs(np.sin(angle)) <= 1e-9)
-        a = np.concatenate([np.array(f) for f in head.faces])
-        b = np.concatenate([np.roll(f, -1) for f in head.faces])
-        link = coo_array((np.ones(2 * len(a)), (np.r_[a, b], np.r_[b, a]))).tocsr()
-        link.data[:] = 1
-        degree = np.asarray(link.sum(axis=1)).ravel()
-        bend = diags_array(1 / degree) @ link - diags_array(np.ones(len(degree)))
-        self._bending = (bend.T @ bend).tocsc()
-        self.lid_share = np.ones(len(self.points))  # 0 on the lids, 1 from the orbit outwards
-        for eye in head.eyes:
-            ring = np.maximum(np.arange(len(eye)) - POCKET_RINGS, 0)
-            self.lid_share[eye] = smooth((ring - 2.0) / 5)[:, None]
-
-    def spread(self, targets: FloatArray, firm: FloatArray, reach: float = 7.0) -> FloatArray:
-        """Return the smoothest displacement (V, 3) [m] that follows `targets` where `firm` > 0.
-
-        Elsewhere it dies away within about `reach` edges.
-        """
-        matrix = self._bending + diags_array(firm + reach**-4)
-        return np.asarray(splu(matrix.tocsc()).solve(firm[:, None] * targets))
-
-    @cached_property
-    def still(self) -> NDArray[np.bool_]:
-        """What no mouth shape moves: lids, forehead, back of the head, neck."""
-        _, y, z = self.points.T
-        return (self.lid_share < 0.3) | (y > 0.012) | (y < -0.135) | (z < -0.01)
-
-    def mouth(
-        self,
-        upper: FloatArray,
-        lower: FloatArray,
-        hold: NDArray[np.bool_] | None = None,
-        rings: tuple[float, ...] = (0.9, 1, 1, 1, 1, 0.9),
-    ) -> FloatArray:
-        """Lead the lips: displacements (L, 3) for the loop as upper and as lower lip.
-
-        `rings` scales them from behind the lips to their border; `hold` keeps more vertices.
-        """
-        share = self.upper[:, None]
-        loop = share * upper + (1 - share) * lower
-        targets, firm = np.zeros_like(self.points), np.zeros(len(self.points))
-        firm[self.still if hold is None else self.still | hold] = 10
-        for ring, scale in zip(self.lips, rings, strict=True):
-            targets[ring], firm[ring] = scale * loop, 30
-        return self.spread(targets, firm)
-
-    def along(self, profile: FloatArray, *millimetres: float) -> FloatArray:
-        """Return displacements (L, 3) along the loop: a profile (L,) times a vector [mm]."""
-        return profile[:, None] * np.array(millimetres) * MM
-
-    def bump(
-        self,
-        centre: tuple[float, float, float],
-        radii: tuple[float, float, float],
-        *millimetres: float,
-    ) -> FloatArray:
-        """Return a soft bump (V, 3): a vector [mm] that dies away from a centre [m]."""
-        q = (self.points - centre) / radii
-        fall = np.exp(-0.5 * (q**2).sum(axis=1))
-        inside = np.ones(len(fall))
-        inside[self.lips], inside[self.sock] = 0, 0
-        return (fall * inside * self.lid_share)[:, None] * np.array(millimetres) * MM
-
-    def lid(
-        self, upper: FloatArray, lower: FloatArray, lift: FloatArray | float = 0.0
-    ) -> FloatArray:
-        """Lead the left lids over the eyeball: the rim's frontal shift (L, 2) as upper, as lower.
-
-        `lift` (L, 1) [m] is added to the distance from the eye's centre, so that on its straight way
-        a lid does not cut into the ball.
-        """
-        eye, points = self.lids, self.points
-        loop = eye.shape[1]
-        is_upper = (np.arange(loop) <= loop // 2)[:, None]
-        shift = np.where(is_upper, upper, lower)
-        targets, firm = np.zeros_like(points), np.zeros(len(points))
-        firm[(self.lid_share >= 1) | (points[:, 0] < 0.004)] = 30
-        size = np.linalg.norm(shift, axis=1, keepdims=True)
-        for row, share in enumerate((0.8, 0.9, 1, 1, 1, 0.66, 0.25)):
-            if row >= POCKET_RINGS + 4:
-                break
-            ring = eye[row]
-            local = points[ring] - EYE
-            radius = np.linalg.norm(local, axis=1, keepdims=True)
-            moved = local.copy()
-            moved[:, :2] += share * shift
-            inside = np.minimum(1, 0.995 * radius / np.linalg.norm(moved[:, :2], axis=1)[:, None])
-            moved[:, :2] *= inside
-            depth = np.sqrt(np.maximum(radius**2 - (moved[:, :2] ** 2).sum(axis=1)[:, None], 0))
-            moved[:, 2:] = np.where(size > 0, depth, local[:, 2:])
-            moved *= 1 + share * lift / radius
-            targets[ring], firm[ring] = moved - local, 100
-        return self.spread(targets, firm)
 
 
 def _jaw_share(skin: Skin) -> FloatArray:
@@ -241,7 +127,7 @@ def _lids(skin: Skin) -> dict[str, FloatArray]:
         "eyeLookOutLeft": skin.lid(arch * look_sideways, arch * look_sideways),
         "eyeSquintLeft": rims(-1.4, 4.6)
         + skin.bump((0.036, -0.022, 0.072), (0.014, 0.007, 0.02), 0, 2.0, 1.2),
-        "eyeWideLeft": rims(3.6, -1.4),
+        "eyeWideLeft": rims(4.2, -1.8),
     }
 
 
@@ -251,13 +137,13 @@ def _brows_and_cheeks(skin: Skin) -> dict[str, FloatArray]:
     middle = (0.031, 0.038, 0.068)
     wide = (0.010, 0.011, 0.03)
     return {
-        "browDownLeft": bump(inner, (0.011, 0.011, 0.03), -2.6, -7.0, 1.6)
-        + bump(middle, wide, -1.2, -3.2, 0.8)
+        "browDownLeft": bump(inner, (0.011, 0.012, 0.03), -3.2, -8.6, 1.8)
+        + bump(middle, wide, -1.4, -4.2, 1.0)
         + bump(outer, wide, -0.4, -1.6, 0.2),
-        "browInnerUp": bump(inner, (0.012, 0.013, 0.03), -0.6, 8.5, 0.6)
-        + bump(inner, (0.012, 0.013, 0.03), -0.6, 8.5, 0.6)[skin.mirror] * FLIP,
-        "browOuterUpLeft": bump(outer, (0.013, 0.013, 0.03), 0.3, 6.5, 0)
-        + bump(middle, (0.010, 0.012, 0.03), 0.1, 3.6, 0.3),
+        "browInnerUp": bump(inner, (0.012, 0.014, 0.03), -1.0, 10.0, 0.6)
+        + bump(inner, (0.012, 0.014, 0.03), -1.0, 10.0, 0.6)[skin.mirror] * FLIP,
+        "browOuterUpLeft": bump(outer, (0.013, 0.013, 0.03), 0.3, 8.0, 0)
+        + bump(middle, (0.010, 0.012, 0.03), 0.1, 4.8, 0.3),
         "cheekPuff": bump((0.047, -0.060, 0.052), (0.016, 0.016, 0.024), 8, 0, 7)
         + bump((-0.047, -0.060, 0.052), (0.016, 0.016, 0.024), -8, 0, 7),
         "cheekSquintLeft": bump((0.041, -0.032, 0.068), (0.016, 0.011, 0.025), 0.8, 4.0, 3.2),
@@ -272,21 +158,21 @@ def _mouth(skin: Skin) -> dict[str, FloatArray]:  # a table: one entry per shape
     lip = rise**0.8
     none = along(0 * s, 0, 0, 0)
 
-    def both(profile: FloatArray, *mm: float, hold: NDArray[np.bool_] | None = None):
+    def both(profile: FloatArray, *mm: float, hold: NDArray[np.bool_] | None = None) -> FloatArray:
         return skin.mouth(along(profile, *mm), along(profile, *mm), hold)
 
     chin = skin.points[:, 1] < -0.092
     pull = np.sign(s) * np.abs(s) ** 1.2
     round_lips = along(pull, -11, 0, 0) + along(np.abs(s) ** 2, 0, 0, 6)
-    smile_cheek = bump((0.043, -0.038, 0.064), (0.015, 0.013, 0.025), 1.5, 3.6, 3.6)
+    smile_cheek = bump((0.043, -0.038, 0.064), (0.015, 0.013, 0.025), 1.8, 4.2, 4.2)
     roll = (0.5, 0.8, 1.0, 0.95, 0.55, 0.12)
     return {
         "mouthSmileLeft": skin.mouth(
-            along(wide, 9, 0, -7) + along(curl, 0, 8.0, 0) + along(half, 0, 0.8, 0),
-            along(wide, 9, 0, -7) + along(curl, 0, 8.0, 0) + along(half, 0, 0.4, 0),
+            along(wide, 10.5, 0, -8) + along(curl, 0, 10.0, 0) + along(half, 0, 1.0, 0),
+            along(wide, 10.5, 0, -8) + along(curl, 0, 10.0, 0) + along(half, 0, 0.4, 0),
         )
         + smile_cheek,
-        "mouthFrownLeft": both(wide, 2.5, 0, -2.0) + both(curl, 0, -9.0, 0),
+        "mouthFrownLeft": both(wide, 2.5, 0, -2.0) + both(curl, 0, -11.0, 0),
         "mouthDimpleLeft": both(wide, 7.5, 1.2, -8.5),
         "mouthStretchLeft": skin.mouth(
             along(corner, 8, -1.5, -5), along(corner, 8, -1.5, -5) + along(half, 1, -3.0, 0)
@@ -309,10 +195,10 @@ def _mouth(skin: Skin) -> dict[str, FloatArray]:  # a table: one entry per shape
         "mouthShrugLower": skin.mouth(along(lip, 0, 2.2, 1.6), along(lip, 0, 4.8, 3.2))
         + bump((0, -0.094, 0.084), (0.014, 0.010, 0.02), 0, 2.6, 1.6),
         "mouthShrugUpper": both(lip, 0, 3.8, 2.2),
-        "noseSneerLeft": skin.mouth(along(half, 0, 2.4, 0.6), none)
-        + bump((0.0135, -0.034, 0.090), (0.007, 0.010, 0.015), 1.0, 4.2, 0.8)
+        "noseSneerLeft": skin.mouth(along(half, 0, 3.0, 0.8), none)
+        + bump((0.0135, -0.034, 0.090), (0.007, 0.010, 0.015), 1.2, 5.0, 1.0)
         + bump((0.014, 0.006, 0.070), (0.008, 0.014, 0.02), -0.6, 1.2, 1.4)
-        + bump((0.016, 0.034, 0.072), (0.010, 0.009, 0.03), -1.2, -3.0, 0.6),
+        + bump((0.016, 0.034, 0.072), (0.010, 0.009, 0.03), -1.4, -3.8, 0.8),
         "tongueOut": np.zeros_like(skin.points),
     }
 
@@ -334,7 +220,7 @@ def head_shapes(head: HeadMesh) -> dict[str, FloatArray]:
     def flipped(offsets: FloatArray) -> FloatArray:
         return np.asarray(offsets[head.mirror] * FLIP)
 
-    shapes = {}
+    shapes: dict[str, FloatArray] = {}
     for name in ARKIT_NAMES:
         if name.endswith("Right"):
             shapes[name] = flipped(shapes[name.removesuffix("Right") + "Left"])

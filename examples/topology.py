@@ -5,15 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from examples.sculpt import (
-    EYE,
-    EYE_RADIUS,
-    MOUTH_HALF,
-    lid_curve,
-    lip_curve,
-    march,
-    project,
-)
+from examples.rings import LIP_RINGS, POCKET_RINGS, SOCK_RINGS, eye_rings, mouth_rings
+from examples.sculpt import march, project
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["HeadMesh", "build"]
@@ -69,11 +62,10 @@ ROWS = np.array(
         (-0.1700, -0.036, 0, 0),
     ]
 )
+FLIP = np.array([-1.0, 1.0, 1.0])
 EYE_ROWS, EYE_COLUMNS = (9, 15), (3, 11)
 MOUTH_ROWS, MOUTH_COLUMNS = (20, 26), (-6, 6)
 EYE_RINGS, MOUTH_RINGS = 8, 8  # rings between the grid and the rim, the rim included
-LIP_RINGS = 4  # rim, two on the red, border
-SOCK_RINGS, POCKET_RINGS = 5, 3  # behind the lips, behind the lids
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +76,6 @@ class HeadMesh:
     ----------
     points : (V, 3) [m]
     faces : list of tuple of int
-    uvs : (V, 2)
     mirror : (V,)
         The vertex on the other side.
     eyes : two arrays (rings, loop)
@@ -93,23 +84,22 @@ class HeadMesh:
         lid, the outer corner at half, then the lower lid.
     mouth : (rings, loop)
         Same for the mouth: loop 0 = right corner, upper lip, left corner, lower lip.
-    lips : (P,) bool
+    lips : (N,)
         Faces of the red of the lips.
-    inner : (P,) bool
+    inner : (N,)
         Faces inside the mouth.
-    lashes : (P,) bool
+    lashes : (N,)
         Faces of the rim of the upper lids.
     """
 
     points: FloatArray
     faces: list[tuple[int, ...]]
-    uvs: FloatArray
     mirror: IntArray
     eyes: tuple[IntArray, IntArray]
     mouth: IntArray
-    lips: NDArray[np.bool_]
-    inner: NDArray[np.bool_]
-    lashes: NDArray[np.bool_]
+    lips: IntArray
+    inner: IntArray
+    lashes: IntArray
 
 
 def _rays() -> tuple[FloatArray, FloatArray]:
@@ -136,71 +126,6 @@ def _border(rows: tuple[int, int], columns: tuple[int, int]) -> list[tuple[int, 
         + [(bottom, c) for c in range(last, first, -1)]
         + [(r, first) for r in range(bottom, middle, -1)]
     )
-
-
-def _front(xy: FloatArray) -> FloatArray:
-    """Return the points (N, 3) of the skin seen from the front at xy (N, 2)."""
-    origins = np.column_stack([xy, np.full(len(xy), 0.02)])
-    return march(origins, np.broadcast_to((0.0, 0.0, 1.0), origins.shape))
-
-
-def _eye_rings(loop: int) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return the left eye's rings from the rim outwards, and those behind the lids."""
-    half = loop // 2
-    t = np.concatenate([np.linspace(-1, 1, half + 1), np.linspace(1, -1, half + 1)[1:-1]])
-    is_upper = np.arange(loop) <= half
-    rim = np.where(is_upper[:, None], lid_curve(t, True), lid_curve(t, False))
-    tangent = np.roll(rim, -1, axis=0) - np.roll(rim, 1, axis=0)
-    outward = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-
-    def on_ball(xy: FloatArray, radius: float) -> FloatArray:
-        flat = np.minimum(1, 0.98 * radius / np.linalg.norm(xy, axis=1))[:, None] * xy
-        z = np.sqrt(radius**2 - (flat**2).sum(axis=1))
-        return EYE + np.column_stack([flat, z])
-
-    front = [on_ball(rim, EYE_RADIUS + 0.0011)]
-    for upper, lower in ((0.0008, 0.0008), (0.0030, 0.0026), (0.0058, 0.0052)):
-        reach = np.where(is_upper, upper, lower) * (1 - 0.45 * np.exp(-4 * (t + 1)))
-        front.append(_front(EYE[:2] + rim + reach[:, None] * outward))
-    behind = [on_ball(rim + d * outward, EYE_RADIUS + 0.0010) for d in (0.0012, 0.003, 0.005)]
-    return front, behind[:POCKET_RINGS]
-
-
-def _mouth_rings(loop: int) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return the rings of the lips from the rim outwards, and those of the mouth's inside."""
-    half = loop // 2
-    angle = np.pi * np.arange(loop) / half  # 0 = right corner, pi = left corner
-    upper = np.arange(loop) <= half
-    x = -MOUTH_HALF * np.cos(angle)
-    rim = np.column_stack([x, lip_curve(x)])
-    side, rise = -np.cos(angle), np.sin(angle)
-    bow = (
-        1 - 0.10 * np.exp(-((x / 0.003) ** 2)) + 0.06 * np.exp(-(((np.abs(x) - 0.006) / 3e-3) ** 2))
-    )
-    front = []
-    for corner, up, down in (
-        (0.0, 0.0, 0.0),
-        (0.0007, 0.0018, 0.0020),
-        (0.0015, 0.0046, 0.0056),
-        (0.0026, 0.0072, 0.0088),
-    ):
-        lift = np.where(upper, up * bow, down) * rise
-        lift += 0.12 * corner * np.where(upper, 1, -1) * (1 - rise**2)
-        front.append(_front(rim + np.column_stack([corner * side, lift])))
-    front[0] = front[0] - (0, 0, 0.0012)
-    front[1] = front[1] - (0, 0, 0.0002)
-    inside = []
-    for back, lift in (
-        (0.003, 0.0004),
-        (0.007, 0.0060),
-        (0.014, 0.0110),
-        (0.030, 0.0130),
-        (0.042, 0.0080),
-    ):
-        narrow = np.column_stack([front[0][:, 0] * (1 - back * 4), lift * rise, 0 * x - back])
-        inside.append(front[0] * (0, 1, 1) + narrow)
-    return front, inside[:SOCK_RINGS]
 
 
 def _strips(rings: IntArray) -> list[tuple[int, ...]]:
@@ -234,105 +159,109 @@ def _relax(
         moved = points + 0.5 * (total / degree - points)
         points = points.copy()
         points[free] = project(moved[free], rounds=1)
-        points = (points + points[mirror] * (-1, 1, 1)) / 2
+        points = (points + points[mirror] * FLIP) / 2
     points[free] = project(points[free], rounds=3)
     return points
 
 
-def build() -> HeadMesh:
-    """Build the neutral head."""
-    origins, directions = _rays()
-    rows, columns = origins.shape[:2]
-    left = columns // 2
-    grid = np.full((rows, columns), -1)
-    keep = np.ones((rows, columns), dtype=bool)
-    c0, c1 = (c + left for c in EYE_COLUMNS)
-    keep[EYE_ROWS[0] + 1 : EYE_ROWS[1], c0 + 1 : c1] = False
-    keep[EYE_ROWS[0] + 1 : EYE_ROWS[1], columns - c1 + 1 : columns - c0] = False
-    m0, m1 = (c + left for c in MOUTH_COLUMNS)
-    keep[MOUTH_ROWS[0] + 1 : MOUTH_ROWS[1], m0 + 1 : m1] = False
-    grid[keep] = np.arange(keep.sum())
-    points = [march(origins[keep], directions[keep])]
-    count = int(keep.sum())
+class _Builder:
+    """Vertices and faces as they are put together."""
 
-    faces: list[tuple[int, ...]] = []
-    for r in range(rows - 1):
-        for c in range(columns):
-            corners = [(r, c), (r + 1, c), (r + 1, (c + 1) % columns), (r, (c + 1) % columns)]
-            quad = [int(grid[corner]) for corner in corners]
-            hole = any(
-                top <= r < bottom and first <= c < last
-                for (top, bottom), (first, last) in (
-                    (EYE_ROWS, (c0, c1)),
-                    (EYE_ROWS, (columns - c1, columns - c0)),
-                    (MOUTH_ROWS, (m0, m1)),
-                )
-            )
-            if not hole:
-                faces.append(tuple(quad))
-    pole = count
-    points.append(march(np.array([[0, 0.04, -0.016]]), np.array([[0.0, 1.0, 0.0]])))
-    count += 1
-    faces += [(pole, int(grid[0, c]), int(grid[0, (c + 1) % columns])) for c in range(columns)]
-    mirror = np.arange(count)
-    mirror[grid[keep]] = grid[:, -np.arange(columns) % columns][keep]
+    def __init__(self) -> None:
+        self.points: list[FloatArray] = []
+        self.faces: list[tuple[int, ...]] = []
+        self.count = 0
 
-    def insert(border: IntArray, front: list[FloatArray], behind: list[FloatArray], total: int):
-        nonlocal count
-        outer = np.concatenate(points)[border]
+    def add(self, points: FloatArray) -> IntArray:
+        """Add points (N, 3); return their indices."""
+        self.points.append(points)
+        self.count += len(points)
+        return np.arange(self.count - len(points), self.count)
+
+    def loops(
+        self, border: IntArray, front: list[FloatArray], behind: list[FloatArray], total: int
+    ) -> IntArray:
+        """Fill the hole inside `border` with `total` rings and those behind: (rings, L)."""
+        outer = np.concatenate(self.points)[border]
         between = np.linspace(0, 1, total - len(front) + 2)[1:-1]
         blend = [front[-1] + s * (outer - front[-1]) for s in between]
-        new = front + blend + behind[::-1]
-        ids = count + np.arange(len(new) * len(border)).reshape(len(new), -1)
-        points.extend(new)
-        count += ids.size
-        ordered = np.concatenate([ids[:total], border[None]])
-        back = ids[total:]
-        return np.concatenate([back, ordered])  # innermost ring first
+        rings = [self.add(ring) for ring in (*behind[::-1], *front, *blend)]
+        return np.stack([*rings, border])
 
-    border = np.array([grid[r, c + left] for r, c in _border(EYE_ROWS, EYE_COLUMNS)])
-    front, behind = _eye_rings(len(border))
-    eye_left = insert(border, front, behind, EYE_RINGS)
-    flip = np.array([-1, 1, 1])
-    eye_right = insert(
-        mirror[border], [p * flip for p in front], [p * flip for p in behind], EYE_RINGS
-    )
-    mouth_border = np.array([grid[r, c + left] for r, c in _border(MOUTH_ROWS, MOUTH_COLUMNS)])
-    front, behind = _mouth_rings(len(mouth_border))
-    mouth = insert(mouth_border, front, behind, MOUTH_RINGS)
+    def quads(self, faces: list[tuple[int, ...]]) -> NDArray[np.int64]:
+        """Add faces; return their indices."""
+        self.faces += faces
+        return np.arange(len(self.faces) - len(faces), len(self.faces))
 
-    full = np.arange(count)
-    full[: len(mirror)] = mirror
-    full[eye_left], full[eye_right] = eye_right, eye_left
+
+def _holes(columns: int) -> NDArray[np.bool_]:
+    """Return the cells (rows - 1, columns) of the grid that eyes and mouth take."""
+    left = columns // 2
+    holes = np.zeros((len(ROWS) - 1, columns), dtype=bool)
+    first, last = (c + left for c in EYE_COLUMNS)
+    holes[slice(*EYE_ROWS), first:last] = True
+    holes[slice(*EYE_ROWS), columns - last : columns - first] = True
+    holes[slice(*MOUTH_ROWS), MOUTH_COLUMNS[0] + left : MOUTH_COLUMNS[1] + left] = True
+    return holes
+
+
+def _grid(builder: _Builder) -> tuple[IntArray, IntArray]:
+    """Add the grid with its holes, and the crown; return its vertices and their twins."""
+    origins, directions = _rays()
+    rows, columns = origins.shape[:2]
+    solid = ~_holes(columns)
+    around = solid | np.roll(solid, 1, axis=1)
+    keep = np.ones((rows, columns), dtype=bool)
+    keep[1:-1] = around[1:] | around[:-1]
+    grid = np.full((rows, columns), -1)
+    grid[keep] = builder.add(march(origins[keep], directions[keep]))
+    following = np.roll(grid, -1, axis=1)
+    quads = np.stack([grid[:-1], grid[1:], following[1:], following[:-1]], axis=-1)[solid]
+    builder.quads([tuple(int(v) for v in quad) for quad in quads])
+    crown = builder.add(march(np.array([[0, 0.04, -0.016]]), np.array([[0.0, 1.0, 0.0]])))[0]
+    fan = zip(grid[0], following[0], strict=True)
+    builder.quads([(int(crown), int(a), int(b)) for a, b in fan])
+    mirror = np.arange(builder.count)
+    mirror[grid[keep]] = grid[:, -np.arange(columns) % columns][keep]
+    return grid, mirror
+
+
+def build() -> HeadMesh:
+    """Build the neutral head."""
+    builder = _Builder()
+    grid, mirror = _grid(builder)
+    left = grid.shape[1] // 2
+
+    def around(rows: tuple[int, int], columns: tuple[int, int]) -> IntArray:
+        return np.array([grid[r, c + left] for r, c in _border(rows, columns)])
+
+    border = around(EYE_ROWS, EYE_COLUMNS)
+    front, behind = eye_rings(len(border))
+    eye_left = builder.loops(border, front, behind, EYE_RINGS)
+    front, behind = [p * FLIP for p in front], [p * FLIP for p in behind]
+    eye_right = builder.loops(mirror[border], front, behind, EYE_RINGS)
+    border = around(MOUTH_ROWS, MOUTH_COLUMNS)
+    mouth = builder.loops(border, *mouth_rings(len(border)), MOUTH_RINGS)
+
     loop = mouth.shape[1]
-    full[mouth] = mouth[:, (loop // 2 - np.arange(loop)) % loop]
+    mirror = np.concatenate([mirror, np.arange(len(mirror), builder.count)])
+    mirror[eye_left], mirror[eye_right] = eye_right, eye_left
+    mirror[mouth] = mouth[:, (loop // 2 - np.arange(loop)) % loop]
 
-    eyes_start = len(faces)
-    faces += _strips(eye_left)
-    mouth_start = len(faces)
-    faces += [f[::-1] for f in _strips(eye_right)]
-    rim = POCKET_RINGS * eye_left.shape[1] + np.arange(3, eye_left.shape[1] // 2)
-    upper_rims = np.concatenate([eyes_start + rim, mouth_start + rim])
-    mouth_start = len(faces)
-    faces += _strips(mouth)
-    lips = np.zeros(len(faces) + loop // 2, dtype=bool)
-    inner = lips.copy()
-    red = mouth_start + loop * (SOCK_RINGS - 1)
-    inner[mouth_start:red] = True
-    lips[red : red + loop * LIP_RINGS] = True
-    inner[len(faces) :] = True
-    lashes = np.zeros_like(lips)
-    lashes[upper_rims] = True
-    faces += _zip(mouth[0])
+    lids = (builder.quads(_strips(eye_left)), builder.quads([f[::-1] for f in _strips(eye_right)]))
+    lips = builder.quads(_strips(mouth)).reshape(-1, loop)
+    throat = builder.quads(_zip(mouth[0]))
+    upper = slice(3, eye_left.shape[1] // 2)  # without the inner corner, which has no lashes
+    lashes = np.concatenate([f.reshape(-1, eye_left.shape[1])[POCKET_RINGS, upper] for f in lids])
 
-    pinned = np.zeros(count, dtype=bool)
+    pinned = np.zeros(builder.count, dtype=bool)
     pinned[grid[-1]] = True
     pinned[mouth[: SOCK_RINGS + LIP_RINGS]] = True
     for eye in (eye_left, eye_right):
         pinned[eye[: POCKET_RINGS + 4]] = True
-    all_points = np.concatenate(points)
-    all_points = (all_points + all_points[full] * flip) / 2
-    relaxed = _relax(all_points, faces, full, pinned)
-    relaxed[full == np.arange(count), 0] = 0
-    uvs = np.column_stack([np.arctan2(relaxed[:, 0], relaxed[:, 2] + 0.01), relaxed[:, 1]])
-    return HeadMesh(relaxed, faces, uvs, full, (eye_left, eye_right), mouth, lips, inner, lashes)
+    points = np.concatenate(builder.points)
+    points = _relax((points + points[mirror] * FLIP) / 2, builder.faces, mirror, pinned)
+    points[mirror == np.arange(len(points)), 0] = 0
+    red = lips[SOCK_RINGS - 1 : SOCK_RINGS - 1 + LIP_RINGS].ravel()
+    inner = np.concatenate([lips[: SOCK_RINGS - 1].ravel(), throat])
+    return HeadMesh(points, builder.faces, mirror, (eye_left, eye_right), mouth, red, inner, lashes)
