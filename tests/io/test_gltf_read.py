@@ -30,7 +30,7 @@ def test_only_the_default_scene_is_read(write_glb, tmp_path: Path) -> None:
     rig, take, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
     assert (rig.name, rig.source, take, found) == ("seen", "x.glb", None, [])
     assert [mesh.name for mesh in rig.meshes] == ["b"]
-    np.testing.assert_array_equal(rig.meshes[0].points, TRIANGLE + [1, 0, 0])
+    np.testing.assert_array_equal(rig.meshes[0].points, TRIANGLE + np.array([1, 0, 0]))
 
 
 def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:

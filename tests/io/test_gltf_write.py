@@ -281,7 +281,7 @@ def test_a_single_joint_is_written_where_it_moves_something(tmp_path: Path) -> N
     write_gltf(one_joint(moved), tmp_path / "moved.glb")
     assert "skins" not in Player(tmp_path / "still.glb").json
     shown = Player(tmp_path / "moved.glb").corners(0, np.zeros(0))[0]
-    np.testing.assert_allclose(shown[0], np.eye(3) + [0.1, 0, 0], atol=1e-7)
+    np.testing.assert_allclose(shown[0], np.eye(3) + np.array([0.1, 0, 0]), atol=1e-7)
 
 
 def test_a_failure_leaves_what_was_there(tmp_path: Path) -> None:

@@ -269,7 +269,7 @@ def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
     if normals is not None:
         turning = np.linalg.inv(linear).T
         normals = normals @ turning
-        lengths = np.linalg.norm(normals, axis=1)
+        lengths = np.sqrt((normals**2).sum(axis=1))
         lengths[lengths == 0] = 1.0
         normals = normals / lengths[:, None]
     for place, shape in enumerate(shapes):
