@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, UsdUtils, Vt
 
 from usdface.errors import InputError
 from usdface.io.usd_rig import read_rig, rig_of_stage, weights_of_stage
@@ -156,6 +156,27 @@ def test_a_texture_outside_the_folder_of_its_file_is_left_out(face_rig, tmp_path
     assert codes(findings) == ["TEXTURE_MISSING"] and "outside the folder" in findings[0].message
     inside.write_text(text.replace("../secret.png", "./none.png"))
     assert "does not exist" in read_rig(inside)[1][0].message
+
+
+def test_textures_inside_a_package_come_as_bytes(face_rig, tmp_path):
+    mesh = replace(face_rig.meshes[0], material="Skin", subsets=())
+    material = Material("Skin", base_color_texture=Texture("", b"pixels", ".png"))
+    write_rig(Rig("r", (mesh,), None, (material,)), tmp_path / "rig.usdc")
+    package = tmp_path / "rig.usdz"
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "rig.usdc"), str(package))
+    texture = read_rig(package)[0].materials[0].base_color_texture
+    assert (texture.data, texture.suffix) == (b"pixels", ".png")
+
+
+@pytest.mark.parametrize("keep", [0.0, 0.1, 0.5, 0.9])
+def test_a_cut_off_file_is_one_clear_line(face_rig, tmp_path, keep):
+    write_rig(face_rig, tmp_path / "rig.usdc")
+    data = (tmp_path / "rig.usdc").read_bytes()
+    cut = tmp_path / "cut.usdc"
+    cut.write_bytes(data[: int(len(data) * keep)])
+    with pytest.raises(InputError, match=r"cut\.usdc") as caught:
+        read_rig(cut)
+    assert "\n" not in str(caught.value)
 
 
 REAL = (

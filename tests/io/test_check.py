@@ -1,0 +1,28 @@
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.check import check_file
+from usdface.io.usd_rig_write import write_rig
+
+
+def test_usd_and_gltf_by_their_suffix(face_rig, tmp_path, shared_data):
+    write_rig(face_rig, tmp_path / "rig.usdc")
+    assert check_file(tmp_path / "rig.usdc") == []
+    wrong = shared_data / "gltf_validator_morph" / "mesh_morph_weights_wrong_count.gltf"
+    assert "WEIGHTS_LENGTH_WRONG" in [f.code for f in check_file(wrong)]
+
+
+@pytest.mark.parametrize("name", ["rig.usda", "rig.glb", "rig.gltf"])
+def test_what_is_not_what_its_name_says_is_one_line(tmp_path, name):
+    (tmp_path / name).write_bytes(b"something else")
+    with pytest.raises(InputError, match="rig") as caught:
+        check_file(tmp_path / name)
+    assert "\n" not in str(caught.value)
+
+
+def test_other_files_and_none_are_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        check_file(tmp_path / "none.usda")
+    (tmp_path / "notes.txt").write_text("")
+    with pytest.raises(InputError, match="cannot be checked"):
+        check_file(tmp_path / "notes.txt")

@@ -1,0 +1,40 @@
+"""Blend-shape checks of any file, beyond what the standard validators look at."""
+
+from pathlib import Path
+
+from usdface.errors import InputError
+from usdface.findings import Finding
+
+__all__ = ["check_file"]
+
+_GLTF = (".glb", ".gltf")
+_USD = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def check_file(path: Path) -> list[Finding]:
+    """Return what is wrong with the blend shapes, names and weights of a file.
+
+    The rules are `usdface.io.usd_check` and `usdface.io.gltf_check`, which also say what each
+    severity means.
+
+    Raises
+    ------
+    InputError
+        If the file is neither USD nor glTF or cannot be read.
+    """
+    kind = path.suffix.lower()
+    if not path.is_file():
+        raise InputError(f"no such file: {path}")
+    if kind in _USD:
+        from usdface.io.usd_check import check_usd  # each format's libraries only when needed
+
+        return check_usd(path)
+    if kind in _GLTF:
+        from usdface.io.gltf_check import check_gltf
+
+        try:
+            return check_gltf(path)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+    known = ", ".join((*_USD, *_GLTF))
+    raise InputError(f"{path} cannot be checked; expected one of {known}")
