@@ -37,13 +37,13 @@ EMOTIONS: dict[str, dict[str, float]] = {
     "anger": _pose(
         {
             "browDown": 1.0,
-            "eyeSquint": 0.55,
-            "eyeWide": 0.35,
-            "noseSneer": 0.45,
-            "mouthPress": 0.7,
-            "mouthFrown": 0.45,
+            "eyeSquint": 0.7,
+            "eyeWide": 0.4,
+            "noseSneer": 0.15,
+            "mouthPress": 1.0,
+            "mouthFrown": 0.2,
         },
-        {"mouthRollLower": 0.25, "mouthRollUpper": 0.25, "jawForward": 0.4, "mouthShrugLower": 0.3},
+        {"mouthRollLower": 0.35, "mouthRollUpper": 0.35},
     ),
     "fear": _pose(
         {
@@ -59,14 +59,14 @@ EMOTIONS: dict[str, dict[str, float]] = {
     "disgust": _pose(
         {
             "noseSneer": 1.0,
-            "browDown": 0.65,
-            "mouthUpperUp": 0.8,
-            "eyeSquint": 0.7,
-            "cheekSquint": 0.7,
-            "mouthFrown": 0.6,
-            "mouthLowerDown": 0.25,
+            "browDown": 0.35,
+            "mouthUpperUp": 0.75,
+            "eyeSquint": 0.6,
+            "cheekSquint": 0.4,
+            "mouthFrown": 0.55,
+            "mouthLowerDown": 0.5,
         },
-        {"mouthShrugLower": 0.35},
+        {},
     ),
     "surprise": _pose(
         {"browOuterUp": 1.0, "eyeWide": 0.9},

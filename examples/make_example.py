@@ -7,8 +7,12 @@ own commands (`make_stages`).
 import argparse
 from pathlib import Path
 
+import numpy as np
+
+from examples.expressions import EMOTIONS
 from examples.head import build_head
 from examples.performance import NEUTRAL, binding, perform
+from examples.picture import View, render_rig, write_png
 from usdface.cli import main as usdface
 from usdface.io.atomic import write_text
 from usdface.io.bind_file import bind_json
@@ -16,7 +20,7 @@ from usdface.io.usd_rig_write import write_rig
 from usdface.setup import Setup
 from usdface.takes import MarkerTake
 
-__all__ = ["bind_text", "main", "make_sources", "make_stages", "trc_text"]
+__all__ = ["bind_text", "main", "make_picture", "make_sources", "make_stages", "trc_text"]
 
 FOLDER = Path(__file__).resolve().parent
 
@@ -63,6 +67,16 @@ def make_stages(folder: Path) -> None:
             raise SystemExit(status)
 
 
+def make_picture(folder: Path) -> None:
+    """Write emotions.png: neutral and the six emotions, from the front and from the side."""
+    rows = []
+    for yaw in (0, 35):
+        view = View(yaw=yaw, pitch=3, centre=(0, -0.005, 0), height=0.29, size=(170, 205))
+        poses = ({}, *EMOTIONS.values())
+        rows.append(np.hstack([render_rig(build_head(), pose, view) for pose in poses]))
+    write_png(np.vstack(rows), folder / "emotions.png")
+
+
 def main() -> None:
     """Write everything to this folder, or to another one."""
     parser = argparse.ArgumentParser(description=main.__doc__)
@@ -70,6 +84,7 @@ def main() -> None:
     folder = parser.parse_args().folder
     make_sources(folder)
     make_stages(folder)
+    make_picture(folder)
 
 
 if __name__ == "__main__":
