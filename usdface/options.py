@@ -6,7 +6,10 @@ dataclasses here are what `usdface shot` writes there and what a missing attribu
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from math import isfinite
+from typing import Any, Literal, get_args
+
+from usdface.errors import InputError
 
 __all__ = [
     "CorrectionMode",
@@ -24,6 +27,17 @@ Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multi
 MapForm = Literal["neutral_relative", "paper"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
+
+
+def _check_choice(name: str, value: object, choices: Any) -> None:
+    if value not in get_args(choices):
+        raise InputError(f"{name!r} is {value!r}; expected {', '.join(get_args(choices))}")
+
+
+def _check_number(name: str, value: float, above_zero: bool = False) -> None:
+    if not (isfinite(value) and value >= 0) or (above_zero and value == 0):
+        wanted = "a number above 0" if above_zero else "a number, 0 or more"
+        raise InputError(f"{name!r} is {value}; expected {wanted}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +83,12 @@ class MapOptions:
     radius: float = 3.0
     smoothing: float = 1.0
 
+    def __post_init__(self) -> None:
+        _check_choice("kernel", self.kernel, Kernel)
+        _check_choice("form", self.form, MapForm)
+        _check_number("radius", self.radius, above_zero=True)
+        _check_number("smoothing", self.smoothing)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolveOptions:
@@ -95,6 +115,11 @@ class SolveOptions:
     spread: float = 0.5
     iterations: int = 300
     tolerance: float = 1e-4
+
+    def __post_init__(self) -> None:
+        _check_number("smoothness", self.smoothness)
+        for name in ("agility", "spread", "iterations", "tolerance"):
+            _check_number(name, getattr(self, name), above_zero=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -124,7 +124,10 @@ def _options(kind: type[_Options], value: object, where: str) -> _Options:
         wanted = str if isinstance(known[name], str) else (int, float)
         if not isinstance(setting, wanted) or isinstance(setting, bool):
             raise InputError(f"{where}: {name!r} is {setting!r}; the default is {known[name]!r}")
-    return kind(**value)
+    try:
+        return kind(**value)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
 
 
 def bind_json(setup: Setup) -> str:

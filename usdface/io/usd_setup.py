@@ -82,20 +82,11 @@ def read_setup(prim: Usd.Prim) -> Setup:
             neutral=None if neutral == "rig" else (int(start), int(end)),
             nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
             roles=dict(zip(roles, playing, strict=True)),
-            map=MapOptions(
-                **_fields(prim, _MAP)
-                | {
-                    "kernel": _choice(prim, tokens.MAP_KERNEL, _KERNELS),
-                    "form": _choice(prim, tokens.MAP_FORM, ("neutral_relative", "paper")),
-                }
-            ),
+            map=MapOptions(**_fields(prim, _MAP)),
             solve=SolveOptions(**_fields(prim, _SOLVE)),
         )
     except InputError as error:
         raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
-
-
-_KERNELS = ("multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric")
 
 
 def _value(prim: Usd.Prim, name: str, default: Any) -> Any:
@@ -117,16 +108,9 @@ def _choice(prim: Usd.Prim, name: str, choices: Sequence[str]) -> Any:
 
 
 def _fields(prim: Usd.Prim, table: dict[str, tuple[str, Any]]) -> dict[str, Any]:
-    """Read numeric settings; each must be finite and not negative."""
-    read = {}
-    for name, (field, kind) in table.items():
-        value = _value(prim, name, None)
-        if value is None or kind != _NAMES.Double:
-            continue
-        if not (np.isfinite(value) and value >= 0):
-            raise InputError(f"{name} is {value}; expected a number that is 0 or more")
-        read[field] = float(value)
-    return read
+    """Read the settings that are authored, under the names of their options."""
+    authored = {field: _value(prim, name, None) for name, (field, _) in table.items()}
+    return {field: value for field, value in authored.items() if value is not None}
 
 
 def write_expressions(stage: Usd.Stage, scope: str, expressions: Sequence[Expression]) -> list[str]:

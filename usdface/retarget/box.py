@@ -39,9 +39,10 @@ def solve_box(normal: FloatArray, right: FloatArray, start: FloatArray | None = 
         If `normal` is not positive definite enough to solve with.
     """
     size = len(normal)
-    scale = 1.0 / np.sqrt(np.diag(normal))
-    if not np.isfinite(scale).all():
-        raise SolveError("the solve's normal matrix is singular; raise the spread's ridge")
+    diagonal = np.diag(normal)
+    if not (diagonal > 0).all():
+        raise SolveError("the solve's normal matrix is singular: a blend shape moves no marker")
+    scale = 1.0 / np.sqrt(diagonal)
     # Unit diagonal: in the unknowns v = w / scale, with upper bound 1 / scale.
     unit = normal * scale * scale[:, None]
     upper = 1.0 / scale

@@ -1,0 +1,88 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.bind_file import bind_json, read_bind, setup_of_json
+from usdface.options import MapOptions, SolveOptions
+from usdface.setup import Binding, Setup
+
+SETUPS = [
+    Setup(Binding(("a", "b"), np.array([3, 9]), "/Asset/Face/Head")),
+    Setup(
+        Binding(("a", "b", "ä ö"), np.array([3, 3, 0])),
+        head="markers",
+        head_markers=("a", "b", "ä ö"),
+        neutral=(4, 40),
+        nose_tip="a",
+        roles={"lip_lower": "b"},
+        map=MapOptions(kernel="gaussian", form="paper", radius=2.0),
+        solve=SolveOptions(smoothness=0.0),
+    ),
+    Setup(Binding(("a",), np.array([1])), head="stabilised", neutral=None),
+]
+
+
+@pytest.mark.parametrize("setup", SETUPS)
+def test_a_setup_survives_the_file(tmp_path: Path, setup: Setup) -> None:
+    path = tmp_path / "bind.json"
+    path.write_text(bind_json(setup), encoding="utf-8")
+    back = read_bind(path)
+    assert back.binding.markers == setup.binding.markers
+    np.testing.assert_array_equal(back.binding.points, setup.binding.points)
+    for name in ("head", "head_markers", "neutral", "nose_tip", "map", "solve"):
+        assert getattr(back, name) == getattr(setup, name)
+    assert dict(back.roles) == dict(setup.roles) and back.binding.mesh == setup.binding.mesh
+
+
+def test_only_markers_are_needed() -> None:
+    setup = setup_of_json({"markers": {"a": {"point": 1}}}, "bind.json")
+    assert setup.head == "solve" and setup.neutral == (0, 0)
+    assert setup.map == MapOptions() and setup.solve == SolveOptions()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"marker": {}}, "unknown key 'marker'"),
+        ({"markers": []}, '"markers" as an object'),
+        ({"markers": {"a": 3}}, "marker 'a' is 3"),
+        ({"markers": {"a": {"point": -1}}}, "marker 'a'"),
+        ({"markers": {"a": {"point": True}}}, "marker 'a'"),
+        ({"markers": {"a": {"point": 2**40}}}, "marker 'a'"),
+        ({"head": "stabilized"}, "stabilised"),
+        ({"head": []}, "rigid markers"),
+        ({"head": ["a", "b"]}, "at least three"),
+        ({"neutral": {"start": 5, "end": 2}}, '"neutral"'),
+        ({"neutral": "frame 3"}, '"neutral"'),
+        ({"roles": {"lip": 3}}, "role 'lip'"),
+        ({"map": {"radios": 3}}, "radius"),
+        ({"map": {"radius": "3"}}, "'radius' is '3'"),
+        ({"map": {"kernel": "cubic"}}, "kernel"),
+        ({"map": {"form": "absolute"}}, "form"),
+        ({"map": {"radius": 0.0}}, "radius"),
+        ({"solve": {"smoothness": -1.0}}, "smoothness"),
+        ({"solve": {"spread": 0}}, "spread"),
+        ({"solve": 3}, '"solve"'),
+    ],
+)
+def test_nonsense_is_refused_in_one_line(change: dict[str, object], message: str) -> None:
+    document = {"markers": {"a": {"point": 1}}} | change
+    with pytest.raises(InputError) as caught:
+        setup_of_json(document, "bind.json")
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot read"):
+        read_bind(tmp_path / "none.json")
+    for content in ("", "{", "[1, 2]", '"text"', "\ufeff{}"):
+        (tmp_path / "bad.json").write_text(content, encoding="utf-8")
+        with pytest.raises(InputError, match=r"bad\.json"):
+            read_bind(tmp_path / "bad.json")
+    (tmp_path / "bad.json").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match=r"bad\.json"):
+        read_bind(tmp_path / "bad.json")
+    assert json.loads(bind_json(SETUPS[0]))["mesh"] == "/Asset/Face/Head"

@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from scipy.linalg import solveh_banded
+from scipy.optimize import minimize
+
+from usdface.options import SolveOptions
+from usdface.retarget.solve import curvature_bands, marker_noise, solve_weights
+
+RNG = np.random.default_rng(6)
+EXACT = SolveOptions(tolerance=1e-9, iterations=20_000)
+
+
+def dense(bands: np.ndarray) -> np.ndarray:
+    size = bands.shape[1]
+    matrix = np.diag(bands[2])
+    for k in (1, 2):
+        matrix += np.diag(bands[2 - k, k:], k) + np.diag(bands[2 - k, k:], -k)
+    return matrix[:size, :size]
+
+
+@pytest.mark.parametrize("times", [np.arange(9) / 30, np.cumsum(RNG.uniform(0.01, 0.1, 9))])
+def test_straight_lines_have_no_curvature(times: np.ndarray) -> None:
+    matrix = dense(curvature_bands(times))
+    np.testing.assert_allclose(matrix @ (3 + 2 * times), 0.0, atol=1e-6 * np.abs(matrix).max())
+    assert np.linalg.eigvalsh(matrix)[0] > -1e-9 * np.abs(matrix).max()
+
+
+def test_curvature_is_the_integral_at_any_frame_rate() -> None:
+    """The integral of (w'')^2 of w = t^3 over [0, 1] is 12; the ends are not counted."""
+    for count in (200, 400, 800):
+        times = np.linspace(0, 1, count)
+        wave = times**3
+        value = wave @ dense(curvature_bands(times)) @ wave
+        assert value == pytest.approx(12.0, rel=4.0 / count)
+
+
+def test_one_and_two_frames_have_no_curvature() -> None:
+    assert not curvature_bands(np.array([0.0])).any()
+    assert not curvature_bands(np.array([0.0, 1.0])).any()
+
+
+def small_take(noise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    times = np.arange(40) / 30
+    truth = np.clip(0.6 * np.sin(times[:, None] * [2.0, 3.0, 5.0]) + [0.2, 0.5, 0.1], 0, 1)
+    offsets = RNG.normal(size=(3, 12))
+    observed = truth @ offsets + noise * RNG.normal(size=(40, 12))
+    return times, truth, offsets, observed
+
+
+def test_without_noise_weights_come_back_exactly() -> None:
+    times, truth, offsets, observed = small_take(0.0)
+    solved = solve_weights(offsets @ offsets.T, observed @ offsets.T, times, 0.0, SolveOptions())
+    np.testing.assert_allclose(solved.weights, truth, atol=1e-9)
+
+
+def test_the_whole_take_solve_is_the_minimum_of_its_objective() -> None:
+    noise = 0.3
+    times, _, offsets, observed = small_take(noise)
+    normal, right = offsets @ offsets.T, observed @ offsets.T
+    w = solve_weights(normal, right, times, noise, EXACT).weights
+    curvature = dense(curvature_bands(times)) * noise**2 / EXACT.agility
+    ridge = noise**2 / EXACT.spread**2
+
+    def objective(flat: np.ndarray) -> tuple[float, np.ndarray]:
+        x = flat.reshape(w.shape)
+        slope = x @ normal - right + ridge * x + curvature @ x
+        return float(0.5 * np.sum(x * (slope - right))), slope.ravel()
+
+    bounds = [(0, 1)] * w.size
+    judge = minimize(
+        objective, np.full(w.size, 0.5), jac=True, bounds=bounds, method="L-BFGS-B",
+        options={"ftol": 1e-15, "gtol": 1e-10, "maxiter": 20_000, "maxfun": 50_000},
+    )  # fmt: skip
+    assert judge.fun == pytest.approx(objective(w.ravel())[0], rel=1e-9)
+    np.testing.assert_allclose(w.ravel(), judge.x, atol=1e-4)
+
+
+def test_away_from_the_bounds_it_is_a_linear_smoother() -> None:
+    times = np.arange(60) / 60
+    observed = 0.5 + 0.05 * RNG.normal(size=(60, 1))
+    w = solve_weights(np.ones((1, 1)), observed, times, 0.05, EXACT).weights
+    bands = curvature_bands(times) * 0.05**2 / EXACT.agility
+    bands[2] += 1.0 + 0.05**2 / EXACT.spread**2
+    np.testing.assert_allclose(w, solveh_banded(bands, observed), atol=1e-6)
+
+
+def test_weights_stay_in_the_box_and_smoothness_smooths() -> None:
+    times, _, offsets, observed = small_take(1.0)
+    rough, smooth = (
+        solve_weights(
+            offsets @ offsets.T, observed @ offsets.T, times, 1.0, SolveOptions(smoothness=s)
+        ).weights
+        for s in (0.0, 1.0)
+    )
+    for w in (rough, smooth):
+        assert w.min() >= 0 and w.max() <= 1
+    assert np.abs(np.diff(smooth, 2, axis=0)).mean() < np.abs(np.diff(rough, 2, axis=0)).mean()
+
+
+def test_the_noise_is_found_under_motion_and_misfit() -> None:
+    """Known noise, a moving face, and a slow misfit ten times as large as the noise."""
+    rng = np.random.default_rng(11)
+    times = np.arange(600) / 60
+    explained = rng.normal(size=(5, 40))
+    motion = np.sin(times[:, None] * rng.uniform(1, 5, 5)) @ explained
+    misfit = 1e-2 * np.sin(times[:, None] * 2.0) * rng.normal(size=40)
+    observed = motion + misfit + 1e-3 * rng.normal(size=(600, 40))
+    seen = np.ones(600, dtype=bool)
+    assert marker_noise(observed, explained, seen) == pytest.approx(1e-3, rel=0.05)
+    observed[::50] += 1.0  # spikes
+    assert marker_noise(observed, explained, seen) == pytest.approx(1e-3, rel=0.15)
+
+
+def test_noise_cannot_be_told_from_too_little() -> None:
+    seen = np.ones(3, dtype=bool)
+    assert marker_noise(np.zeros((3, 6)), np.eye(6)[:2], seen) == 0.0
+    assert marker_noise(np.zeros((9, 2)), np.eye(2), np.ones(9, dtype=bool)) == 0.0
