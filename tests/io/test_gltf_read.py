@@ -52,12 +52,18 @@ def test_material_names_are_made_unique(write_glb, tmp_path: Path) -> None:
     assert [material.name for material in rig.materials] == ["m", "m_2", "Material"]
 
 
-def test_a_small_file_cannot_unfold_into_a_huge_scene(write_glb, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("part", "count"),
+    [({"targets": [{"POSITION": 0}] * 100}, 1), ({"indices": 0}, 100), ({}, 100)],
+)
+def test_a_small_file_cannot_unfold_into_a_huge_scene(
+    write_glb, tmp_path: Path, part, count: int
+) -> None:
     points = np.zeros((30_000, 3), "<f4")
-    primitive = {"attributes": {"POSITION": 0}, "targets": [{"POSITION": 0}] * 100}
+    primitive = {"attributes": {"POSITION": 0}} | part
     document = {
         "nodes": [{"mesh": 0}] * 100,
-        "meshes": [{"primitives": [primitive]}],
+        "meshes": [{"primitives": [primitive] * count}],
     }
     with pytest.raises(InputError, match="unfolds"):
         read_gltf(write_glb(tmp_path / "x.glb", document, [points]))

@@ -201,6 +201,8 @@ def resource(uri: str, folder: Path) -> bytes:
 def save_document(document: GLTF2, blob: bytes, beside: Mapping[str, bytes], path: Path) -> None:
     """Write a document as GLB, or as .gltf with a .bin and the files `beside` it, by suffix.
 
+    Names in `beside` are relative to the folder of `path`.
+
     Each file is written atomically, the .gltf last. Equal input gives equal bytes.
 
     Raises
@@ -223,7 +225,7 @@ def save_document(document: GLTF2, blob: bytes, beside: Mapping[str, bytes], pat
         if blob:
             write_bytes(path.with_name(name), blob)
         for file, data in beside.items():
-            write_bytes(path.with_name(file), data)
+            write_bytes(path.parent / file, data)
         write_bytes(path, text)
         return
     text += b" " * (-len(text) % 4)

@@ -172,7 +172,7 @@ def write_materials(
         if path.suffix.lower() == ".glb":
             stored.append(pygltflib.Image(mimeType=mime, bufferView=builder.view(data)))
         else:
-            name = f"{path.stem}_{number}{_SUFFIXES[mime]}"
+            name = f"{path.stem}_textures/{number}{_SUFFIXES[mime]}"
             beside[name] = data
             stored.append(pygltflib.Image(uri=quote(name)))
     textures = tuple(pygltflib.Texture(source=number) for number in range(len(stored)))

@@ -109,8 +109,8 @@ def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) ->
             sizes[index] = sum(
                 reader.count(accessor) * 4
                 for primitive in item(document.meshes or [], index, "mesh").primitives
-                for attributes in (vars(primitive.attributes), *(primitive.targets or []))
-                for accessor in attributes.values()
+                for used in (vars(primitive.attributes), *(primitive.targets or []))
+                for accessor in (*used.values(), primitive.indices)
                 if accessor is not None
             )
         total += sizes[index]

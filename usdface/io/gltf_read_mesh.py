@@ -267,7 +267,7 @@ def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
     turning: FloatArray = np.eye(3)
     lengths: FloatArray = np.ones(len(mesh.points))
     if normals is not None:
-        turning = np.linalg.inv(linear).T
+        turning = np.linalg.inv(linear).T.astype(np.float64)
         normals = normals @ turning
         lengths = np.sqrt((normals**2).sum(axis=1))
         lengths[lengths == 0] = 1.0
