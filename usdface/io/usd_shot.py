@@ -2,21 +2,21 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd_fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd_rig import rig_of_stage
 from usdface.io.usd_setup import read_expressions, read_setup, write_expressions, write_setup
 from usdface.io.usd_stage import (
     Metrics,
-    author_metrics,
+    default_prim,
     matrices,
     metrics_of,
     new_stage,
@@ -31,6 +31,12 @@ from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotPrims", "read_shot", "write_shot"]
+
+_CHARACTER, _TAKE = "/Shot/Character", "/Shot/Capture/Take"
+
+_CHARACTER = "/Shot/Character"
+_CAPTURE = "/Shot/Capture"
+_TAKE = "/Shot/Capture/Take"
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,44 +90,45 @@ def write_shot(
     """
     rig_stage, take_stage = open_stage(rig), open_stage(take)
     rig_metrics, take_metrics = metrics_of(rig_stage), metrics_of(take_stage)
-    stage = new_stage(rig_metrics, "Shot")
-    author_metrics(
-        stage,
-        Metrics(
-            rig_metrics.meters_per_unit,
-            rig_metrics.up_axis,
-            take_metrics.time_codes_per_second,
-            take_metrics.frames_per_second,
-            take_metrics.start,
-            take_metrics.end,
-        ),
-    )
     character = _root_of(rig_stage, rig)
-    stage.DefinePrim("/Shot/Character").GetReferences().AddReference(
-        _relative(rig, path), Sdf.Path(character)
+    stage = new_stage(
+        replace(
+            take_metrics, meters_per_unit=rig_metrics.meters_per_unit, up_axis=rig_metrics.up_axis
+        ),
+        "Shot",
     )
     # The units of the take are put right on a parent, which every reader of USD understands.
-    capture = UsdGeom.Xform.Define(stage, "/Shot/Capture")
+    capture = UsdGeom.Xform.Define(stage, _CAPTURE)
     matrix = to_si(take_metrics) @ np.linalg.inv(to_si(rig_metrics))
     if not np.allclose(matrix, np.eye(4), rtol=0, atol=1e-12):
         capture.AddTransformOp().Set(matrices(matrix)[0])
-    stage.DefinePrim("/Shot/Capture/Take").GetReferences().AddReference(_relative(take, path))
-    targets = {tokens.TAKE: ["/Shot/Capture/Take"]}
+    targets = {tokens.TAKE: [_TAKE]}
     mesh = setup.binding.mesh
-    if mesh:
-        moved = Sdf.Path(mesh).ReplacePrefix(Sdf.Path(character), Sdf.Path("/Shot/Character"))
-        targets[tokens.BIND_MESH] = [str(moved)]
-        root = _skel_root(stage.GetPrimAtPath(moved))
-        if root:
-            targets[tokens.RIG] = [root]
+    for name, target in (
+        (tokens.BIND_MESH, mesh),
+        (tokens.RIG, _skel_root(rig_stage.GetPrimAtPath(mesh)) if mesh else ""),
+    ):
+        if target:
+            moved = Sdf.Path(target).ReplacePrefix(Sdf.Path(character), Sdf.Path(_CHARACTER))
+            targets[name] = [str(moved)]
     if system is not None:
         write_fuzzy(stage, "/Shot/Fuzzy", system)
         targets[tokens.SYSTEM] = ["/Shot/Fuzzy"]
     if expressions:
         targets[tokens.EXPRESSIONS] = write_expressions(stage, "/Shot/Expressions", expressions)
     write_setup(stage, "/Shot/Retarget", setup, targets)
-    write_fallback_types(stage.GetRootLayer())
-    save_layer(stage.GetRootLayer(), path)
+    # On a layer that no stage composes, because the paths are relative to where it will lie.
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.TransferContent(stage.GetRootLayer())
+    for place, asset, root in (
+        (_CHARACTER, rig, character),
+        (_TAKE, take, str(default_prim(take_stage, take).GetPath())),
+    ):
+        prim = Sdf.CreatePrimInLayer(layer, place)
+        prim.specifier = Sdf.SpecifierDef
+        prim.referenceList.prependedItems = [Sdf.Reference(_relative(asset, path), root)]
+    write_fallback_types(layer)
+    save_layer(layer, path)
 
 
 def _root_of(stage: Usd.Stage, path: Path) -> str:
@@ -174,6 +181,8 @@ def read_shot(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     )
     mesh = rig.mesh(setup.binding.mesh)
     prims = _animated(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
+    if not prims.animation:
+        findings.append(finding("ANIMATION_CREATED", prims.skeleton))
     shot = Shot(take, codes, rig, setup, system, expressions, prims, metrics_of(stage))
     return shot, findings
 
