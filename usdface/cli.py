@@ -121,14 +121,13 @@ def _shot(commands: Any) -> None:
 
 
 def _run_shot(parsed: argparse.Namespace) -> int:
-    from usdface.io.bind_file import bind_json, read_bind
+    from usdface.io.bind_file import bind_json
     from usdface.pipeline import make_shot
 
-    setup = read_bind(parsed.bind) if parsed.bind else None
     status = []
 
     def run(step: "OnStep | None") -> "Outcome":
-        outcome, written = make_shot(parsed.rig, parsed.take, setup, parsed.output, step)
+        outcome, written = make_shot(parsed.rig, parsed.take, parsed.bind, parsed.output, step)
         status.append(written)
         return outcome
 

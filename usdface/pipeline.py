@@ -83,11 +83,12 @@ def _take_summary(take: MarkerTake | WeightsTake) -> dict[str, Any]:
 
 
 def make_shot(
-    rig: Path, take: Path, setup: Setup | None, output: Path, on_step: OnStep | None = None
+    rig: Path, take: Path, bind: Path | None, output: Path, on_step: OnStep | None = None
 ) -> tuple[Outcome, Setup]:
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
-    Returns the outcome and the setup as it was written (mesh and nose tip filled in).
+    `bind` is the binding file. Returns the outcome and the setup as it was written (mesh and
+    nose tip filled in).
 
     Raises
     ------
@@ -96,6 +97,7 @@ def make_shot(
     """
     from usdface.animate import design
     from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.io.bind_file import read_bind
     from usdface.io.usd_rig import read_rig
     from usdface.io.usd_shot import write_shot
     from usdface.io.usd_stage import default_prim, open_stage
@@ -107,7 +109,11 @@ def make_shot(
         character, findings = read_rig(rig)
         stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(stage, take))
-        setup = setup or unbound(recorded)
+        if bind:
+            setup, more = read_bind(bind)
+            findings += more
+        else:
+            setup = unbound(recorded)
         mesh = character.mesh(setup.binding.mesh)
         setup, more = fit_setup(setup, mesh, recorded)
         findings += more

@@ -29,7 +29,8 @@ SETUPS = [
 def test_a_setup_survives_the_file(tmp_path: Path, setup: Setup) -> None:
     path = tmp_path / "bind.json"
     path.write_text(bind_json(setup), encoding="utf-8")
-    back = read_bind(path)
+    back, findings = read_bind(path)
+    assert findings == []
     assert back.binding.markers == setup.binding.markers
     np.testing.assert_array_equal(back.binding.points, setup.binding.points)
     for name in ("head", "head_markers", "neutral", "nose_tip", "map", "solve"):
@@ -37,8 +38,11 @@ def test_a_setup_survives_the_file(tmp_path: Path, setup: Setup) -> None:
     assert dict(back.roles) == dict(setup.roles) and back.binding.mesh == setup.binding.mesh
 
 
-def test_only_markers_are_needed() -> None:
-    setup = setup_of_json({"markers": {"a": {"point": 1}}}, "bind.json")
+def test_only_markers_are_needed(tmp_path: Path) -> None:
+    path = tmp_path / "bind.json"
+    path.write_text('{"markers": {"a": {"point": 1}}}', encoding="utf-8")
+    setup, findings = read_bind(path)
+    assert [f.code for f in findings] == ["NEUTRAL_ASSUMED"]
     assert setup.head == "solve" and setup.neutral == (0, 0)
     assert setup.map == MapOptions() and setup.solve == SolveOptions()
 

@@ -22,6 +22,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from usdface.errors import InputError
+from usdface.findings import Finding, finding
 from usdface.options import MapOptions, SolveOptions
 from usdface.setup import Binding, Setup
 
@@ -32,8 +33,14 @@ _KEYS = {"mesh", "markers", "head", "nose_tip", "roles", "neutral", "map", "solv
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 
 
-def read_bind(path: Path) -> Setup:
+def read_bind(path: Path) -> tuple[Setup, list[Finding]]:
     """Read a binding file.
+
+    Returns
+    -------
+    Setup
+    list of Finding
+        NEUTRAL_ASSUMED if it names no neutral frames: then the first frame counts as neutral.
 
     Raises
     ------
@@ -48,7 +55,11 @@ def read_bind(path: Path) -> Setup:
         raise InputError(f"cannot read the binding {path}: {error.strerror}") from error
     except ValueError as error:
         raise InputError(f"the binding {path} is no JSON: {error}") from error
-    return setup_of_json(document, str(path))
+    setup = setup_of_json(document, str(path))
+    if "neutral" in document:
+        return setup, []
+    message = "no neutral frames are named; the first frame is taken"
+    return setup, [finding("NEUTRAL_ASSUMED", str(path), message)]
 
 
 def setup_of_json(document: object, where: str) -> Setup:

@@ -95,7 +95,7 @@ def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:
 
 def _define_animation(layer: Sdf.Layer, anim: Sdf.PrimSpec, prims: ShotPrims) -> None:
     anim.specifier, anim.typeName = Sdf.SpecifierDef, "SkelAnimation"
-    for path in {prims.skel_root, prims.skeleton}:
+    for path in dict.fromkeys((prims.skel_root, prims.skeleton)):
         owner = Sdf.CreatePrimInLayer(layer, path)
         source = Sdf.RelationshipSpec(owner, "skel:animationSource", custom=False)
         source.targetPathList.explicitItems = [anim.path]

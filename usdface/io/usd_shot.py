@@ -32,8 +32,6 @@ from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotPrims", "read_shot", "write_shot"]
 
-_CHARACTER, _TAKE = "/Shot/Character", "/Shot/Capture/Take"
-
 _CHARACTER = "/Shot/Character"
 _CAPTURE = "/Shot/Capture"
 _TAKE = "/Shot/Capture/Take"

@@ -11,7 +11,7 @@ from usdface.retarget.joint import solve_jointly
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.rbf import fit_map
 from usdface.setup import Setup
-from usdface.takes import FloatArray, MarkerTake, WeightsTake, frozen, visible
+from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, frozen, visible
 
 __all__ = ["Solution", "solve_take"]
 
@@ -106,6 +106,7 @@ def solve_take(
     if take.dimension == 2:
         misfit[..., 2] = 0.0
     seen = visible(displaced)
+    findings += _unsolved_frames(seen, take.source)
     residual = np.sqrt((misfit**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=1), 1))
     features = target + np.where(np.isnan(displaced), predicted, displaced)
     result = WeightsTake(
@@ -179,6 +180,17 @@ def _unseen_shapes(basis: FloatArray, names: tuple[str, ...]) -> list[Finding]:
         for name, size in zip(names, moved, strict=True)
         if size <= 1e-9 * moved.max()
     ]
+
+
+def _unsolved_frames(seen: BoolArray, source: str) -> list[Finding]:
+    empty = np.flatnonzero(~seen.any(axis=1))
+    if not len(empty):
+        return []
+    message = (
+        f"no bound marker is visible in {len(empty)} of {len(seen)} frames, "
+        f"the first of them frame {empty[0]}; they follow their neighbours"
+    )
+    return [finding("FRAME_UNSOLVED", source, message)]
 
 
 def _first_pose(
