@@ -179,6 +179,17 @@ def test_a_cut_off_file_is_one_clear_line(face_rig, tmp_path, keep):
     assert "\n" not in str(caught.value)
 
 
+def test_a_point_that_is_no_number_is_one_clear_line(face_rig, tmp_path):
+    write_rig(face_rig, tmp_path / "rig.usda")
+    text = (tmp_path / "rig.usda").read_text()
+    wrong = text.replace("point3f[] points = [(-0.1, -0.1", "point3f[] points = [(-0.1, nan", 1)
+    assert wrong != text
+    (tmp_path / "rig.usda").write_text(wrong)
+    with pytest.raises(InputError, match="finite") as caught:
+        read_rig(tmp_path / "rig.usda")
+    assert "\n" not in str(caught.value) and "rig.usda" in str(caught.value)
+
+
 REAL = (
     "openusd_usdskel/bakeSkinning/blendshapes.usda",
     "openusd_usdskel/bakeSkinning/blendshapesWithNormals.usda",

@@ -133,13 +133,13 @@ def _read_inbetweens(
         weight = between.GetWeight()
         moved = _vectors(between.GetOffsets())
         turned = _vectors(between.GetNormalOffsets())
-        if weight is None or not np.isfinite(weight) or weight in used:
+        if not isinstance(weight, float) or not np.isfinite(weight) or weight in used:
             why = f"its weight is {weight}; expected a number other than 0, 1 and its siblings'"
         elif len(moved) not in (0, size) or len(turned) not in (0, size):
             why = f"it has {len(moved)} offsets and {len(turned)} normal offsets; expected {size}"
         else:
             used.add(weight)
-            found.append((name, float(weight), moved, turned))
+            found.append((name, weight, moved, turned))
             continue
         message = f"inbetween {name!r} is left out: {why}"
         findings.append(finding("INBETWEEN_DROPPED", str(shape.GetPath()), message))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.io.usd_errors import usd_errors
 from usdface.io.usd_stage import open_stage
 
 __all__ = ["check_stage", "check_usd"]
@@ -53,18 +54,20 @@ def check_usd(path: Path) -> list[Finding]:
 
 def check_stage(stage: Usd.Stage) -> list[Finding]:
     """Return what is wrong with the blend shapes of an open stage."""
-    findings: list[Finding] = []
-    for prim in Usd.PrimRange(stage.GetPseudoRoot(), _ALL):
-        findings += _bindings_exist(prim)
-        if prim.IsA(UsdGeom.Mesh):
-            for mesh_rule in _MESH_RULES:
-                findings += mesh_rule(prim)
-            for shape in _shapes(prim):
-                for shape_rule in _SHAPE_RULES:
-                    findings += shape_rule(shape)
-        elif prim.IsA(UsdSkel.Animation):
-            findings += _weights_fit(UsdSkel.Animation(prim))
-    return findings
+    with usd_errors(stage.GetRootLayer().realPath or "the stage"):
+        return [f for p in Usd.PrimRange(stage.GetPseudoRoot(), _ALL) for f in _check_prim(p)]
+
+
+def _check_prim(prim: Usd.Prim) -> Findings:
+    yield from _bindings_exist(prim)
+    if prim.IsA(UsdGeom.Mesh):
+        for mesh_rule in _MESH_RULES:
+            yield from mesh_rule(prim)
+        for shape in _shapes(prim):
+            for shape_rule in _SHAPE_RULES:
+                yield from shape_rule(shape)
+    elif prim.IsA(UsdSkel.Animation):
+        yield from _weights_fit(UsdSkel.Animation(prim))
 
 
 def _bindings_exist(prim: Usd.Prim) -> Findings:
@@ -176,7 +179,7 @@ def _moves_something(shape: _Shape) -> Findings:
 def _inbetweens_have_places(shape: _Shape) -> Findings:
     used: dict[float, str] = {0.0: "neutral", 1.0: "the shape itself"}
     for name, weight in shape.inbetweens.items():
-        if weight is None or not np.isfinite(weight):
+        if not isinstance(weight, float) or not np.isfinite(weight):
             message = f"{name} has the weight {weight}; author a number"
         elif weight in used:
             message = f"{name} has the weight {weight:g}, where {used[weight]} is"

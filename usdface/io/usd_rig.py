@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.usd_errors import usd_errors
 from usdface.io.usd_materials import with_materials
 from usdface.io.usd_mesh import read_mesh
 from usdface.io.usd_skeleton import read_skeleton, read_skin
@@ -38,13 +39,7 @@ def read_rig(path: Path) -> tuple[Rig, list[Finding]]:
     InputError
         If the file cannot be read, or has no SkelRoot with a mesh.
     """
-    stage = open_stage(path)
-    try:
-        return rig_of_stage(stage)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    except Tf.ErrorException as error:
-        raise InputError(f"{path}: {str(error).strip().splitlines()[-1]}") from error
+    return rig_of_stage(open_stage(path))
 
 
 def rig_of_stage(stage: Usd.Stage, root: str = "") -> tuple[Rig, list[Finding]]:
@@ -71,6 +66,15 @@ def rig_of_stage(stage: Usd.Stage, root: str = "") -> tuple[Rig, list[Finding]]:
     OpenUSD, UsdSkel: "Skinning" and "Blend Shapes" of the schema documentation; behaviour of
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
+    with usd_errors(_source(stage)):
+        return _rig(stage, root)
+
+
+def _source(stage: Usd.Stage) -> str:
+    return stage.GetRootLayer().realPath or "the stage"
+
+
+def _rig(stage: Usd.Stage, root: str) -> tuple[Rig, list[Finding]]:
     roots = _skel_roots(stage, root)
     bound, skeletons = _bindings(roots)
     si = to_si(metrics_of(stage))
@@ -177,14 +181,14 @@ def weights_of_stage(stage: Usd.Stage, root: str = "") -> WeightsTake | None:
         If there is no SkelRoot, a sample does not have one weight for each name, or a name
         occurs twice.
     """
-    roots = _skel_roots(stage, root)
-    cache = UsdSkel.Cache()
-    for skel_root in map(UsdSkel.Root, roots):
-        cache.Populate(skel_root, _ALL)
-        for binding in cache.ComputeSkelBindings(skel_root, _ALL):
-            query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
-            if query and query.GetBlendShapeWeightTimeSamples():
-                return _weights(stage, query)
+    with usd_errors(_source(stage)):
+        cache = UsdSkel.Cache()
+        for skel_root in map(UsdSkel.Root, _skel_roots(stage, root)):
+            cache.Populate(skel_root, _ALL)
+            for binding in cache.ComputeSkelBindings(skel_root, _ALL):
+                query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
+                if query and query.GetBlendShapeWeightTimeSamples():
+                    return _weights(stage, query)
     return None
 
 

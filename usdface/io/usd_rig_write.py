@@ -11,6 +11,7 @@ from usdface.findings import Finding, finding
 from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
 from usdface.io.rig_bounds import posed_bounds
+from usdface.io.usd_errors import usd_message
 from usdface.io.usd_materials_write import write_materials
 from usdface.io.usd_stage import Metrics, matrices, new_stage, save_layer, vec2f_array, vec3f_array
 from usdface.rigs import BlendShape, Mesh, Rig, Skeleton, Skin
@@ -60,7 +61,7 @@ def write_rig(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list[
     try:
         stage, findings = _stage_of(rig, path, weights)
     except Tf.ErrorException as error:
-        raise OutputError(f"cannot write {path}: {str(error).strip().splitlines()[-1]}") from error
+        raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
     save_layer(stage.GetRootLayer(), path)
     return findings
 

@@ -11,6 +11,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.io.atomic import atomic_path
+from usdface.io.usd_errors import usd_errors, usd_message
 from usdface.takes import FloatArray
 
 __all__ = [
@@ -64,10 +65,8 @@ def open_stage(path: Path) -> Usd.Stage:
     """
     if not path.is_file():
         raise InputError(f"no such USD file: {path}")
-    try:
+    with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
-    except Tf.ErrorException as error:
-        raise InputError(f"{path} cannot be read as USD: {_first_line(error)}") from error
     if stage is None:
         raise InputError(f"{path} cannot be read as USD")
     return stage
@@ -85,11 +84,6 @@ def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
     if not prim:
         raise InputError(f"{path} has no defaultPrim; set one, so that it can be referenced")
     return prim
-
-
-def _first_line(error: Exception) -> str:
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[-1] if lines else "unknown error"
 
 
 def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
@@ -195,7 +189,7 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
             try:
                 done = layer.Export(str(temporary))
             except Tf.ErrorException as error:
-                raise OutputError(f"cannot write {path}: {_first_line(error)}") from error
+                raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
             if not done:
                 raise OutputError(f"cannot write {path}")
     for path, _ in layers:

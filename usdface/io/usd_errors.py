@@ -1,0 +1,44 @@
+"""USD's own exceptions as one clear line."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pxr import Tf
+
+from usdface.errors import InputError
+
+__all__ = ["usd_errors", "usd_message"]
+
+
+def usd_message(error: Exception) -> str:
+    """Return what an exception of USD says, without the C++ around it, in one line.
+
+    USD writes ``Error in 'function' at line N in file F : 'message'``.
+    """
+    try:
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    except UnicodeError:  # the message quotes bytes of a damaged file
+        return "a name in it is not UTF-8"
+    said = re.search(r" : '(.*)'?$", lines[-1]) if lines else None
+    return said[1].rstrip("'") if said else (lines or ["unknown error"])[-1]
+
+
+@contextmanager
+def usd_errors(source: str) -> Iterator[None]:
+    """Raise as InputError, naming `source`, whatever reading a stage runs into.
+
+    A damaged file fails late: USD reads values when they are asked for, and names that are
+    not UTF-8 or values of another type than their schema's fail in Python.
+    """
+    try:
+        yield
+    except InputError as error:
+        raise error if source in str(error) else InputError(f"{source}: {error}") from error
+    except Tf.ErrorException as error:
+        raise InputError(f"{source} cannot be read as USD: {usd_message(error)}") from error
+    except UnicodeError as error:
+        raise InputError(f"{source} holds a name that is not UTF-8") from error
+    except (MemoryError, OverflowError, RuntimeError, TypeError, ValueError) as error:
+        message = f"{source} does not follow USD's schemas: {usd_message(error)}"
+        raise InputError(message) from error
