@@ -308,6 +308,17 @@ def test_skinning_commutes_with_units_and_up_axis(tmp_path, baked, posed):
     )
 
 
+def test_animated_joints_are_left_out_and_said():
+    stage = skinned_sheet()
+    anim = UsdSkel.Animation.Define(stage, "/R/Anim")
+    anim.CreateJointsAttr(["neck"])
+    for code in (0, 1):
+        anim.SetTransforms([Gf.Matrix4d(1).SetTranslate((0, code, 0))], code)
+    binding = UsdSkel.BindingAPI.Apply(stage.GetPrimAtPath("/R/Skel"))
+    binding.CreateAnimationSourceRel().SetTargets([anim.GetPath()])
+    assert codes(rig_of_stage(stage)[1]) == ["ANIMATION_DROPPED"]
+
+
 def test_joints_of_a_mesh_in_their_own_order_are_mapped_by_name():
     stage = skinned_sheet()
     UsdSkel.BindingAPI(stage.GetPrimAtPath("/R/M")).CreateJointsAttr(["neck/head", "neck"])

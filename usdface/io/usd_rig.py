@@ -76,10 +76,11 @@ def _source(stage: Usd.Stage) -> str:
 
 def _rig(stage: Usd.Stage, root: str) -> tuple[Rig, list[Finding]]:
     roots = _skel_roots(stage, root)
-    bound, skeletons = _bindings(roots)
+    bound, skeletons, findings = _bindings(roots)
     si = to_si(metrics_of(stage))
     xforms = UsdGeom.XformCache(_START)
-    skeleton, used, findings = _pick_skeleton(skeletons, xforms, si)
+    skeleton, used, notes = _pick_skeleton(skeletons, xforms, si)
+    findings += notes
     below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
     meshes: list[Mesh] = []
     for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL)):
@@ -122,7 +123,10 @@ def _skel_roots(stage: Usd.Stage, root: str) -> list[Usd.Prim]:
     return roots
 
 
-def _bindings(roots: list[Usd.Prim]) -> tuple[dict[Sdf.Path, _Bound], list[Usd.Prim]]:
+def _bindings(
+    roots: list[Usd.Prim],
+) -> tuple[dict[Sdf.Path, _Bound], list[Usd.Prim], list[Finding]]:
+    findings: list[Finding] = []
     cache = UsdSkel.Cache()
     bound: dict[Sdf.Path, _Bound] = {}
     skeletons: dict[Usd.Prim, None] = {}
@@ -131,12 +135,17 @@ def _bindings(roots: list[Usd.Prim]) -> tuple[dict[Sdf.Path, _Bound], list[Usd.P
         for binding in cache.ComputeSkelBindings(root, _ALL):
             skeleton = binding.GetSkeleton()
             skeletons[skeleton.GetPrim()] = None
+            moves = cache.GetSkelQuery(skeleton).GetAnimQuery()
+            if moves and len(moves.GetJointTransformTimeSamples()) > 1:
+                message = "the animation of joints is not kept; that of blend shapes is"
+                where = str(moves.GetPrim().GetPath())
+                findings.append(finding("ANIMATION_DROPPED", where, message))
             has_joints = bool(skeleton.GetJointsAttr().Get())
             for query in binding.GetSkinningTargets():
                 skinned = has_joints and query.HasJointInfluences()
                 path = query.GetPrim().GetPath()
                 bound[path] = _Bound(skeleton.GetPrim(), query, skinned)
-    return bound, list(skeletons)
+    return bound, list(skeletons), findings
 
 
 def _pick_skeleton(
