@@ -162,8 +162,8 @@ def process(
     _register_schemas()
     steps = Steps(on_step)
     with steps("read"):
-        layer_paths(path, root)
-        stage = open_stage(path)
+        ours = layer_paths(path, root)
+        stage = open_stage(path, without=(ours.solve, ours.express))
         shot, findings = read_shot(stage, str(path))
     solved = animate(stage, shot, options, steps)
     with steps("write"):
@@ -194,7 +194,8 @@ def apply(
         shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved = animate(stage, shot, options, steps)
     with steps("write"):
-        author(stage.GetEditTarget().GetLayer(), shot, replace(solved.final, solution=solved.solve.solution))
+        final = replace(solved.final, solution=solved.solve.solution)
+        author(stage.GetEditTarget().GetLayer(), shot, final)
     return Outcome((), tuple(findings + solved.findings), solved.summary, steps.seconds)
 
 

@@ -1,13 +1,13 @@
 """Stages and layers: opening, units and up axis, time codes, atomic writing."""
 
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.io.atomic import atomic_path
@@ -55,21 +55,37 @@ class Metrics:
     end: float = 0.0
 
 
-def open_stage(path: Path) -> Usd.Stage:
-    """Open a USD file.
+def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
+    """Open a USD file, leaving out layers at `without`, be they there or not.
 
     Raises
     ------
     InputError
-        If it is missing or cannot be read as USD.
+        If it, or a file that it brings in, is missing or cannot be read as USD.
     """
     if not path.is_file():
         raise InputError(f"no such USD file: {path}")
-    with usd_errors(str(path)):
+    left_out = {str(layer.resolve()) for layer in without}
+    with usd_errors(str(path)), _quiet():
         stage = Usd.Stage.Open(str(path))
-    if stage is None:
-        raise InputError(f"{path} cannot be read as USD")
+        broken = [str(error).strip() for error in stage.GetCompositionErrors()]
+        for layer in stage.GetUsedLayers():
+            if layer.realPath in left_out:
+                stage.MuteLayer(layer.identifier)
+    for error in broken:
+        if not any(f"@{layer}@" in error for layer in left_out):
+            raise InputError(f"{path} does not compose: {error}")
     return stage
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep USD's warnings off standard error, for a block that raises what they are about."""
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    finally:
+        del delegate
 
 
 def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
