@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from usdface import __version__
 from usdface.errors import UsdFaceError
 from usdface.findings import severest
-from usdface.options import ProcessOptions, RigOptions, TakeOptions
+from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
 
 if TYPE_CHECKING:
     from usdface.outcome import OnStep, Outcome
@@ -118,16 +118,29 @@ def _shot(commands: Any) -> None:
     command.add_argument("--bind", type=Path, help="where the markers sit, JSON")
     command.add_argument("--print-bind", action="store_true", help="print the binding as written")
     _output(command, "the shot, .usda")
+    default = CorrectionOptions()
+    command.add_argument(
+        "--mode",
+        choices=("raise", "add"),
+        default=default.mode,
+        help="how emotions go over the solved weights (default: %(default)s)",
+    )
+    command.add_argument(
+        "--gain", type=float, default=default.gain, help="their strength (default: %(default)s)"
+    )
 
 
 def _run_shot(parsed: argparse.Namespace) -> int:
     from usdface.io.bind_file import bind_json
     from usdface.pipeline import make_shot
 
+    correction = CorrectionOptions(**_settings(parsed, CorrectionOptions))
     status = []
 
     def run(step: "OnStep | None") -> "Outcome":
-        outcome, written = make_shot(parsed.rig, parsed.take, parsed.bind, parsed.output, step)
+        outcome, written = make_shot(
+            parsed.rig, parsed.take, parsed.bind, parsed.output, correction, step
+        )
         status.append(written)
         return outcome
 

@@ -124,10 +124,17 @@ class SolveOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionOptions:
-    """How the emotions are blended over the solved weights (`usdface.fuzzy.correct`)."""
+    """How the emotions are blended over the solved weights (`usdface.fuzzy.correct`).
+
+    A gain of 1 brings a face to the emotion it shows; an under-expressive one wants more.
+    """
 
     mode: CorrectionMode = "raise"
     gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        _check_choice("mode", self.mode, CorrectionMode)
+        _check_number("gain", self.gain)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdface.findings import Finding, finding
-from usdface.options import ProcessOptions, RigOptions, TakeOptions
+from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.setup import Setup, fit_setup, unbound
 from usdface.takes import MarkerTake, WeightsTake
@@ -83,7 +83,12 @@ def _take_summary(take: MarkerTake | WeightsTake) -> dict[str, Any]:
 
 
 def make_shot(
-    rig: Path, take: Path, bind: Path | None, output: Path, on_step: OnStep | None = None
+    rig: Path,
+    take: Path,
+    bind: Path | None,
+    output: Path,
+    correction: CorrectionOptions = CorrectionOptions(),
+    on_step: OnStep | None = None,
 ) -> tuple[Outcome, Setup]:
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
@@ -125,6 +130,7 @@ def make_shot(
             system, roles, more = design(mesh, setup, expressions)
             findings += more
             setup = replace(setup, roles=roles | dict(setup.roles))
+            system = replace(system, mode=correction.mode, gain=correction.gain)
         else:
             findings.append(finding("EXPRESS_SKIPPED", str(output)))
     with steps("write"):

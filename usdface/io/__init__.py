@@ -1,1 +1,1 @@
-"""Files in and out: foreign types (pxr, pygltflib, OpenImageIO, trimesh, ezc3d) stop here."""
+"""Files in and out: foreign types (pxr, pygltflib, OpenImageIO, trimesh) stop here."""
