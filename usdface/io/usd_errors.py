@@ -1,6 +1,5 @@
 """USD's own exceptions as one clear line."""
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -12,16 +11,14 @@ __all__ = ["usd_errors", "usd_message"]
 
 
 def usd_message(error: Exception) -> str:
-    """Return what an exception of USD says, without the C++ around it, in one line.
-
-    USD writes ``Error in 'function' at line N in file F : 'message'``.
-    """
+    """Return what an exception of USD says, without the C++ around it, in one line."""
     try:
-        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        # Of several errors the first is the cause.
+        said = [e.commentary for e in error.args if isinstance(e, Tf.Error)] or [str(error)]
     except UnicodeError:  # the message quotes bytes of a damaged file
         return "a name in it is not UTF-8"
-    said = re.search(r" : '(.*)'?$", lines[-1]) if lines else None
-    return said[1].rstrip("'") if said else (lines or ["unknown error"])[-1]
+    lines = [line.strip() for line in said[0].splitlines() if line.strip()]
+    return lines[0] if lines else "unknown error"
 
 
 @contextmanager

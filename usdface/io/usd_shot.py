@@ -11,6 +11,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.system import FuzzySystem
+from usdface.io.usd_errors import usd_errors
 from usdface.io.usd_fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd_rig import rig_of_stage
 from usdface.io.usd_setup import read_expressions, read_setup, write_expressions, write_setup
@@ -156,6 +157,11 @@ def read_shot(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     InputError
         If there is no `UsdFaceRetarget` prim or more than one, or what it names is missing.
     """
+    with usd_errors(where):
+        return _read(stage, where)
+
+
+def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
     if len(found) != 1:
         paths = ", ".join(str(p.GetPath()) for p in found)

@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.errors import InputError
+from usdface.io.usd_errors import usd_errors
 from usdface.io.usd_stage import (
     Metrics,
     codes_of,
@@ -138,8 +139,11 @@ def read_take_prim(prim: Usd.Prim) -> tuple[MarkerTake | WeightsTake, FloatArray
     InputError
         If the prim is not a take, has no samples, or its arrays do not fit each other.
     """
-    if prim.IsA(UsdSkel.Animation):
-        return _read_weights(prim)
+    with usd_errors(_where(prim)):
+        return _read_weights(prim) if prim.IsA(UsdSkel.Animation) else _read_markers(prim)
+
+
+def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:
     names = prim.GetAttribute(tokens.MARKERS_NAMES).Get()
     points = prim.GetAttribute(tokens.POINTS)
     if not names or not points:
