@@ -4,7 +4,7 @@ from scipy.linalg import solveh_banded
 from scipy.optimize import minimize
 
 from usdface.options import SolveOptions
-from usdface.retarget.solve import curvature_bands, marker_noise, solve_weights
+from usdface.retarget.solve import curvature_bands, marker_error, marker_noise, solve_weights
 
 RNG = np.random.default_rng(6)
 EXACT = SolveOptions(tolerance=1e-9, iterations=20_000)
@@ -115,3 +115,38 @@ def test_noise_cannot_be_told_from_too_little() -> None:
     seen = np.ones(3, dtype=bool)
     assert marker_noise(np.zeros((3, 6)), np.eye(6)[:2], seen) == 0.0
     assert marker_noise(np.zeros((9, 2)), np.eye(2), np.ones(9, dtype=bool)) == 0.0
+
+
+def test_the_error_is_what_nine_tenths_of_the_frames_have_at_most() -> None:
+    """Rest has no misfit, an expression a lot, and one swapped marker is no misfit at all."""
+    rng = np.random.default_rng(12)
+    explained, rest = np.eye(60)[:5], np.eye(60)[5:]
+    size = np.where(np.arange(1000) < 600, 0.0, 1e-2)
+    motion = rng.normal(size=(1000, 5)) @ explained
+    direction = rng.normal(size=55)
+    misfit = size[:, None] * (direction / np.sqrt(np.mean(direction**2))) @ rest
+    seen = np.ones(1000, dtype=bool)
+    assert marker_error(motion + misfit, explained, seen) == pytest.approx(1e-2)
+    misfit[::50] += 1.0
+    assert marker_error(motion + misfit, explained, seen) == pytest.approx(1e-2)
+    noise = 1e-3 * rng.normal(size=(1000, 60))
+    assert marker_error(motion + noise, explained, seen) == pytest.approx(1e-3, rel=0.2)
+
+
+def test_error_cannot_be_told_from_too_little() -> None:
+    assert marker_error(np.ones((9, 2)), np.eye(2), np.ones(9, dtype=bool)) == 0.0
+
+
+def test_with_misfit_two_shapes_that_nearly_agree_share_instead_of_cancelling() -> None:
+    """A twin that differs by a hair: without the ridge the misfit drives it to its bound."""
+    rng = np.random.default_rng(13)
+    shape, hair = rng.normal(size=40), 1e-3 * rng.normal(size=40)
+    offsets = np.stack([shape, shape + hair])
+    times = np.arange(5) / 60
+    misfit = -0.5 * hair + 1e-2 * rng.normal(size=40)
+    right = np.tile(0.4 * shape + misfit, (5, 1)) @ offsets.T
+    normal = offsets @ offsets.T
+    cancelling = solve_weights(normal, right, times, 0.0, EXACT).weights
+    sharing = solve_weights(normal, right, times, 0.0, EXACT, error=1e-2).weights
+    assert np.abs(cancelling[:, 0] - cancelling[:, 1]).min() > 0.35
+    np.testing.assert_allclose(sharing, 0.2, atol=0.05)

@@ -14,14 +14,14 @@ import numpy as np
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solve import Iterate, marker_noise, solve_weights
+from usdface.retarget.solve import Iterate, marker_error, marker_noise, solve_weights
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, visible
 
 __all__ = ["Joint", "solve_jointly"]
 
 _ROUNDS = 30
-# The rounds end when markers move by less than this share of their noise, or this far [m].
+# The rounds end when markers move by less than this share of their error, or this far [m].
 _SETTLED_SHARE = 0.01
 _SETTLED = 1e-9
 
@@ -101,28 +101,31 @@ def solve_jointly(
     fit_pose = setup.head == "solve" and rows.axes == 3
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
 
+    explained, whole = np.vstack([rows.shapes, rows.rigid.T]), np.asarray(seen.all(axis=1))
+
     iterate: Iterate | None = None
-    noise = 0.0
+    noise = error = 0.0
     for done in range(1, _ROUNDS + 1):
         displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
         if done <= 2:
-            explained = np.vstack([rows.shapes, rows.rigid.T])
-            noise = marker_noise(observed, explained, np.asarray(seen.all(axis=1)))
+            noise = marker_noise(observed, explained, whole)
+        # What a pose is off in the first rounds looks like misfit.
+        error = marker_error(observed, explained, whole)
         if not fit_pose and seen.all():
             break
         right = observed @ rows.projected.T
-        iterate = solve_weights(normal, right, times, noise, setup.solve, iterate, rough=True)
+        iterate = solve_weights(normal, right, times, noise, setup.solve, iterate, True, error)
         leftover = (observed - iterate.weights @ rows.shapes).reshape(*seen.shape, -1)
         moved = _rms(leftover[~seen])
         if fit_pose:
             here = pose.to_head(markers)
             pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
             moved = max(moved, _rms((pose.to_head(markers) - here)[seen]))
-        if moved < max(_SETTLED_SHARE * noise, _SETTLED):
+        if moved < max(_SETTLED_SHARE * error, _SETTLED):
             break
     displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
     right = observed @ rows.projected.T
-    weights = solve_weights(normal, right, times, noise, setup.solve, iterate).weights
+    weights = solve_weights(normal, right, times, noise, setup.solve, iterate, error=error).weights
     if rows.axes == 2:
         # What a turning head does to a flat image cannot be undone in depth: its small part
         # is taken out of the markers on the character instead.

@@ -1,14 +1,17 @@
 """Blend shape weights of a whole take: box-constrained least squares, smooth in time.
 
-The problem solved, for N = D'D of the marker offsets D and noise variance v, is::
+The problem solved, for N = D'D of the marker offsets D, noise variance v and error variance
+e (noise, and what face and rig do not have in common), is::
 
     min over 0 <= w <= 1 of   sum_t |D w_t - y_t|^2 / 2
-                            + v / spread^2 * sum_t |w_t|^2 / 2
+                            + e / spread^2 * sum_t |w_t|^2 / 2
                             + v * smoothness / agility * integral |w''|^2 dt / 2
 
 which is the most probable take if weights are about `spread` large, their second
 derivative is white with power `agility`, and markers carry white noise. So the smoothing
-follows the noise: without noise each frame is solved for itself, exactly.
+follows the noise, and the ridge the whole error: another face than the rig's asks for
+shapes that nobody made, and without a ridge answers with pairs of large weights that
+cancel. Without noise and misfit each frame is solved for itself, exactly.
 
 The whole-take form is solved by ADMM (Boyd et al. 2011) with over-relaxation. One
 eigen-decomposition of N turns the unconstrained step into S independent pentadiagonal
@@ -24,7 +27,7 @@ from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
 from usdface.takes import BoolArray, FloatArray
 
-__all__ = ["Iterate", "curvature_bands", "marker_noise", "solve_weights"]
+__all__ = ["Iterate", "curvature_bands", "marker_error", "marker_noise", "solve_weights"]
 
 # Where smoothing weighs less than this share of the least visible weight direction, it is left out.
 _NEGLIGIBLE = 1e-2
@@ -49,6 +52,7 @@ def solve_weights(
     options: SolveOptions,
     start: Iterate | None = None,
     rough: bool = False,
+    error: float = 0.0,
 ) -> Iterate:
     """Solve for the weights of all frames at once.
 
@@ -66,13 +70,15 @@ def solve_weights(
         Where to start: the result for a similar problem.
     rough : bool
         Take a few steps towards the solution only, for a problem that will change again.
+    error : float [m]
+        RMS error of a marker coordinate, misfit included; at least `noise` is assumed.
 
     Returns
     -------
     Iterate
     """
     variance = noise**2
-    ridge = variance / options.spread**2 + _RIDGE_FLOOR * max(normal.trace(), 1e-300)
+    ridge = max(variance, error**2) / options.spread**2 + _RIDGE_FLOOR * max(normal.trace(), 1e-300)
     ridged = normal + ridge * np.eye(len(normal))
     bands = curvature_bands(times) * (variance * options.smoothness / options.agility)
     weakest = np.linalg.eigvalsh(ridged)[0]
@@ -170,9 +176,7 @@ def marker_noise(observed: FloatArray, explained: FloatArray, seen: BoolArray) -
     float [m]
         Standard deviation; 0 if there are too few frames or markers to tell.
     """
-    basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
-    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
-    rest = observed @ basis[:, rank:]
+    rest = _unexplained(observed, explained)
     if rest.shape[1] == 0 or len(rest) < 4:
         return 0.0
     differences = np.diff(rest, 3, axis=0) / np.sqrt(20.0)
@@ -180,3 +184,25 @@ def marker_noise(observed: FloatArray, explained: FloatArray, seen: BoolArray) -
     if whole.sum() >= 16:
         differences = differences[whole]
     return float(np.median(np.abs(differences)) * 1.4826)
+
+
+def marker_error(observed: FloatArray, explained: FloatArray, seen: BoolArray) -> float:
+    """Estimate the error of marker coordinates, noise and misfit, from what nothing explains.
+
+    The misfit grows with the expression and is nothing at rest: nine tenths of the frames
+    have less than this, so that neither rest nor a swapped marker decides.
+
+    Parameters and result are those of `marker_noise`.
+    """
+    rest = _unexplained(observed, explained)
+    if rest.shape[1] == 0:
+        return 0.0
+    rest = rest[seen] if seen.sum() >= 16 else rest
+    return float(np.quantile(np.sqrt((rest**2).mean(axis=1)), 0.9))
+
+
+def _unexplained(observed: FloatArray, explained: FloatArray) -> FloatArray:
+    """Return the part of `observed` (F, N) that is orthogonal to `explained`, in a basis."""
+    basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
+    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
+    return np.asarray(observed @ basis[:, rank:])
