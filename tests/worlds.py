@@ -9,14 +9,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.io.usd_rig_write import write_rig
 from usdface.io.usd_take import write_take
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
-__all__ = ["NEUTRAL", "World", "animation_of", "make_world", "restaged", "world_weights"]
+__all__ = [
+    "NEUTRAL",
+    "World",
+    "animation_of",
+    "camera_pixels",
+    "make_world",
+    "restaged",
+    "world_weights",
+    "write_live_link",
+]
 
 NEUTRAL = 4
 FRAMES = 40
@@ -170,9 +179,9 @@ def _teeth() -> Mesh:
     return Mesh("teeth", points, np.array([3]), np.array([0, 1, 2]), shapes=(jaw, own))
 
 
-def restaged(source: Path, target: Path, meters_per_unit: float, up_axis: str) -> Path:
-    """Copy a rig of metres, Y up, as the same face in other units and another up axis."""
-    stage = Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(source)))
+def restaged(path: Path, meters_per_unit: float, up_axis: str) -> None:
+    """Write a rig of metres, Y up, anew as the same face in other units and another up axis."""
+    stage = Usd.Stage.Open(str(path))
     turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]) if up_axis == "Z" else np.eye(3)
     for prim in stage.Traverse():
         for attribute in prim.GetAuthoredAttributes():
@@ -185,19 +194,34 @@ def restaged(source: Path, target: Path, meters_per_unit: float, up_axis: str) -
                 attribute.Clear()
     UsdGeom.SetStageMetersPerUnit(stage, meters_per_unit)
     UsdGeom.SetStageUpAxis(stage, up_axis)
-    stage.GetRootLayer().Export(str(target))
-    return target
+    stage.Save()
 
 
-def animation_of(path: Path, *, muted: tuple[str, ...] = ()) -> WeightsTake:
-    """Return what UsdSkel plays on the first mesh that is bound, as a stage that is opened anew.
+def camera_pixels(take: MarkerTake) -> MarkerTake:
+    """Return a take as a camera far in front of the face sees it: pixels, x right, y up."""
+    pixels = 4000 * take.positions[..., :2] + [640, 480]
+    return MarkerTake(take.names, take.times, pixels, take.rate, image_size=(1280, 960))
 
-    `muted` names layers (by the end of their path) to mute first. Times are time codes.
+
+def write_live_link(world: World, path: Path) -> None:
+    """Write the true weights as a phone records them: 60 frames to the timecode's second."""
+    names = [name[0].upper() + name[1:] for name in world.rig.shape_names]
+    lines = [",".join(["Timecode", "BlendShapeCount", *names, "HeadYaw"])]
+    for time, row in zip(world.take.times, world.weights, strict=True):
+        second, frame = divmod(time * 60, 60)
+        stamp = f"10:20:{int(second):02d}:{frame:06.3f}"
+        lines.append(",".join([stamp, str(len(row)), *(f"{w:.9f}" for w in row), "0.1"]))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def animation_of(source: Path | Usd.Stage, *, muted: str = "") -> WeightsTake:
+    """Return what UsdSkel plays on the first skeleton; the times are time codes.
+
+    `muted` is the name of a layer file to mute first.
     """
-    stage = Usd.Stage.Open(str(path))
-    for layer in list(stage.GetUsedLayers()):
-        layer.Reload()
-        if layer.identifier.endswith(muted or ("\0",)):
+    stage = Usd.Stage.Open(str(source)) if isinstance(source, Path) else source
+    for layer in stage.GetUsedLayers():
+        if muted and layer.realPath.endswith(muted):
             stage.MuteLayer(layer.identifier)
     skeleton = next(p for p in stage.Traverse() if p.IsA(UsdSkel.Skeleton))
     query = UsdSkel.Cache().GetSkelQuery(UsdSkel.Skeleton(skeleton)).GetAnimQuery()

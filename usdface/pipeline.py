@@ -117,9 +117,9 @@ def make_shot(
         if bind:
             setup, more = read_bind(bind)
             findings += more
+            mesh = character.mesh(setup.binding.mesh)
         else:
-            setup = unbound(recorded)
-        mesh = character.mesh(setup.binding.mesh)
+            setup, mesh = unbound(recorded), character.face()
         setup, more = fit_setup(setup, mesh, recorded)
         findings += more
     with steps("design"):
@@ -137,7 +137,7 @@ def make_shot(
         write_shot(output, rig, take, setup, system, expressions)
     summary = {
         "markers bound": len(setup.binding.markers),
-        "blend shapes": len(mesh.shapes),
+        "blend shapes": len(character.shape_names),
         "expressions": ", ".join(e.name for e in expressions),
         "rules": len(system.rules) if system else 0,
     }
@@ -192,7 +192,7 @@ def apply(
     The final weights, emotion curves and residual go onto the edit target; nothing is saved.
     """
     from usdface.animate import animate
-    from usdface.io.usd_layers import author
+    from usdface.io.usd_layers import apply_animation
     from usdface.io.usd_shot import read_shot
 
     steps = Steps(on_step)
@@ -201,7 +201,7 @@ def apply(
     solved = animate(stage, shot, options, steps)
     with steps("write"):
         final = replace(solved.final, solution=solved.solve.solution)
-        author(stage.GetEditTarget().GetLayer(), shot, final)
+        apply_animation(stage, shot, final)
     return Outcome((), tuple(findings + solved.findings), solved.summary, steps.seconds)
 
 

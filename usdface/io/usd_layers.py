@@ -6,20 +6,27 @@ that does not by the ratio to its fallback of 24.
 """
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from pxr import Sdf, Usd, UsdSkel, Vt
 
-from usdface.errors import InputError
+from usdface.errors import InputError, OutputError
 from usdface.io.usd_shot import Shot, ShotPrims
 from usdface.io.usd_stage import Metrics, matrices, new_layer, save_layers, to_si
 from usdface.retarget.transfer import Solution
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import FloatArray
 
-__all__ = ["Animation", "author", "complete_weights", "layer_paths", "write_layers"]
+__all__ = [
+    "Animation",
+    "apply_animation",
+    "author",
+    "complete_weights",
+    "layer_paths",
+    "write_layers",
+]
 
 _ANIMATION = "UsdFaceAnim"
 
@@ -68,6 +75,26 @@ def complete_weights(
     place = {name: i for i, name in enumerate(order)}
     result[:, [place[name] for name in names]] = weights
     return order, result
+
+
+def apply_animation(stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
+    """Author one animation as overs on the edit target of an open stage.
+
+    Raises
+    ------
+    OutputError
+        If the edit target cannot be edited, or is not among the stage's own layers.
+    """
+    layer = stage.GetEditTarget().GetLayer()
+    if not (stage.HasLocalLayer(layer) and layer.permissionToEdit):
+        raise OutputError(
+            f"the edit target {layer.identifier} cannot take the animation: it must be one of "
+            "the stage's own layers, and not locked"
+        )
+    # USD stretches what lies on a layer by the ratio of its clock to the stage's.
+    offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
+    codes = np.array([offset * code for code in shot.codes.tolist()])
+    author(layer, replace(shot, codes=codes), animation)
 
 
 def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:

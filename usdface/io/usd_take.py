@@ -55,7 +55,7 @@ def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
         prim = _define_markers(stage, take, codes, metrics)
     else:
         prim = _define_weights(stage, take, codes)
-    _author(prim, tokens.SOURCE, Sdf.ValueTypeNames.Asset, Sdf.AssetPath(Path(take.source).name))
+    _author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, Path(take.source).name)
     _author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
     _author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
     stage.SetDefaultPrim(prim)
@@ -180,8 +180,7 @@ def _where(prim: Usd.Prim) -> str:
 
 
 def _source(prim: Usd.Prim) -> str:
-    asset = prim.GetAttribute(tokens.SOURCE).Get()
-    return asset.path if asset else str(prim.GetPath())
+    return str(prim.GetAttribute(tokens.SOURCE).Get() or prim.GetPath())
 
 
 def _source_rate(prim: Usd.Prim, metrics: Metrics) -> float:
