@@ -82,7 +82,7 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
 
 def _solve(shot: Shot, mesh: Mesh) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     if isinstance(shot.take, WeightsTake):
-        weights, findings = rename_weights(shot.take, mesh.shape_names)
+        weights, findings = rename_weights(shot.take, shot.rig.shape_names)
         return weights, None, findings
     setup, findings = fit_setup(shot.setup, mesh, shot.take)
     points = setup.binding.points

@@ -292,6 +292,19 @@ class Rig:
         """Names of all blend shapes, in order of first appearance."""
         return tuple(dict.fromkeys(n for mesh in self.meshes for n in mesh.shape_names))
 
+    def face(self) -> Mesh:
+        """Return the mesh that has the most blend shapes.
+
+        Raises
+        ------
+        InputError
+            If no mesh has any.
+        """
+        mesh = max(self.meshes, key=lambda mesh: len(mesh.shapes), default=None)
+        if mesh is None or not mesh.shapes:
+            raise InputError(f"the rig {self.source or self.name!r} has no blend shapes")
+        return mesh
+
     def mesh(self, name: str = "") -> Mesh:
         """Return the mesh of that name or path; without one, the only mesh that has shapes.
 
@@ -307,12 +320,10 @@ class Rig:
                 raise InputError(f"the rig {self.name!r} has no mesh {name!r}; it has {known}")
             return found[0]
         deforming = [m for m in self.meshes if m.shapes]
-        if not deforming:
-            raise InputError(f"the rig {self.source or self.name!r} has no blend shapes")
         if len(deforming) > 1:
             known = ", ".join(m.path or m.name for m in deforming)
             raise InputError(
                 f"the rig {self.name!r} has {len(deforming)} meshes with blend shapes "
                 f'({known}); name one as "mesh" in the binding'
             )
-        return deforming[0]
+        return self.face()

@@ -3,13 +3,14 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError, OutputError
 from usdface.io.usd_rig_write import write_rig
+from usdface.io.usd_take import write_take
 from usdface.io.usdz import write_usdz
 from usdface.rigs import BlendShape, Mesh, Rig
-from usdface.takes import WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 
 def scene(folder: Path) -> Path:
@@ -35,6 +36,19 @@ def test_the_package_plays_by_itself(tmp_path: Path) -> None:
     weights = UsdSkel.Animation(animation).GetBlendShapeWeightsAttr()
     assert [weights.Get(code)[0] for code in (0, 1, 2)] == [0, 0.5, 1]
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["face.usdz"]
+
+
+def test_the_name_of_a_takes_source_is_not_packed(tmp_path: Path) -> None:
+    source = scene(tmp_path)
+    write_take(
+        MarkerTake(("chin",), np.zeros(1), np.ones((1, 1, 3)), source="gone.c3d"),
+        tmp_path / "take.usda",
+    )
+    layer = Sdf.Layer.FindOrOpen(str(source))
+    layer.subLayerPaths.append("./take.usda")
+    layer.Save()
+    write_usdz(source, tmp_path / "face.usdz")
+    assert Usd.Stage.Open(str(tmp_path / "face.usdz")).GetPrimAtPath("/Take")
 
 
 def test_two_runs_give_the_same_bytes(tmp_path: Path) -> None:
