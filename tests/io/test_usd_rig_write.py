@@ -1,10 +1,14 @@
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdShade, UsdSkel
 
 from usdface.errors import InputError, OutputError
+from usdface.io.usd_rig import read_rig
 from usdface.io.usd_rig_write import write_rig
-from usdface.rigs import BlendShape, Mesh, Rig, Skeleton, Skin
+from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
 from usdface.takes import WeightsTake
 
 
@@ -165,3 +169,21 @@ def test_what_cannot_be_written_is_said_and_leaves_the_old_file(face_rig, skinne
     with pytest.raises(InputError, match="2 joints"):
         write_rig(Rig("r", (wrong,), skinned_rig.skeleton), path)
     assert path.read_text() == "old"
+
+
+def test_faces_in_no_subset_get_one_for_programs_that_look_only_there(
+    tmp_path: Path, face_rig: Rig
+) -> None:
+    """Blender draws them without a material otherwise."""
+    (mesh,) = face_rig.meshes
+    lips = MaterialSubset(mesh.subsets[0].material, np.array([2, 3]))
+    partial = replace(mesh, material=mesh.subsets[1].material, subsets=(lips,))
+    write_rig(replace(face_rig, meshes=(partial,)), tmp_path / "rig.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "rig.usda"))
+    prim = next(p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh))
+    subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
+    faces = sorted(f for subset in subsets for f in subset.GetIndicesAttr().Get())
+    assert len(subsets) == 2 and faces == list(range(len(mesh.face_counts)))
+    (back,) = read_rig(tmp_path / "rig.usda")[0].meshes
+    assert back.material == partial.material
+    assert [list(s.faces) for s in back.subsets] == [[2, 3]]

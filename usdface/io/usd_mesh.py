@@ -171,13 +171,16 @@ def _material(prim: Usd.Prim) -> str:
 def _subsets(prim: Usd.Prim, count: int) -> tuple[tuple[MaterialSubset, ...], list[Finding]]:
     subsets: list[MaterialSubset] = []
     findings: list[Finding] = []
+    whole = _material(prim)
     for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
         faces = np.asarray(subset.GetIndicesAttr().Get(_START) or [], np.int64)
         inside = (faces >= 0) & (faces < count)
         if not inside.all():
             message = f"faces outside 0 to {count - 1} are left out"
             findings.append(finding("FEATURE_DROPPED", str(subset.GetPath()), message))
-        subsets.append(MaterialSubset(_material(subset.GetPrim()), faces[inside]))
+        material = _material(subset.GetPrim())
+        if material != whole:  # else it says what the mesh says
+            subsets.append(MaterialSubset(material, faces[inside]))
     return tuple(subsets), findings
 
 

@@ -14,7 +14,7 @@ from usdface.io.rig_bounds import posed_bounds
 from usdface.io.usd_errors import usd_message
 from usdface.io.usd_materials_write import write_materials
 from usdface.io.usd_stage import Metrics, matrices, new_stage, save_layer, vec2f_array, vec3f_array
-from usdface.rigs import BlendShape, Mesh, Rig, Skeleton, Skin
+from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
 from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["write_rig"]
@@ -278,8 +278,17 @@ def _bind_materials(
 
     binding = UsdShade.MaterialBindingAPI.Apply(prim.GetPrim())
     bind(prim.GetPrim(), mesh.material)
-    names = prim_names((s.material or "unassigned" for s in mesh.subsets), taken)
-    for name, subset in zip(names, mesh.subsets, strict=True):
+    if not mesh.subsets:
+        return findings
+    subsets = mesh.subsets
+    rest = np.setdiff1d(
+        np.arange(len(mesh.face_counts)), np.concatenate([s.faces for s in subsets])
+    )
+    if len(rest) and mesh.material:
+        # Blender leaves faces without a material where some are in subsets and others are not.
+        subsets = (*subsets, MaterialSubset(mesh.material, rest))
+    names = prim_names((s.material or "unassigned" for s in subsets), taken)
+    for name, subset in zip(names, subsets, strict=True):
         faces = Vt.IntArray.FromNumpy(subset.faces.astype(np.int32))
         made = binding.CreateMaterialBindSubset(name, faces)
         bind(made.GetPrim(), subset.material)
