@@ -1,6 +1,14 @@
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from ict_face import write_meshes
+
+from usdface.cli import main
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -11,3 +19,31 @@ def shared_data() -> Path:
     if not SHARED.is_dir():
         pytest.skip("real data (../shared/data) is not beside this clone")
     return SHARED
+
+
+@pytest.fixture(scope="session")
+def ict_rig(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The ICT face as `usdface rig` makes it of a folder of meshes, for reading only."""
+    folder = tmp_path_factory.mktemp("ict_face")
+    write_meshes(shared_data, folder / "face")
+    assert main(["rig", str(folder / "face"), "-o", str(folder / "rig.usdc")]) == 0
+    return folder / "rig.usdc"
+
+
+@pytest.fixture(scope="session")
+def validate_gltf() -> Callable[[Path], dict[str, Any]]:
+    """A function from a glTF file to the report of the Khronos validator."""
+    root = Path(__file__).resolve().parents[1]
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("node is not installed")
+    if not (root / "node_modules" / "gltf-validator").is_dir():
+        pytest.skip("gltf-validator is missing: npm install --no-save gltf-validator")
+    script = root / "tests" / "gltf_validate.mjs"
+
+    def validate(path: Path) -> dict[str, Any]:
+        command = [node, str(script), str(path)]
+        done = subprocess.run(command, capture_output=True, check=True, cwd=root)
+        return json.loads(done.stdout)
+
+    return validate

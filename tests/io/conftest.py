@@ -1,7 +1,5 @@
 import json
-import shutil
 import struct
-import subprocess
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -122,25 +120,6 @@ def skinned_rig(face_rig: Rig) -> Rig:
         ("neck", "neck/head"), ("neck", "Head Joint"), [root, head @ root], [root, head]
     )
     return Rig("skinned face", (replace(mesh, skin=skin, subsets=()),), skeleton)
-
-
-@pytest.fixture(scope="session")
-def validate_gltf() -> Callable[[Path], dict[str, Any]]:
-    """A function from a glTF file to the report of the Khronos validator."""
-    root = Path(__file__).resolve().parents[2]
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("node is not installed")
-    if not (root / "node_modules" / "gltf-validator").is_dir():
-        pytest.skip("gltf-validator is missing: npm install --no-save gltf-validator")
-    script = root / "tests" / "gltf_validate.mjs"
-
-    def validate(path: Path) -> dict[str, Any]:
-        command = [node, str(script), str(path)]
-        done = subprocess.run(command, capture_output=True, check=True, cwd=root)
-        return json.loads(done.stdout)
-
-    return validate
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,169 @@
+"""A real performance on a real face: AnimFace's optical takes on ICT-FaceKit's head."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pxr import Usd
+from worlds import animation_of
+
+from usdface.cli import main
+from usdface.io.bind_file import read_bind
+from usdface.io.take_files import read_take
+from usdface.io.usd_rig import read_rig
+from usdface.retarget.align import rigid_fit, similarity_fit
+from usdface.retarget.neutral import neutral_markers
+from usdface.takes import MarkerTake
+
+BIND = Path(__file__).resolve().parent / "data" / "animface_ict_bind.json"
+# Where the skull shows least of an expression; good enough to tell what the chin does.
+HEAD = ("ForeHead_M", "ForeHead_L", "ForeHead_R", "NoseTop", "NoseHead")
+
+
+class Performance:
+    """A take, and what the command line made of it on the ICT face."""
+
+    def __init__(self, rig: Path, source: Path, folder: Path) -> None:
+        take, shot = folder / "take.usdc", folder / "shot.usda"
+        self.gltf, self.result = folder / "out.glb", folder / "shot.usdface.usda"
+        report = folder / "report.json"
+        bound = ["--rig", rig, "--take", take, "--bind", BIND]
+        for command in (
+            ["take", source, "-o", take],
+            ["shot", *bound, "-o", shot],
+            ["process", shot, "--gltf", self.gltf, "--report", report],
+        ):
+            assert main([str(word) for word in command]) == 0
+        self.report: dict[str, Any] = json.loads(report.read_text())
+        recorded, _ = read_take(source)
+        assert isinstance(recorded, MarkerTake)
+        self.take = recorded
+        self.played = animation_of(self.result)
+        self.solved = animation_of(self.result, muted="express.usdc")
+
+    def moved(self, marker: str) -> np.ndarray:
+        """Return how far a marker is from its neutral once the head is held still: (F, 3) [m]."""
+        setup, _ = read_bind(BIND)
+        head = self.take.select(HEAD)
+        pose, _ = rigid_fit(neutral_markers(head, setup.neutral), head)
+        still = pose.to_head(self.take.select((marker,)))
+        return still[:, 0] - neutral_markers(still, setup.neutral)[0]
+
+
+@pytest.fixture(scope="module")
+def jaw(ict_rig: Path, shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Performance:
+    folder = tmp_path_factory.mktemp("jaw")
+    return Performance(ict_rig, shared_data / "animface" / "Jaw.c3d", folder)
+
+
+@pytest.fixture(scope="module")
+def eyebrows(
+    ict_rig: Path, shared_data: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Performance:
+    folder = tmp_path_factory.mktemp("eyebrows")
+    return Performance(ict_rig, shared_data / "animface" / "Eyebrows.c3d", folder)
+
+
+@pytest.mark.parametrize(("name", "frames"), [("jaw", 1590), ("eyebrows", 902)])
+def test_the_report_tells_how_well_the_face_follows(
+    name: str, frames: int, request: pytest.FixtureRequest
+) -> None:
+    summary = request.getfixturevalue(name).report["summary"]
+    assert (summary["frames"], summary["markers used"]) == (frames, 41)
+    # Another person's face: 41 markers at 1.0 and 1.2 mm in the mean.
+    assert 0.5 < summary["residual mm, mean"] < 1.5
+    assert summary["residual mm, mean"] < summary["residual mm, worst"] < 4.0
+
+
+def test_the_gltf_is_valid(jaw: Performance, validate_gltf: Callable[[Path], Any]) -> None:
+    issues = validate_gltf(jaw.gltf)["issues"]
+    assert issues["numErrors"] == 0, issues["messages"][:5]
+
+
+def test_the_stage_plays_the_weights_that_the_residual_speaks_of(
+    jaw: Performance, ict_rig: Path
+) -> None:
+    """Residual and feature points of the solve layer fit the mesh that the stage shows."""
+    rig, _ = read_rig(ict_rig)
+    setup, _ = read_bind(BIND)
+    mesh, points = rig.meshes[0], setup.binding.points
+    assert jaw.solved.names == mesh.shape_names
+    offsets = mesh.offsets_at(points).reshape(len(mesh.shapes), -1)
+    shown = mesh.points[points] + (jaw.solved.weights @ offsets).reshape(-1, len(points), 3)
+    stage = Usd.Stage.Open(str(jaw.result))
+    prim = stage.GetPrimAtPath("/Shot/Retarget")
+    features, residual = (
+        np.array([prim.GetAttribute(name).Get(code) for code in jaw.solved.times])
+        for name in ("usdface:featurePoints", "usdface:residual")
+    )
+    rms = np.sqrt(((features - shown) ** 2).sum(axis=2).mean(axis=1))
+    np.testing.assert_allclose(rms, residual, atol=1e-6)
+    assert residual.mean() * 1000 == pytest.approx(jaw.report["summary"]["residual mm, mean"], 0.01)
+
+
+@pytest.mark.parametrize("name", ["jaw", "eyebrows"])
+def test_a_resting_face_rests_and_no_weight_saturates_for_long(
+    name: str, request: pytest.FixtureRequest
+) -> None:
+    solved = request.getfixturevalue(name).solved
+    setup, _ = read_bind(BIND)
+    first, last = setup.neutral
+    assert solved.weights[first : last + 1].max() < 0.1
+    assert (solved.weights > 0.999).mean() < 0.01
+
+
+def test_the_jaw_opens_where_the_chin_goes_down(jaw: Performance) -> None:
+    """Of 142 frames in which the chin is down by 40 % of its way, 92 %: else it slides forward."""
+    down = -jaw.moved("Chin")[:, 1]
+    opened = down > 0.4 * down.max()
+    lower_face = [n for n in jaw.solved.names if n.startswith(("jaw", "mouth"))]
+    strongest = jaw.solved.reordered(tuple(lower_face)).weights.argmax(axis=1)
+    assert opened.sum() > 100
+    assert (strongest[opened] == lower_face.index("jawOpen")).mean() >= 0.8
+    assert np.corrcoef(jaw.solved.column("jawOpen"), down)[0, 1] > 0.9
+
+
+def test_the_jaw_goes_to_the_side_that_the_chin_goes_to(jaw: Performance) -> None:
+    """The performer's left is +X on take and rig."""
+    sideways = jaw.moved("Chin")[:, 0]
+    left = jaw.solved.column("jawLeft") - jaw.solved.column("jawRight")
+    assert left[sideways.argmax()] > 0.5
+    assert left[sideways.argmin()] < -0.5
+
+
+def test_the_jaw_is_forward_where_the_chin_is(jaw: Performance) -> None:
+    forward = jaw.moved("Chin")[:, 2]
+    assert jaw.solved.column("jawForward")[forward.argmax()] > 0.8
+
+
+@pytest.mark.parametrize("side", ["L", "R"])
+def test_the_brows_go_up_and_down_with_their_markers(eyebrows: Performance, side: str) -> None:
+    up = eyebrows.moved(f"{side}eyebrow_M")[:, 1]
+    raised = eyebrows.solved.column(f"browOuterUp_{side}")
+    raised = raised + eyebrows.solved.column(f"browInnerUp_{side}")
+    lowered = eyebrows.solved.column(f"browDown_{side}")
+    assert (raised > lowered)[up > 0.4 * up.max()].mean() > 0.9
+    assert (lowered > raised)[up < 0.4 * up.min()].mean() > 0.9
+
+
+def test_the_corrector_only_raises(jaw: Performance) -> None:
+    assert (jaw.played.weights >= jaw.solved.weights - 1e-6).all()
+
+
+def test_the_binding_is_symmetric_and_lies_on_the_skin_where_the_performer_has_markers(
+    jaw: Performance, ict_rig: Path
+) -> None:
+    setup, _ = read_bind(BIND)
+    rig, _ = read_rig(ict_rig)
+    bound = rig.meshes[0].points[setup.binding.points]
+    assert setup.binding.points.max() < 9409  # eyes, teeth, mouth and skull come after the face
+    gaps = np.linalg.norm(bound[:, None] - bound * [-1, 1, 1], axis=2)
+    assert gaps.min(axis=1).max() < 1e-4
+    worn = jaw.take.select(setup.binding.markers)[setup.neutral[0]]
+    linear, offset = similarity_fit(worn, bound)
+    apart = np.linalg.norm(worn @ linear + offset - bound, axis=1)
+    assert apart.max() < 0.015
+    assert np.sqrt((apart**2).mean()) < 0.007
