@@ -551,7 +551,6 @@ def test_a_disabled_rule_takes_its_expression_away(done: Done, own_stage) -> Non
     frown = done.world.rig.shape_names.index("browDownLeft")
     assert (before[:, frown] > raw[:, frown] + 0.05).any()
     np.testing.assert_array_equal(changed[:, frown], raw[:, frown])
-    assert (changed > raw + 0.05).any()  # the other expressions stay
 
 
 def test_another_rule_text_gives_another_expression(done: Done, own_stage) -> None:

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface import __version__
 from usdface.errors import UsdFaceError
@@ -116,7 +116,11 @@ def _shot(commands: Any) -> None:
     command.add_argument("--rig", type=Path, required=True, help="USD rig")
     command.add_argument("--take", type=Path, required=True, help="USD take")
     command.add_argument("--bind", type=Path, help="where the markers sit, JSON")
-    command.add_argument("--print-bind", action="store_true", help="print the binding as written")
+    command.add_argument(
+        "--print-bind",
+        action="store_true",
+        help="print the binding as written; the report goes to standard error",
+    )
     _output(command, "the shot, .usda")
     default = CorrectionOptions()
     command.add_argument(
@@ -144,7 +148,7 @@ def _run_shot(parsed: argparse.Namespace) -> int:
         status.append(written)
         return outcome
 
-    result = _report(parsed, run)
+    result = _report(parsed, run, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
         print(bind_json(status[0]), end="")
     return result
@@ -153,10 +157,11 @@ def _run_shot(parsed: argparse.Namespace) -> int:
 def _process(commands: Any) -> None:
     command = _command(commands, "process", _run_process, "retarget, correct, write layers")
     command.add_argument("shot", type=Path)
-    command.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
     command.add_argument("--no-express", dest="express", action="store_false")
-    command.add_argument(
+    result = command.add_mutually_exclusive_group()
+    result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
+    result.add_argument(
         "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
     )
 
@@ -230,13 +235,17 @@ def _report(
     parsed: argparse.Namespace,
     run: "Callable[[OnStep | None], Outcome]",
     fail_on: Sequence[str] = (),
+    file: TextIO | None = None,
 ) -> int:
     """Run a command with progress, print and write what came of it, return the exit status."""
+    from usdface.io.atomic import check_place
     from usdface.report import print_outcome, progress, write_report
 
+    if parsed.report:
+        check_place(parsed.report)
     with progress(parsed.format == "text") as on_step:
         outcome = run(on_step)
-    print_outcome(outcome, parsed.format)
+    print_outcome(outcome, parsed.format, file)
     if parsed.report:
         write_report(outcome, parsed.report)
     worst = severest(outcome.findings)

@@ -157,30 +157,34 @@ def process(
         One clear line; nothing is half-written.
     """
     from usdface.animate import animate
+    from usdface.io.atomic import check_place
     from usdface.io.usd_layers import layer_paths, write_layers
     from usdface.io.usd_shot import read_shot
     from usdface.io.usd_stage import open_stage
 
     path = Path(path)
     root = Path(options.output) if options.output else None
-    if options.gltf:
+    gltf = Path(options.gltf) if options.gltf else None
+    if gltf:
         from usdface.io.gltf_write import write_gltf
     _register_schemas()
     steps = Steps(on_step)
     with steps("read"):
         ours = layer_paths(path, root)
+        for place in (ours.root, ours.solve, *([gltf] if gltf else [])):
+            check_place(place)
         stage = open_stage(path, without=(ours.solve, ours.express))
         shot, findings = read_shot(stage, str(path))
     solved = animate(stage, shot, options, steps)
+    findings += solved.findings
+    if gltf:
+        with steps("gltf"):
+            findings += write_gltf(shot.rig, gltf, solved.weights)
     with steps("write"):
         written = write_layers(
             path, stage, shot, solved.solve, solved.express, root, options.in_place
         )
-    findings += solved.findings
-    if options.gltf:
-        with steps("gltf"):
-            findings += write_gltf(shot.rig, Path(options.gltf), solved.weights)
-        written.append(Path(options.gltf))
+    written += [gltf] if gltf else []
     return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds)
 
 

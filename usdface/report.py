@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
@@ -36,16 +36,16 @@ def progress(shown: bool) -> Iterator[OnStep | None]:
         yield lambda name: bars.update(task, description=name)
 
 
-def print_outcome(outcome: Outcome, form: str) -> None:
-    """Print an outcome as a table, or as JSON."""
+def print_outcome(outcome: Outcome, form: str, file: TextIO | None = None) -> None:
+    """Print an outcome as a table, or as JSON, to a stream (standard output)."""
     if form == "json":
-        print(json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False))
+        print(json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False), file=file)
         return
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
-    console = Console(soft_wrap=True, highlight=False)
+    console = Console(file=file, soft_wrap=True, highlight=False)
     if outcome.summary:
         table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
         for name, value in outcome.summary.items():

@@ -138,6 +138,11 @@ def fit_setup(
         )
     if isinstance(take, MarkerTake):
         take.select(setup.head_markers)
+        if setup.neutral and setup.neutral[1] >= len(take.times):
+            raise InputError(
+                f"neutral frames {setup.neutral[0]} to {setup.neutral[1]} lie outside the take "
+                f"{take.source}, which has frames 0 to {len(take.times) - 1}"
+            )
         if not set(binding.markers) & set(take.names):
             raise InputError(
                 f"no bound marker is in the take {take.source}; bound: "

@@ -8,7 +8,24 @@ from pathlib import Path
 
 from usdface.errors import OutputError
 
-__all__ = ["atomic_path", "write_bytes", "write_text"]
+__all__ = ["atomic_path", "check_place", "write_bytes", "write_text"]
+
+
+def check_place(path: Path) -> None:
+    """Fail before the work rather than after it where `path` cannot be written.
+
+    Raises
+    ------
+    OutputError
+        If it is a folder, or the folder that it would go to is none or is read-only.
+    """
+    folder = path.parent
+    while not folder.exists():
+        folder = folder.parent
+    if path.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        reason = f"{path if path.is_dir() else folder} is "
+        reason += "a folder" if path.is_dir() else "read-only" if folder.is_dir() else "no folder"
+        raise OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
 
 
 @contextmanager
