@@ -175,7 +175,7 @@ def test_faces_in_no_subset_get_one_for_programs_that_look_only_there(
     tmp_path: Path, face_rig: Rig
 ) -> None:
     """Blender draws them without a material otherwise."""
-    (mesh,) = face_rig.meshes
+    mesh = face_rig.meshes[0]
     lips = MaterialSubset(mesh.subsets[0].material, np.array([2, 3]))
     partial = replace(mesh, material=mesh.subsets[1].material, subsets=(lips,))
     write_rig(replace(face_rig, meshes=(partial,)), tmp_path / "rig.usda")
