@@ -8,7 +8,6 @@ from usdface.errors import OutputError
 from usdface.findings import Finding
 from usdface.io.atomic import atomic_path
 from usdface.io.usd_stage import open_stage
-from usdface.schemas import tokens
 
 __all__ = ["write_usdz"]
 
@@ -48,11 +47,5 @@ def write_usdz(source: Path, path: Path) -> list[Finding]:
 
 
 def _flatten(stage: Usd.Stage, path: Path) -> bool:
-    # Flattening makes asset paths absolute, which the packer then gathers; the name of the
-    # file that a take once came from is no asset of the scene.
-    layer = stage.Flatten(addSourceFileComment=False)
-    for prim in stage.TraverseAll():
-        source = layer.GetAttributeAtPath(prim.GetPath().AppendProperty(tokens.SOURCE))
-        if source:
-            source.ClearDefaultValue()
-    return bool(layer.Export(str(path)))
+    # Flattening makes asset paths absolute, which the packer then gathers.
+    return bool(stage.Flatten(addSourceFileComment=False).Export(str(path)))
