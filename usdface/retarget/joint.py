@@ -14,7 +14,7 @@ import numpy as np
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solve import Iterate, marker_error, marker_noise, solve_weights
+from usdface.retarget.solve import Iterate, marker_misfit, marker_noise, solve_weights
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, visible
 
@@ -104,28 +104,29 @@ def solve_jointly(
     explained, whole = np.vstack([rows.shapes, rows.rigid.T]), np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
-    noise = error = 0.0
+    noise = misfit = 0.0
     for done in range(1, _ROUNDS + 1):
         displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
         if done <= 2:
             noise = marker_noise(observed, explained, whole)
         # What a pose is off in the first rounds looks like misfit.
-        error = marker_error(observed, explained, whole)
+        misfit = marker_misfit(observed, explained, whole, noise)
         if not fit_pose and seen.all():
             break
         right = observed @ rows.projected.T
-        iterate = solve_weights(normal, right, times, noise, setup.solve, iterate, True, error)
+        iterate = solve_weights(normal, right, times, noise, setup.solve, iterate, True, misfit)
         leftover = (observed - iterate.weights @ rows.shapes).reshape(*seen.shape, -1)
         moved = _rms(leftover[~seen])
         if fit_pose:
             here = pose.to_head(markers)
             pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
             moved = max(moved, _rms((pose.to_head(markers) - here)[seen]))
-        if moved < max(_SETTLED_SHARE * error, _SETTLED):
+        if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
             break
     displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
     right = observed @ rows.projected.T
-    weights = solve_weights(normal, right, times, noise, setup.solve, iterate, error=error).weights
+    final = solve_weights(normal, right, times, noise, setup.solve, iterate, misfit=misfit)
+    weights = final.weights
     if rows.axes == 2:
         # What a turning head does to a flat image cannot be undone in depth: its small part
         # is taken out of the markers on the character instead.

@@ -1,7 +1,7 @@
 """Blend shape weights of a whole take: box-constrained least squares, smooth in time.
 
 The problem solved, for N = D'D of the marker offsets D, noise variance v and error variance
-e (noise, and what face and rig do not have in common), is::
+e = v + 3 misfit^2 (what face and rig do not have in common), is::
 
     min over 0 <= w <= 1 of   sum_t |D w_t - y_t|^2 / 2
                             + e / spread^2 * sum_t |w_t|^2 / 2
@@ -11,7 +11,8 @@ which is the most probable take if weights are about `spread` large, their secon
 derivative is white with power `agility`, and markers carry white noise. So the smoothing
 follows the noise, and the ridge the whole error: another face than the rig's asks for
 shapes that nobody made, and without a ridge answers with pairs of large weights that
-cancel. Without noise and misfit each frame is solved for itself, exactly.
+cancel. Misfit is alike on neighbouring markers, so that it counts for more than noise.
+Without noise and misfit each frame is solved for itself, exactly.
 
 The whole-take form is solved by ADMM (Boyd et al. 2011) with over-relaxation. One
 eigen-decomposition of N turns the unconstrained step into S independent pentadiagonal
@@ -22,18 +23,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.special import chdtri
 
 from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
 from usdface.takes import BoolArray, FloatArray
 
-__all__ = ["Iterate", "curvature_bands", "marker_error", "marker_noise", "solve_weights"]
+__all__ = ["Iterate", "curvature_bands", "marker_misfit", "marker_noise", "solve_weights"]
 
 # Where smoothing weighs less than this share of the least visible weight direction, it is left out.
 _NEGLIGIBLE = 1e-2
 _RELAXATION = 1.6
 _ROUGH = 12
 _RIDGE_FLOOR = 1e-13
+# How many markers err alike; on a real face that was solved on another's rig, 2 to 6 do well.
+_ALIKE = 3.0
+# Misfit grows with the expression and is nothing at rest. This share of the frames has less:
+# neither a resting face nor a few swapped markers decide.
+_MOST = 0.9
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,7 +59,7 @@ def solve_weights(
     options: SolveOptions,
     start: Iterate | None = None,
     rough: bool = False,
-    error: float = 0.0,
+    misfit: float = 0.0,
 ) -> Iterate:
     """Solve for the weights of all frames at once.
 
@@ -70,16 +77,17 @@ def solve_weights(
         Where to start: the result for a similar problem.
     rough : bool
         Take a few steps towards the solution only, for a problem that will change again.
-    error : float [m]
-        RMS error of a marker coordinate, misfit included; at least `noise` is assumed.
+    misfit : float [m]
+        RMS error of a marker coordinate beyond the noise.
 
     Returns
     -------
     Iterate
     """
     variance = noise**2
-    ridge = max(variance, error**2) / options.spread**2 + _RIDGE_FLOOR * max(normal.trace(), 1e-300)
-    ridged = normal + ridge * np.eye(len(normal))
+    ridge = (variance + _ALIKE * misfit**2) / options.spread**2
+    floor = _RIDGE_FLOOR * max(normal.trace(), 1e-300)
+    ridged = normal + (ridge + floor) * np.eye(len(normal))
     bands = curvature_bands(times) * (variance * options.smoothness / options.agility)
     weakest = np.linalg.eigvalsh(ridged)[0]
     if bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest:
@@ -186,19 +194,26 @@ def marker_noise(observed: FloatArray, explained: FloatArray, seen: BoolArray) -
     return float(np.median(np.abs(differences)) * 1.4826)
 
 
-def marker_error(observed: FloatArray, explained: FloatArray, seen: BoolArray) -> float:
-    """Estimate the error of marker coordinates, noise and misfit, from what nothing explains.
+def marker_misfit(
+    observed: FloatArray, explained: FloatArray, seen: BoolArray, noise: float
+) -> float:
+    """Estimate by how much face and rig differ, from what no weight and no pose explains.
 
-    The misfit grows with the expression and is nothing at rest: nine tenths of the frames
-    have less than this, so that neither rest nor a swapped marker decides.
+    Parameters are those of `marker_noise`, and its result `noise` [m].
 
-    Parameters and result are those of `marker_noise`.
+    Returns
+    -------
+    float [m]
+        RMS over the coordinates of an expressive frame; 0 where noise explains it all.
     """
     rest = _unexplained(observed, explained)
-    if rest.shape[1] == 0:
+    count = rest.shape[1]
+    if count == 0:
         return 0.0
     rest = rest[seen] if seen.sum() >= 16 else rest
-    return float(np.quantile(np.sqrt((rest**2).mean(axis=1)), 0.9))
+    most = float(np.quantile((rest**2).mean(axis=1), _MOST))
+    of_noise = noise**2 * float(chdtri(count, 1.0 - _MOST)) / count
+    return float(np.sqrt(max(0.0, most - of_noise)))
 
 
 def _unexplained(observed: FloatArray, explained: FloatArray) -> FloatArray:
