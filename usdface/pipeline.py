@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdface.findings import Finding, finding
+from usdface.io.atomic import check_place
 from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.setup import Setup, fit_setup, unbound
@@ -38,6 +39,7 @@ def make_rig(
     from usdface.io.usd_rig_write import write_rig
 
     steps = Steps(on_step)
+    check_place(output, source)
     with steps("read"):
         rig, findings = read_rig_file(source, options)
     with steps("write"):
@@ -59,6 +61,7 @@ def make_take(
     from usdface.io.usd_take import write_take
 
     steps = Steps(on_step)
+    check_place(output, source)
     with steps("read"):
         take, findings = read_take(source, options)
     with steps("write"):
@@ -110,6 +113,7 @@ def make_shot(
 
     _register_schemas()
     steps = Steps(on_step)
+    check_place(output, rig, take, *([bind] if bind else []))
     with steps("read"):
         character, findings = read_rig(rig)
         stage = open_stage(take)
@@ -157,10 +161,9 @@ def process(
         One clear line; nothing is half-written.
     """
     from usdface.animate import animate
-    from usdface.io.atomic import check_place
     from usdface.io.usd_layers import layer_paths, write_layers
     from usdface.io.usd_shot import read_shot
-    from usdface.io.usd_stage import open_stage
+    from usdface.io.usd_stage import files_of, open_stage
 
     path = Path(path)
     root = Path(options.output) if options.output else None
@@ -171,9 +174,9 @@ def process(
     steps = Steps(on_step)
     with steps("read"):
         ours = layer_paths(path, root)
-        for place in (ours.root, ours.solve, *([gltf] if gltf else [])):
-            check_place(place)
         stage = open_stage(path, without=(ours.solve, ours.express))
+        for place in (ours.root, ours.solve, *([gltf] if gltf else [])):
+            check_place(place, *files_of(stage))
         shot, findings = read_shot(stage, str(path))
     solved = animate(stage, shot, options, steps)
     findings += solved.findings
@@ -212,6 +215,7 @@ def apply(
 def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
     """Write the face of a USD scene, with its weights animation, as glTF or USDZ."""
     steps = Steps(on_step)
+    check_place(output, source)
     if output.suffix.lower() == ".usdz":
         from usdface.io.usdz import write_usdz
 
@@ -242,6 +246,7 @@ def import_scene(source: Path, output: Path, on_step: OnStep | None = None) -> O
     from usdface.io.usd_rig_write import write_rig
 
     steps = Steps(on_step)
+    check_place(output, source)
     with steps("read"):
         rig, weights, findings = read_gltf(source)
     with steps("write"):

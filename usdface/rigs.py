@@ -318,6 +318,8 @@ class Rig:
             if not found:
                 known = ", ".join(m.path or m.name for m in self.meshes)
                 raise InputError(f"the rig {self.name!r} has no mesh {name!r}; it has {known}")
+            if not found[0].shapes:
+                raise InputError(f"mesh {name!r} of the rig {self.name!r} has no blend shapes")
             return found[0]
         deforming = [m for m in self.meshes if m.shapes]
         if len(deforming) > 1:

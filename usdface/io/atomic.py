@@ -11,14 +11,17 @@ from usdface.errors import OutputError
 __all__ = ["atomic_path", "check_place", "write_bytes", "write_text"]
 
 
-def check_place(path: Path) -> None:
+def check_place(path: Path, *inputs: Path) -> None:
     """Fail before the work rather than after it where `path` cannot be written.
 
     Raises
     ------
     OutputError
-        If it is a folder, or the folder that it would go to is none or is read-only.
+        If it is a folder or one of the `inputs`, or the folder that it would go to is none or
+        is read-only.
     """
+    if path.resolve() in (source.resolve() for source in inputs):
+        raise OutputError(f"{path} is an input and would be overwritten; choose another --output")
     folder = path.parent
     while not folder.exists():
         folder = folder.parent

@@ -20,6 +20,7 @@ __all__ = [
     "author_metrics",
     "codes_of",
     "default_prim",
+    "files_of",
     "matrices",
     "metrics_of",
     "new_layer",
@@ -76,6 +77,11 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}")
     return stage
+
+
+def files_of(stage: Usd.Stage) -> list[Path]:
+    """Return the files that a stage is composed of."""
+    return [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
 
 
 @contextmanager
@@ -199,6 +205,9 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
     OutputError
         If one cannot be written; then none is replaced.
     """
+    for path, _ in layers:
+        if path.suffix not in (".usda", ".usdc", ".usd"):
+            raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
     with ExitStack() as places:
         for path, layer in layers:
             temporary = places.enter_context(atomic_path(path))
