@@ -1,0 +1,162 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from worlds import World, make_world
+
+from usdface import __version__
+from usdface.cli import main
+from usdface.io.bind_file import setup_of_json
+
+COMMANDS = ("rig", "take", "shot", "process", "export", "import", "check", "bench")
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+@pytest.fixture
+def folder(world: World, tmp_path: Path) -> Path:
+    return world.write(tmp_path)
+
+
+def shot_command(folder: Path, *options: str) -> list[str]:
+    files = [f"--{n}={folder / n}.usda" for n in ("rig", "take")]
+    return ["shot", *files, f"--bind={folder}/bind.json", "-o", f"{folder}/shot.usda", *options]
+
+
+def test_the_whole_way_says_what_it_wrote(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(shot_command(folder)) == 0
+    assert f"wrote {folder / 'shot.usda'}" in capfd.readouterr().out
+    assert main(["process", str(folder / "shot.usda"), "--gltf", str(folder / "a.glb")]) == 0
+    said = capfd.readouterr()
+    for name in ("shot.usdface.usda", "shot.usdface/solve.usdc", "shot.usdface/express.usdc"):
+        assert f"wrote {folder / name}" in said.out
+    assert "a.glb" in said.out and "joy, peak" in said.out
+    assert said.err == ""
+    result = str(folder / "shot.usdface.usda")
+    assert main(["check", result, str(folder / "a.glb")]) == 0
+    assert main(["export", result, "-o", str(folder / "b.glb")]) == 0
+    assert main(["export", result, "-o", str(folder / "b.usdz")]) == 0
+    assert main(["import", str(folder / "b.glb"), "-o", str(folder / "c.usdc")]) == 0
+    assert main(["rig", str(folder / "b.glb"), "-o", str(folder / "d.usda")]) == 0
+    assert capfd.readouterr().err == ""
+
+
+def test_json_is_all_that_standard_output_holds(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    result, glb = str(folder / "shot.usdface.usda"), str(folder / "a.glb")
+    for command in (
+        ["rig", str(folder / "rig.usda"), "-o", str(folder / "rig_2.usdc")],
+        shot_command(folder),
+        ["process", str(folder / "shot.usda")],
+        ["export", result, "-o", glb],
+        ["import", glb, "-o", str(folder / "back.usda")],
+        ["check", result, glb],
+    ):
+        assert main([*command, "--format", "json"]) == 0
+        said = capfd.readouterr()
+        document = json.loads(said.out)
+        assert set(document) == {"written", "findings", "summary", "seconds", "peak_memory_mb"}
+        assert all(Path(path).is_file() for path in document["written"])
+        assert said.err == ""
+
+
+def test_the_report_file_holds_the_same(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    report = folder / "reports" / "shot.json"
+    assert main(shot_command(folder, "--format", "json", "--report", str(report))) == 0
+    printed, written = json.loads(capfd.readouterr().out), json.loads(report.read_text())
+    for same in ("written", "findings", "summary", "seconds"):
+        assert printed[same] == written[same]
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_the_printed_binding_is_a_binding(
+    folder: Path, world: World, capfd: pytest.CaptureFixture[str], form: str
+) -> None:
+    assert main(shot_command(folder, "--print-bind", "--format", form)) == 0
+    said = capfd.readouterr()
+    setup = setup_of_json(json.loads(said.out), "printed")
+    assert setup.binding.markers == tuple(world.points) and setup.nose_tip == "nose"
+    assert setup.binding.mesh == "/Asset/Face/head"
+    assert "shot.usda" in said.err
+
+
+def test_strict_makes_warnings_fail(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    # The small face has no shapes for anger: a warning.
+    assert main(shot_command(folder)) == 0
+    assert "warning EXPRESSION_UNKNOWN" in capfd.readouterr().out
+    assert main(shot_command(folder, "--strict")) == 1
+    # Nothing to warn about.
+    shot = str(folder / "shot.usda")
+    assert main(["process", shot, "--no-express", "--strict"]) == 0
+
+
+def test_check_fails_on_errors_without_strict(folder: Path) -> None:
+    rig = folder / "rig.usda"
+    assert main(["check", str(rig)]) == 0
+    text = rig.read_text().replace(
+        "uniform int[] pointIndices = [", "uniform int[] pointIndices = [9999, "
+    )
+    rig.write_text(text)
+    assert main(["check", str(rig)]) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["sing"],
+        ["rig"],
+        ["rig", "a.glb"],
+        ["rig", "a.glb", "-o", "b.usda", "--up-axis", "X"],
+        ["take", "a.c3d", "-o", "b.usda", "--units", "furlong"],
+        ["take", "a.c3d", "-o", "b.usda", "--rate", "fast"],
+        ["take", "a.csv", "-o", "b.usda", "--image-size", "100"],
+        ["shot", "--rig", "a.usda", "-o", "b.usda"],
+        ["process"],
+        ["process", "a.usda", "--in-place", "-o", "b.usda"],
+        ["process", "a.usda", "--format", "xml"],
+        ["check"],
+        ["bench", "mine"],
+    ],
+)
+def test_wrong_usage_exits_with_2(arguments: list[str], capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    said = capfd.readouterr()
+    assert said.out == "" and said.err.startswith("usage: usdface")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([command, "--help"])
+    assert caught.value.code == 0
+    said = capsys.readouterr().out
+    assert f"usage: usdface {command}" in said and "--report FILE" in said
+
+
+def test_help_and_version_load_nothing_heavy() -> None:
+    script = (
+        "import sys\nfrom usdface.cli import main\n"
+        "for option in ('--help', '--version'):\n"
+        "    try: main([option])\n"
+        "    except SystemExit as done: assert done.code == 0\n"
+        "heavy = {'numpy', 'pxr', 'scipy', 'rich', 'trimesh', 'pygltflib'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert __version__ in done.stdout
+    assert all(command in done.stdout for command in COMMANDS)
+
+
+def test_bench_papers_keeps_what_it_promises(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "papers", "--format", "json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)) == 2

@@ -1,0 +1,123 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.rigs import BlendShape, Inbetween, Mesh, Rig, Skeleton, Skin
+
+RNG = np.random.default_rng(11)
+POINTS = RNG.normal(size=(9, 3))
+DENSE = np.where(RNG.random((3, 9, 1)) < 0.5, RNG.normal(size=(3, 9, 3)), 0.0)
+NAMES = ("jawOpen", "smile L", "口")
+
+
+def shape(indices: list[int], name: str = "a", **fields: object) -> BlendShape:
+    return BlendShape(name, indices, np.ones((len(indices), 3)), **fields)  # type: ignore[arg-type]
+
+
+def face(**changes: object) -> Mesh:
+    shapes = tuple(BlendShape.from_dense(n, d) for n, d in zip(NAMES, DENSE, strict=True))
+    given = {"points": POINTS, "face_counts": [3, 4], "face_indices": [0, 1, 2, 3, 4, 5, 6]}
+    return Mesh("face", **(given | {"shapes": shapes} | changes))  # type: ignore[arg-type]
+
+
+def test_nothing_in_a_rig_can_be_changed() -> None:
+    between = Inbetween("half", 0.5, np.ones((2, 3)), np.ones((2, 3)))
+    bent = shape([1, 4], normal_offsets=np.ones((2, 3)), inbetweens=(between,))
+    skin = Skin(np.zeros((9, 1)), np.ones((9, 1)))
+    mesh = face(normals=POINTS, uvs=np.zeros((7, 2)), skin=skin)
+    skeleton = Skeleton(("root",), ("root",), np.eye(4)[None], np.eye(4)[None])
+    arrays = [
+        *(mesh.points, mesh.normals, mesh.uvs, mesh.face_counts, mesh.face_indices),
+        *(bent.indices, bent.offsets, bent.normal_offsets),
+        *(between.offsets, between.normal_offsets),
+        *(skin.joints, skin.weights, skeleton.bind, skeleton.rest),
+    ]
+    for array in arrays:
+        assert array is not None
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+def test_a_sparse_shape_holds_what_the_dense_one_moves() -> None:
+    for dense in DENSE:
+        sparse = BlendShape.from_dense("a", dense)
+        np.testing.assert_array_equal(sparse.indices, np.flatnonzero(dense.any(axis=1)))
+        back = np.zeros_like(dense)
+        back[sparse.indices] = sparse.offsets
+        np.testing.assert_array_equal(back, dense)
+    assert len(BlendShape.from_dense("a", 1e-6 * DENSE[0], tolerance=1e-3).indices) == 0
+
+
+def test_offsets_at_some_vertices_are_the_dense_ones() -> None:
+    wanted = np.array([8, 0, 3, 3, 5])
+    np.testing.assert_array_equal(face().offsets_at(wanted), DENSE[:, wanted])
+    empty = face(shapes=(shape([]),))
+    np.testing.assert_array_equal(empty.offsets_at(wanted), np.zeros((1, 5, 3)))
+
+
+def test_deformation_is_linear() -> None:
+    mesh = face()
+    a, b = RNG.random((2, 3))
+    np.testing.assert_array_equal(mesh.deformed(np.zeros(3)), POINTS)
+    np.testing.assert_allclose(
+        mesh.deformed(2 * a - b) - POINTS,
+        2 * (mesh.deformed(a) - POINTS) - (mesh.deformed(b) - POINTS),
+        atol=1e-14,
+    )
+    np.testing.assert_allclose(mesh.deformed(np.eye(3)[1]), POINTS + DENSE[1], atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"points": np.full((9, 3), np.nan)}, "finite"),
+        ({"points": np.zeros((9, 2))}, "finite, shape"),
+        ({"face_counts": [3, 3]}, "add up to 6"),
+        ({"face_indices": [0, 1, 2, 3, 4, 5, 9]}, "outside 0 to 8"),
+        ({"face_indices": [0, 1, 2, 3, 4, 5, -1]}, "outside 0 to 8"),
+        ({"shapes": (shape([2, 9]),)}, "'a': a point index is outside 0 to 8"),
+        ({"shapes": (shape([-1, 2]),)}, "outside 0 to 8"),
+        ({"shapes": (shape([1]), shape([2]))}, "'a' twice"),
+        ({"shapes": (replace(shape([1]), offsets=[[np.nan, 0, 0]]),)}, "finite"),
+    ],
+)
+def test_a_mesh_that_makes_no_sense(changes: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        face(**changes)
+    assert said in str(caught.value) and "'face'" in str(caught.value)
+
+
+@pytest.mark.parametrize("indices", [[2, 1], [1, 1]])
+def test_indices_are_sorted_and_unique(indices: list[int]) -> None:
+    with pytest.raises(InputError, match="sorted and unique"):
+        shape(indices)
+
+
+def test_offsets_fit_their_indices() -> None:
+    with pytest.raises(InputError, match="offsets of shape"):
+        BlendShape("a", np.arange(2), np.zeros((3, 3)))
+
+
+def test_transforms_fit_their_joints() -> None:
+    with pytest.raises(InputError, match="2, 4, 4"):
+        Skeleton(("a", "a/b"), ("a", "b"), np.eye(4)[None], np.eye(4)[None])
+
+
+def test_a_rig_has_each_name_once_in_order_of_appearance() -> None:
+    teeth = face(shapes=(shape([1], "teeth"), shape([2], "jawOpen")))
+    assert Rig("r", (face(), teeth)).shape_names == (*NAMES, "teeth")
+
+
+def test_a_mesh_is_found_by_name_by_path_or_as_the_only_one() -> None:
+    bare = Mesh("hair", POINTS, [3], [0, 1, 2], path="/Asset/hair")
+    rig = Rig("r", (bare, replace(face(), path="/Asset/face")))
+    assert rig.mesh() is rig.mesh("face") is rig.mesh("/Asset/face") is rig.meshes[1]
+    for name, said in (("neck", "it has /Asset/hair, /Asset/face"), ("hair", "no blend shapes")):
+        with pytest.raises(InputError, match=said):
+            rig.mesh(name)
+    with pytest.raises(InputError, match="no blend shapes"):
+        Rig("r", (bare,)).mesh()
+    with pytest.raises(InputError, match="2 meshes with blend shapes"):
+        Rig("r", (face(), face())).mesh()

@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.takes import MarkerTake, WeightsTake, frozen, visible
+
+RNG = np.random.default_rng(3)
+
+
+def markers(positions: object = None, **changes: object) -> MarkerTake:
+    made = RNG.normal(size=(4, 3, 3)) if positions is None else positions
+    given = {"names": ("a", "b", "c"), "times": np.arange(4) / 30, "positions": made}
+    return MarkerTake(**(given | changes))  # type: ignore[arg-type]
+
+
+def weights(**changes: object) -> WeightsTake:
+    given = {"names": ("a", "b"), "times": np.arange(4) / 30, "weights": RNG.random((4, 2))}
+    return WeightsTake(**(given | changes))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("take", [markers(), weights()])
+def test_a_take_cannot_be_changed(take: MarkerTake | WeightsTake) -> None:
+    values = take.positions if isinstance(take, MarkerTake) else take.weights
+    for array in (values, take.times):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+    with pytest.raises(AttributeError):
+        take.rate = 24.0  # type: ignore[misc]
+
+
+def test_a_take_does_not_follow_the_array_it_was_made_of() -> None:
+    positions = np.ones((4, 3, 3))
+    take, part = markers(positions), markers(positions[:, ::1])
+    positions[:] = 7.0
+    assert (take.positions == 1).all() and (part.positions == 1).all()
+
+
+def test_frozen_copies_only_what_could_change() -> None:
+    once = frozen(np.arange(3.0))
+    assert frozen(once) is once
+    assert frozen([1, 2], np.int64).dtype == np.int64
+    assert frozen(np.ones((4, 6))[:, ::2]).flags.c_contiguous
+
+
+def test_a_hidden_marker_is_nan_in_all_components() -> None:
+    positions = RNG.normal(size=(4, 3, 3))
+    positions[1, 2] = np.nan
+    take = markers(positions)
+    expected = np.ones((4, 3), dtype=bool)
+    expected[1, 2] = False
+    np.testing.assert_array_equal(take.visible, expected)
+    np.testing.assert_array_equal(visible(take.positions[1]), expected[1])
+    positions[0, 0, 1] = np.nan
+    with pytest.raises(InputError, match="all components"):
+        markers(positions)
+
+
+def test_select_goes_by_name_in_the_order_asked() -> None:
+    take = markers()
+    np.testing.assert_array_equal(take.select(("c", "a")), take.positions[:, [2, 0]])
+    assert take.select(()).shape == (4, 0, 3)
+    with pytest.raises(InputError, match="'x', 'y'; it has a, b, c"):
+        take.select(("a", "x", "y"))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_dimension_is_the_arrays(dimension: int) -> None:
+    assert markers(np.zeros((4, 3, dimension))).dimension == dimension
+
+
+def test_columns_travel_by_name() -> None:
+    take = weights()
+    np.testing.assert_array_equal(take.column("b"), take.weights[:, 1])
+    again = take.reordered(("x", "b", "a"))
+    assert again.names == ("x", "b", "a")
+    np.testing.assert_array_equal(again.weights[:, 1:], take.weights[:, ::-1])
+    assert (again.column("x") == 0).all()
+    np.testing.assert_array_equal(again.reordered(take.names).weights, take.weights)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"names": ("a", "b")}, "expected (frames, 2 markers"),
+        ({"names": ("a", "b", "a")}, "'a' occurs twice"),
+        ({"names": (), "positions": np.zeros((4, 0, 3))}, "no markers"),
+        ({"positions": np.zeros((4, 3, 4))}, "2 or 3"),
+        ({"positions": np.zeros((0, 3, 3)), "times": []}, "no frames"),
+        ({"positions": np.full((4, 3, 3), np.inf)}, "finite"),
+        ({"times": [0.0, 1.0, 2.0]}, "3 times for 4 frames"),
+        ({"times": [0.0, 1.0, 1.0, 2.0]}, "increasing"),
+        ({"times": [0.0, 1.0, np.nan, 2.0]}, "increasing"),
+        ({"up_axis": "X"}, "'X'"),
+    ],
+)
+def test_markers_that_make_no_take(changes: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        markers(**changes)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"names": ("a",)}, "expected (frames, 1)"),
+        ({"names": ("a", "a")}, "'a' occurs twice"),
+        ({"weights": np.zeros((0, 2)), "times": []}, "no frames"),
+        ({"weights": np.full((4, 2), np.nan)}, "finite"),
+        ({"times": [3.0, 2.0, 1.0, 0.0]}, "increasing"),
+    ],
+)
+def test_weights_that_make_no_take(changes: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        weights(**changes)
+    assert said in str(caught.value)
