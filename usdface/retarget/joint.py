@@ -14,7 +14,7 @@ import numpy as np
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solve import Iterate, marker_misfit, marker_noise, solve_weights
+from usdface.retarget.solve import Iterate, marker_misfit, marker_noise, solve_weights, unexplained
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, visible
 
@@ -101,16 +101,18 @@ def solve_jointly(
     fit_pose = setup.head == "solve" and rows.axes == 3
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
 
-    explained, whole = np.vstack([rows.shapes, rows.rigid.T]), np.asarray(seen.all(axis=1))
+    basis_of_rest = unexplained(np.vstack([rows.shapes, rows.rigid.T]))
+    whole = np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
     noise = misfit = 0.0
     for done in range(1, _ROUNDS + 1):
         displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
+        rest = observed @ basis_of_rest
         if done <= 2:
-            noise = marker_noise(observed, explained, whole)
+            noise = marker_noise(rest, whole)
         # What a pose is off in the first rounds looks like misfit.
-        misfit = marker_misfit(observed, explained, whole, noise)
+        misfit = marker_misfit(rest, whole, noise)
         if not fit_pose and seen.all():
             break
         right = observed @ rows.projected.T

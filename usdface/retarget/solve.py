@@ -29,7 +29,14 @@ from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
 from usdface.takes import BoolArray, FloatArray
 
-__all__ = ["Iterate", "curvature_bands", "marker_misfit", "marker_noise", "solve_weights"]
+__all__ = [
+    "Iterate",
+    "curvature_bands",
+    "marker_misfit",
+    "marker_noise",
+    "solve_weights",
+    "unexplained",
+]
 
 # Where smoothing weighs less than this share of the least visible weight direction, it is left out.
 _NEGLIGIBLE = 1e-2
@@ -163,19 +170,23 @@ def curvature_bands(times: FloatArray) -> FloatArray:
     return bands
 
 
-def marker_noise(observed: FloatArray, explained: FloatArray, seen: BoolArray) -> float:
+def unexplained(explained: FloatArray) -> FloatArray:
+    """Return an orthonormal basis of what `explained` (K, N) does not span: (N, R)."""
+    basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
+    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
+    return np.asarray(basis[:, rank:])
+
+
+def marker_noise(rest: FloatArray, seen: BoolArray) -> float:
     """Estimate the white noise of marker coordinates from what no weight and no pose explains.
 
-    Third differences in time of the part of `observed` that is orthogonal to `explained`
-    keep the noise (their variance is 20 times the noise's) and drop the slow misfit of
-    rig and performer. The median makes it robust to spikes.
+    Third differences in time keep the noise (their variance is 20 times the noise's) and
+    drop the slow misfit of rig and performer. The median makes it robust to spikes.
 
     Parameters
     ----------
-    observed : (F, N) float64 [m]
-        Marker displacements, flattened, gaps filled.
-    explained : (K, N) float64
-        Directions that weights or head pose explain.
+    rest : (F, R) float64 [m]
+        Marker displacements, gaps filled, in the basis of what is `unexplained`.
     seen : (F,) bool
         Frames in which every marker was seen; others are left out where enough remain.
 
@@ -184,7 +195,6 @@ def marker_noise(observed: FloatArray, explained: FloatArray, seen: BoolArray) -
     float [m]
         Standard deviation; 0 if there are too few frames or markers to tell.
     """
-    rest = _unexplained(observed, explained)
     if rest.shape[1] == 0 or len(rest) < 4:
         return 0.0
     differences = np.diff(rest, 3, axis=0) / np.sqrt(20.0)
@@ -194,9 +204,7 @@ def marker_noise(observed: FloatArray, explained: FloatArray, seen: BoolArray) -
     return float(np.median(np.abs(differences)) * 1.4826)
 
 
-def marker_misfit(
-    observed: FloatArray, explained: FloatArray, seen: BoolArray, noise: float
-) -> float:
+def marker_misfit(rest: FloatArray, seen: BoolArray, noise: float) -> float:
     """Estimate by how much face and rig differ, from what no weight and no pose explains.
 
     Parameters are those of `marker_noise`, and its result `noise` [m].
@@ -206,7 +214,6 @@ def marker_misfit(
     float [m]
         RMS over the coordinates of an expressive frame; 0 where noise explains it all.
     """
-    rest = _unexplained(observed, explained)
     count = rest.shape[1]
     if count == 0:
         return 0.0
@@ -214,10 +221,3 @@ def marker_misfit(
     most = float(np.quantile((rest**2).mean(axis=1), _MOST))
     of_noise = noise**2 * float(chdtri(count, 1.0 - _MOST)) / count
     return float(np.sqrt(max(0.0, most - of_noise)))
-
-
-def _unexplained(observed: FloatArray, explained: FloatArray) -> FloatArray:
-    """Return the part of `observed` (F, N) that is orthogonal to `explained`, in a basis."""
-    basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
-    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
-    return np.asarray(observed @ basis[:, rank:])
