@@ -3,11 +3,13 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from pxr import Tf
+from pxr import Tf, UsdUtils
 
 from usdface.errors import InputError
 
-__all__ = ["usd_errors", "usd_message"]
+__all__ = ["one_line", "usd_errors", "usd_message"]
+
+_LONGEST = 400  # characters
 
 
 def usd_message(error: Exception) -> str:
@@ -17,17 +19,25 @@ def usd_message(error: Exception) -> str:
         said = [e.commentary for e in error.args if isinstance(e, Tf.Error)] or [str(error)]
     except UnicodeError:  # the message quotes bytes of a damaged file
         return "a name in it is not UTF-8"
-    lines = [line.strip() for line in said[0].splitlines() if line.strip()]
-    return lines[0] if lines else "unknown error"
+    return one_line(said[0])
+
+
+def one_line(said: str) -> str:
+    """Return the first line of what USD says, cut where it quotes at length."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    first = lines[0] if lines else "unknown error"
+    return first if len(first) <= _LONGEST else f"{first[:_LONGEST]}..."
 
 
 @contextmanager
 def usd_errors(source: str) -> Iterator[None]:
     """Raise as InputError, naming `source`, whatever reading a stage runs into.
 
+    USD's own warnings are kept off standard error, where our one line goes.
     A damaged file fails late: USD reads values when they are asked for, and names that are
     not UTF-8 or values of another type than their schema's fail in Python.
     """
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()
     try:
         yield
     except InputError as error:
@@ -39,3 +49,5 @@ def usd_errors(source: str) -> Iterator[None]:
     except (MemoryError, OverflowError, RuntimeError, TypeError, ValueError) as error:
         message = f"{source} does not follow USD's schemas: {usd_message(error)}"
         raise InputError(message) from error
+    finally:
+        del delegate

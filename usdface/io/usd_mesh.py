@@ -47,6 +47,8 @@ def read_mesh(
     points = np.asarray(mesh.GetPointsAttr().Get(_START) or np.zeros((0, 3)), np.float64)
     if not len(points):
         return None, [finding("FEATURE_DROPPED", path, "a mesh without points is left out")]
+    if not np.isfinite(points).all():
+        raise InputError(f"{path}: points must be finite numbers")
     linear = space[:3, :3]
     determinant = float(np.linalg.det(linear))
     if not np.isfinite(determinant) or determinant == 0:

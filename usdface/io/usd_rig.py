@@ -168,7 +168,10 @@ def _pick_skeleton(
 
 
 def _matrix(value: object) -> FloatArray:
-    return np.array(value, np.float64).reshape(4, 4)
+    matrix = np.array(value, np.float64).reshape(4, 4)
+    if not np.isfinite(matrix).all():
+        raise InputError("a transform has numbers that are not finite")
+    return matrix
 
 
 def _bind_space(prim: Usd.Prim, bound: _Bound | None, xforms: UsdGeom.XformCache) -> FloatArray:

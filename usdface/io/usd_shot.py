@@ -107,6 +107,11 @@ def write_shot(
         (tokens.BIND_MESH, mesh),
         (tokens.RIG, _skel_root(rig_stage.GetPrimAtPath(mesh)) if mesh else ""),
     ):
+        if target and not Sdf.Path(target).HasPrefix(character):
+            raise InputError(
+                f"{rig}: <{target}> is not under the defaultPrim <{character}>, which the shot "
+                "references"
+            )
         if target:
             moved = Sdf.Path(target).ReplacePrefix(Sdf.Path(character), Sdf.Path(_CHARACTER))
             targets[name] = [str(moved)]
@@ -131,7 +136,7 @@ def write_shot(
 
 
 def _root_of(stage: Usd.Stage, path: Path) -> str:
-    if stage.HasDefaultPrim():
+    if stage.GetDefaultPrim():
         return str(stage.GetDefaultPrim().GetPath())
     for prim in stage.TraverseAll():
         if prim.IsA(UsdSkel.Root):

@@ -1,17 +1,17 @@
 """Stages and layers: opening, units and up axis, time codes, atomic writing."""
 
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Collection, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.io.atomic import atomic_path
-from usdface.io.usd_errors import usd_errors, usd_message
+from usdface.io.usd_errors import one_line, usd_errors, usd_message
 from usdface.takes import FloatArray
 
 __all__ = [
@@ -67,9 +67,9 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     if not path.is_file():
         raise InputError(f"no such USD file: {path}")
     left_out = {str(layer.resolve()) for layer in without}
-    with usd_errors(str(path)), _quiet():
+    with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
-        broken = [str(error).strip() for error in stage.GetCompositionErrors()]
+        broken = [one_line(str(error)) for error in stage.GetCompositionErrors()]
         for layer in stage.GetUsedLayers():
             if layer.realPath in left_out:
                 stage.MuteLayer(layer.identifier)
@@ -82,16 +82,6 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
 def files_of(stage: Usd.Stage) -> list[Path]:
     """Return the files that a stage is composed of."""
     return [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep USD's warnings off standard error, for a block that raises what they are about."""
-    delegate = UsdUtils.CoalescingDiagnosticDelegate()
-    try:
-        yield
-    finally:
-        del delegate
 
 
 def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
@@ -139,8 +129,14 @@ def author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
 
 
 def metrics_of(stage: Usd.Stage) -> Metrics:
-    """Return the stage's metrics, USD's fallbacks (centimetres, Y up, 24) included."""
-    return Metrics(
+    """Return the stage's metrics, USD's fallbacks (centimetres, Y up, 24) included.
+
+    Raises
+    ------
+    InputError
+        If they make no sense.
+    """
+    metrics = Metrics(
         UsdGeom.GetStageMetersPerUnit(stage),
         str(UsdGeom.GetStageUpAxis(stage)),
         stage.GetTimeCodesPerSecond(),
@@ -148,6 +144,15 @@ def metrics_of(stage: Usd.Stage) -> Metrics:
         stage.GetStartTimeCode(),
         stage.GetEndTimeCode(),
     )
+    for name, number in (
+        (UsdGeom.Tokens.metersPerUnit, metrics.meters_per_unit),
+        ("timeCodesPerSecond", metrics.time_codes_per_second),
+    ):
+        if not (np.isfinite(number) and number > 0):
+            raise InputError(f"{name} is {number:g}; expected a positive number")
+    if metrics.up_axis not in ("Y", "Z"):
+        raise InputError(f"upAxis is {metrics.up_axis!r}; expected 'Y' or 'Z'")
+    return metrics
 
 
 def to_si(metrics: Metrics) -> FloatArray:
