@@ -90,6 +90,7 @@ def refused(
         assert status == 1
         assert said.out == ""
         assert re.fullmatch(r"usdface: [^\n]+\n", said.err), said.err
+        assert "a mistake in usdface" not in said.err
         assert listing(place.folder) == before
         return said.err.strip()
 
@@ -414,6 +415,11 @@ def test_a_shot_with_a_broken_part(
     assert said in refused(place.process)
 
 
+def test_a_character_that_is_an_instance(place: Place, refused: Refused) -> None:
+    place.edit("shot.usda", lambda s: s.GetPrimAtPath("/Shot/Character").SetInstanceable(True))
+    assert "instanceable = false" in refused(place.process)
+
+
 # Places
 
 
@@ -480,6 +486,21 @@ def test_a_failed_run_keeps_the_last_result(place: Place, refused: Refused) -> N
 def test_debug_raises_what_happened(place: Place) -> None:
     with pytest.raises(UsdFaceError, match=r"none\.usda"):
         main(["process", str(place / "none.usda"), "--debug"])
+
+
+def test_a_mistake_of_the_program_is_one_line_too(
+    place: Place, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("first\nsecond")
+
+    monkeypatch.setattr("usdface.pipeline.process", broken)
+    assert main([str(a) for a in place.process]) == 1
+    assert capsys.readouterr().err == (
+        "usdface: a mistake in usdface: ZeroDivisionError: first; --debug shows where\n"
+    )
+    with pytest.raises(ZeroDivisionError):
+        main([*map(str, place.process), "--debug"])
 
 
 def test_no_traceback_without_it(place: Place) -> None:

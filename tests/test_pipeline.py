@@ -5,7 +5,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -249,6 +249,20 @@ def test_in_place_adds_layers_to_the_shot_once(tmp_path: Path, strip: bool) -> N
     np.testing.assert_array_equal(animation_of(shot).weights, beside)
 
 
+def test_in_place_keeps_the_layers_that_the_shot_has(tmp_path: Path) -> None:
+    folder = make_world().write(tmp_path)
+    shot = shoot(folder)
+    Sdf.Layer.CreateNew(str(folder / "late.usda")).Save()
+    layer = Sdf.Layer.FindOrOpen(str(shot))
+    layer.subLayerPaths.append("./late.usda")
+    layer.subLayerOffsets[0] = Sdf.LayerOffset(7, 2)
+    layer.Save()
+    process(folder, "--in-place")
+    layer.Reload()
+    assert list(layer.subLayerPaths)[2] == "./late.usda"
+    assert layer.subLayerOffsets[2] == Sdf.LayerOffset(7, 2)
+
+
 def test_in_place_works_again_when_its_layers_were_deleted(tmp_path: Path) -> None:
     folder = make_world().write(tmp_path)
     process(folder, "--in-place")
@@ -340,6 +354,28 @@ def test_units_and_up_axis_do_not_change_the_weights(
     np.testing.assert_allclose(
         animation_of(root).weights, animation_of(done.root).weights, atol=EXACT
     )
+    retarget = stage.GetPrimAtPath("/Shot/Retarget")
+    markers = stage.GetPrimAtPath("/Shot/Capture/Take")
+    to_world = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(markers))
+    for code in (0, 13, 30):
+        recorded = np.array(markers.GetAttribute("points").Get(code))
+        local = np.array(retarget.GetAttribute("usdface:featurePoints").Get(code))
+        head = np.array(retarget.GetAttribute("usdface:head:transform").Get(code))
+        np.testing.assert_allclose(
+            local @ head[:3, :3] + head[3, :3],
+            recorded @ to_world[:3, :3] + to_world[3, :3],
+            atol=1e-6 / rig_unit,
+        )
+
+
+def test_a_stage_of_another_clock_plays_at_the_same_seconds(
+    done: Done, own_stage: Callable[..., Path]
+) -> None:
+    stage = Usd.Stage.Open(str(own_stage(clock=24)))
+    assert stage.GetTimeCodesPerSecond() == 24
+    played = animation_of(stage)
+    np.testing.assert_allclose(played.times / 24, done.world.take.times, atol=1e-9)
+    np.testing.assert_array_equal(played.weights, animation_of(done.root).weights)
 
 
 # Rigs
@@ -508,21 +544,24 @@ def test_an_unnamed_neutral_is_said_to_be_the_first_frame(tmp_path: Path) -> Non
 
 
 @pytest.fixture
-def own_stage(done: Done, tmp_path: Path) -> Iterator[Callable[[dict[str, str]], np.ndarray]]:
-    """A function from overs on /Shot/Fuzzy, as USD text, to the corrected weights."""
+def own_stage(done: Done, tmp_path: Path) -> Callable[..., Path]:
+    """A function that processes a stage of the user's over the shot; it returns the result.
 
-    def corrected(fuzzy: str) -> np.ndarray:
+    Overs on /Shot/Fuzzy are given as USD text.
+    """
+
+    def processed(fuzzy: str = "", clock: int = 30) -> Path:
         shot = tmp_path / "mine.usda"
         shot.write_text(
-            '#usda 1.0\n(\n defaultPrim = "Shot"\n timeCodesPerSecond = 30\n'
-            f" framesPerSecond = 30\n subLayers = [@{done.folder / 'shot.usda'}@]\n"
+            f'#usda 1.0\n(\n defaultPrim = "Shot"\n timeCodesPerSecond = {clock}\n'
+            f" framesPerSecond = {clock}\n subLayers = [@{done.folder / 'shot.usda'}@]\n"
             ' metersPerUnit = 1\n upAxis = "Y"\n)\n'
             f'over "Shot" {{\nover "Fuzzy" {{\n{fuzzy}\n}}\n}}\n'
         )
         run("process", shot)
-        return animation_of(tmp_path / "mine.usdface.usda").weights
+        return tmp_path / "mine.usdface.usda"
 
-    yield corrected
+    return processed
 
 
 def rules_of(done: Done, emotion: str) -> list[str]:
@@ -534,34 +573,45 @@ def rules_of(done: Done, emotion: str) -> list[str]:
     ]
 
 
-def test_an_empty_layer_over_the_shot_changes_nothing(done: Done, own_stage) -> None:
-    np.testing.assert_array_equal(own_stage(""), animation_of(done.root).weights)
+def test_an_empty_layer_over_the_shot_changes_nothing(
+    done: Done, own_stage: Callable[..., Path]
+) -> None:
+    np.testing.assert_array_equal(
+        animation_of(own_stage()).weights, animation_of(done.root).weights
+    )
 
 
-def test_no_gain_is_no_correction(done: Done, own_stage) -> None:
+def test_no_gain_is_no_correction(done: Done, own_stage: Callable[..., Path]) -> None:
     raw = animation_of(done.root, muted="express.usdc").weights
-    np.testing.assert_array_equal(own_stage("float usdface:gain = 0"), raw)
+    np.testing.assert_array_equal(animation_of(own_stage("float usdface:gain = 0")).weights, raw)
 
 
-def test_a_disabled_rule_takes_its_expression_away(done: Done, own_stage) -> None:
+def test_a_disabled_rule_takes_its_expression_away(
+    done: Done, own_stage: Callable[..., Path]
+) -> None:
     frowning = [*rules_of(done, "fear"), *rules_of(done, "sadness")]
     overs = "\n".join(f'over "{rule}" {{\nbool usdface:enabled = 0\n}}' for rule in frowning)
-    changed, before = own_stage(overs), animation_of(done.root).weights
+    changed, before = (animation_of(root).weights for root in (own_stage(overs), done.root))
     raw = animation_of(done.root, muted="express.usdc").weights
     frown = done.world.rig.shape_names.index("browDownLeft")
     assert (before[:, frown] > raw[:, frown] + 0.05).any()
     np.testing.assert_array_equal(changed[:, frown], raw[:, frown])
 
 
-def test_another_rule_text_gives_another_expression(done: Done, own_stage) -> None:
+def test_another_rule_text_gives_another_expression(
+    done: Done, own_stage: Callable[..., Path]
+) -> None:
     rule = rules_of(done, "joy")[0]
     stage = Usd.Stage.Open(str(done.folder / "shot.usda"))
     text = stage.GetPrimAtPath(f"/Shot/Fuzzy/{rule}").GetAttribute("usdface:text").Get()
     swapped = text.replace("THEN joy", "THEN surprise")
-    changed = own_stage(f'over "{rule}" {{\nuniform string usdface:text = "{swapped}"\n}}')
+    root = own_stage(f'over "{rule}" {{\nuniform string usdface:text = "{swapped}"\n}}')
     jaw = done.world.rig.shape_names.index("jawOpen")
     smiling = int(done.world.weights[:, 1].argmax())
-    assert changed[smiling, jaw] > animation_of(done.root).weights[smiling, jaw] + 0.2
+    assert (
+        animation_of(root).weights[smiling, jaw]
+        > animation_of(done.root).weights[smiling, jaw] + 0.2
+    )
 
 
 # glTF

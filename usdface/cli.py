@@ -36,6 +36,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return FAILED
     except (KeyboardInterrupt, BrokenPipeError):
         return FAILED
+    except Exception as error:
+        if parsed.debug:
+            raise
+        said = f"{type(error).__name__}: {error}".splitlines()[0]
+        print(f"usdface: a mistake in usdface: {said}; --debug shows where", file=sys.stderr)
+        return FAILED
 
 
 def _parser() -> argparse.ArgumentParser:

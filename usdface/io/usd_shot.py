@@ -216,6 +216,11 @@ def _there(stage: Usd.Stage, path: Sdf.Path, name: str, where: str) -> Usd.Prim:
 def _animated(stage: Usd.Stage, mesh: str, retarget: str, fuzzy: str, where: str) -> ShotPrims:
     """Find the skeleton and the animation that deform `mesh`."""
     prim = stage.GetPrimAtPath(mesh)
+    if prim.IsInstanceProxy():
+        raise InputError(
+            f"{where}: mesh <{mesh}> is inside an instance, which no layer can animate; "
+            "set instanceable = false on it in the shot"
+        )
     skeleton = UsdSkel.BindingAPI(prim).GetInheritedSkeleton()
     if not skeleton:
         raise InputError(
