@@ -141,3 +141,15 @@ def test_a_whole_word_counts_more_than_a_part_of_one(tmp_path):
     obj(tmp_path, "head_rest.obj", POINTS)
     obj(tmp_path, "wrestle.obj", moved(0, 1))
     assert read_shape_folder(tmp_path, METRES)[0].mesh().name == "head_rest"
+
+
+def test_a_binary_ply_of_triangles_and_quads_says_what_to_do(tmp_path):
+    """Blender writes such files; trimesh reads faces of one size only."""
+    header = "ply\nformat binary_little_endian 1.0\nelement vertex 5\nproperty float x\n"
+    header += "property float y\nproperty float z\nelement face 2\n"
+    header += "property list uchar int vertex_indices\nend_header\n"
+    points = np.arange(15, dtype="<f4").tobytes()
+    faces = [bytes([len(f)]) + np.array(f, "<i4").tobytes() for f in ([0, 1, 2, 3], [1, 4, 2])]
+    (tmp_path / "neutral.ply").write_bytes(header.encode() + points + b"".join(faces))
+    with pytest.raises(InputError, match="triangles and quads mixed"):
+        read_shape_folder(tmp_path, RigOptions())

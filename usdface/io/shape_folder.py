@@ -152,7 +152,8 @@ def _read_ply(path: Path) -> tuple[trimesh.Trimesh, int]:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
     except Exception as error:  # trimesh raises whatever its parsers run into
         raise InputError(
-            f"{path} cannot be read as PLY: {error or type(error).__name__}"
+            f"{path} cannot be read as PLY: {error or type(error).__name__}; is it cut off, or "
+            "binary with triangles and quads mixed? Then export triangles, ASCII or OBJ"
         ) from error
     if not isinstance(found, trimesh.Trimesh) or not len(found.vertices):
         raise InputError(f"{path} holds no mesh; expected PLY points and faces")
