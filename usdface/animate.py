@@ -108,6 +108,7 @@ def _animated(
         summary |= {
             "markers used": len(solve.solution.markers),
             "marker noise mm": round(1000.0 * solve.solution.noise, 4),
+            "misfit mm": round(1000.0 * solve.solution.misfit, 3),
             "residual mm, mean": round(float(residual.mean()), 3),
             "residual mm, 95 %": round(float(np.percentile(residual, 95)), 3),
             "residual mm, worst": round(float(residual.max()), 3),

@@ -13,8 +13,9 @@ import numpy as np
 
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
 from usdface.retarget.neutral import on_plane
+from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solve import Iterate, marker_misfit, marker_noise, solve_weights, unexplained
+from usdface.retarget.solve import Iterate, solve_weights
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, visible
 
@@ -38,6 +39,8 @@ class Joint:
         Displacement of the markers from neutral on the character, NaN where occluded.
     noise : float [m]
         Standard deviation of a marker coordinate, estimated.
+    misfit : float [m]
+        RMS error of a marker coordinate beyond the noise in an expressive frame, estimated.
     rounds : int
     """
 
@@ -45,6 +48,7 @@ class Joint:
     pose: Pose
     displaced: FloatArray
     noise: float
+    misfit: float
     rounds: int
 
 
@@ -134,7 +138,7 @@ def solve_jointly(
         # is taken out of the markers on the character instead.
         leftover = (observed - weights @ rows.shapes) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
-    return Joint(weights, pose, displaced, noise, done)
+    return Joint(weights, pose, displaced, noise, misfit, done)
 
 
 def _rows(target: FloatArray, basis: FloatArray, axes: int, moving_head: bool) -> _Rows:

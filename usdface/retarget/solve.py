@@ -23,20 +23,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.special import chdtri
 
 from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
-from usdface.takes import BoolArray, FloatArray
+from usdface.takes import FloatArray
 
-__all__ = [
-    "Iterate",
-    "curvature_bands",
-    "marker_misfit",
-    "marker_noise",
-    "solve_weights",
-    "unexplained",
-]
+__all__ = ["Iterate", "curvature_bands", "solve_weights"]
 
 # Where smoothing weighs less than this share of the least visible weight direction, it is left out.
 _NEGLIGIBLE = 1e-2
@@ -45,9 +37,6 @@ _ROUGH = 12
 _RIDGE_FLOOR = 1e-13
 # How many markers err alike; on a real face that was solved on another's rig, 2 to 6 do well.
 _ALIKE = 3.0
-# Misfit grows with the expression and is nothing at rest. This share of the frames has less:
-# neither a resting face nor a few swapped markers decide.
-_MOST = 0.9
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,56 +157,3 @@ def curvature_bands(times: FloatArray) -> FloatArray:
     bands[1, 2:] += middle * right
     bands[0, 2:] += left * right
     return bands
-
-
-def unexplained(explained: FloatArray) -> FloatArray:
-    """Return an orthonormal basis of what `explained` (K, N) does not span: (N, R)."""
-    basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
-    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
-    return np.asarray(basis[:, rank:])
-
-
-def marker_noise(rest: FloatArray, seen: BoolArray) -> float:
-    """Estimate the white noise of marker coordinates from what no weight and no pose explains.
-
-    Third differences in time keep the noise (their variance is 20 times the noise's) and
-    drop the slow misfit of rig and performer. The median makes it robust to spikes.
-
-    Parameters
-    ----------
-    rest : (F, R) float64 [m]
-        Marker displacements, gaps filled, in the basis of what is `unexplained`.
-    seen : (F,) bool
-        Frames in which every marker was seen; others are left out where enough remain.
-
-    Returns
-    -------
-    float [m]
-        Standard deviation; 0 if there are too few frames or markers to tell.
-    """
-    if rest.shape[1] == 0 or len(rest) < 4:
-        return 0.0
-    differences = np.diff(rest, 3, axis=0) / np.sqrt(20.0)
-    whole = np.lib.stride_tricks.sliding_window_view(seen, 4).all(axis=1)
-    if whole.sum() >= 16:
-        differences = differences[whole]
-    return float(np.median(np.abs(differences)) * 1.4826)
-
-
-def marker_misfit(rest: FloatArray, seen: BoolArray, noise: float) -> float:
-    """Estimate by how much face and rig differ, from what no weight and no pose explains.
-
-    Parameters are those of `marker_noise`, and its result `noise` [m].
-
-    Returns
-    -------
-    float [m]
-        RMS over the coordinates of an expressive frame; 0 where noise explains it all.
-    """
-    count = rest.shape[1]
-    if count == 0:
-        return 0.0
-    rest = rest[seen] if seen.sum() >= 16 else rest
-    most = float(np.quantile((rest**2).mean(axis=1), _MOST))
-    of_noise = noise**2 * float(chdtri(count, 1.0 - _MOST)) / count
-    return float(np.sqrt(max(0.0, most - of_noise)))

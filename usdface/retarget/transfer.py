@@ -36,6 +36,9 @@ class Solution:
         Where they rest, in take space.
     noise : float [m]
         Estimated standard deviation of a marker coordinate, on the character.
+    misfit : float [m]
+        How much face and rig differ: estimated RMS error of a marker coordinate beyond the
+        noise, in an expressive frame.
     rounds : int
         Rounds of the pose and occlusion loop.
     in_space : bool
@@ -49,6 +52,7 @@ class Solution:
     markers: tuple[str, ...]
     neutral: FloatArray
     noise: float
+    misfit: float
     rounds: int
     in_space: bool = True
 
@@ -120,6 +124,7 @@ def solve_take(
         names,
         neutral,
         joint.noise,
+        joint.misfit,
         joint.rounds,
         in_space=take.dimension == 3,
     )
