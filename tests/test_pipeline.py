@@ -23,6 +23,7 @@ from worlds import (
 )
 
 from usdface.cli import main
+from usdface.errors import OutputError
 from usdface.io.usd_take import write_take
 from usdface.pipeline import apply
 from usdface.takes import MarkerTake
@@ -300,6 +301,27 @@ def test_an_open_stage_gets_what_process_writes(done: Done) -> None:
     assert digests(done.folder).items() >= done.before.items()
 
 
+def test_apply_again_changes_nothing(done: Done) -> None:
+    stage = Usd.Stage.Open(str(done.folder / "shot.usda"))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    apply(stage)
+    first = stage.GetSessionLayer().ExportToString()
+    apply(stage)
+    assert stage.GetSessionLayer().ExportToString() == first
+
+
+def test_apply_says_when_the_edit_target_cannot_take_it(done: Done) -> None:
+    stage = Usd.Stage.Open(str(done.folder / "shot.usda"))
+    foreign = Sdf.Layer.FindOrOpen(str(done.folder / "rig.usda"))
+    session = stage.GetSessionLayer()
+    session.SetPermissionToEdit(False)
+    reference = stage.GetPrimAtPath("/Shot/Character").GetPrimIndex().rootNode.children[0]
+    for target in (Usd.EditTarget(session), Usd.EditTarget(foreign, reference)):
+        stage.SetEditTarget(target)
+        with pytest.raises(OutputError, match="edit target"):
+            apply(stage)
+
+
 def test_a_program_without_the_schemas_composes_and_plays(done: Done) -> None:
     script = (
         "import sys, json; from pxr import Usd, UsdSkel, UsdGeom\n"
@@ -417,6 +439,20 @@ def test_tokens_that_are_not_solved_keep_their_own_values(tmp_path: Path) -> Non
     assert played.names == (*names, world.rig.shape_names[0])
     assert (played.column("tongue") == 0.25).all() and (played.column("ears") == 0.75).all()
     np.testing.assert_allclose(solved(root, world), world.weights, atol=EXACT)
+
+
+def test_an_animated_token_that_is_not_solved_keeps_its_seconds(tmp_path: Path) -> None:
+    world = make_world()
+    folder = world.write(tmp_path)
+    stage = Usd.Stage.Open(str(folder / "rig.usda"))
+    assert stage.GetTimeCodesPerSecond() == 24
+    animation = UsdSkel.Animation.Get(stage, "/Asset/Face/Anim")
+    animation.GetBlendShapesAttr().Set(["tongue", *world.rig.shape_names])
+    for code, value in ((0, 0.0), (24 * world.take.times[-1], 1.0)):
+        animation.GetBlendShapeWeightsAttr().Set([value, *[0.0] * 12], code)
+    stage.Save()
+    played = animation_of(process(folder))
+    np.testing.assert_allclose(played.column("tongue"), np.arange(40) / 39, atol=1e-6)
 
 
 def test_several_meshes_share_one_weight_for_one_name(tmp_path: Path) -> None:

@@ -197,6 +197,11 @@ def apply(
     """Do the main job on a stage that a host holds open: author on its edit target.
 
     The final weights, emotion curves and residual go onto the edit target; nothing is saved.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is authored.
     """
     from usdface.animate import animate
     from usdface.io.usd_layers import apply_animation
