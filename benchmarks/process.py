@@ -18,9 +18,9 @@ from statistics import median
 import numpy as np
 
 from usdface.cli import main as usdface
-from usdface.io.take_files import read_take
-from usdface.io.usd_rig import read_rig
-from usdface.io.usd_take import write_take
+from usdface.io.takes.files import read_take
+from usdface.io.usd.rig import read_rig
+from usdface.io.usd.take import write_take
 from usdface.retarget.names import rename_weights
 from usdface.takes import MarkerTake
 
@@ -34,7 +34,7 @@ NOISE = 3e-4  # m
 
 IMPORTS = """
 import rich.console, rich.table, usdface.animate, usdface.pipeline, usdface.report
-import usdface.io.usd_layers, usdface.io.usd_shot
+import usdface.io.usd.layers, usdface.io.usd.shot
 """
 # What USD does with the same files: compose the shot, read and write every layer.
 FLOOR = """

@@ -16,7 +16,7 @@ from examples.picture import View, render_rig, write_png
 from usdface.cli import main as usdface
 from usdface.io.atomic import write_text
 from usdface.io.bind_file import bind_json
-from usdface.io.usd_rig_write import write_rig
+from usdface.io.usd.rig_write import write_rig
 from usdface.setup import Setup
 from usdface.takes import MarkerTake
 

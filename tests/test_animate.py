@@ -17,7 +17,7 @@ from usdface.fuzzy.features import MILLIMETRE
 from usdface.fuzzy.paper import EMOTIONS, MEDIUM, paper_system
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.usd_fuzzy import write_fuzzy
+from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.setup import Binding, Expression, Setup
 from usdface.takes import WeightsTake

@@ -11,8 +11,8 @@ sys.path.insert(0, str(ROOT))  # the examples are no part of the installed packa
 
 from examples import head, make_example, performance, picture, rings, sculpt, shapes, topology  # noqa: E402
 from examples.expressions import EMOTIONS  # noqa: E402
-from usdface.io.trc import read_trc  # noqa: E402
-from usdface.io.usd_rig import read_rig  # noqa: E402
+from usdface.io.takes.trc import read_trc  # noqa: E402
+from usdface.io.usd.rig import read_rig  # noqa: E402
 
 FLIP = np.array([-1, 1, 1])
 MM = 1e-3

@@ -24,7 +24,7 @@ from worlds import (
 
 from usdface.cli import main
 from usdface.errors import OutputError
-from usdface.io.usd_take import write_take
+from usdface.io.usd.take import write_take
 from usdface.pipeline import apply
 from usdface.takes import MarkerTake
 

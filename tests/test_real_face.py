@@ -12,8 +12,8 @@ from worlds import animation_of
 
 from usdface.cli import main
 from usdface.io.bind_file import read_bind
-from usdface.io.take_files import read_take
-from usdface.io.usd_rig import read_rig
+from usdface.io.takes.files import read_take
+from usdface.io.usd.rig import read_rig
 from usdface.retarget.align import rigid_fit, similarity_fit
 from usdface.retarget.neutral import neutral_markers
 from usdface.takes import MarkerTake

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
-from usdface.io.usd_rig_write import write_rig
-from usdface.io.usd_take import write_take
+from usdface.io.usd.rig_write import write_rig
+from usdface.io.usd.take import write_take
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 

@@ -13,9 +13,9 @@ from usdface.fuzzy.design import design_system
 from usdface.fuzzy.features import face_unit, measure
 from usdface.fuzzy.inference import evaluate, rule_findings
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.usd_layers import Animation, complete_weights
-from usdface.io.usd_shot import Shot
-from usdface.io.usd_stage import Stage
+from usdface.io.usd.layers import Animation, complete_weights
+from usdface.io.usd.shot import Shot
+from usdface.io.usd.stage import Stage
 from usdface.options import ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.names import rename_weights

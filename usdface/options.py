@@ -146,4 +146,3 @@ class ProcessOptions:
     gltf: str = ""
     express: bool = True
     in_place: bool = False
-    strict: bool = False

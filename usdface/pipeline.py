@@ -17,7 +17,7 @@ from usdface.setup import Setup, fit_setup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
 if TYPE_CHECKING:
-    from usdface.io.usd_stage import Stage
+    from usdface.io.usd.stage import Stage
 
 __all__ = [
     "apply",
@@ -35,8 +35,8 @@ def make_rig(
     source: Path, output: Path, options: RigOptions = RigOptions(), on_step: OnStep | None = None
 ) -> Outcome:
     """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel."""
-    from usdface.io.rig_files import read_rig_file
-    from usdface.io.usd_rig_write import write_rig
+    from usdface.io.rigs.files import read_rig_file
+    from usdface.io.usd.rig_write import write_rig
 
     steps = Steps(on_step)
     check_place(output, source)
@@ -57,8 +57,8 @@ def make_take(
     source: Path, output: Path, options: TakeOptions = TakeOptions(), on_step: OnStep | None = None
 ) -> Outcome:
     """Convert a take to USD: C3D, TRC, CSV, BVH or Live Link Face."""
-    from usdface.io.take_files import read_take
-    from usdface.io.usd_take import write_take
+    from usdface.io.takes.files import read_take
+    from usdface.io.usd.take import write_take
 
     steps = Steps(on_step)
     check_place(output, source)
@@ -106,10 +106,10 @@ def make_shot(
     from usdface.animate import design
     from usdface.fuzzy.dictionaries import expressions_for
     from usdface.io.bind_file import read_bind
-    from usdface.io.usd_rig import read_rig
-    from usdface.io.usd_shot import write_shot
-    from usdface.io.usd_stage import default_prim, open_stage
-    from usdface.io.usd_take import read_take_prim
+    from usdface.io.usd.rig import read_rig
+    from usdface.io.usd.shot import write_shot
+    from usdface.io.usd.stage import default_prim, open_stage
+    from usdface.io.usd.take import read_take_prim
 
     _register_schemas()
     steps = Steps(on_step)
@@ -161,15 +161,15 @@ def process(
         One clear line; nothing is half-written.
     """
     from usdface.animate import animate
-    from usdface.io.usd_layers import layer_paths, write_layers
-    from usdface.io.usd_shot import read_shot
-    from usdface.io.usd_stage import files_of, open_stage
+    from usdface.io.usd.layers import layer_paths, write_layers
+    from usdface.io.usd.shot import read_shot
+    from usdface.io.usd.stage import files_of, open_stage
 
     path = Path(path)
     root = Path(options.output) if options.output else None
     gltf = Path(options.gltf) if options.gltf else None
     if gltf:
-        from usdface.io.gltf_write import write_gltf
+        from usdface.io.gltf.write import write_gltf
     _register_schemas()
     steps = Steps(on_step)
     with steps("read"):
@@ -204,8 +204,8 @@ def apply(
         One clear line; nothing is authored.
     """
     from usdface.animate import animate
-    from usdface.io.usd_layers import apply_animation
-    from usdface.io.usd_shot import read_shot
+    from usdface.io.usd.layers import apply_animation
+    from usdface.io.usd.shot import read_shot
 
     steps = Steps(on_step)
     with steps("read"):
@@ -222,13 +222,13 @@ def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> O
     steps = Steps(on_step)
     check_place(output, source)
     if output.suffix.lower() == ".usdz":
-        from usdface.io.usdz import write_usdz
+        from usdface.io.usd.usdz import write_usdz
 
         with steps("write"):
             return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
-    from usdface.io.gltf_write import write_gltf
-    from usdface.io.usd_rig import rig_of_stage, weights_of_stage
-    from usdface.io.usd_stage import open_stage
+    from usdface.io.gltf.write import write_gltf
+    from usdface.io.usd.rig import rig_of_stage, weights_of_stage
+    from usdface.io.usd.stage import open_stage
 
     _register_schemas()
     with steps("read"):
@@ -247,8 +247,8 @@ def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> O
 
 def import_scene(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
     """Write a glTF as USD: meshes, blend shapes, skin, materials and weights animation."""
-    from usdface.io.gltf_read import read_gltf
-    from usdface.io.usd_rig_write import write_rig
+    from usdface.io.gltf.read import read_gltf
+    from usdface.io.usd.rig_write import write_rig
 
     steps = Steps(on_step)
     check_place(output, source)

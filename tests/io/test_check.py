@@ -2,7 +2,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.check import check_file
-from usdface.io.usd_rig_write import write_rig
+from usdface.io.usd.rig_write import write_rig
 
 
 def test_usd_and_gltf_by_their_suffix(face_rig, tmp_path, shared_data):

@@ -14,7 +14,7 @@ _USD = (".usd", ".usda", ".usdc", ".usdz")
 def check_file(path: Path) -> list[Finding]:
     """Return what is wrong with the blend shapes, names and weights of a file.
 
-    The rules are `usdface.io.usd_check` and `usdface.io.gltf_check`, which also say what each
+    The rules are `usdface.io.usd.check` and `usdface.io.gltf.check`, which also say what each
     severity means.
 
     Raises
@@ -26,11 +26,11 @@ def check_file(path: Path) -> list[Finding]:
     if not path.is_file():
         raise InputError(f"no such file: {path}")
     if kind in _USD:
-        from usdface.io.usd_check import check_usd  # each format's libraries only when needed
+        from usdface.io.usd.check import check_usd  # each format's libraries only when needed
 
         return check_usd(path)
     if kind in _GLTF:
-        from usdface.io.gltf_check import check_gltf
+        from usdface.io.gltf.check import check_gltf
 
         try:
             return check_gltf(path)

@@ -1,0 +1,162 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pygltflib
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.gltf.document import GltfFile
+from usdface.io.gltf.materials import read_materials
+from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.write import write_gltf
+from usdface.rigs import Material, Mesh, Rig, Texture
+
+
+def png(path: Path, value: float, channels: int = 3) -> bytes:
+    target = oiio.ImageOutput.create(str(path))
+    target.open(str(path), oiio.ImageSpec(4, 4, channels, "uint8"))
+    target.write_image(np.full((4, 4, channels), value, np.float32))
+    target.close()
+    return path.read_bytes()
+
+
+def rig_with(*materials: Material) -> Rig:
+    points, up = np.eye(3), np.full((3, 3), np.sqrt(1 / 3))
+    meshes = [
+        Mesh(m.name, points, [3], [0, 1, 2], up, points[:, :2], material=m.name) for m in materials
+    ]
+    return Rig("r", tuple(meshes), None, materials)
+
+
+def bytes_of(texture: Texture | None) -> bytes:
+    assert texture is not None
+    return texture.data if texture.data is not None else Path(texture.path).read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".gltf"])
+def test_materials_come_back(tmp_path: Path, suffix: str, validate_gltf) -> None:
+    first, second = png(tmp_path / "a.png", 0.2), png(tmp_path / "b.png", 0.9)
+    full = Material(
+        "skin é",
+        (0.5, 0.25, 0.125),
+        0.5,
+        0.75,
+        0.25,
+        (0.5, 0.0, 1.0),
+        True,
+        Texture(data=first, suffix=".png"),
+        Texture(str(tmp_path / "b.png")),
+        Texture(data=second, suffix=".png"),
+        Texture(data=first, suffix=".png"),
+        Texture(data=second, suffix=".png"),
+    )
+    plain = Material("plain", opacity=1.0)
+    path = tmp_path / f"out dir/a b{suffix}"
+    assert write_gltf(rig_with(full, plain), path) == []
+    assert validate_gltf(path)["issues"]["numErrors"] == 0
+    rig, _, found = read_gltf(path)
+    assert found == []
+    assert rig.materials[1] == plain
+    back = rig.materials[0]
+    slots = [slot for slot in Material.__slots__ if slot.endswith("_texture")]
+    for slot in slots:
+        assert bytes_of(getattr(back, slot)) == bytes_of(getattr(full, slot))
+    none = dict.fromkeys(slots)
+    assert replace(back, **none) == replace(full, **none)
+    # two different images, however many slots use them
+    images = list(path.parent.glob("a b_textures/*.png"))
+    assert len(images) == (2 if suffix == ".gltf" else 0)
+
+
+def test_a_converted_colour_and_the_same_image_as_data_are_two(tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    target = oiio.ImageOutput.create(str(path))
+    target.open(str(path), oiio.ImageSpec(4, 4, 3, "half"))
+    target.write_image(np.full((4, 4, 3), 0.5, np.float32))
+    target.close()
+    texture = Texture(str(path))
+    material = Material("m", base_color_texture=texture, normal_texture=texture)
+    found = write_gltf(rig_with(material), tmp_path / "a.glb")
+    assert [f.code for f in found] == ["TEXTURE_CONVERTED"] * 2
+    back = read_gltf(tmp_path / "a.glb")[0].materials[0]
+    assert bytes_of(back.base_color_texture) != bytes_of(back.normal_texture)
+
+
+def test_a_missing_texture_is_left_out(tmp_path: Path, validate_gltf) -> None:
+    material = Material("m", base_color_texture=Texture(str(tmp_path / "none.png")))
+    found = write_gltf(rig_with(material), tmp_path / "a.glb")
+    assert [f.code for f in found] == ["TEXTURE_MISSING"]
+    assert validate_gltf(tmp_path / "a.glb")["issues"]["numErrors"] == 0
+    assert read_gltf(tmp_path / "a.glb")[0].materials[0].base_color_texture is None
+
+
+def test_values_outside_gltfs_range_are_clamped(tmp_path: Path, validate_gltf) -> None:
+    found = write_gltf(rig_with(Material("m", emissive=(5.0, 0, 0))), tmp_path / "a.glb")
+    assert [f.code for f in found] == ["FEATURE_DROPPED"]
+    assert validate_gltf(tmp_path / "a.glb")["issues"]["numErrors"] == 0
+    assert read_gltf(tmp_path / "a.glb")[0].materials[0].emissive == (1, 0, 0)
+
+
+def textured(tmp_path: Path, **parts: object) -> GltfFile:
+    info = pygltflib.TextureInfo(index=0)
+    pbr = pygltflib.PbrMetallicRoughness(baseColorTexture=info)
+    fields = {
+        "materials": [pygltflib.Material(pbrMetallicRoughness=pbr)],
+        "textures": [pygltflib.Texture(source=0)],
+        "images": [pygltflib.Image(uri="a.png")],
+    }
+    return GltfFile(pygltflib.GLTF2(**fields | parts), (), (b"1234",), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        pygltflib.Image(uri="../a.png"),
+        pygltflib.Image(uri="none.png"),
+        pygltflib.Image(uri="http://localhost/a.png"),
+        pygltflib.Image(),
+    ],
+)
+def test_images_outside_the_folder_are_left_out(tmp_path: Path, image: pygltflib.Image) -> None:
+    (tmp_path / "in").mkdir()
+    png(tmp_path / "a.png", 1.0)
+    materials, found = read_materials(textured(tmp_path / "in", images=[image]), ("m",))
+    assert materials[0].base_color_texture is None
+    assert [f.code for f in found] == ["TEXTURE_MISSING"]
+
+
+def test_an_image_that_only_an_extension_holds_is_announced(tmp_path: Path) -> None:
+    file = textured(tmp_path, textures=[pygltflib.Texture()])
+    assert [f.code for f in read_materials(file, ("m",))[1]] == ["TEXTURE_MISSING"]
+
+
+def test_image_data_stay_inside_the_buffer(tmp_path: Path) -> None:
+    views = [pygltflib.BufferView(buffer=0, byteOffset=2, byteLength=3)]
+    file = textured(tmp_path, images=[pygltflib.Image(bufferView=0)], bufferViews=views)
+    with pytest.raises(InputError, match="beyond"):
+        read_materials(file, ("m",))
+
+
+@pytest.mark.parametrize("parts", [{"textures": []}, {"images": []}])
+def test_references_must_exist(tmp_path: Path, parts: dict[str, object]) -> None:
+    with pytest.raises(InputError, match="there is no"):
+        read_materials(textured(tmp_path, **parts), ("m",))
+
+
+def test_what_a_rig_cannot_hold_is_announced(tmp_path: Path) -> None:
+    png(tmp_path / "a.png", 1.0, channels=4)
+    file = textured(tmp_path)
+    material = file.document.materials[0]
+    material.alphaMode = "MASK"
+    material.extensions = {"KHR_materials_clearcoat": {}}
+    material.pbrMetallicRoughness.baseColorTexture.texCoord = 1
+    material.normalTexture = pygltflib.NormalMaterialTexture(index=0, scale=0.5)
+    found = read_materials(file, ("m",))[1]
+    assert [f.code for f in found] == ["FEATURE_DROPPED"] * 4
+
+
+def test_gltf_defaults_are_white_metal(tmp_path: Path) -> None:
+    file = GltfFile(pygltflib.GLTF2(materials=[pygltflib.Material()]), (), (), tmp_path)
+    assert read_materials(file, ("m",))[0] == (Material("m", (1, 1, 1), 1, 1, 1),)

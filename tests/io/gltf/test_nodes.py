@@ -1,0 +1,98 @@
+import numpy as np
+import pygltflib
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.gltf.nodes import compose, decompose, node_tree
+
+HALF = np.sqrt(0.5)
+
+
+def document(nodes: list[pygltflib.Node], scene: list[int] | None = None) -> pygltflib.GLTF2:
+    scenes = [] if scene is None else [pygltflib.Scene(nodes=scene)]
+    return pygltflib.GLTF2(nodes=nodes, scenes=scenes)
+
+
+def test_scale_then_rotation_then_translation() -> None:
+    # A quarter turn about z takes x to y.
+    matrix = compose(np.array([10.0, 0, 0]), np.array([0, 0, HALF, HALF]), np.array([2.0, 3, 4]))
+    np.testing.assert_allclose([1, 0, 0, 1] @ matrix, [10, 2, 0, 1], atol=1e-15)
+    np.testing.assert_allclose([0, 1, 0, 1] @ matrix, [7, 0, 0, 1], atol=1e-15)
+
+
+def test_children_stand_in_their_parents() -> None:
+    nodes = [
+        pygltflib.Node(translation=[1, 2, 3]),
+        pygltflib.Node(scale=[2, 2, 2], rotation=[0, 0, HALF, HALF], children=[0]),
+        pygltflib.Node(matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1], children=[1]),
+    ]
+    tree = node_tree(document(nodes, [2]))
+    assert tree.order == (2, 1, 0)
+    assert tree.parents == (1, 2, -1)
+    np.testing.assert_allclose([0, 0, 0, 1] @ tree.worlds[0], [5 - 4, 6 + 2, 7 + 6, 1])
+
+
+def test_only_the_default_scene_counts_as_seen() -> None:
+    tree = node_tree(
+        document([pygltflib.Node(), pygltflib.Node(children=[2]), pygltflib.Node()], [1])
+    )
+    assert tree.scene == {1, 2}
+    assert tree.order == (1, 2, 0)
+    everything = node_tree(document([pygltflib.Node(), pygltflib.Node()]))
+    assert everything.scene == {0, 1}
+
+
+@pytest.mark.parametrize(
+    ("children", "scene"),
+    [
+        ([[1], [0]], []),
+        ([[0]], []),
+        ([[2], [2], []], []),
+        ([[1, 1], []], []),
+        ([[1]], []),
+        ([[-1]], []),
+        ([[1], []], [1]),
+        ([[]], [1]),
+    ],
+)
+def test_what_is_not_a_forest_is_refused(children: list[list[int]], scene: list[int]) -> None:
+    with pytest.raises(InputError):
+        node_tree(document([pygltflib.Node(children=c) for c in children], scene))
+
+
+@pytest.mark.parametrize(
+    "node",
+    [
+        pygltflib.Node(matrix=[1.0] * 15),
+        pygltflib.Node(translation=[0, 0]),
+        pygltflib.Node(rotation=[0, 0, 0, 0]),
+        pygltflib.Node(scale=[1, float("inf"), 1]),
+    ],
+)
+def test_malformed_transforms_are_refused(node: pygltflib.Node) -> None:
+    with pytest.raises(InputError):
+        node_tree(document([node]))
+
+
+def test_deep_hierarchies_need_no_recursion() -> None:
+    count = 5000
+    nodes = [pygltflib.Node(translation=[1, 0, 0], children=[k + 1]) for k in range(count - 1)]
+    tree = node_tree(document([*nodes, pygltflib.Node()]))
+    assert tree.worlds[-1][3, 0] == count - 1
+
+
+def test_decompose_undoes_compose() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        translation, rotation = rng.normal(size=3), rng.normal(size=4)
+        rotation *= np.sign(rotation[3]) / np.linalg.norm(rotation)
+        scale = rng.uniform(0.1, 3, 3) * (rng.choice([1, -1]), 1, 1)
+        back = decompose(compose(translation, rotation, scale))
+        np.testing.assert_allclose(
+            np.concatenate(back), [*translation, *rotation, *scale], atol=1e-12
+        )
+
+
+def test_decompose_of_a_flattened_transform() -> None:
+    translation, rotation, scale = decompose(np.diag([2.0, 0, 1, 1]))
+    np.testing.assert_array_equal(compose(translation, rotation, scale), np.diag([2.0, 0, 1, 1]))

@@ -1,0 +1,196 @@
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.write import write_gltf
+from usdface.rigs import Rig
+from usdface.takes import WeightsTake
+
+TRIANGLE = np.eye(3, dtype="<f4")
+
+
+def take_for(rig: Rig) -> WeightsTake:
+    rng = np.random.default_rng(10)
+    names = rig.shape_names
+    return WeightsTake(names, np.arange(20) / 24, rng.uniform(-1, 2, (20, len(names))), 24.0)
+
+
+def test_only_the_default_scene_is_read(write_glb, tmp_path: Path) -> None:
+    document = {
+        "scene": 1,
+        "scenes": [{"nodes": [0]}, {"nodes": [1], "name": "seen"}],
+        "nodes": [{"mesh": 0, "name": "a"}, {"mesh": 0, "name": "b", "translation": [1, 0, 0]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    }
+    rig, take, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
+    assert (rig.name, rig.source, take, found) == ("seen", "x.glb", None, [])
+    assert [mesh.name for mesh in rig.meshes] == ["b"]
+    np.testing.assert_array_equal(rig.meshes[0].points, TRIANGLE + np.array([1, 0, 0]))
+
+
+def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:
+    document = {
+        "nodes": [{"mesh": 0, "name": "a"}, {"mesh": 0, "name": "a", "scale": [2, 2, 2]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "targets": [{"POSITION": 0}]}]}],
+    }
+    rig, _, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
+    assert [mesh.name for mesh in rig.meshes] == ["a", "a_2"]
+    assert [f.code for f in found] == ["NAME_CHANGED"]
+    assert rig.shape_names == ("target_0",)
+    np.testing.assert_array_equal(rig.meshes[1].points, 2 * TRIANGLE)
+    np.testing.assert_array_equal(rig.meshes[1].shapes[0].offsets, 2 * TRIANGLE)
+
+
+def test_material_names_are_made_unique(write_glb, tmp_path: Path) -> None:
+    document = {"materials": [{"name": "m"}, {"name": "m"}, {}]}
+    rig, _, _ = read_gltf(write_glb(tmp_path / "x.glb", document, []))
+    assert [material.name for material in rig.materials] == ["m", "m_2", "Material"]
+
+
+@pytest.mark.parametrize(
+    ("part", "count"),
+    [({"targets": [{"POSITION": 0}] * 100}, 1), ({"indices": 0}, 100), ({}, 100)],
+)
+def test_a_small_file_cannot_unfold_into_a_huge_scene(
+    write_glb, tmp_path: Path, part, count: int
+) -> None:
+    points = np.zeros((30_000, 3), "<f4")
+    primitive = {"attributes": {"POSITION": 0}} | part
+    document = {
+        "nodes": [{"mesh": 0}] * 100,
+        "meshes": [{"primitives": [primitive] * count}],
+    }
+    with pytest.raises(InputError, match="unfolds"):
+        read_gltf(write_glb(tmp_path / "x.glb", document, [points]))
+
+
+def test_errors_name_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "face.glb"
+    path.write_bytes(b"no glTF at all")
+    with pytest.raises(InputError, match=r"face\.glb: the JSON is malformed") as error:
+        read_gltf(path)
+    assert "\n" not in str(error.value)
+
+
+def test_damaged_files_are_read_or_refused(tmp_path: Path, skinned_rig: Rig) -> None:
+    path = tmp_path / "a.glb"
+    write_gltf(skinned_rig, path, take_for(skinned_rig))
+    whole = path.read_bytes()
+    rng = np.random.default_rng(11)
+    refused = 0
+    for _ in range(150):
+        damaged = bytearray(whole)
+        for place in rng.integers(0, len(whole), 3):
+            damaged[place] = rng.integers(0, 256)
+        path.write_bytes(damaged)
+        try:
+            read_gltf(path)
+        except InputError:
+            refused += 1
+    assert 0 < refused <= 150
+
+
+def test_wrong_json_types_are_refused_in_one_line(tmp_path: Path, skinned_rig: Rig) -> None:
+    path = tmp_path / "a.gltf"
+    write_gltf(skinned_rig, path, take_for(skinned_rig))
+    document = json.loads(path.read_text())
+    places: list[tuple[object, ...]] = []
+
+    def walk(value: object, place: tuple[object, ...]) -> None:
+        places.append(place)
+        items = value.items() if isinstance(value, dict) else ()
+        items = enumerate(value) if isinstance(value, list) else items
+        for key, child in items:
+            if key != "extras":
+                walk(child, (*place, key))
+
+    walk(document, ())
+    rng = np.random.default_rng(12)
+    junk = [None, -1, 10**12, 1.5, "x", [], {}, [None], {"a": 1}, True, [[]]]
+    refused = 0
+    for number in rng.permutation(len(places) - 1)[:200] + 1:
+        changed = json.loads(path.read_text())
+        owner = changed
+        for key in places[number][:-1]:
+            owner = owner[key]
+        owner[places[number][-1]] = junk[rng.integers(len(junk))]
+        bad = tmp_path / "bad.gltf"
+        bad.write_text(json.dumps(changed))
+        try:
+            read_gltf(bad)
+        except InputError as error:
+            refused += 1
+            assert "\n" not in str(error)
+    assert refused > 50
+
+
+def real_files(shared_data: Path) -> list[Path]:
+    found = [*shared_data.glob("gltf_morph/*/glTF/*.gltf"), *shared_data.glob("robot*/*.glb")]
+    assert len(found) == 6
+    return sorted(found)
+
+
+def test_real_files_survive_being_rewritten(
+    shared_data: Path, tmp_path: Path, validate_gltf
+) -> None:
+    for path in real_files(shared_data):
+        rig, take, _ = read_gltf(path)
+        assert rig.shape_names
+        assert take is not None
+        copy = tmp_path / f"{path.stem}.glb"
+        write_gltf(rig, copy, take)
+        report = validate_gltf(copy)["issues"]
+        assert (report["numErrors"], report["numWarnings"]) == (0, 0), path.name
+        again, same, _ = read_gltf(copy)
+        assert again.shape_names == rig.shape_names
+        assert same is not None
+        np.testing.assert_allclose(same.reordered(take.names).weights, take.weights, atol=1e-6)
+        assert len(again.meshes) == len(rig.meshes)
+        for before, after in zip(rig.meshes, again.meshes, strict=True):
+            size = np.abs(before.points).max()
+            weights = np.linspace(-0.5, 1.5, len(before.shapes))
+            # by corners: points that meet in float32 are welded
+            one = before.deformed(weights)[before.face_indices]
+            two = after.deformed(weights)[after.face_indices]
+            np.testing.assert_allclose(one, two, atol=2e-6 * size)
+
+
+def test_the_robot_is_a_whole(shared_data: Path) -> None:
+    rig, take, found = read_gltf(shared_data / "robotexpressive" / "RobotExpressive.glb")
+    assert rig.shape_names == ("Angry", "Surprised", "Sad")
+    assert take is not None
+    assert take.rate == 24.0
+    assert rig.skeleton is not None
+    assert len(rig.skeleton.joints) == 43
+    assert {f.code for f in found} == {"ANIMATION_DROPPED"}
+    points = np.concatenate([mesh.points for mesh in rig.meshes])
+    head = np.concatenate([m.points for m in rig.meshes if m.name.startswith("Head")])
+    assert 1 < np.ptp(points[:, 1]) < 10  # metres
+    assert head[:, 1].min() > np.median(points[:, 1])
+    assert all(mesh.skin is not None for mesh in rig.meshes)
+
+
+def test_the_validators_bad_files_are_read_or_refused(shared_data: Path) -> None:
+    paths = sorted(shared_data.glob("gltf_validator_morph/*.gltf"))
+    assert len(paths) == 17
+    for path in paths:
+        try:
+            read_gltf(path)
+        except InputError as error:
+            assert "\n" not in str(error)
+
+
+def test_a_stray_chunk_and_padding_are_ignored(write_glb, tmp_path: Path) -> None:
+    document = {
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    }
+    path = write_glb(tmp_path / "x.glb", document, [TRIANGLE])
+    data = path.read_bytes() + struct.pack("<I4s", 4, b"MINE") + b"abcd"
+    path.write_bytes(data[:8] + struct.pack("<I", len(data)) + data[12:])
+    assert len(read_gltf(path)[0].meshes) == 1

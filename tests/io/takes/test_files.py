@@ -1,0 +1,130 @@
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.takes.files import read_take
+from usdface.options import TakeOptions
+from usdface.takes import MarkerTake, WeightsTake
+
+MARKERS = "time,A_x,A_y,A_z\n0,1,2,3\n0.1,1,2,3\n0.2,1,2,4\n"
+LONG = "frame,marker,x,y\n1,A,1,2\n1,B,3,4\n2,A,1,2\n"
+LIVE_LINK = (
+    "Timecode,BlendShapeCount,JawOpen,HeadYaw\n"
+    "00:00:01:58.000,61,0.5,0\n00:00:02:00.000,61,0.6,0\n00:00:02:02.000,61,0.7,0\n"
+)
+MOTIVE = (
+    "Format Version,1.23,Export Frame Rate,100,Length Units,Meters\n\n"
+    ",Type,Marker,Marker,Marker\n,Name,A,A,A\n,ID,1,1,1\n,,Position,Position,Position\n"
+    "Frame,Time (Seconds),X,Y,Z\n0,0.00,1,2,3\n1,0.01,1,2,3\n"
+)
+TRC = (
+    "PathFileType\t4\t(X/Y/Z)\ta.trc\n"
+    "DataRate\tNumFrames\tNumMarkers\tUnits\n60\t2\t1\tmm\n"
+    "Frame#\tTime\tA\t\t\n\t\tX1\tY1\tZ1\n\n1\t0.00\t1\t2\t3\n2\t0.0167\t1\t2\t3\n"
+)
+BVH = (
+    "HIERARCHY\nROOT A\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
+    "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.04\n1 2 3\n1 2 4\n"
+)
+
+
+def c3d_bytes(tmp_path):
+    import ezc3d
+
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [60]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["A", "B"]
+    file["data"]["points"] = np.ones((4, 2, 30))
+    file.write(str(tmp_path / "made.c3d"))
+    return (tmp_path / "made.c3d").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kind"),
+    [
+        ("a.csv", MARKERS, MarkerTake),
+        ("a.CSV", LONG, MarkerTake),
+        ("a.csv", "\ufeff" + LIVE_LINK, WeightsTake),
+        ("a.csv", MOTIVE, MarkerTake),
+        ("a.csv", TRC.replace("\t", ","), MarkerTake),
+        ("a.trc", TRC, MarkerTake),
+        ("a.bvh", BVH, MarkerTake),
+        ("a.tsv", MARKERS.replace(",", "\t"), MarkerTake),
+    ],
+)
+def test_suffix_and_content_decide(tmp_path, name, text, kind):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    take, _ = read_take(path)
+    assert isinstance(take, kind)
+    assert take.source == name
+
+
+def test_options_reach_every_marker_file(tmp_path):
+    for name, text in (("a.csv", MARKERS), ("b.csv", MOTIVE), ("a.trc", TRC), ("a.bvh", BVH)):
+        path = tmp_path / name
+        path.write_text(text)
+        take, _ = read_take(path, TakeOptions(dimension=2, rate=10))
+        assert take.positions[0, 0].tolist() == [1, -2]
+        assert take.rate == 10
+
+
+def test_image_sequences_are_not_in_this_version(tmp_path):
+    image = tmp_path / "face.0001.png"
+    image.touch()
+    for path in (tmp_path, image):
+        with pytest.raises(InputError, match="image sequences are not read"):
+            read_take(path)
+
+
+def test_what_is_no_take_is_refused(tmp_path):
+    (tmp_path / "a.fbx").touch()
+    with pytest.raises(InputError, match=r"'\.fbx' are not read; expected \.c3d"):
+        read_take(tmp_path / "a.fbx")
+    with pytest.raises(InputError, match="no such file"):
+        read_take(tmp_path / "a.c3d")
+
+
+def test_openface_is_refused_by_name(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("frame, timestamp, confidence, success, gaze_0_x, gaze_0_y\n1,0,1,1,0,0\n")
+    with pytest.raises(InputError, match="OpenFace"):
+        read_take(path)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text"),
+    [
+        (".csv", MARKERS),
+        (".csv", LONG),
+        (".csv", LIVE_LINK),
+        (".csv", MOTIVE),
+        (".trc", TRC),
+        (".bvh", BVH),
+        (".c3d", None),
+    ],
+)
+def test_damaged_files_give_a_take_or_one_line(tmp_path, suffix, text):
+    """Cut, flipped and doubled bytes: nothing but InputError may come out."""
+    whole = c3d_bytes(tmp_path) if text is None else text.encode()
+    rng = np.random.default_rng(17)
+    path = tmp_path / f"a{suffix}"
+    refused = 0
+    for round_ in range(150):
+        data = bytearray(whole)
+        if round_ % 3 == 0:
+            data = data[: rng.integers(len(data))]
+        else:
+            head = min(len(data), 1500)
+            for place in rng.integers(head, size=rng.integers(1, 6)):
+                data[place] = (
+                    rng.integers(256) if round_ % 3 == 1 else rng.choice(list(b"9e-,\n\t"))
+                )
+        path.write_bytes(data)
+        try:
+            read_take(path)
+        except InputError as error:
+            refused += 1
+            assert "\n" not in str(error)
+            assert path.name in str(error)
+    assert refused

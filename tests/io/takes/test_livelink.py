@@ -1,0 +1,131 @@
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.takes.livelink import read_livelink
+from usdface.options import TakeOptions
+
+NAMES = ("EyeBlinkLeft", "JawRight", "JawLeft", "TongueOut")
+ROTATIONS = ("HeadYaw", "HeadPitch", "HeadRoll", "LeftEyeYaw")
+
+
+def timecode(seconds, base):
+    whole = int(seconds + 1e-9)
+    frames = (seconds - whole) * base
+    clock = whole % 86400
+    return f"{clock // 3600:02d}:{clock // 60 % 60:02d}:{clock % 60:02d}:{abs(frames):06.3f}"
+
+
+def livelink_text(seconds, base=60, names=NAMES, empty=()):
+    lines = [["Timecode", "BlendShapeCount", *names, *ROTATIONS]]
+    for row, time in enumerate(seconds):
+        values = [0.01 * row + 0.1 * column for column in range(len(names) + len(ROTATIONS))]
+        data = ["0"] if row in empty else [str(len(values)), *map(repr, values)]
+        lines.append([timecode(time, base), *data])
+    return "\n".join(",".join(line) for line in lines) + "\n"
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text, **options):
+        path = tmp_path / "take.csv"
+        path.write_text(text)
+        return read_livelink(path, TakeOptions(**options))
+
+    return read
+
+
+def codes(findings):
+    return [f.code for f in findings]
+
+
+def test_columns_go_by_name(read):
+    take, findings = read(livelink_text(100 + np.arange(90) / 30))
+    assert take.names == ("eyeBlinkLeft", "jawRight", "jawLeft", "tongueOut")
+    np.testing.assert_allclose(take.column("jawLeft"), 0.2 + 0.01 * np.arange(90))
+    assert take.start_timecode == "00:01:40:00.000"
+    assert codes(findings) == ["CHANNEL_IGNORED"]
+    assert "HeadYaw" in findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("base", "rate"), [(60, 60), (60, 30), (30, 30), (30, 60), (24, 24), (25, 25), (60, 20)]
+)
+@pytest.mark.parametrize("start", [0.0, 3725.4])
+def test_the_rate_is_found_whatever_the_timecode_counts(read, base, rate, start):
+    seconds = start + np.arange(4 * rate) / rate
+    take, findings = read(livelink_text(seconds, base))
+    assert take.rate == rate
+    np.testing.assert_allclose(take.times, seconds - seconds[0], atol=1e-4)
+    assert codes(findings) == ["CHANNEL_IGNORED"]
+
+
+def test_a_take_within_one_second_is_read_as_sixtieths_and_says_so(read):
+    take, findings = read(livelink_text(10 + np.arange(10) / 30))
+    assert (take.rate, codes(findings)) == (30, ["CHANNEL_IGNORED", "RATE_ASSUMED"])
+
+
+def test_dropped_frames_stay_gaps(read):
+    seconds = np.delete(np.arange(100) / 30, [40, 41, 70])
+    take, findings = read(livelink_text(seconds))
+    np.testing.assert_allclose(take.times, seconds, atol=1e-4)
+    assert codes(findings) == ["CHANNEL_IGNORED", "FRAMES_DROPPED"]
+    assert findings[1].message.startswith("3 frames")
+
+
+def test_rows_of_a_lost_face_are_left_out(read):
+    seconds = np.arange(90) / 30
+    take, findings = read(livelink_text(seconds, empty=(0, 50, 51)))
+    kept = np.delete(seconds, [0, 50, 51])
+    np.testing.assert_allclose(take.times, kept - kept[0], atol=1e-4)
+    assert take.start_timecode == "00:00:00:02.000"
+    assert codes(findings) == ["FRAME_EMPTY", "CHANNEL_IGNORED", "FRAMES_DROPPED"]
+    assert "3 of 90" in findings[0].message
+
+
+def test_a_take_may_run_over_midnight(read):
+    take, findings = read(livelink_text(86398.5 + np.arange(90) / 30))
+    np.testing.assert_allclose(take.times, np.arange(90) / 30, atol=1e-4)
+    assert codes(findings) == ["CHANNEL_IGNORED"]
+
+
+def test_the_rate_of_the_options_stretches_the_times(read):
+    take, _ = read(livelink_text(np.arange(90) / 30), rate=60)
+    assert take.rate == 60
+    np.testing.assert_allclose(take.times, np.arange(90) / 60, atol=1e-4)
+
+
+GOOD = livelink_text(np.arange(90) / 30)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("time,x\n", "not a Live Link Face file"),
+        ("Timecode,BlendShapeCount,HeadYaw\n", "no blend shape columns"),
+        (GOOD.split("\n")[0] + "\n", "no row has"),
+        (livelink_text(np.arange(3) / 30, empty=(0, 1, 2)), "no row has"),
+        (GOOD.replace("00:00:01:00.000", "1 o'clock"), "line 32: .* not a timecode"),
+        (GOOD.replace("00:00:01:00.000", "00:00:00:00.000"), "time does not increase"),
+        (GOOD.replace("00:00:01:00.000", "00:00:01:500.0"), "more than a second holds"),
+        (livelink_text([0.0], names=("JawOpen", "jawOpen")), "'jawOpen' occurs twice"),
+        (GOOD.replace(",0.31,", ",much,"), "'much' is not a number"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(read, text, says):
+    with pytest.raises(InputError, match=says) as caught:
+        read(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_real_range_of_motion(shared_data):
+    path = shared_data / "livelinkface/alex_rom_3.csv"
+    take, findings = read_livelink(path)
+    assert take.weights.shape == (4030, 52)
+    assert take.rate == 30
+    assert take.start_timecode == "13:13:04:31.652"
+    assert take.times[-1] == pytest.approx(134.3818, abs=1e-3)
+    assert take.names.index("jawRight") < take.names.index("jawLeft")
+    assert (take.weights.max(axis=0) > 0.3).sum() == 50
+    assert codes(findings) == ["CHANNEL_IGNORED", "FRAMES_DROPPED"]
+    assert np.sum(np.diff(take.times) > 1.5 / 30) == 3

@@ -1,0 +1,121 @@
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.takes.motive import read_motive
+from usdface.options import TakeOptions
+
+POSITIONS = np.random.default_rng(9).uniform(-1, 1, (4, 2, 3))
+ABOUT = {
+    "Format Version": "1.23",
+    "Take Name": "smile",
+    "Capture Frame Rate": "120.000000",
+    "Export Frame Rate": "120.000000",
+    "Capture Start Time": "2024-05-06 11.59.58.500 PM",
+    "Total Exported Frames": "4",
+    "Length Units": "Meters",
+}
+
+
+def motive_text(
+    positions=POSITIONS,
+    timecode=False,
+    parent=False,
+    kinds=("Marker", "Marker"),
+    start=0.0,
+    **about,
+):
+    """A rigid body first (rotation and position), then two markers."""
+    about = ABOUT | {key.replace("_", " "): value for key, value in about.items()}
+    body = ["Rigid Body"] * 7
+    spare = [""] * timecode
+    header = [
+        [part for pair in about.items() for part in pair],
+        [],
+        ["", "Type", *spare, *body, *np.repeat(kinds, 3)],
+        ["", "Name", *spare, *["Helmet"] * 7, *np.repeat(["Face:Chin", "Face:Nose"], 3)],
+        ["", "ID", *spare, *["1"] * 7, *np.repeat(["2", "3"], 3)],
+        ["", "", *spare, *["Rotation"] * 4, *["Position"] * 9],
+        ["Frame", "Time (Seconds)", *["TimeCode"] * timecode, *"XYZW", *"XYZ" * 3],
+    ]
+    if parent:
+        header.insert(5, ["", "Parent", *spare, *[""] * 13])
+    for frame, places in enumerate(positions):
+        cells = ["" if np.isnan(v) else repr(float(v)) for v in places.ravel()]
+        codes = [f"15:26:46:12.0{frame}"] * timecode
+        header.append([frame, f"{start + frame / 120:.6f}", *codes, *[0.5] * 7, *cells])
+    return "\n".join(",".join(map(str, line)) for line in header) + "\n"
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(text, **options):
+        path = tmp_path / "take.csv"
+        path.write_text(text)
+        return read_motive(path, TakeOptions(**options))
+
+    return read
+
+
+def codes(findings):
+    return [f.code for f in findings]
+
+
+@pytest.mark.parametrize("timecode", [False, True])
+@pytest.mark.parametrize("parent", [False, True])
+def test_only_markers_are_read_and_the_rest_is_announced(read, timecode, parent):
+    take, findings = read(motive_text(timecode=timecode, parent=parent))
+    assert take.names == ("Chin", "Nose")
+    np.testing.assert_array_equal(take.positions, POSITIONS)
+    np.testing.assert_array_equal(take.times, np.arange(4) / 120)
+    assert (take.rate, take.up_axis) == (120, "Y")
+    assert codes(findings) == ["CHANNEL_IGNORED", "LABEL_CHANGED"]
+    assert "Rigid Body Helmet Rotation" in findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("name", "metres"),
+    [("Millimeters", 1e-3), ("Centimeters", 1e-2), ("Meters", 1), ("Inches", 0.0254)],
+)
+def test_length_units(read, name, metres):
+    take, _ = read(motive_text(Length_Units=name))
+    np.testing.assert_allclose(take.positions, POSITIONS * metres)
+
+
+def test_blank_cells_are_occluded(read):
+    positions = POSITIONS.copy()
+    positions[2, 1] = np.nan
+    take, findings = read(motive_text(positions))
+    assert np.argwhere(~take.visible).tolist() == [[2, 1]]
+    assert codes(findings)[-1] == "MARKER_OCCLUDED"
+
+
+def test_the_timecode_column_or_the_time_of_day_is_the_start(read):
+    assert read(motive_text(timecode=True))[0].start_timecode == "15:26:46:12.00"
+    assert read(motive_text())[0].start_timecode == "23:59:58:60"
+    # an export that starts two seconds into the capture, beyond midnight
+    later = motive_text(start=2.0)
+    assert read(later)[0].start_timecode == "00:00:00:60"
+    assert read(motive_text(Capture_Start_Time=""))[0].start_timecode == ""
+
+
+def test_fewer_frames_than_announced(read):
+    assert "FRAMES_MISSING" in codes(read(motive_text(Total_Exported_Frames="30004"))[1])
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("time,x\n", "not a Motive export"),
+        ("Format Version,1.23\n", "the row 'Frame, Time"),
+        ("Format Version,1.23\nFrame,Time (Seconds),X\n", "rows are missing"),
+        (motive_text(kinds=("Bone", "Bone Marker")), "no columns of type Marker"),
+        (motive_text().replace(",X,Y,Z\n", ",X,Y,W\n"), "'Face:Nose' lacks one"),
+        (motive_text(POSITIONS[:0]), "no frames"),
+        (motive_text(np.full((2, 2, 3), np.nan)), "no marker is visible"),
+    ],
+)
+def test_bad_files_are_refused_in_one_line(read, text, says):
+    with pytest.raises(InputError, match=says) as caught:
+        read(text)
+    assert "\n" not in str(caught.value)

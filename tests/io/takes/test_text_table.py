@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.takes.text_table import positive, read_numbers, read_rows, read_text
+
+
+def test_byte_order_mark_and_latin_1_are_read(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"\xef\xbb\xbfMund")
+    assert read_text(path) == "Mund"
+    path.write_bytes("Stirnhöhe".encode("latin-1"))
+    assert read_text(path) == "Stirnhöhe"
+
+
+@pytest.mark.parametrize(("data", "says"), [(b"", "empty"), (b" \n ", "empty"), (b"a\0b", "text")])
+def test_files_that_are_no_text_are_refused(tmp_path, data, says):
+    path = tmp_path / "a.csv"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=says):
+        read_text(path)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_text(tmp_path / "none.csv")
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
+def test_rows_know_their_line(tmp_path, ending):
+    rows = read_rows(tmp_path, ending.join(["a, b", "", "1,2"]), ",")
+    assert rows == [(1, ["a", "b"]), (2, []), (3, ["1", "2"])]
+
+
+def test_an_endless_cell_is_refused(tmp_path):
+    with pytest.raises(InputError, match="line 1"):
+        read_rows(tmp_path / "a.csv", "x" * 200_000, ",")
+
+
+def test_columns_come_in_the_order_asked_and_missing_cells_are_nan(tmp_path):
+    rows = read_rows(tmp_path, "1,2,3\n4,,6\n7\nNA,null,-1e3\n", ",")
+    np.testing.assert_array_equal(
+        read_numbers(tmp_path, rows, [2, 0]),
+        [[3, 1], [6, 4], [np.nan, 7], [-1000, np.nan]],
+    )
+
+
+def test_no_rows_keep_the_width(tmp_path):
+    assert read_numbers(tmp_path, [], [0, 1, 2]).shape == (0, 3)
+
+
+def test_a_wrong_cell_is_named(tmp_path):
+    rows = read_rows(tmp_path, "1,2\n3,four\n", ",")
+    with pytest.raises(InputError, match="line 2, column 2: 'four'"):
+        read_numbers(tmp_path, rows, [0, 1])
+
+
+def test_only_positive_finite_numbers_count_as_announced():
+    assert positive("60.0") == 60
+    assert [positive(text) for text in ("", "x", "-1", "0", "nan", "inf")] == [0] * 6

@@ -1,0 +1,84 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.io.takes.timing import ASSUMED_RATE, nominal_rate, take_times
+
+FILE = Path("take.csv")
+
+
+def codes(findings):
+    return [f.code for f in findings]
+
+
+@pytest.mark.parametrize("rate", [24.0, 30.0, 60.0, 120.0, 30000 / 1001])
+@pytest.mark.parametrize("digits", [3, 5, 9])
+def test_the_rate_survives_rounded_times_and_dropped_frames(rate, digits):
+    frames = np.delete(np.arange(400), [7, 8, 9, 200])
+    assert nominal_rate(np.round(frames / rate, digits)) == pytest.approx(rate, rel=1e-3)
+
+
+def test_times_written_with_few_digits_are_those_of_the_grid():
+    exact = np.arange(100) / 60
+    times, rate, findings = take_times(FILE, 100, rate=60, seconds=np.round(exact + 5, 3))
+    np.testing.assert_array_equal(times, exact)
+    assert (rate, findings) == (60, [])
+
+
+def test_times_off_the_grid_stay_as_they_are():
+    seconds = np.array([0.0, 0.011, 0.025, 0.031])
+    times, _, _ = take_times(FILE, 4, rate=100, seconds=seconds)
+    np.testing.assert_allclose(times, seconds)
+
+
+def test_dropped_frames_stay_gaps():
+    times, rate, findings = take_times(FILE, 4, seconds=np.array([0.0, 0.1, 0.4, 0.5]))
+    np.testing.assert_allclose(times, [0, 0.1, 0.4, 0.5])
+    assert rate == 10
+    assert codes(findings) == ["FRAMES_DROPPED"]
+    assert findings[0].message.startswith("2 frames")
+
+
+def test_frame_numbers_count_at_the_rate():
+    times, _, findings = take_times(FILE, 3, frames=np.array([10.0, 11, 13]), override=50)
+    np.testing.assert_allclose(times, [0, 0.02, 0.06])
+    assert codes(findings) == ["FRAMES_DROPPED"]
+
+
+def test_a_rate_nobody_names_is_announced():
+    times, rate, findings = take_times(FILE, 3)
+    np.testing.assert_allclose(times, np.arange(3) / ASSUMED_RATE)
+    assert (rate, codes(findings)) == (ASSUMED_RATE, ["RATE_ASSUMED"])
+
+
+def test_the_override_stretches_times():
+    times, rate, findings = take_times(
+        FILE, 3, rate=60, seconds=np.array([0, 1 / 60, 3 / 60]), override=30
+    )
+    np.testing.assert_allclose(times, [0, 1 / 30, 3 / 30])
+    assert rate == 30
+    assert codes(findings) == ["FRAMES_DROPPED"]
+
+
+def test_one_frame_has_no_rate_of_its_own():
+    times, rate, findings = take_times(FILE, 1, seconds=np.array([3.0]))
+    assert (times.tolist(), rate, findings) == ([0.0], 0.0, [])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"count": 0}, "no frames"),
+        ({"count": 2, "seconds": np.array([1.0, 1.0])}, "does not increase at frame 1"),
+        ({"count": 2, "seconds": np.array([0.0, np.nan])}, "frame 1 of the data has no time"),
+        ({"count": 2, "seconds": np.array([-1e308, 1e308])}, "too far"),
+        ({"count": 2, "frames": np.array([2.0, 1.0])}, "frame number does not increase"),
+        ({"count": 2, "override": 0.0}, "rate of 0.0"),
+        ({"count": 2, "override": float("nan")}, "rate of nan"),
+    ],
+)
+def test_times_that_cannot_be(arguments, says):
+    with pytest.raises(InputError, match=f"take.csv: .*{says}"):
+        take_times(FILE, **arguments)

@@ -1,0 +1,116 @@
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+
+from usdface.errors import InputError
+from usdface.io.usd.check import check_stage, check_usd
+from usdface.io.usd.rig_write import write_rig
+from usdface.takes import WeightsTake
+
+NAN = float("nan")
+
+
+def stage_with(
+    offsets=((0, 1, 0),),
+    indices=(1,),
+    names=("up",),
+    targets=("/R/M/up",),
+    between=None,
+    weights=None,
+    bound="/R/Anim",
+):
+    stage = Usd.Stage.CreateInMemory()
+    UsdSkel.Root.Define(stage, "/R")
+    mesh = UsdGeom.Mesh.Define(stage, "/R/M")
+    mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 2, 3)])
+    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    binding.CreateBlendShapesAttr(names)
+    binding.CreateBlendShapeTargetsRel().SetTargets([Sdf.Path(target) for target in targets])
+    binding.CreateAnimationSourceRel().SetTargets([bound])
+    shape = UsdSkel.BlendShape.Define(stage, "/R/M/up")
+    shape.CreateOffsetsAttr([Gf.Vec3f(*o) for o in offsets])
+    if indices is not None:
+        shape.CreatePointIndicesAttr(Vt.IntArray(indices))
+    for number, (weight, moved) in enumerate(between or ()):
+        made = shape.CreateInbetween(f"b{number}")
+        made.SetOffsets(moved)
+        if weight is not None:
+            made.SetWeight(weight)
+    anim = UsdSkel.Animation.Define(stage, "/R/Anim")
+    anim.CreateBlendShapesAttr(["up"])
+    for code, row in (weights or {}).items():
+        anim.CreateBlendShapeWeightsAttr().Set(row, code)
+    return stage
+
+
+UP = [(0, 1, 0)]
+BROKEN = {
+    "outside": ({"indices": (3,)}, "POINT_INDICES_OUTSIDE"),
+    "negative": ({"indices": (-1,)}, "POINT_INDICES_OUTSIDE"),
+    "unsorted": ({"indices": (2, 1), "offsets": UP * 2}, "POINT_INDICES_UNSORTED"),
+    "repeated": ({"indices": (1, 1), "offsets": UP * 2}, "POINT_INDICES_REPEATED"),
+    "short": ({"indices": (1, 2)}, "OFFSETS_LENGTH_WRONG"),
+    "dense": ({"indices": None}, "OFFSETS_LENGTH_WRONG"),
+    "names": ({"names": ("up", "down")}, "SHAPE_NAMES_MISMATCH"),
+    "twice": ({"names": ("up", "up"), "targets": ("/R/M/up", "/R/M")}, "SHAPE_NAME_REPEATED"),
+    "dangling": ({"targets": ("/R/M/gone",)}, "SHAPE_TARGET_MISSING"),
+    "other prim": ({"targets": ("/R/M",)}, "SHAPE_TARGET_MISSING"),
+    "unbound": ({"bound": "/R/Nothing"}, "BINDING_TARGET_MISSING"),
+    "at 0": ({"between": [(0.0, UP)]}, "INBETWEEN_WRONG"),
+    "at 1": ({"between": [(1.0, UP)]}, "INBETWEEN_WRONG"),
+    "twice at 0.5": ({"between": [(0.5, UP), (0.5, UP)]}, "INBETWEEN_WRONG"),
+    "nowhere": ({"between": [(None, UP)]}, "INBETWEEN_WRONG"),
+    "between short": ({"between": [(0.5, UP * 2)]}, "OFFSETS_LENGTH_WRONG"),
+    "nan": ({"offsets": [(0, NAN, 0)]}, "VALUES_WRONG"),
+    "between nan": ({"between": [(0.5, [(0, NAN, 0)])]}, "VALUES_WRONG"),
+    "empty": ({"offsets": [(0, 0, 0)]}, "SHAPE_EMPTY"),
+    "long weights": ({"weights": {1: [0], 2: [0, 0]}}, "WEIGHTS_LENGTH_WRONG"),
+    "no weights": ({"weights": {1: [0], 2: []}}, "WEIGHTS_LENGTH_WRONG"),
+    "nan weights": ({"weights": {1: [0], 2: [NAN]}}, "VALUES_WRONG"),
+    "above 1": ({"weights": {1: [0], 2: [1.01]}}, "WEIGHTS_OUT_OF_RANGE"),
+    "below 0": ({"weights": {1: [-0.01]}}, "WEIGHTS_OUT_OF_RANGE"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_each_fault_is_found(name):
+    changes, code = BROKEN[name]
+    assert code in [f.code for f in check_stage(stage_with(**changes))]
+
+
+def test_a_sound_stage_has_no_findings():
+    sound = stage_with(between=[(0.5, UP), (-0.5, UP), (1.5, UP)], weights={1: [0], 2: [1]})
+    assert check_stage(sound) == []
+
+
+@pytest.mark.parametrize("name", sorted(set(BROKEN) - {"twice", "names"}))
+def test_one_fault_is_one_finding(name):
+    assert len(check_stage(stage_with(**BROKEN[name][0]))) == 1
+
+
+def test_a_finding_says_where_and_when():
+    found = check_stage(stage_with(weights={1: [0, 0], 2: [0], 7: []}))
+    assert [(f.where, f.message) for f in found] == [
+        ("/R/Anim", "2 weights for 1 blendShapes at time code 1 and at 1 more")
+    ]
+
+
+def test_what_we_write_is_sound(face_rig, skinned_rig, tmp_path):
+    for rig in (face_rig, skinned_rig):
+        weights = np.linspace(0, 1, 3 * len(rig.shape_names)).reshape(3, -1)
+        path = tmp_path / "rig.usda"
+        write_rig(rig, path, WeightsTake(rig.shape_names, [0, 1, 2], weights, 1.0))
+        assert check_usd(path) == []
+
+
+def test_real_exports_have_the_faults_they_are_known_for(shared_data):
+    found = check_usd(shared_data / "mayausd_morpher" / "morpher_box.usd")
+    assert [f.code for f in found] == [
+        "POINT_INDICES_UNSORTED",
+        "WEIGHTS_LENGTH_WRONG",
+        "WEIGHTS_OUT_OF_RANGE",
+    ]
+    normals_only = "openusd_usdskel/bakeSkinning/blendshapesWithNormals.usda"
+    assert check_usd(shared_data / normals_only) == []
+    with pytest.raises(InputError, match="cannot be read"):
+        check_usd(shared_data / "tinyusdz_blendshape" / "inbetween-blendshape-002.usda")

@@ -1,0 +1,148 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+
+from usdface.errors import InputError
+from usdface.io.usd.stage import metrics_of
+from usdface.io.usd.take import read_take_prim, write_take
+from usdface.schemas import tokens
+from usdface.takes import MarkerTake, WeightsTake
+
+RNG = np.random.default_rng(3)
+NAMES = ("chin", "brow L", "鼻")
+
+
+def marker_take(dimension: int = 3, **settings: object) -> MarkerTake:
+    positions = RNG.normal(size=(12, 3, dimension)) * (0.1 if dimension == 3 else 300)
+    positions[0, 1] = positions[3:6, 1] = positions[11, 2] = np.nan
+    settings = {"rate": 60.0, "source": "jaw.c3d", **settings}
+    return MarkerTake(NAMES, np.arange(12) / 60, positions, **settings)  # type: ignore[arg-type]
+
+
+def round_trip(take: MarkerTake | WeightsTake, folder: Path) -> MarkerTake | WeightsTake:
+    write_take(take, folder / "take.usdc")
+    stage = Usd.Stage.Open(str(folder / "take.usdc"))
+    return read_take_prim(stage.GetDefaultPrim())[0]
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.01, 0.001])
+@pytest.mark.parametrize("up_axis", ["Y", "Z"])
+@pytest.mark.parametrize("rate", [24.0, 30000 / 1001, 60.0, 120.0])
+def test_a_take_survives_any_units_up_axis_and_rate(
+    tmp_path: Path, unit: float, up_axis: str, rate: float
+) -> None:
+    take = marker_take(
+        meters_per_unit=unit, up_axis=up_axis, rate=rate, start_timecode="01:02:03:04"
+    )
+    take = MarkerTake(
+        take.names, np.arange(12) / rate, take.positions, rate, unit, up_axis, "01:02:03:04"
+    )
+    back = round_trip(take, tmp_path)
+    assert isinstance(back, MarkerTake)
+    assert (back.names, back.rate, back.start_timecode) == (NAMES, rate, "01:02:03:04")
+    assert (back.meters_per_unit, back.up_axis) == (unit, up_axis)
+    np.testing.assert_allclose(back.times, take.times, atol=1e-9)
+    np.testing.assert_allclose(back.positions, take.positions, atol=1e-7)
+
+
+def test_uneven_times_survive(tmp_path: Path) -> None:
+    times = np.cumsum(RNG.uniform(0.01, 0.1, 12))
+    times -= times[0]
+    take = MarkerTake(NAMES, times, marker_take().positions)
+    np.testing.assert_allclose(round_trip(take, tmp_path).times, times, atol=1e-9)
+
+
+def test_pixels_stay_pixels(tmp_path: Path) -> None:
+    take = marker_take(2, image_size=(1920, 1080))
+    back = round_trip(take, tmp_path)
+    assert isinstance(back, MarkerTake)
+    assert back.dimension == 2 and back.image_size == (1920, 1080)
+    np.testing.assert_allclose(back.positions, take.positions, rtol=1e-6)
+
+
+def test_an_occluded_marker_keeps_its_last_place_in_a_viewer(tmp_path: Path) -> None:
+    take = marker_take()
+    write_take(take, tmp_path / "take.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
+    prim = stage.GetPrimAtPath("/Take")
+    drawn = np.array([prim.GetAttribute("points").Get(code) for code in range(12)])
+    np.testing.assert_allclose(drawn[3:6, 1], drawn[[2, 2, 2], 1])
+    np.testing.assert_allclose(drawn[0, 1], take.positions[1, 1], atol=1e-7)
+
+
+def test_a_viewer_without_usdface_sees_points_in_their_units(tmp_path: Path) -> None:
+    take = marker_take(meters_per_unit=0.001)
+    write_take(take, tmp_path / "take.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
+    metrics = metrics_of(stage)
+    assert (metrics.time_codes_per_second, metrics.frames_per_second) == (60, 60)
+    assert (metrics.start, metrics.end, metrics.meters_per_unit) == (0, 11, 0.001)
+    points = UsdGeom.Points(stage.GetPrimAtPath("/Take"))
+    assert points, "the fallback makes it a UsdGeomPoints"
+    millimetres = np.array(points.GetPointsAttr().Get(1))
+    np.testing.assert_allclose(millimetres, take.positions[1] * 1000, rtol=1e-5)
+    low, high = np.array(points.GetExtentAttr().Get(1))
+    assert (low < millimetres).all() and (millimetres < high).all()
+
+
+def test_the_prims_own_transform_counts(tmp_path: Path) -> None:
+    take = marker_take(meters_per_unit=0.01)
+    write_take(take, tmp_path / "take.usda")
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    parent = UsdGeom.Xform.Define(stage, "/Capture")
+    parent.AddTransformOp().Set(
+        Gf.Matrix4d().SetScale(0.01) * Gf.Matrix4d().SetTranslate((1, 2, 3))
+    )
+    prim = stage.DefinePrim("/Capture/Take")
+    prim.GetReferences().AddReference(str(tmp_path / "take.usda"))
+    back, codes = read_take_prim(prim)
+    assert isinstance(back, MarkerTake)
+    expected = take.positions + np.array([1.0, 2.0, 3.0])
+    np.testing.assert_allclose(back.positions, expected, atol=1e-6)
+    # The stage runs at 24: USD rescales the 60 of the take.
+    np.testing.assert_allclose(codes, np.arange(12) * 24 / 60)
+    np.testing.assert_allclose(back.times, take.times, atol=1e-9)
+
+
+def test_a_weights_take_is_a_skel_animation(tmp_path: Path) -> None:
+    weights = RNG.uniform(size=(5, 2)).astype(np.float32)
+    take = WeightsTake(("jawOpen", "Ünï code"), np.arange(5) / 30, weights, 30.0, "00:00:01:00")
+    write_take(take, tmp_path / "take.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
+    assert stage.GetDefaultPrim().IsA(UsdSkel.Animation)
+    back, _ = read_take_prim(stage.GetDefaultPrim())
+    assert isinstance(back, WeightsTake)
+    assert back.names == take.names and back.start_timecode == "00:00:01:00"
+    np.testing.assert_array_equal(back.weights, take.weights)
+
+
+def test_two_runs_give_the_same_bytes(tmp_path: Path) -> None:
+    take = marker_take()
+    for suffix in ("usda", "usdc"):
+        write_take(take, tmp_path / f"a.{suffix}")
+        write_take(take, tmp_path / f"b.{suffix}")
+        assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("broken", ["short", "nan", "none", "visible", "names"])
+def test_arrays_that_do_not_fit_are_named(tmp_path: Path, broken: str) -> None:
+    write_take(marker_take(), tmp_path / "take.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
+    prim = stage.GetDefaultPrim()
+    points = prim.GetAttribute("points")
+    if broken == "short":
+        points.Set(Vt.Vec3fArray(2), 5)
+    elif broken == "nan":
+        points.Set(Vt.Vec3fArray([Gf.Vec3f(float("nan"))] * 3), 5)
+    elif broken == "none":
+        points.Clear()
+    elif broken == "visible":
+        prim.GetAttribute(tokens.MARKERS_VISIBLE).Set(Vt.BoolArray([True]), 5)
+    else:
+        prim.GetAttribute(tokens.MARKERS_NAMES).Clear()
+    with pytest.raises(InputError, match="/Take") as caught:
+        read_take_prim(prim)
+    assert "\n" not in str(caught.value)

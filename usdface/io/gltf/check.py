@@ -1,0 +1,203 @@
+"""What is wrong with the morph targets of a glTF file.
+
+One function for one rule, severities as in `usdface.io.usd.check`. Names are a convention
+of glTF (`mesh.extras.targetNames`) that the Khronos validator does not look at: without them
+files still play, so missing names are a *warning*; a list of the wrong length gives shapes
+wrong names and is an *error*.
+
+Source: glTF 2.0 specification, sections 3.7.2.2 (morph targets) and 3.11 (animations).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.document import GltfFile, item, load_document
+from usdface.takes import FloatArray
+
+__all__ = ["check_gltf"]
+
+_ROUNDING = 1e-5  # what exporters' own arithmetic adds to weights of 0 and 1
+Findings = Iterator[Finding]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Mesh:
+    """One mesh and the number of morph targets that its first primitive announces."""
+
+    where: str
+    mesh: Any
+    targets: int
+    reader: AccessorReader
+
+
+def check_gltf(path: Path) -> list[Finding]:
+    """Return what is wrong with the morph targets of a .glb or .gltf.
+
+    Raises
+    ------
+    InputError
+        If the file is not glTF 2.0, a buffer is missing, or it breaks the schema.
+    """
+    file = load_document(path)
+    findings: list[Finding] = []
+    try:
+        for mesh in _meshes(file):
+            for rule in _MESH_RULES:
+                findings += rule(mesh)
+        findings += _node_weights_fit(file)
+        findings += _animations_fit(file)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"the JSON does not follow the glTF schema: {error}") from error
+    return findings
+
+
+def _meshes(file: GltfFile) -> Iterator[_Mesh]:
+    reader = AccessorReader(file)
+    for index, mesh in enumerate(file.document.meshes or []):
+        label = f"mesh {index} {mesh.name!r}" if mesh.name else f"mesh {index}"
+        yield _Mesh(label, mesh, _target_count(mesh), reader)
+
+
+def _target_count(mesh: Any) -> int:
+    return len(mesh.primitives[0].targets or []) if mesh.primitives else 0
+
+
+def _names_are_there(of: _Mesh) -> Findings:
+    names = (of.mesh.extras or {}).get("targetNames")
+    if names is None and of.targets:
+        yield finding("SHAPE_NAMES_MISSING", of.where, "there is no extras.targetNames")
+    elif names is not None and len(names) != of.targets:
+        message = f"{len(names)} targetNames for {of.targets} morph targets"
+        yield finding("SHAPE_NAMES_MISMATCH", of.where, message)
+
+
+def _names_are_unique(of: _Mesh) -> Findings:
+    names = [str(name) for name in (of.mesh.extras or {}).get("targetNames") or ()]
+    for name in sorted({n for n in names if names.count(n) > 1}):
+        message = f"the name {name!r} occurs {names.count(name)} times in targetNames"
+        yield finding("SHAPE_NAME_REPEATED", of.where, message)
+
+
+def _primitives_agree(of: _Mesh) -> Findings:
+    for index, primitive in enumerate(of.mesh.primitives):
+        count = len(primitive.targets or [])
+        if count != of.targets:
+            message = f"primitive {index} has {count} morph targets, primitive 0 has {of.targets}"
+            yield finding("TARGETS_UNEQUAL", of.where, message)
+
+
+def _mesh_weights_fit(of: _Mesh) -> Findings:
+    if of.mesh.weights:
+        yield from _weights_fit(of.where, np.array(of.mesh.weights, np.float64), of.targets)
+
+
+def _targets_can_be_read(of: _Mesh) -> Findings:
+    for number, primitive in enumerate(of.mesh.primitives):
+        attributes = vars(primitive.attributes)
+        for place, target in enumerate(primitive.targets or []):
+            where = f"{of.where}, primitive {number}, target {place}"
+            for name, accessor in target.items():
+                base = attributes.get(name)
+                if base is None:
+                    message = f"{name} is morphed, but the primitive has no {name}"
+                    yield finding("VALUES_WRONG", where, message)
+                    continue
+                try:
+                    of.reader.offsets(accessor, of.reader.count(base))
+                except InputError as error:
+                    yield finding("VALUES_WRONG", where, f"{name}: {error}")
+
+
+def _targets_move_something(of: _Mesh) -> Findings:
+    for place in range(of.targets):
+        targets = [p.targets[place] for p in of.mesh.primitives if len(p.targets or []) > place]
+        if not any(_moves(of.reader, target) for target in targets):
+            yield finding("SHAPE_EMPTY", f"{of.where}, target {place}")
+
+
+def _moves(reader: AccessorReader, target: dict[str, Any]) -> bool:
+    for accessor in target.values():
+        try:
+            if len(reader.offsets(accessor, reader.count(accessor))[0]):
+                return True
+        except InputError:
+            return True  # said already: what cannot be read is not empty
+    return False
+
+
+_MESH_RULES: tuple[Callable[[_Mesh], Findings], ...] = (
+    _names_are_there,
+    _names_are_unique,
+    _primitives_agree,
+    _mesh_weights_fit,
+    _targets_can_be_read,
+    _targets_move_something,
+)
+
+
+def _weights_fit(where: str, weights: FloatArray, count: int) -> Findings:
+    if weights.shape != (count,):
+        message = f"{weights.size} weights for {count} morph targets"
+        yield finding("WEIGHTS_LENGTH_WRONG", where, message)
+    if (abs(weights - 0.5) > 0.5 + _ROUNDING).any():
+        yield finding("WEIGHTS_OUT_OF_RANGE", where)
+
+
+def _targets_of_node(file: GltfFile, node: object) -> int:
+    mesh = item(file.document.nodes or [], node, "node").mesh
+    return 0 if mesh is None else _target_count(item(file.document.meshes or [], mesh, "mesh"))
+
+
+def _node_weights_fit(file: GltfFile) -> Findings:
+    for node, weights in enumerate(file.node_weights):
+        if weights is not None:
+            values = np.array(weights, np.float64)
+            yield from _weights_fit(f"node {node}", values, _targets_of_node(file, node))
+
+
+def _animations_fit(file: GltfFile) -> Findings:
+    for number, animation in enumerate(file.document.animations or []):
+        for place, channel in enumerate(animation.channels):
+            if channel.target.path == "weights" and channel.target.node is not None:
+                where = f"animation {number}, channel {place}"
+                try:
+                    yield from _channel_fits(file, where, animation.samplers, channel)
+                except InputError as error:
+                    yield finding("VALUES_WRONG", where, str(error))
+
+
+def _channel_fits(file: GltfFile, where: str, samplers: list[Any], channel: Any) -> Findings:
+    count = _targets_of_node(file, channel.target.node)
+    if not count:
+        message = f"weights of node {channel.target.node}, which has no morph targets"
+        yield finding("WEIGHTS_LENGTH_WRONG", where, message)
+        return
+    reader = AccessorReader(file)
+    sampler = item(samplers, channel.sampler, "sampler")
+    times = reader.floats(sampler.input, "SCALAR")[:, 0]
+    weights = reader.floats(sampler.output, "SCALAR")[:, 0]
+    parts = 3 if sampler.interpolation == "CUBICSPLINE" else 1
+    yield from _curve_fits(where, times, weights, count, parts)
+
+
+def _curve_fits(
+    where: str, times: FloatArray, weights: FloatArray, count: int, parts: int
+) -> Findings:
+    """`parts` values for each key and target: 3 for cubic curves, whose middle is the weight."""
+    if times[0] < 0 or (np.diff(times) <= 0).any():
+        message = "times are not increasing from 0 or later"
+        yield finding("VALUES_WRONG", where, message)
+    if len(weights) != len(times) * count * parts:
+        message = f"{len(weights)} numbers for {len(times)} keys of {count} morph targets"
+        yield finding("WEIGHTS_LENGTH_WRONG", where, message)
+        return
+    values = weights.reshape(len(times), parts, count)[:, parts // 2]
+    if (abs(values - 0.5) > 0.5 + _ROUNDING).any():
+        yield finding("WEIGHTS_OUT_OF_RANGE", where)

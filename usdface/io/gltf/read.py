@@ -1,0 +1,219 @@
+"""glTF 2.0 to a rig and a take."""
+
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from pygltflib import GLTF2
+from pygltflib import Mesh as GltfMesh
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.document import GltfFile, item, load_document
+from usdface.io.gltf.materials import read_materials
+from usdface.io.gltf.nodes import NodeTree, node_tree
+from usdface.io.gltf.read_animation import PlacedMesh, weights_take
+from usdface.io.gltf.read_mesh import mesh_of_primitives, placed
+from usdface.io.gltf.read_skin import Armature, armature_of
+from usdface.rigs import Mesh, Rig, Skin
+from usdface.takes import FloatArray, WeightsTake
+
+__all__ = ["read_gltf"]
+
+_MOST_NUMBERS = 2**29  # in all vertex attributes and morph targets of a scene, 4 GiB as float64
+
+
+def read_gltf(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
+    """Read the default scene of a .glb or .gltf file.
+
+    Node transforms are baked into meshes without a skin; skinned meshes stand as they were
+    bound. All skins become one skeleton (`usdface.io.gltf.read_skin`), and a mesh without
+    a skin that hangs on a joint is bound to it. Primitives of a mesh become one mesh with
+    material subsets (`usdface.io.gltf.read_mesh`). The first animation of weights becomes
+    the take (`usdface.io.gltf.read_animation`).
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Rig
+        Metres, Y up; blend shapes are named by ``mesh.extras.targetNames``, else
+        ``target_0``, ``target_1``, ...
+    WeightsTake or None
+        None where no weights are animated and all are zero.
+    list of Finding
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not valid where it matters, or requires an extension
+        that is not decoded.
+    """
+    try:
+        rig, take, found = _read(path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    except (
+        ArithmeticError,
+        AttributeError,
+        LookupError,
+        OSError,
+        TypeError,
+        ValueError,
+        struct.error,
+        np.linalg.LinAlgError,
+    ) as error:
+        # A wrong JSON type in one of the many fields that pygltflib does not check.
+        raise InputError(f"{path}: the file does not follow the glTF schema: {error}") from error
+    if take is not None:
+        take = replace(take, source=path.name)
+    return rig, take, found
+
+
+def _read(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
+    file = load_document(path)
+    document = file.document
+    reader = AccessorReader(file)
+    tree = node_tree(document)
+    carriers = [n for n in tree.order if n in tree.scene and document.nodes[n].mesh is not None]
+    _check_size(document, carriers, reader)
+    given = [material.name or "Material" for material in document.materials or []]
+    names, found = _unique(given, "material")
+    materials, news = read_materials(file, names)
+    found += news
+    armature, news = armature_of(document, tree, reader)
+    found += news
+    meshes, news = _meshes(file, carriers, names, reader)
+    found += news
+    standing = [
+        replace(m, mesh=_in_rig_space(m.mesh, m.node, document, tree, armature)) for m in meshes
+    ]
+    finished, take, news = weights_take(document.animations or [], standing, reader)
+    found += news
+    scene = item(document.scenes, document.scene or 0, "scene").name if document.scenes else ""
+    rig = Rig(_text(scene or path.stem), finished, armature.skeleton, materials, path.name)
+    return rig, take, found
+
+
+def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) -> None:
+    """Refuse a small file that unfolds into a huge scene, before anything is allocated."""
+    sizes: dict[int, int] = {}
+    total = 0
+    for node in carriers:
+        index = document.nodes[node].mesh
+        if index not in sizes:
+            sizes[index] = sum(
+                reader.count(accessor) * 4
+                for primitive in item(document.meshes or [], index, "mesh").primitives
+                for used in (vars(primitive.attributes), *(primitive.targets or []))
+                for accessor in (*used.values(), primitive.indices)
+                if accessor is not None
+            )
+        total += sizes[index]
+        if total > _MOST_NUMBERS:
+            raise InputError(
+                f"the scene unfolds into more than {_MOST_NUMBERS} numbers; "
+                "split it or leave out what is not the character"
+            )
+
+
+def _meshes(
+    file: GltfFile, carriers: list[int], materials: tuple[str, ...], reader: AccessorReader
+) -> tuple[list[PlacedMesh], list[Finding]]:
+    """Decode the mesh of each node that carries one; a mesh used twice is decoded once."""
+    document = file.document
+    given = [
+        document.nodes[n].name or document.meshes[document.nodes[n].mesh].name or "Mesh"
+        for n in carriers
+    ]
+    names, found = _unique(given, "mesh")
+    decoded: dict[int, Mesh | None] = {}
+    meshes = []
+    for node, name in zip(carriers, names, strict=True):
+        index = document.nodes[node].mesh
+        source = document.meshes[index]
+        if index not in decoded:
+            shape_names, news = _shape_names(source, name)
+            decoded[index], lost = mesh_of_primitives(
+                name, source.primitives or [], shape_names, materials, reader
+            )
+            found += [*news, *lost]
+        mesh = decoded[index]
+        if mesh is not None:
+            weights = _still_weights(file.node_weights[node] or source.weights, mesh)
+            meshes.append(PlacedMesh(replace(mesh, name=name), node, weights))
+    return meshes, found
+
+
+def _shape_names(mesh: GltfMesh, name: str) -> tuple[tuple[str, ...], list[Finding]]:
+    count = len(mesh.primitives[0].targets or []) if mesh.primitives else 0
+    given = (mesh.extras or {}).get("targetNames") or []
+    if not isinstance(given, list) or not all(isinstance(n, str) for n in given):
+        given = []
+    found = []
+    if given and len(given) != count:
+        message = f"there are {len(given)} targetNames for {count} morph targets"
+        found.append(finding("NAME_CHANGED", name, message))
+    names = [given[k] if k < len(given) and given[k] else f"target_{k}" for k in range(count)]
+    unique, changed = _unique(names, f"blend shape of {name}")
+    return unique, found + changed
+
+
+def _still_weights(given: list[float] | None, of: Mesh) -> FloatArray:
+    weights = np.asarray(given or np.zeros(len(of.shapes)), np.float64)
+    if weights.shape != (len(of.shapes),) or not np.isfinite(weights).all():
+        raise InputError(
+            f"mesh {of.name!r} has {weights.size} weights for {len(of.shapes)} morph targets"
+        )
+    return weights
+
+
+def _in_rig_space(
+    mesh: Mesh, node: int, document: GLTF2, tree: NodeTree, armature: Armature
+) -> Mesh:
+    skin = document.nodes[node].skin
+    if skin is not None and mesh.skin is not None:
+        joints = item(armature.joints, skin, "skin")
+        own = mesh.skin.joints
+        if own.min() < 0 or own.max() >= len(joints):
+            raise InputError(f"mesh {mesh.name!r} is skinned to a joint that skin {skin} lacks")
+        bound = replace(mesh, skin=Skin(joints[own], mesh.skin.weights))
+        return placed(bound, armature.geometry[skin])
+    world = tree.worlds[node]
+    joint = node
+    while joint >= 0 and joint not in armature.nodes:
+        joint = tree.parents[joint]
+    if joint < 0 or armature.skeleton is None:
+        return placed(replace(mesh, skin=None), world)
+    place = armature.nodes[joint]
+    # The joint may stand elsewhere than where it was bound: go back there with it.
+    world = world @ np.linalg.inv(tree.worlds[joint]) @ armature.skeleton.bind[place]
+    count = len(mesh.points)
+    rigid = Skin(np.full((count, 1), place), np.ones((count, 1)))
+    return placed(replace(mesh, skin=rigid), world)
+
+
+def _unique(given: list[str], what: str) -> tuple[tuple[str, ...], list[Finding]]:
+    """Return names made unique by a number behind, and a finding for each changed one."""
+    taken = {_text(name) for name in given}
+    seen: set[str] = set()
+    result, found = [], []
+    for original in map(_text, given):
+        name, number = original, 1
+        while name in seen or (number > 1 and name in taken):
+            number += 1
+            name = f"{original}_{number}"
+        seen.add(name)
+        if name != original:
+            found.append(finding("NAME_CHANGED", original, f"{what} name occurs twice: {name!r}"))
+        result.append(name)
+    return tuple(result), found
+
+
+def _text(name: str) -> str:
+    """Return a name that can be encoded: JSON allows half of a surrogate pair."""
+    return name.encode("utf-8", "replace").decode()

@@ -1,0 +1,288 @@
+"""Meshes of glTF: primitives merged into one polygon mesh, welded, placed in the scene.
+
+Source: glTF 2.0 specification, section 3.7.2 (meshes, morph targets, primitive modes).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pygltflib import TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, Primitive
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.weld import Rows, rows_at, welded
+from usdface.rigs import BlendShape, MaterialSubset, Mesh, Skin
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["mesh_of_primitives", "placed"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Block:
+    """The vertices that primitives with the same attributes share."""
+
+    points: FloatArray
+    normals: FloatArray | None
+    uvs: FloatArray | None
+    joints: IntArray
+    weights: FloatArray
+    offsets: tuple[Rows, ...]
+    normal_offsets: tuple[Rows | None, ...]
+
+
+def mesh_of_primitives(
+    name: str,
+    primitives: Sequence[Primitive],
+    shape_names: tuple[str, ...],
+    materials: tuple[str, ...],
+    reader: AccessorReader,
+) -> tuple[Mesh | None, list[Finding]]:
+    """Merge the primitives of one glTF mesh.
+
+    Vertices that agree in position, normal, skin influences and all morph targets become
+    one, so that texture seams and borders between materials close again (texture
+    coordinates are kept per corner); vertices without a face are left out. The order stays
+    that of first appearance.
+
+    Parameters
+    ----------
+    name : str
+    primitives : of pygltflib
+    shape_names : tuple of str, length S
+        A name for each morph target.
+    materials : tuple of str
+        Names of the file's materials.
+    reader : AccessorReader
+
+    Returns
+    -------
+    Mesh or None
+        In the mesh's own space; its skin counts joints as the glTF skin does. None where
+        there is no triangle.
+    list of Finding
+
+    Raises
+    ------
+    InputError
+        If primitives disagree in their number of targets or reach beyond their data.
+    """
+    found: list[Finding] = []
+    blocks: dict[tuple[Any, ...], tuple[int, _Block]] = {}
+    triangles: list[IntArray] = []
+    labels: list[IntArray] = []
+    count = 0
+    for primitive in primitives:
+        attributes = {k: v for k, v in vars(primitive.attributes).items() if v is not None}
+        drawn = primitive.mode in (None, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN)
+        if not drawn or "POSITION" not in attributes:
+            found.append(finding("FEATURE_DROPPED", name, "points and lines are left out"))
+            continue
+        targets = primitive.targets or []
+        if len(targets) != len(shape_names):
+            raise InputError(
+                f"mesh {name!r}: a primitive has {len(targets)} morph targets, "
+                f"another {len(shape_names)}"
+            )
+        found += _unread(attributes, name)
+        key = (tuple(sorted(attributes.items())), *(tuple(sorted(t.items())) for t in targets))
+        if key not in blocks:
+            blocks[key] = (count, _block(attributes, targets, reader))
+            count += len(blocks[key][1].points)
+        start, block = blocks[key]
+        corners = _triangles(primitive, len(block.points), reader)
+        triangles.append(corners + start)
+        labels.append(np.full(len(corners), _material(primitive, materials)))
+    if not sum(map(len, triangles)):
+        return None, [*found, finding("FEATURE_DROPPED", name, "a mesh without triangles")]
+    mesh = _merged(name, [b for _, b in blocks.values()], np.concatenate(triangles), shape_names)
+    return _with_materials(mesh, np.concatenate(labels), materials), found
+
+
+def _unread(attributes: dict[str, Any], name: str) -> list[Finding]:
+    read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "JOINTS_", "WEIGHTS_")
+    left = sorted(a for a in attributes if not a.startswith(read))
+    return [finding("FEATURE_DROPPED", name, f"vertex attribute {a} is left out") for a in left]
+
+
+def _material(primitive: Primitive, materials: tuple[str, ...]) -> int:
+    index = primitive.material
+    if index is not None and not 0 <= index < len(materials):
+        raise InputError(f"there is no material {index}; the file has {len(materials)}")
+    return -1 if index is None else int(index)
+
+
+def _triangles(primitive: Primitive, count: int, reader: AccessorReader) -> IntArray:
+    corners = np.arange(count)
+    if primitive.indices is not None:
+        corners = reader.integers(primitive.indices, "SCALAR")[:, 0]
+        if corners.min() < 0 or corners.max() >= count:
+            raise InputError(
+                f"index accessor {primitive.indices} points outside the {count} vertices"
+            )
+    if primitive.mode == TRIANGLE_STRIP:
+        turn = np.arange(max(len(corners) - 2, 0)) % 2
+        place = np.arange(len(turn))
+        # every second triangle of a strip turns the other way
+        return np.stack([corners[place], corners[place + 1 + turn], corners[place + 2 - turn]], 1)
+    if primitive.mode == TRIANGLE_FAN:
+        fan = np.stack([corners[1:-1], corners[2:]], 1)
+        return np.concatenate([np.full((len(fan), 1), corners[0]), fan], 1)
+    return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+
+
+def _block(
+    attributes: dict[str, Any], targets: Sequence[dict[str, Any]], reader: AccessorReader
+) -> _Block:
+    points = reader.floats(attributes["POSITION"], "VEC3")
+    count = len(points)
+
+    def rows(attribute: str, kind: str) -> FloatArray | None:
+        if attribute not in attributes:
+            return None
+        values = reader.floats(attributes[attribute], kind)
+        if len(values) != count:
+            raise InputError(f"{attribute} has {len(values)} elements for {count} vertices")
+        return values
+
+    joints: list[IntArray] = [np.zeros((count, 0), np.int64)]
+    weights: list[FloatArray] = [np.zeros((count, 0))]
+    while f"JOINTS_{len(joints) - 1}" in attributes:
+        place = len(joints) - 1
+        weight = rows(f"WEIGHTS_{place}", "VEC4")
+        joint = reader.integers(attributes[f"JOINTS_{place}"], "VEC4")
+        if weight is None or len(joint) != count:
+            raise InputError(f"JOINTS_{place} has no WEIGHTS_{place} for each vertex")
+        joints.append(joint)
+        weights.append(weight)
+    empty = np.zeros(0, np.int64), np.zeros((0, 3))
+    return _Block(
+        points,
+        rows("NORMAL", "VEC3"),
+        rows("TEXCOORD_0", "VEC2"),
+        np.concatenate(joints, 1),
+        np.concatenate(weights, 1),
+        tuple(reader.offsets(t["POSITION"], count) if "POSITION" in t else empty for t in targets),
+        tuple(reader.offsets(t["NORMAL"], count) if "NORMAL" in t else None for t in targets),
+    )
+
+
+def _merged(
+    name: str, blocks: list[_Block], triangles: IntArray, shape_names: tuple[str, ...]
+) -> Mesh:
+    """Concatenate blocks, weld them, and leave out vertices that no face uses."""
+    starts = np.cumsum([0, *(len(b.points) for b in blocks)])
+    influences = max(b.joints.shape[1] for b in blocks)
+    joints = np.concatenate([_wider(b.joints, influences) for b in blocks])
+    weights = np.concatenate([_wider(b.weights, influences) for b in blocks])
+    points = np.concatenate([b.points for b in blocks])
+    # Normals of some primitives only are no normals: the others would be lit as (0, 0, 0).
+    given = [b.normals for b in blocks if b.normals is not None]
+    normals = np.concatenate(given) if len(given) == len(blocks) else None
+    moves = [_stacked([b.offsets[s] for b in blocks], starts) for s in range(len(shape_names))]
+    turns = [
+        _stacked([b.normal_offsets[s] for b in blocks], starts)
+        if normals is not None and any(b.normal_offsets[s] is not None for b in blocks)
+        else None
+        for s in range(len(shape_names))
+    ]
+    rows = [r for r in (*moves, *turns) if r is not None]
+    columns = [joints, weights] + ([] if normals is None else [normals])
+    first, of_vertex = welded(points, columns, rows)
+    used = np.unique(of_vertex[triangles])
+    place = np.full(len(first), -1)
+    place[used] = np.arange(len(used))
+    first = first[used]
+    uvs = None
+    if any(b.uvs is not None for b in blocks):
+        uvs = np.concatenate(
+            [np.zeros((len(b.points), 2)) if b.uvs is None else b.uvs for b in blocks]
+        )
+        uvs = uvs[triangles.ravel()] * (1, -1) + (0, 1)
+    return Mesh(
+        name,
+        points[first],
+        np.full(len(triangles), 3),
+        place[of_vertex[triangles.ravel()]],
+        None if normals is None else _unit(normals[first]),
+        uvs,
+        tuple(
+            _shape(n, move, turn, first)
+            for n, move, turn in zip(shape_names, moves, turns, strict=True)
+        ),
+        Skin(joints[first], weights[first]) if influences else None,
+    )
+
+
+def _wider(array: NDArray[Any], width: int) -> NDArray[Any]:
+    return np.pad(array, ((0, 0), (0, width - array.shape[1])))
+
+
+def _stacked(rows: Sequence[Rows | None], starts: IntArray) -> Rows:
+    filled = [(r[0] + s, r[1]) for r, s in zip(rows, starts, strict=False) if r is not None]
+    return np.concatenate([i for i, _ in filled]), np.concatenate([o for _, o in filled])
+
+
+def _shape(name: str, move: Rows, turn: Rows | None, vertices: IntArray) -> BlendShape:
+    offsets = rows_at(vertices, *move)
+    moved = offsets.any(axis=1)
+    if turn is None:
+        indices = np.flatnonzero(moved)
+        return BlendShape(name, indices, offsets[indices])
+    turned = rows_at(vertices, *turn)
+    indices = np.flatnonzero(moved | turned.any(axis=1))
+    return BlendShape(name, indices, offsets[indices], turned[indices])
+
+
+def _unit(normals: FloatArray) -> FloatArray:
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    unit: FloatArray = normals / np.where(length > 0, length, 1.0)
+    return unit
+
+
+def _with_materials(mesh: Mesh, labels: IntArray, materials: tuple[str, ...]) -> Mesh:
+    present = list(dict.fromkeys(labels.tolist()))
+    if len(present) == 1:
+        return replace(mesh, material=materials[present[0]] if present[0] >= 0 else "")
+    subsets = [
+        MaterialSubset(materials[label], np.flatnonzero(labels == label))
+        for label in present
+        if label >= 0
+    ]
+    return replace(mesh, subsets=tuple(subsets))
+
+
+def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
+    """Return the mesh with a row-vector transform (4, 4) baked into points, offsets, normals.
+
+    Where the transform mirrors, faces are turned around; where it flattens, the normals
+    are left out. Normal offsets are scaled with the normals that they belong to.
+    """
+    linear = matrix[:3, :3]
+    determinant = np.linalg.det(linear)
+    normals, shapes = mesh.normals if determinant else None, list(mesh.shapes)
+    turning: FloatArray = np.eye(3)
+    lengths: FloatArray = np.ones(len(mesh.points))
+    if normals is not None:
+        turning = np.linalg.inv(linear).T.astype(np.float64)
+        normals = normals @ turning
+        lengths = np.sqrt((normals**2).sum(axis=1))
+        lengths[lengths == 0] = 1.0
+        normals = normals / lengths[:, None]
+    for place, shape in enumerate(shapes):
+        turned = shape.normal_offsets
+        if turned is not None:
+            scale = lengths[shape.indices, None]
+            turned = None if normals is None else turned @ turning / scale
+        shapes[place] = replace(shape, offsets=shape.offsets @ linear, normal_offsets=turned)
+    indices, uvs = mesh.face_indices, mesh.uvs
+    if determinant < 0:  # every face is a triangle here
+        indices = indices.reshape(-1, 3)[:, ::-1].ravel()
+        uvs = None if uvs is None else uvs.reshape(-1, 3, 2)[:, ::-1].reshape(-1, 2)
+    points = mesh.points @ linear + matrix[3, :3]
+    return replace(
+        mesh, points=points, normals=normals, shapes=tuple(shapes), face_indices=indices, uvs=uvs
+    )

@@ -1,0 +1,148 @@
+"""Skins of glTF as one skeleton: joints, bind and rest transforms.
+
+Source: glTF 2.0 specification, section 3.7.3 (skins).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pygltflib import GLTF2
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.document import item
+from usdface.io.gltf.nodes import NodeTree
+from usdface.io.prim_names import prim_names
+from usdface.rigs import Skeleton
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["Armature", "armature_of"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Armature:
+    """The skins of a file, seen as one skeleton.
+
+    Attributes
+    ----------
+    skeleton : Skeleton or None
+    joints : tuple of IntArray
+        For each skin, the place of its joints in the skeleton.
+    geometry : tuple of FloatArray
+        For each skin, the row-vector transform (4, 4) of its meshes to the rig's space at
+        bind time.
+    nodes : dict of int to int
+        Node index to place in the skeleton.
+    """
+
+    skeleton: Skeleton | None
+    joints: tuple[IntArray, ...]
+    geometry: tuple[FloatArray, ...]
+    nodes: dict[int, int]
+
+
+def armature_of(
+    document: GLTF2, tree: NodeTree, reader: AccessorReader
+) -> tuple[Armature, list[Finding]]:
+    """Merge all skins into one skeleton.
+
+    A glTF skin binds its meshes in a space of its own. With B the bind transform of a joint
+    in the rig's space, a skin's inverse bind matrix is G B^-1 for a fixed G (row vectors);
+    G is chosen so that the first joint is bound where its node stands, or that joints
+    shared with an earlier skin agree, and is then baked into the meshes. This changes no
+    skinned position, and gives metres whatever scale the armature has.
+
+    Raises
+    ------
+    InputError
+        If a joint does not exist or an inverse bind matrix is malformed or singular.
+    """
+    found: list[Finding] = []
+    bind: dict[int, FloatArray] = {}
+    geometry: list[FloatArray] = []
+    skins = document.skins or []
+    for number, skin in enumerate(skins):
+        joints = list(skin.joints or [])
+        for joint in joints:
+            item(document.nodes or [], joint, "node")
+        if not joints or len(set(joints)) != len(joints):
+            raise InputError(f"skin {number} has no joints, or one of them twice")
+        inverse = _inverse_binds(skin.inverseBindMatrices, len(joints), number, reader)
+        anchor = next((k for k, joint in enumerate(joints) if joint in bind), 0)
+        space = inverse[anchor] @ bind.get(joints[anchor], tree.worlds[joints[anchor]])
+        geometry.append(space)
+        for joint, own in zip(joints, np.linalg.inv(inverse) @ space, strict=True):
+            known = bind.setdefault(joint, own)
+            if not np.allclose(known, own, rtol=1e-3, atol=1e-4 * max(1.0, np.abs(known).max())):
+                found.append(
+                    finding(
+                        "FEATURE_DROPPED",
+                        f"skin {number}",
+                        f"node {joint} is bound differently by two skins; the first one counts",
+                    )
+                )
+    order = [node for node in tree.order if node in bind]
+    nodes = {node: place for place, node in enumerate(order)}
+    places = tuple(np.array([nodes[j] for j in skin.joints], np.int64) for skin in skins)
+    skeleton = _skeleton(document, tree, order, bind) if order else None
+    return Armature(skeleton, places, tuple(geometry), nodes), found
+
+
+def _inverse_binds(
+    accessor: int | None, count: int, number: int, reader: AccessorReader
+) -> FloatArray:
+    if accessor is None:
+        return np.broadcast_to(np.eye(4), (count, 4, 4))
+    matrices = reader.floats(accessor, "MAT4")
+    if len(matrices) < count:
+        raise InputError(
+            f"skin {number} has {len(matrices)} inverse bind matrices for {count} joints"
+        )
+    matrices = matrices[:count].reshape(-1, 4, 4)
+    if not np.linalg.det(matrices).all():
+        raise InputError(f"an inverse bind matrix of skin {number} is singular")
+    return matrices
+
+
+def _skeleton(
+    document: GLTF2, tree: NodeTree, order: list[int], bind: dict[int, FloatArray]
+) -> Skeleton:
+    names = [document.nodes[node].name or f"joint_{node}" for node in order]
+    parents = [_parent_joint(tree, node, bind) for node in order]
+    paths: dict[int, str] = {}
+    rest = []
+    legal: dict[int, str] = {}
+    for parent in dict.fromkeys(parents):
+        children = [k for k, p in enumerate(parents) if p == parent]
+        siblings = prim_names([names[k] for k in children])
+        legal.update({order[k]: name for k, name in zip(children, siblings, strict=True)})
+    for node, parent in zip(order, parents, strict=True):
+        world = tree.worlds[node]
+        if parent < 0:
+            paths[node] = legal[node]
+        else:
+            paths[node] = f"{paths[parent]}/{legal[node]}"
+            world = world @ _inverse(tree.worlds[parent], parent)
+        rest.append(world)
+    return Skeleton(
+        tuple(paths[node] for node in order),
+        tuple(names),
+        np.array([bind[node] for node in order]),
+        np.array(rest),
+    )
+
+
+def _parent_joint(tree: NodeTree, node: int, joints: dict[int, FloatArray]) -> int:
+    parent = tree.parents[node]
+    while parent >= 0 and parent not in joints:
+        parent = tree.parents[parent]
+    return parent
+
+
+def _inverse(matrix: FloatArray, node: int) -> FloatArray:
+    try:
+        inverse: FloatArray = np.linalg.inv(matrix).astype(np.float64)
+    except np.linalg.LinAlgError as error:
+        raise InputError(f"node {node} is a joint with a singular transform") from error
+    return inverse

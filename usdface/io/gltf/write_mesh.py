@@ -1,0 +1,260 @@
+"""Polygon meshes as glTF wants them: triangles, one uv per vertex, dense vertex attributes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pygltflib
+from numpy.typing import NDArray
+from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
+
+from usdface.errors import OutputError
+from usdface.findings import Finding, finding
+from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.normals import normals_of_faces, unit
+from usdface.rigs import BlendShape, Mesh, Skin
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["triangulated", "written_mesh"]
+
+_INFLUENCES = 4
+_LEAST_TURN = 1e-6  # of a computed unit normal, far below what 8-bit shading shows
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Split:
+    """Vertices of glTF: one for each pair of point and texture coordinate that a face uses.
+
+    `source` (N,) is the point of each vertex, increasing; `vertex` (C,) the vertex of each
+    face corner; `corner` (N,) a corner of each vertex.
+    """
+
+    source: IntArray
+    vertex: IntArray
+    corner: IntArray
+
+
+def triangulated(face_counts: IntArray) -> tuple[IntArray, IntArray]:
+    """Cut faces into fans around their first corners.
+
+    It depends on nothing but the numbers of corners, so that all shapes are cut alike.
+
+    Parameters
+    ----------
+    face_counts : (P,) int64
+
+    Returns
+    -------
+    corners : (T, 3) int64
+        Face corners of each triangle.
+    faces : (T,) int64
+        Face that it was cut from.
+    """
+    counts = np.maximum(face_counts - 2, 0)
+    faces = np.repeat(np.arange(len(face_counts)), counts)
+    starts = (np.cumsum(face_counts) - face_counts)[faces]
+    step = np.arange(len(faces)) - (np.cumsum(counts) - counts)[faces]
+    return np.stack([starts, starts + step + 1, starts + step + 2], 1), faces
+
+
+def written_mesh(
+    mesh: Mesh, materials: Mapping[str, pygltflib.Material], builder: BufferBuilder, joints: int
+) -> tuple[pygltflib.Mesh | None, list[Finding]]:
+    """Append a mesh's accessors to `builder` and return the glTF mesh.
+
+    All primitives, one for each material subset and one for the faces in none, share the
+    vertices and morph targets; so every target exists in every primitive, in one order,
+    and a reader that joins the primitives gets the points back in theirs. Normals and
+    their change by each shape are always there: authored ones, else smooth ones.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    materials : mapping
+        The document's materials by name, in order.
+    builder : BufferBuilder
+    joints : int
+        Joints of the skeleton; 0 leaves the skin out.
+
+    Returns
+    -------
+    pygltflib.Mesh or None
+        None where there is no triangle.
+    list of Finding
+
+    Raises
+    ------
+    OutputError
+        If a number does not fit float32, or a subset or the skin does not fit the mesh.
+    """
+    corners, faces = triangulated(mesh.face_counts)
+    if not len(corners):
+        return None, [finding("FEATURE_DROPPED", mesh.name, "a mesh without faces is left out")]
+    found = _announced(mesh)
+    split = _split(mesh, corners)
+    primitives = _primitives(mesh, split.vertex[corners], faces, materials, builder, found)
+    shared = pygltflib.Attributes(
+        POSITION=builder.array(mesh.points[split.source], ARRAY_BUFFER, bounds=True)
+    )
+    moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
+    normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
+    shared.NORMAL = builder.array(unit(normals[split.source]), ARRAY_BUFFER)
+    if mesh.uvs is not None:
+        uvs = mesh.uvs[split.corner] * (1, -1) + (0, 1)
+        shared.TEXCOORD_0 = builder.array(uvs, ARRAY_BUFFER)
+    elif any(_textured(materials, p.material) for p in primitives):
+        shared.TEXCOORD_0 = builder.zeros(len(split.source), 2)  # textures must have some
+    if joints and mesh.skin is not None:
+        places, weights, reduced = _influences(mesh.skin, len(mesh.points), joints, mesh.name)
+        found += reduced
+        small = np.uint8 if joints <= 2**8 else np.uint16
+        shared.JOINTS_0 = builder.array(places[split.source].astype(small), ARRAY_BUFFER)
+        shared.WEIGHTS_0 = builder.array(weights[split.source], ARRAY_BUFFER)
+    targets = [
+        {"POSITION": move, "NORMAL": _target(*turn, split.source, builder)}
+        for move, turn in zip(moves, turns, strict=True)
+    ]
+    for primitive in primitives:
+        primitive.attributes = shared
+        primitive.targets = targets
+    names = {"targetNames": list(mesh.shape_names)} if mesh.shapes else {}
+    weights_at_rest = [0.0] * len(mesh.shapes)
+    return pygltflib.Mesh(
+        name=mesh.name, primitives=primitives, weights=weights_at_rest, extras=names
+    ), found
+
+
+def _announced(mesh: Mesh) -> list[Finding]:
+    found = []
+    if (mesh.face_counts > 3).any():
+        found.append(finding("FACES_TRIANGULATED", mesh.name))
+    if mesh.normals is None:
+        found.append(finding("NORMALS_COMPUTED", mesh.name))
+    for shape in mesh.shapes:
+        if shape.inbetweens:
+            names = ", ".join(inbetween.name for inbetween in shape.inbetweens)
+            message = f"inbetweens of {shape.name!r} are left out: {names}"
+            found.append(finding("INBETWEEN_DROPPED", mesh.name, message))
+    return found
+
+
+def _split(mesh: Mesh, corners: IntArray) -> _Split:
+    used = np.unique(corners)
+    point = mesh.face_indices[used]
+    if mesh.uvs is None:
+        key = point
+    else:
+        pair = np.ascontiguousarray(mesh.uvs[used].astype(np.float32) + np.float32(0))
+        kinds, kind = np.unique(pair.view(np.uint64)[:, 0], return_inverse=True)
+        key = point * len(kinds) + kind
+    _, first, vertex = np.unique(key, return_index=True, return_inverse=True)
+    of_corner = np.full(len(mesh.face_indices), -1)
+    of_corner[used] = vertex
+    return _Split(point[first], of_corner, used[first])
+
+
+def _primitives(
+    mesh: Mesh,
+    triangles: IntArray,
+    faces: IntArray,
+    materials: Mapping[str, pygltflib.Material],
+    builder: BufferBuilder,
+    found: list[Finding],
+) -> list[pygltflib.Primitive]:
+    label = np.full(len(mesh.face_counts), len(mesh.subsets))
+    for place, subset in reversed(list(enumerate(mesh.subsets))):
+        if len(subset.faces) and not 0 <= subset.faces.min() <= subset.faces.max() < len(label):
+            raise OutputError(
+                f"mesh {mesh.name!r}: a face of material subset {subset.material!r} is outside "
+                f"0 to {len(label) - 1}"
+            )
+        label[subset.faces] = place
+    names = [*(subset.material for subset in mesh.subsets), mesh.material]
+    index = {name: place for place, name in enumerate(materials)}
+    primitives = []
+    for place, name in enumerate(names):
+        chosen = triangles[label[faces] == place]
+        if not len(chosen):
+            continue
+        if name and name not in index:
+            message = f"the rig has no material {name!r}"
+            found.append(finding("FEATURE_DROPPED", mesh.name, message))
+        width = np.uint16 if chosen.max() < 2**16 - 1 else np.uint32
+        corners = builder.array(chosen.reshape(-1, 1).astype(width), ELEMENT_ARRAY_BUFFER)
+        primitives.append(pygltflib.Primitive(indices=corners, material=index.get(name)))
+    return primitives
+
+
+def _textured(materials: Mapping[str, pygltflib.Material], index: int | None) -> bool:
+    if index is None:
+        return False
+    material = list(materials.values())[index]
+    pbr = material.pbrMetallicRoughness
+    maps = (material.normalTexture, material.occlusionTexture, material.emissiveTexture)
+    return any(m is not None for m in (*maps, pbr.baseColorTexture, pbr.metallicRoughnessTexture))
+
+
+def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]:
+    """Return vertex normals (V, 3) and, for each shape, where and how it changes them.
+
+    Where a shape has no normal offsets of its own, they are what the smooth normals change
+    by at weight 1, whatever the neutral normals are.
+    """
+    smooth = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
+    resting = smooth(mesh.points)
+
+    def turn(shape: BlendShape) -> tuple[IntArray, FloatArray]:
+        if shape.normal_offsets is not None:
+            return shape.indices, shape.normal_offsets
+        points = mesh.points.copy()
+        points[shape.indices] += shape.offsets
+        change = smooth(points) - resting
+        turned = np.flatnonzero((np.abs(change) > _LEAST_TURN).any(axis=1))
+        return turned, change[turned]
+
+    normals = resting if mesh.normals is None else mesh.normals
+    return normals, [turn(shape) for shape in mesh.shapes]
+
+
+def _target(indices: IntArray, values: FloatArray, source: IntArray, builder: BufferBuilder) -> int:
+    """Append a morph target: values at points `indices` go to every vertex of those points."""
+    if not len(indices):
+        return builder.offsets(indices, values, len(source))
+    place = np.searchsorted(indices, source).clip(max=len(indices) - 1)
+    moved = np.flatnonzero(indices[place] == source)
+    return builder.offsets(moved, values[place[moved]], len(source))
+
+
+def _influences(
+    skin: Skin, count: int, joints: int, name: str
+) -> tuple[IntArray, NDArray[np.float32], list[Finding]]:
+    """Return the four strongest joints (V, 4) of each point and weights that sum to 1.
+
+    Joints named twice at a point are summed up, as the specification wants; a point that
+    nothing holds goes to the first joint.
+    """
+    if skin.joints.shape != skin.weights.shape or len(skin.joints) != count:
+        raise OutputError(f"the skin of mesh {name!r} does not fit its {count} points")
+    if skin.joints.size and not 0 <= skin.joints.min() <= skin.joints.max() < joints:
+        raise OutputError(f"the skin of mesh {name!r} names a joint outside 0 to {joints - 1}")
+    held = np.nan_to_num(skin.weights).clip(min=0)
+    key = (np.arange(count)[:, None] * joints + skin.joints)[held > 0]
+    keys, place = np.unique(key, return_inverse=True)
+    strength = np.bincount(place, weights=held[held > 0], minlength=len(keys))
+    order = np.lexsort((keys, -strength, keys // joints))
+    point, joint, strength = keys[order] // joints, keys[order] % joints, strength[order]
+    rank = np.arange(len(point)) - np.searchsorted(point, point)
+    kept = rank < _INFLUENCES
+    places = np.zeros((count, _INFLUENCES), np.int64)
+    weights = np.zeros((count, _INFLUENCES))
+    places[point[kept], rank[kept]] = joint[kept]
+    weights[point[kept], rank[kept]] = strength[kept]
+    weights[~weights.any(axis=1), 0] = 1.0
+    single = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
+    places[single == 0] = 0  # an unused slot names joint 0
+    single[:, 0] = 1.0 - single[:, 1:].sum(axis=1)  # exactly 1 after rounding
+    if kept.all():
+        return places, single, []
+    lost = len(np.unique(point[~kept]))
+    message = f"{lost} points had more than {_INFLUENCES} joints; the strongest were kept"
+    return places, single, [finding("INFLUENCES_REDUCED", name, message)]

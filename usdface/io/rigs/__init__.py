@@ -1,0 +1,1 @@
+"""Rigs in that are neither USD nor glTF: folders of meshes, MakeHuman."""

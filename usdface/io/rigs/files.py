@@ -1,0 +1,46 @@
+"""Any rig source as a `Rig`: the one place that knows which reader reads what."""
+
+from pathlib import Path
+
+from usdface.errors import InputError
+from usdface.findings import Finding
+from usdface.io.rigs.makehuman import is_makehuman, read_makehuman
+from usdface.io.rigs.shape_folder import read_shape_folder
+from usdface.io.usd.rig import read_rig
+from usdface.options import RigOptions
+from usdface.rigs import Rig
+
+__all__ = ["read_rig_file"]
+
+_GLTF = (".glb", ".gltf")
+_USD = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, list[Finding]]:
+    """Read a glTF or USD file, a folder of meshes, or a MakeHuman folder.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, cannot be read, or has no blend shapes.
+    """
+    kind = path.suffix.lower()
+    if path.is_dir():
+        if is_makehuman(path):
+            rig, findings = read_makehuman(path)
+        else:
+            rig, findings = read_shape_folder(path, options or RigOptions())
+    elif not path.exists():
+        raise InputError(f"no such file or folder: {path}")
+    elif kind in _GLTF:
+        from usdface.io.gltf.read import read_gltf  # loads glTF's libraries only here
+
+        rig, _, findings = read_gltf(path)
+    elif kind in _USD:
+        rig, findings = read_rig(path)
+    else:
+        known = ", ".join((*_GLTF, *_USD))
+        raise InputError(f"{path} is not a rig that usdface reads; use a folder or {known}")
+    if not rig.shape_names:
+        raise InputError(f"{path} has no blend shapes; a rig needs at least one")
+    return rig, findings

@@ -1,0 +1,114 @@
+"""MakeHuman's base mesh and targets as a rig."""
+
+from pathlib import Path
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.rigs.obj import ObjMesh, read_obj
+from usdface.rigs import BlendShape, Mesh, Rig
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["is_makehuman", "read_makehuman"]
+
+_METERS_PER_UNIT = 0.1
+_BODY = "body"
+
+
+def is_makehuman(folder: Path) -> bool:
+    """Return whether `folder` has a base mesh, or is below one, and has targets."""
+    return _base(folder) is not None and bool(_targets(folder)[1])
+
+
+def read_makehuman(folder: Path) -> tuple[Rig, list[Finding]]:
+    """Read `base.obj` and all `.target` files as one mesh with blend shapes.
+
+    `folder` holds `base.obj` and `targets/`, or is the folder of targets with `base.obj` one
+    level up. A target's name is its path in the folder of targets, without the suffix. Only
+    the faces of the group `body` are kept: the others are helpers for clothes and joints.
+
+    Raises
+    ------
+    InputError
+        If there are no targets or no base mesh, or one cannot be read.
+
+    References
+    ----------
+    MakeHuman, "Asset format: targets": a line is a vertex index from 0 and three offsets;
+    one unit is a decimetre, Y up.
+    """
+    place, files = _targets(folder)
+    if not files:
+        raise InputError(f"{folder} has no MakeHuman .target files")
+    base = _base(folder)
+    if base is None:
+        raise InputError(f"{folder} has targets but no base.obj, nor has the folder above it")
+    obj = read_obj(base)
+    mesh, kept, findings = _body(obj, base)
+    place_of = np.full(len(obj.points), -1, np.int64)
+    place_of[kept] = np.arange(len(kept))
+    shapes: list[BlendShape] = []
+    for path in files:
+        name = path.relative_to(place).with_suffix("").as_posix()
+        indices, offsets = _read_target(path, len(obj.points))
+        dense = np.zeros((len(kept), 3))
+        on_body = place_of[indices] >= 0
+        dense[place_of[indices[on_body]]] = offsets[on_body] * _METERS_PER_UNIT
+        shapes.append(BlendShape.from_dense(name, dense))
+        if not len(shapes[-1].indices):
+            findings.append(finding("SHAPE_EMPTY", str(path)))
+    whole = Mesh(
+        mesh.name, mesh.points, mesh.face_counts, mesh.face_indices, None, mesh.uvs, tuple(shapes)
+    )
+    return Rig(folder.resolve().name, (whole,), None, (), str(folder)), findings
+
+
+def _targets(folder: Path) -> tuple[Path, list[Path]]:
+    inner = folder / "targets"
+    place = inner if inner.is_dir() else folder
+    return place, sorted(place.rglob("*.target"))
+
+
+def _base(folder: Path) -> Path | None:
+    places = (folder / "base.obj", folder.resolve().parent / "base.obj")
+    return next((path for path in places if path.is_file()), None)
+
+
+def _body(obj: ObjMesh, path: Path) -> tuple[Mesh, IntArray, list[Finding]]:
+    """Return the body alone and which points of the file it keeps: (V,) int64."""
+    on_body = np.array([group == _BODY for group in obj.groups], bool)
+    if not on_body.any():
+        on_body[:] = True  # not the base mesh as published: nothing says what is a helper
+    corners = np.repeat(on_body, obj.face_counts)
+    kept, indices = np.unique(obj.face_indices[corners], return_inverse=True)
+    mesh = Mesh(
+        _BODY,
+        obj.points[kept] * _METERS_PER_UNIT,
+        obj.face_counts[on_body],
+        indices.ravel(),
+        None,
+        None if obj.uvs is None else obj.uvs[corners],
+    )
+    lost = len(obj.points) - len(kept)
+    if not lost:
+        return mesh, kept, []
+    message = f"{(~on_body).sum()} faces and {lost} points of helper geometry are left out"
+    return mesh, kept, [finding("FEATURE_DROPPED", str(path), message)]
+
+
+def _read_target(path: Path, count: int) -> tuple[IntArray, FloatArray]:
+    try:
+        lines = path.read_text("utf-8", "replace").splitlines()
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    try:
+        table = np.array(rows, np.float64).reshape(len(rows), 4)
+    except ValueError as error:
+        raise InputError(f"{path}: a line does not hold an index and three offsets") from error
+    if not np.isfinite(table).all():
+        raise InputError(f"{path}: an offset is not a finite number")
+    if len(table) and not 0 <= table[:, 0].min() <= table[:, 0].max() < count:
+        raise InputError(f"{path}: a vertex index is outside 0 to {count - 1} of the base mesh")
+    return table[:, 0].astype(np.int64), table[:, 1:]

@@ -1,0 +1,163 @@
+"""A folder of meshes, one neutral and one file for each shape, as a rig."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.rigs.obj import read_obj
+from usdface.options import RigOptions
+from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
+from usdface.takes import FloatArray
+
+__all__ = ["mesh_files", "read_shape_folder"]
+
+_SUFFIXES = (".obj", ".ply")
+_NEUTRAL_WORDS = frozenset({"neutral", "basis", "base", "rest"})
+_Z_UP_TO_Y_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
+
+
+def mesh_files(folder: Path) -> list[Path]:
+    """Return the OBJ and PLY files of a folder, sorted by name."""
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in _SUFFIXES and p.is_file())
+
+
+def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
+    """Read one neutral mesh and the shapes beside it; each file's stem is its shape's name.
+
+    The neutral is `options.neutral` (file name or stem) or the one file whose name has the
+    word neutral, basis, base or rest. Offsets are the differences to it, point by point; a
+    file with another number of points is left out. PLY polygons become triangles (trimesh
+    reads them so), OBJ polygons stay.
+
+    Raises
+    ------
+    InputError
+        If the folder has no meshes or no one neutral, or a mesh cannot be read.
+    """
+    files = mesh_files(folder)
+    if not files:
+        raise InputError(f"{folder} has no {' or '.join(_SUFFIXES)} files")
+    chosen = _neutral(folder, files, options.neutral)
+    to_metres = np.eye(3) if options.up_axis == "Y" else _Z_UP_TO_Y_UP
+    to_metres = to_metres * options.meters_per_unit
+    neutral, materials, findings = _read_neutral(chosen, to_metres)
+    shapes: dict[str, BlendShape] = {}
+    for path in files:
+        if path == chosen:
+            continue
+        points, same_faces = _read_points(path, neutral)
+        if len(points) != len(neutral.points):
+            message = f"{len(points)} points; the neutral {chosen.name} has {len(neutral.points)}"
+            findings.append(finding("SHAPE_SKIPPED", str(path), message))
+            continue
+        if path.stem in shapes:
+            message = f"there is a shape {path.stem!r} already"
+            findings.append(finding("SHAPE_SKIPPED", str(path), message))
+            continue
+        if not same_faces:
+            findings.append(finding("FACES_DIFFER", str(path)))
+        shapes[path.stem] = BlendShape.from_dense(path.stem, points @ to_metres - neutral.points)
+        if not len(shapes[path.stem].indices):
+            findings.append(finding("SHAPE_EMPTY", str(path)))
+    mesh = Mesh(
+        neutral.name,
+        neutral.points,
+        neutral.face_counts,
+        neutral.face_indices,
+        None,
+        neutral.uvs,
+        tuple(shapes.values()),
+        None,
+        "",
+        neutral.subsets,
+    )
+    return Rig(folder.resolve().name, (mesh,), None, materials, str(folder)), findings
+
+
+def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:
+    def words(path: Path) -> list[str]:
+        return re.split("[^a-z]+", path.stem.lower())
+
+    tests: list[Callable[[Path], bool]]
+    if wanted:
+        tests = [lambda p: p.name == wanted, lambda p: p.stem == wanted]
+    else:
+        tests = [
+            lambda p: p.stem.lower() in _NEUTRAL_WORDS,
+            lambda p: not _NEUTRAL_WORDS.isdisjoint(words(p)),
+            lambda p: any(word in p.stem.lower() for word in _NEUTRAL_WORDS),
+        ]
+    for test in tests:
+        found = [path for path in files if test(path)]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            names = ", ".join(path.name for path in found)
+            raise InputError(f"{folder} has several neutral meshes ({names}); name one")
+    names = ", ".join(path.name for path in files)
+    asked = f"no mesh {wanted!r}" if wanted else "no mesh named neutral, basis, base or rest"
+    raise InputError(f"{folder} has {asked}; name the neutral, one of {names}")
+
+
+def _read_neutral(
+    path: Path, to_metres: FloatArray
+) -> tuple[Mesh, tuple[Material, ...], list[Finding]]:
+    if path.suffix.lower() == ".ply":
+        found, polygons = _read_ply(path)
+        counts = np.full(len(found.faces), 3)
+        points = np.asarray(found.vertices) @ to_metres
+        notes = [finding("FACES_TRIANGULATED", str(path))] if polygons != len(counts) else []
+        return Mesh(path.stem, points, counts, np.ravel(found.faces)), (), notes
+    obj = read_obj(path)
+    names = np.array(obj.materials)
+    subsets = tuple(
+        MaterialSubset(name, np.flatnonzero(names == name))
+        for name in dict.fromkeys(obj.materials)
+        if name
+    )
+    notes = []
+    if subsets:
+        message = "materials keep their names and faces; their colours (.mtl) are not read"
+        notes.append(finding("FEATURE_DROPPED", str(path), message))
+    points = obj.points @ to_metres
+    mesh = Mesh(
+        path.stem, points, obj.face_counts, obj.face_indices, None, obj.uvs, subsets=subsets
+    )
+    return mesh, tuple(Material(subset.material) for subset in subsets), notes
+
+
+def _read_points(path: Path, neutral: Mesh) -> tuple[FloatArray, bool]:
+    """Return the points of a shape and whether its faces (if any) are the neutral's."""
+    if path.suffix.lower() == ".ply":
+        found, _ = _read_ply(path)
+        points, faces = np.asarray(found.vertices, np.float64), np.ravel(found.faces)
+    else:
+        obj = read_obj(path)
+        points, faces = obj.points, obj.face_indices
+    return points, not len(faces) or np.array_equal(faces, neutral.face_indices)
+
+
+def _read_ply(path: Path) -> tuple[trimesh.Trimesh, int]:
+    """Return a PLY file's mesh, points in their own order, and its number of polygons."""
+    try:
+        with path.open("rb") as file:
+            # Not processed: trimesh would merge and drop points.
+            found = trimesh.load(file, file_type="ply", process=False)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    except Exception as error:  # trimesh raises whatever its parsers run into
+        raise InputError(
+            f"{path} cannot be read as PLY: {error or type(error).__name__}; is it cut off, or "
+            "binary with triangles and quads mixed? Then export triangles, ASCII or OBJ"
+        ) from error
+    if not isinstance(found, trimesh.Trimesh) or not len(found.vertices):
+        raise InputError(f"{path} holds no mesh; expected PLY points and faces")
+    if not np.isfinite(found.vertices).all():
+        raise InputError(f"{path}: points must be finite numbers")
+    raw = found.metadata.get("_ply_raw", {}).get("face", {})
+    return found, int(raw.get("length", len(found.faces)))

@@ -1,0 +1,1 @@
+"""Recorded takes in: C3D, TRC, CSV, BVH, Live Link Face."""

@@ -1,0 +1,220 @@
+"""C3D marker files, after the C3D User Guide (c3d.org).
+
+Read with numpy and not with a C3D library: only the points are wanted, analog samples
+stay on disk, and no count in the file is believed before it is checked against its size.
+"""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
+from usdface.io.takes.raw_take import DEFAULTS, METRES, RawTake, finish_take
+from usdface.options import TakeOptions
+from usdface.takes import FloatArray, MarkerTake
+
+__all__ = ["read_c3d"]
+
+_BLOCK = 512  # bytes
+_KEY = 0x50  # second byte of every C3D file
+_ORDERS: dict[int, ByteOrder] = {84: "intel", 85: "dec", 86: "mips"}
+_TIMECODE = re.compile(r"\d{1,2}:\d{2}:\d{2}[:;.]\d{1,3}(\.\d+)?")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Header:
+    """The first block as 16-bit words and as floats (word n of the guide is `words[n - 1]`)."""
+
+    order: ByteOrder
+    words: list[int]
+    floats: FloatArray
+    parameters: Parameters
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Where the points lie: `frames` frames of `frame_bytes` from `start`."""
+
+    start: int
+    frames: int
+    markers: int
+    frame_bytes: int
+    scale: float  # > 0: 2-byte integers times scale; else 4-byte floats
+    rate: float
+    order: ByteOrder
+
+
+def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
+    """Read the points of a C3D file, in any of its byte orders and number formats.
+
+    A negative residual or a coordinate that is not finite = occluded. Times count from
+    the first frame in the file, whatever its number. A file that ends between two frames
+    gives what it holds and FRAMES_MISSING; one that ends within a frame was cut off.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not C3D, damaged, cut off, or never shows a marker.
+    """
+    if not path.is_file():
+        raise InputError(f"no such file: {path}")
+    try:
+        data = np.memmap(path, np.uint8, "r") if path.stat().st_size else np.empty(0, np.uint8)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+    if len(data) < 2 * _BLOCK or data[1] != _KEY:
+        raise InputError(f"{path} is not a C3D file, or is cut off within its header")
+    header = _header(path, data)
+    parameters = header.parameters
+    layout, findings = _layout(path, len(data), header)
+    up_axis, guesses = _up_axis(path, parameters, options)
+    raw = RawTake(
+        path=path,
+        labels=_labels(parameters, layout.markers),
+        positions=_points(data, layout),
+        rate=layout.rate,
+        unit=METRES.get(_text(parameters, "POINT:UNITS").lower()),
+        up_axis=up_axis,
+        start_timecode=_timecode(parameters),
+    )
+    take, more = finish_take(raw, options)
+    return take, findings + guesses + more
+
+
+def _header(path: Path, data: NDArray[np.uint8]) -> _Header:
+    start = (int(data[0]) - 1) * _BLOCK
+    order = _ORDERS.get(int(data[start + 3])) if 0 < start < len(data) - 3 else None
+    if order is None:
+        raise InputError(f"{path}: the C3D parameter section is missing or cut off")
+    first = data[:_BLOCK].tobytes()
+    words = np.frombuffer(first, ">u2" if order == "mips" else "<u2").tolist()
+    end = (words[8] - 1) * _BLOCK  # where the points begin
+    if end <= start:
+        end = start + int(data[start + 2]) * _BLOCK
+    parameters = read_parameters(path, data[start:end].tobytes(), order)
+    with np.errstate(invalid="ignore"):  # most of the block are no floats
+        return _Header(order, words, floats(first, order), parameters)
+
+
+def _layout(path: Path, size: int, header: _Header) -> tuple[_Layout, list[Finding]]:
+    """Return where the points lie, checked against the size of the file."""
+    words, parameters = header.words, header.parameters
+    markers = int(_number(parameters, "POINT:USED", words[1]))
+    rate = _number(parameters, "POINT:RATE", header.floats[5])
+    scale = _number(parameters, "POINT:SCALE", header.floats[3])
+    start = int(words[8] or _number(parameters, "POINT:DATA_START", 0)) * _BLOCK - _BLOCK
+    if not (np.isfinite(scale) and markers > 0 and 0 < start < size):
+        raise InputError(f"{path}: the C3D file has no points, or is cut off before them")
+    values = 4 * markers + _analog_count(header, rate)
+    frame_bytes = values * (2 if scale > 0 else 4)
+    announced = _frame_count(header)
+    held, rest = divmod(size - start, frame_bytes)
+    findings = []
+    if announced > held:
+        message = f"the header announces {announced} frames, the file holds {held}"
+        if rest or not held:
+            raise InputError(f"{path} is cut off: {message} and a part")
+        findings = [finding("FRAMES_MISSING", str(path), message)]
+    frames = max(0, min(announced, held))
+    return _Layout(start, frames, markers, frame_bytes, scale, rate, header.order), findings
+
+
+def _analog_count(header: _Header, rate: float) -> int:
+    """Return the analog values between the points of two frames."""
+    channels = _number(header.parameters, "ANALOG:USED", -1)
+    if channels < 0:
+        return header.words[2]
+    samples = _number(header.parameters, "ANALOG:RATE", 0) / rate if rate > 0 else 1
+    return int(channels) * max(1, round(min(samples, 1e9)))
+
+
+def _frame_count(header: _Header) -> int:
+    """Return the announced number of frames; 16 bits hold it only up to 65535."""
+    parameters = header.parameters
+    first = parameters.get("TRIAL:ACTUAL_START_FIELD", [])
+    last = parameters.get("TRIAL:ACTUAL_END_FIELD", [])
+    if not isinstance(first, list) and not isinstance(last, list) and len(first) == len(last) == 2:
+        return int((last - first) @ [1.0, 65536.0]) + 1
+    count = _number(parameters, "POINT:LONG_FRAMES", 0) or _number(parameters, "POINT:FRAMES", 0)
+    return int(count) or header.words[4] - header.words[3] + 1
+
+
+def _points(data: NDArray[np.uint8], layout: _Layout) -> FloatArray:
+    """Return positions (F, M, 3) in file units; NaN = the file calls the point invalid."""
+    end = layout.start + layout.frames * layout.frame_bytes
+    frames = data[layout.start : end].reshape(layout.frames, layout.frame_bytes)
+    with np.errstate(invalid="ignore"):  # NaN patterns that signal
+        if layout.scale > 0:
+            raw = frames[:, : 8 * layout.markers].tobytes()
+            dtype = ">i2" if layout.order == "mips" else "<i2"
+            values = np.frombuffer(raw, dtype).astype(np.float64)
+        else:
+            raw = frames[:, : 16 * layout.markers].tobytes()
+            values = floats(raw, layout.order)
+    values = values.reshape(layout.frames, layout.markers, 4)
+    positions, residuals = values[..., :3], values[..., 3]
+    unmeasured = np.isnan(residuals) & (positions == 0).all(axis=2)
+    if layout.scale > 0:
+        positions = positions * layout.scale
+    positions[(residuals < 0) | unmeasured] = np.nan
+    return positions
+
+
+def _up_axis(
+    path: Path, parameters: Parameters, options: TakeOptions
+) -> tuple[str | None, list[Finding]]:
+    """Return the axis that points up on screen, as POINT:Y_SCREEN names it.
+
+    Its sign is not followed: files with a real Z up are seen to say "-Z".
+    """
+    screen = _text(parameters, "POINT:Y_SCREEN").upper()
+    axis = screen[-1:]
+    if axis not in ("X", "Y", "Z"):
+        return None, []
+    if axis == "X" and options.up_axis is None:
+        raise InputError(f"{path}: POINT:Y_SCREEN says X is up; give the up axis, Y or Z")
+    if screen.startswith("-") and options.up_axis is None:
+        message = f"POINT:Y_SCREEN says {screen}; taken as {axis} up"
+        return axis, [finding("UP_AXIS_ASSUMED", str(path), message)]
+    return axis, []
+
+
+def _labels(parameters: Parameters, markers: int) -> tuple[str, ...]:
+    """Return one label for each marker, from LABELS, LABELS2, ... (255 each)."""
+    labels: list[str] = []
+    for key in ["POINT:LABELS", *(f"POINT:LABELS{n}" for n in range(2, 258))]:
+        value = parameters.get(key)
+        if not isinstance(value, list):
+            break
+        labels += value
+    return tuple((labels + [""] * markers)[:markers])
+
+
+def _timecode(parameters: Parameters) -> str:
+    """Return a text parameter that is called and reads like a timecode; "" if none is.
+
+    The guide names no place for it; systems keep it in groups of their own.
+    """
+    for key, value in parameters.items():
+        if ("TIMECODE" in key or "SMPTE" in key) and isinstance(value, list):
+            for text in value:
+                if _TIMECODE.fullmatch(text):
+                    return text
+    return ""
+
+
+def _number(parameters: Parameters, key: str, missing: float) -> float:
+    value = parameters.get(key)
+    if value is None or isinstance(value, list) or not len(value) or not np.isfinite(value[0]):
+        return missing
+    return float(value[0])
+
+
+def _text(parameters: Parameters, key: str) -> str:
+    value = parameters.get(key)
+    return value[0] if isinstance(value, list) and value else ""

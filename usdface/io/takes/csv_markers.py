@@ -1,0 +1,143 @@
+"""Marker positions in plain CSV tables, long or wide, in space or in an image.
+
+Long: one row a position, columns ``frame`` and/or ``time`` [s], ``marker``, ``x``, ``y``
+and perhaps ``z``. Wide: one row a frame, ``A_x``, ``A.x``, ``A:x`` or ``A X`` for each marker and
+axis. Without z the positions are pixels of an image, y down.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take, listed
+from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
+from usdface.options import TakeOptions
+from usdface.takes import FloatArray, IntArray, MarkerTake
+
+__all__ = ["read_csv_markers"]
+
+_FRAME = frozenset({"frame", "frames", "frame#", "frame_index", "frame index", "frame_number"})
+_TIME = frozenset({"time", "time_s", "seconds", "timestamp", "t"})
+_MARKER = frozenset({"marker", "name", "label", "marker_name"})
+_COMPONENT = re.compile(r"(.+)[ _.:]([xyz])", re.IGNORECASE)
+_UNIT_SUFFIX = re.compile(r"\s*[\[(](s|sec|seconds)[\])]$")
+
+
+def read_csv_markers(
+    path: Path, options: TakeOptions = DEFAULTS
+) -> tuple[MarkerTake, list[Finding]]:
+    """Read a long or wide table of markers, separated by commas, semicolons or tabs.
+
+    An empty cell, or in a long table a position that is not there, = occluded. Without a
+    time column the frame numbers count at the rate of the options.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or no such table, a cell is not a number, a marker lacks an
+        axis or has two positions in a frame.
+    """
+    text = read_text(path)
+    first_line = text.lstrip().splitlines()[0]
+    delimiter = max(",;\t", key=first_line.count)
+    rows = [row for row in read_rows(path, text, delimiter) if any(row[1])]
+    header = [_UNIT_SUFFIX.sub("", cell.lower()) for cell in rows[0][1]]
+    columns = {name: i for i, name in reversed(list(enumerate(header)))}
+    long = {"x", "y"} <= columns.keys() and not _MARKER.isdisjoint(columns)
+    raw, ignored = (_long if long else _wide)(path, rows, columns)
+    take, findings = finish_take(raw, options)
+    if ignored:
+        message = f"columns that are no positions are not read: {listed(ignored)}"
+        findings.insert(0, finding("CHANNEL_IGNORED", str(path), message))
+    return take, findings
+
+
+def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:
+    axes = [axis for axis in "xyz" if axis in columns]
+    marker = _column(columns, _MARKER)
+    clocks = [c for c in (_column(columns, _FRAME), _column(columns, _TIME)) if c is not None]
+    if marker is None or not clocks:
+        raise InputError(f"{path}: a table of positions needs a column 'frame' or 'time'")
+    data = [row for row in rows[1:] if len(row[1]) > marker and row[1][marker]]
+    if not data:
+        raise InputError(f"{path}: there are no frames of data; expected at least one")
+    table = read_numbers(path, data, [*clocks, *(columns[axis] for axis in axes)])
+    if not np.isfinite(table[:, 0]).all():
+        line = data[int(np.argmin(np.isfinite(table[:, 0])))][0]
+        raise InputError(f"{path}, line {line}: the position has no frame or time")
+    moments, first, frame = np.unique(table[:, 0], return_index=True, return_inverse=True)
+    labels = tuple(dict.fromkeys(cells[marker] for _, cells in data))
+    places = {label: i for i, label in enumerate(labels)}
+    column = np.array([places[cells[marker]] for _, cells in data])
+    check_size(path, len(moments), len(labels))
+    _refuse_repeats(path, data, frame * len(labels) + column)
+    positions = np.full((len(moments), len(labels), len(axes)), np.nan)
+    positions[frame, column] = table[:, len(clocks) :]
+    used = {marker, *clocks, *(columns[axis] for axis in axes)}
+    times = table[first, : len(clocks)]
+    return _raw(path, labels, positions, times, columns), [
+        name for name, c in columns.items() if name and c not in used
+    ]
+
+
+def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:
+    clocks = [c for c in (_column(columns, _FRAME), _column(columns, _TIME)) if c is not None]
+    places: dict[str, dict[str, int]] = {}
+    ignored = []
+    for column, name in enumerate(rows[0][1]):
+        match = _COMPONENT.fullmatch(name)
+        if match:
+            axes = places.setdefault(match[1], {})
+            if match[2].lower() in axes:
+                raise InputError(f"{path}: column {name!r} occurs twice")
+            axes[match[2].lower()] = column
+        elif name and column not in clocks:
+            ignored.append(name)
+    if not places:
+        raise InputError(
+            f"{path} is no table of markers: expected columns frame or time, marker, x, y, z, "
+            f"or time, A_x, A_y, A_z; found {listed(rows[0][1])[:200]}"
+        )
+    wanted = "xyz" if any("z" in axes for axes in places.values()) else "xy"
+    for label, axes in places.items():
+        missing = [axis for axis in wanted if axis not in axes]
+        if missing:
+            raise InputError(f"{path}: marker {label!r} has no column for {missing[0]}")
+    data = rows[1:]
+    check_size(path, len(data), len(places))
+    picked = [axes[axis] for axes in places.values() for axis in wanted]
+    table = read_numbers(path, data, [*clocks, *picked])
+    positions = table[:, len(clocks) :].reshape(len(data), len(places), len(wanted))
+    return _raw(path, tuple(places), positions, table[:, : len(clocks)], columns), ignored
+
+
+def _raw(
+    path: Path,
+    labels: tuple[str, ...],
+    positions: FloatArray,
+    clocks: FloatArray,
+    columns: dict[str, int],
+) -> RawTake:
+    timed = _column(columns, _TIME) is not None
+    return RawTake(
+        path=path,
+        labels=labels,
+        positions=positions,
+        seconds=clocks[:, -1] if timed else None,
+        frames=clocks[:, 0] if clocks.shape[1] and not timed else None,
+    )
+
+
+def _column(columns: dict[str, int], names: frozenset[str]) -> int | None:
+    return next((c for name, c in columns.items() if name in names), None)
+
+
+def _refuse_repeats(path: Path, data: list[Row], cells: IntArray) -> None:
+    order = np.argsort(cells, kind="stable")
+    repeats = np.flatnonzero(np.diff(cells[order]) == 0)
+    if len(repeats):
+        line = data[int(order[repeats[0] + 1])][0]
+        raise InputError(f"{path}, line {line}: this marker has a second position in one frame")

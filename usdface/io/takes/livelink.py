@@ -1,0 +1,114 @@
+"""Live Link Face CSV: ARKit blend shape weights with a timecode for each row.
+
+The timecode reads HH:MM:SS:FF.sub: FF counts frames of the timecode's own base (60 in the
+recordings seen, whatever the recording's rate), `.sub` is a decimal fraction of such a frame.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.takes.raw_take import DEFAULTS, listed
+from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
+from usdface.io.takes.timing import take_times
+from usdface.options import TakeOptions
+from usdface.takes import FloatArray, IntArray, WeightsTake
+
+__all__ = ["read_livelink"]
+
+_TIMECODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})[:;](\d{1,3}(?:\.\d{1,9})?)")
+_BASES = (24, 25, 30, 48, 50, 60, 100, 120)  # frames per second that a timecode may count
+_ASSUMED_BASE = 60
+_DAY = 86400.0  # s
+_ROTATION = ("Yaw", "Pitch", "Roll")
+
+
+def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsTake, list[Finding]]:
+    """Read a Live Link Face CSV as weights, columns by name (`EyeBlinkLeft` -> `eyeBlinkLeft`).
+
+    Head and eye rotations are left out, as are rows without data (the face was lost).
+    Dropped frames stay gaps in the times; a recording may run over midnight.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not such a file, holds no row with data, or its timecodes
+        do not increase.
+    """
+    rows = [row for row in read_rows(path, read_text(path), ",") if any(row[1])]
+    header = rows[0][1]
+    if [cell.lower() for cell in header[:2]] != ["timecode", "blendshapecount"]:
+        raise InputError(
+            f"{path} is not a Live Link Face file: expected the columns Timecode, BlendShapeCount"
+        )
+    columns = [c for c, name in enumerate(header[2:], 2) if name and not name.endswith(_ROTATION)]
+    if not columns:
+        raise InputError(f"{path}: there are no blend shape columns")
+    names = tuple(header[c][0].lower() + header[c][1:] for c in columns)
+    kept, weights, findings = _rows_with_data(path, rows[1:], columns)
+    ignored = [name for name in header[2:] if name.endswith(_ROTATION)]
+    if ignored:
+        message = f"head and eye rotations are not read: {listed(ignored)}"
+        findings.append(finding("CHANNEL_IGNORED", str(path), message))
+    seconds, guesses = _seconds(path, kept)
+    times, rate, more = take_times(path, len(kept), seconds=seconds, override=options.rate)
+    try:
+        take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return take, findings + guesses + more
+
+
+def _rows_with_data(
+    path: Path, rows: list[Row], columns: list[int]
+) -> tuple[list[Row], FloatArray, list[Finding]]:
+    """Return the rows with a weight for every shape, the weights (F, S), the others announced."""
+    full = [row for row in rows if len(row[1]) > columns[-1]]
+    weights = read_numbers(path, full, columns)
+    complete = np.all(np.isfinite(weights), axis=1)
+    kept = [row for row, whole in zip(full, complete, strict=True) if whole]
+    if not kept:
+        raise InputError(f"{path}: no row has blend shape weights; expected at least one")
+    empty = len(rows) - len(kept)
+    if not empty:
+        return kept, weights, []
+    found = finding("FRAME_EMPTY", str(path), f"{empty} of {len(rows)} rows hold no weights")
+    return kept, weights[complete], [found]
+
+
+def _seconds(path: Path, rows: list[Row]) -> tuple[FloatArray, list[Finding]]:
+    """Return the time of each row (F,) [s], from the first row's midnight."""
+    matches = [_TIMECODE.fullmatch(cells[0]) for _, cells in rows]
+    for match, (line, cells) in zip(matches, rows, strict=True):
+        if match is None:
+            raise InputError(
+                f"{path}, line {line}: {cells[0][:40]!r} is not a timecode HH:MM:SS:FF.sub"
+            )
+    fields = np.array([match.groups() for match in matches if match], dtype=np.float64)
+    clock = fields[:, :3] @ [3600.0, 60.0, 1.0]
+    clock += _DAY * np.cumsum(np.diff(clock, prepend=clock[0]) < -_DAY / 2)
+    base, findings = _timecode_base(path, clock.astype(np.int64), fields[:, 3])
+    return clock + fields[:, 3] / base, findings
+
+
+def _timecode_base(path: Path, clock: IntArray, frames: FloatArray) -> tuple[int, list[Finding]]:
+    """Return how many frames a second of the timecode has.
+
+    Where the clock goes from one second to the next, the step in frames is
+    ``base - before + after``: the right base makes it equal to the steps within seconds.
+    """
+    bases = [base for base in _BASES if base > frames.max()]
+    if not bases:
+        raise InputError(f"{path}: timecode frame {frames.max():g} is more than a second holds")
+    steps = np.diff(frames)
+    turns = np.diff(clock) == 1
+    inside = steps[np.diff(clock) == 0]
+    if not (turns.any() and len(inside)):
+        base = _ASSUMED_BASE if _ASSUMED_BASE in bases else bases[0]
+        message = f"timecode frames taken as 1/{base} s: the take is too short to tell"
+        return base, [finding("RATE_ASSUMED", str(path), message)]
+    usual, turning = np.median(inside), np.median(steps[turns])
+    return min(bases, key=lambda base: abs(float(turning + base - usual))), []

@@ -1,0 +1,118 @@
+"""Marker CSV as OptiTrack Motive exports it (format versions 1.2 and later).
+
+The first line holds metadata as key, value, key, value ...; below it come rows that say
+what each column is (type, name, ID, sometimes parent, quantity), then the row
+``Frame, Time (Seconds), X, Y, Z ...`` and the data. Y is up, right-handed.
+"""
+
+import re
+from pathlib import Path
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take, listed
+from usdface.io.takes.text_table import Row, positive, read_numbers, read_rows, read_text
+from usdface.options import TakeOptions
+from usdface.takes import MarkerTake
+
+__all__ = ["read_motive"]
+
+_UNITS = {"millimeters": 0.001, "centimeters": 0.01, "meters": 1.0, "inches": 0.0254}
+_START = re.compile(r"\d+-\d+-\d+ (\d{1,2})\.(\d{2})\.(\d{2})(?:\.(\d+))?(?: ([AP])M)?")
+_HEADER_ROWS = 12
+
+
+def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
+    """Read a Motive CSV export; an empty cell = occluded.
+
+    Only measured markers (type ``Marker``) are read: rigid bodies, bones and the markers
+    that are solved from them are left out. The start timecode is that of the TimeCode
+    column; without one it is the time of day of the first frame, from Capture Start Time.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not a Motive export, or holds no usable marker frame.
+    """
+    rows = [row for row in read_rows(path, read_text(path), ",") if any(row[1])]
+    first = rows[0][1]
+    if first[0] != "Format Version":
+        raise InputError(f"{path} is not a Motive export: expected 'Format Version' in line 1")
+    about = dict(zip(first[::2], first[1::2], strict=False))
+    top = next((i for i, row in enumerate(rows[:_HEADER_ROWS]) if row[1][0] == "Frame"), None)
+    if top is None:
+        raise InputError(f"{path}: the row 'Frame, Time (Seconds), X, Y, Z ...' is missing")
+    markers, ignored = _columns(path, rows[1 : top + 1])
+    data = rows[top + 1 :]
+    check_size(path, len(data), len(markers))
+    columns = [column for triple in markers.values() for column in triple]
+    table = read_numbers(path, data, [0, 1, *columns])
+    raw = RawTake(
+        path=path,
+        labels=tuple(name for name, _ in markers),
+        positions=table[:, 2:].reshape(len(data), len(markers), 3),
+        seconds=table[:, 1],
+        rate=positive(about.get("Export Frame Rate") or about.get("Capture Frame Rate", "")),
+        unit=_UNITS.get(about.get("Length Units", "").lower()),
+        assumed_unit="m",
+        up_axis="Y",
+        start_timecode=_start(rows[top][1], data, about),
+    )
+    take, findings = finish_take(raw, options)
+    announced = positive(about.get("Total Exported Frames", ""))
+    if announced > len(data):
+        message = f"the header announces {announced:g} frames, the file holds {len(data)}"
+        findings.insert(0, finding("FRAMES_MISSING", str(path), message))
+    if ignored:
+        message = f"only measured markers are read, not {listed(ignored)}"
+        findings.insert(0, finding("CHANNEL_IGNORED", str(path), message))
+    return take, findings
+
+
+def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[int]], list[str]]:
+    """Return the x, y, z columns of each measured marker, and what else is there."""
+    width = max(len(cells) for _, cells in header)
+    full = [cells + [""] * (width - len(cells)) for _, cells in header]
+    if len(full) < 4:
+        raise InputError(
+            f"{path}: rows are missing between metadata and data (type, name, quantity)"
+        )
+    types, names, quantities, axes = full[0], full[1], full[-2], full[-1]
+    ids = full[2] if len(full) > 4 else [""] * width
+    places: dict[tuple[str, str], dict[str, int]] = {}
+    ignored: dict[str, None] = {}
+    for column in range(2, width):
+        if types[column] != "Marker" or quantities[column] != "Position":
+            ignored[f"{types[column]} {names[column]} {quantities[column]}".strip()] = None
+        elif axes[column] in ("X", "Y", "Z"):
+            places.setdefault((names[column], ids[column]), {})[axes[column]] = column
+    partial = [name for (name, _), xyz in places.items() if len(xyz) < 3]
+    if partial:
+        raise InputError(f"{path}: marker {partial[0]!r} lacks one of the columns X, Y, Z")
+    if not places:
+        raise InputError(
+            f"{path}: there are no columns of type Marker; export with markers switched on"
+        )
+    ignored.pop("", None)
+    markers = {key: [xyz["X"], xyz["Y"], xyz["Z"]] for key, xyz in places.items()}
+    return markers, list(ignored)
+
+
+def _start(axes: list[str], data: list[Row], about: dict[str, str]) -> str:
+    """Return the timecode of the first frame, from its column or from the time of day."""
+    if not data:
+        return ""
+    first = data[0][1]
+    if "TimeCode" in axes[: len(first)]:
+        return first[axes.index("TimeCode")]
+    match = _START.fullmatch(about.get("Capture Start Time", ""))
+    if match is None:
+        return ""
+    hour, minute, second = (int(field) for field in match.groups()[:3])
+    if match[5]:
+        hour = hour % 12 + (12 if match[5] == "P" else 0)
+    fraction = float(f"0.{match[4] or 0}") + (positive(first[1]) if len(first) > 1 else 0.0)
+    whole = int(fraction)
+    clock = (hour * 3600 + minute * 60 + second + whole) % 86400
+    frame = int((fraction - whole) * positive(about.get("Export Frame Rate", "")))
+    return f"{clock // 3600:02d}:{clock // 60 % 60:02d}:{clock % 60:02d}:{frame:02d}"

@@ -1,0 +1,195 @@
+"""From what a marker file holds to a `MarkerTake`: units, axes, labels, visibility.
+
+Every reader hands its numbers over as a `RawTake`, untouched; what a file does not say,
+what the options override and what is announced is decided here, once for all formats.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.takes.timing import take_times
+from usdface.options import TakeOptions
+from usdface.takes import FloatArray, MarkerTake
+
+__all__ = ["DEFAULTS", "METRES", "RawTake", "check_size", "finish_take", "listed"]
+
+DEFAULTS = TakeOptions()
+METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
+_HEADROOM = 16 * 2**20  # bytes
+_EXPANSION = 64  # bytes of positions for a byte of file; dense text gives about 3
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class RawTake:
+    """Markers as their file has them.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    labels : tuple of str, length M
+        As written: perhaps empty, repeated or prefixed.
+    positions : (F, M, 2 or 3) float64
+        In the file's unit and axes; two components are pixels, y down. A component that is
+        not finite = occluded.
+    seconds, frames : (F,) float64, optional
+        Time column [s] and frame numbers, from any origin.
+    rate : float [Hz]
+        0 = the file does not say.
+    unit : float [m], optional
+        None = the file does not say.
+    assumed_unit : {"mm", "cm", "m"}
+        What the format's files mostly are, for a file that does not say.
+    up_axis : {"Y", "Z"}, optional
+        None = the file does not say.
+    start_timecode : str
+        "" = the file has none.
+    """
+
+    path: Path
+    labels: tuple[str, ...]
+    positions: FloatArray
+    seconds: FloatArray | None = None
+    frames: FloatArray | None = None
+    rate: float = 0.0
+    unit: float | None = None
+    assumed_unit: str = "mm"
+    up_axis: str | None = None
+    start_timecode: str = ""
+
+
+def check_size(path: Path, frame_count: int, marker_count: int) -> None:
+    """Refuse positions out of all proportion to their file, before they are allocated.
+
+    Raises
+    ------
+    InputError
+        If (F, M, 3) floats would take far more memory than a file of this size can mean.
+    """
+    size = path.stat().st_size
+    if frame_count * marker_count * 24 > _HEADROOM + _EXPANSION * size:
+        raise InputError(
+            f"{path}: {frame_count} frames of {marker_count} markers cannot come from "
+            f"a file of {size} bytes; is it damaged?"
+        )
+
+
+def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Finding]]:
+    """Return the take in metres, Y up, with unique labels; occlusion is NaN throughout.
+
+    Options override the file. A marker that is never visible is left out.
+
+    Raises
+    ------
+    InputError
+        If there is no frame or marker, nothing is ever visible, times do not increase, or
+        a 3D take is asked from two coordinates.
+    """
+    path = raw.path
+    if not raw.labels:
+        raise InputError(f"{path}: there are no markers; expected at least one")
+    labels, findings = _unique_labels(path, raw.labels)
+    times, rate, guesses = take_times(
+        path,
+        len(raw.positions),
+        rate=raw.rate,
+        seconds=raw.seconds,
+        frames=raw.frames,
+        override=options.rate,
+    )
+    findings += guesses
+    positions, unit, up_axis, guesses = _placed(raw, options)
+    findings += guesses
+    hidden = np.any(~np.isfinite(positions), axis=2)
+    if hidden.all():
+        raise InputError(f"{path}: no marker is visible in any frame")
+    positions[hidden] = np.nan
+    findings += _occlusion(path, labels, hidden)
+    seen = np.any(~hidden, axis=0)
+    take = MarkerTake(
+        tuple(label for label, kept in zip(labels, seen, strict=True) if kept),
+        times,
+        positions if seen.all() else positions[:, seen],
+        rate,
+        unit,
+        up_axis,
+        raw.start_timecode,
+        options.image_size if positions.shape[2] == 2 else None,
+        path.name,
+    )
+    return take, findings
+
+
+def listed(items: Sequence[str], most: int = 5) -> str:
+    """Return up to `most` items in one phrase, and how many more there are."""
+    more = f" and {len(items) - most} more" if len(items) > most else ""
+    return ", ".join(items[:most]) + more
+
+
+def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list[Finding]]:
+    """Shorten `subject:label` where that stays unique; name the nameless and the repeated."""
+    given = [label.strip() or f"marker_{i + 1}" for i, label in enumerate(labels)]
+    short = [label.rpartition(":")[2].strip() for label in given]
+    uses = Counter(short)
+    given = [s if s and uses[s] == 1 else g for s, g in zip(short, given, strict=True)]
+    taken = set(given)
+    seen: Counter[str] = Counter()
+    unique: list[str] = []
+    for label in given:
+        seen[label] += 1
+        name = label
+        if seen[label] > 1:
+            while (name := f"{label}_{seen[label]}") in taken:
+                seen[label] += 1
+        taken.add(name)
+        unique.append(name)
+    changes = [f"{a!r} to {b!r}" for a, b in zip(labels, unique, strict=True) if a.strip() != b]
+    if not changes:
+        return unique, []
+    return unique, [finding("LABEL_CHANGED", str(path), f"labels changed: {listed(changes)}")]
+
+
+def _placed(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str, list[Finding]]:
+    """Return positions of our own to write to, metres per unit, up axis, guesses."""
+    where = str(raw.path)
+    if options.dimension == 3 and raw.positions.shape[2] == 2:
+        raise InputError(f"{where}: only x and y are there; a 3D take needs z")
+    if options.dimension == 2 or raw.positions.shape[2] == 2:
+        return raw.positions[..., :2] * [1.0, -1.0], 1.0, "Y", []
+    findings = []
+    unit = METRES[options.units] if options.units else raw.unit
+    if unit is None:
+        unit = METRES[raw.assumed_unit]
+        findings.append(finding("UNITS_ASSUMED", where, f"taken as {raw.assumed_unit}"))
+    up_axis = options.up_axis or raw.up_axis
+    if up_axis is None:
+        up_axis = "Y"
+        findings.append(finding("UP_AXIS_ASSUMED", where, "taken as Y up"))
+    if up_axis == "Z":
+        return raw.positions[..., [0, 2, 1]] * [unit, unit, -unit], unit, up_axis, findings
+    return raw.positions * unit, unit, up_axis, findings
+
+
+def _occlusion(path: Path, labels: list[str], hidden: NDArray[np.bool_]) -> list[Finding]:
+    frame_count = len(hidden)
+    counts = hidden.sum(axis=0)
+    findings = []
+    for label, count in zip(labels, counts.tolist(), strict=True):
+        where = f"{path}: {label}"
+        if count == frame_count:
+            findings.append(finding("MARKER_NEVER_SEEN", where))
+        elif count:
+            message = f"hidden in {count} of {frame_count} frames"
+            findings.append(finding("MARKER_OCCLUDED", where, message))
+    empty = np.flatnonzero(hidden.all(axis=1))
+    if len(empty):
+        message = f"no marker is visible in frames {listed([str(i) for i in empty])}"
+        findings.append(finding("FRAME_EMPTY", str(path), message))
+    return findings

@@ -1,0 +1,1 @@
+"""USD stages and layers in and out: pxr stops here."""

@@ -1,0 +1,234 @@
+"""What is wrong with the blend shapes of a USD stage, beyond what UsdValidation looks at.
+
+One function for one rule. Severities (see `usdface.findings.CODES`): an *error* makes
+UsdSkel or a common reader move nothing, or something else than authored. A *warning* plays,
+but differently in different programs. An *info* is legal and often meant: weights beyond 0
+and 1 (over-driven shapes), unsorted point indices (some importers need them sorted).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Usd, UsdGeom, UsdSkel
+
+from usdface.findings import Finding, finding
+from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.stage import open_stage
+
+__all__ = ["check_stage", "check_usd"]
+
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+_START = Usd.TimeCode.EarliestTime()
+_ROUNDING = 1e-5  # what exporters' own arithmetic adds to weights of 0 and 1
+Findings = Iterator[Finding]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Shape:
+    """A blend shape of a mesh with `count` points, as authored.
+
+    `vectors` holds offsets and normal offsets by attribute, those of inbetweens included;
+    `inbetweens` their weights.
+    """
+
+    where: str
+    count: int
+    indices: NDArray[np.int64]
+    vectors: dict[str, NDArray[np.float64]]
+    inbetweens: dict[str, float | None]
+
+
+def check_usd(path: Path) -> list[Finding]:
+    """Return what is wrong with the blend shapes of a USD file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read at all.
+    """
+    return check_stage(open_stage(path))
+
+
+def check_stage(stage: Usd.Stage) -> list[Finding]:
+    """Return what is wrong with the blend shapes of an open stage."""
+    with usd_errors(stage.GetRootLayer().realPath or "the stage"):
+        return [f for p in Usd.PrimRange(stage.GetPseudoRoot(), _ALL) for f in _check_prim(p)]
+
+
+def _check_prim(prim: Usd.Prim) -> Findings:
+    yield from _bindings_exist(prim)
+    if prim.IsA(UsdGeom.Mesh):
+        for mesh_rule in _MESH_RULES:
+            yield from mesh_rule(prim)
+        for shape in _shapes(prim):
+            for shape_rule in _SHAPE_RULES:
+                yield from shape_rule(shape)
+    elif prim.IsA(UsdSkel.Animation):
+        yield from _weights_fit(UsdSkel.Animation(prim))
+
+
+def _bindings_exist(prim: Usd.Prim) -> Findings:
+    binding = UsdSkel.BindingAPI(prim)
+    for relation, kind in (
+        (binding.GetSkeletonRel(), UsdSkel.Skeleton),
+        (binding.GetAnimationSourceRel(), UsdSkel.Animation),
+    ):
+        for target in relation.GetForwardedTargets() if relation else ():
+            if not kind(prim.GetStage().GetPrimAtPath(target)):
+                message = f"{relation.GetName()} of {prim.GetPath()} names no {kind.__name__}"
+                yield finding("BINDING_TARGET_MISSING", str(target), message)
+
+
+def _names_and_targets(prim: Usd.Prim) -> tuple[list[str], list[object]]:
+    binding = UsdSkel.BindingAPI(prim)
+    relation = binding.GetBlendShapeTargetsRel()
+    names = [str(name) for name in binding.GetBlendShapesAttr().Get() or ()]
+    return names, list(relation.GetForwardedTargets()) if relation else []
+
+
+def _names_match_targets(prim: Usd.Prim) -> Findings:
+    names, targets = _names_and_targets(prim)
+    if len(names) != len(targets):
+        message = f"{len(names)} skel:blendShapes for {len(targets)} skel:blendShapeTargets"
+        yield finding("SHAPE_NAMES_MISMATCH", str(prim.GetPath()), message)
+
+
+def _names_are_unique(prim: Usd.Prim) -> Findings:
+    names, _ = _names_and_targets(prim)
+    for name in sorted({n for n in names if names.count(n) > 1}):
+        message = f"the name {name!r} occurs {names.count(name)} times; UsdSkel moves the first"
+        yield finding("SHAPE_NAME_REPEATED", str(prim.GetPath()), message)
+
+
+def _targets_exist(prim: Usd.Prim) -> Findings:
+    for target in _names_and_targets(prim)[1]:
+        if not UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target)):
+            message = f"{prim.GetPath()} names no BlendShape; UsdSkel then moves none of its shapes"
+            yield finding("SHAPE_TARGET_MISSING", str(target), message)
+
+
+_MESH_RULES: tuple[Callable[[Usd.Prim], Findings], ...] = (
+    _names_match_targets,
+    _names_are_unique,
+    _targets_exist,
+)
+
+
+def _shapes(prim: Usd.Prim) -> Iterator[_Shape]:
+    count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
+    for target in dict.fromkeys(_names_and_targets(prim)[1]):
+        shape = UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target))
+        if shape:
+            indices = np.asarray(shape.GetPointIndicesAttr().Get() or [], np.int64)
+            vectors = {
+                "offsets": _vectors(shape.GetOffsetsAttr().Get()),
+                "normalOffsets": _vectors(shape.GetNormalOffsetsAttr().Get()),
+            }
+            inbetweens: dict[str, float | None] = {}
+            for between in shape.GetAuthoredInbetweens():
+                name = between.GetAttr().GetName()
+                inbetweens[name] = between.GetWeight()
+                vectors[name] = _vectors(between.GetOffsets())
+                vectors[f"{name}:normalOffsets"] = _vectors(between.GetNormalOffsets())
+            yield _Shape(str(target), count, indices, vectors, inbetweens)
+
+
+def _vectors(values: object) -> NDArray[np.float64]:
+    return np.zeros((0, 3)) if values is None else np.asarray(values, np.float64)
+
+
+def _indices_are_inside(shape: _Shape) -> Findings:
+    outside = shape.indices[(shape.indices < 0) | (shape.indices >= shape.count)]
+    if len(outside):
+        message = f"point index {outside[0]} on a mesh of {shape.count} points"
+        yield finding("POINT_INDICES_OUTSIDE", shape.where, message)
+
+
+def _indices_are_sorted(shape: _Shape) -> Findings:
+    if (np.diff(shape.indices) < 0).any():
+        yield finding("POINT_INDICES_UNSORTED", shape.where)
+
+
+def _indices_are_unique(shape: _Shape) -> Findings:
+    if len(np.unique(shape.indices)) < len(shape.indices):
+        yield finding("POINT_INDICES_REPEATED", shape.where)
+
+
+def _lengths_agree(shape: _Shape) -> Findings:
+    expected = len(shape.indices) or shape.count
+    for what, values in shape.vectors.items():
+        if len(values) not in (0, expected):
+            message = f"{len(values)} {what} for {expected} points"
+            yield finding("OFFSETS_LENGTH_WRONG", shape.where, message)
+
+
+def _offsets_are_finite(shape: _Shape) -> Findings:
+    for what, values in shape.vectors.items():
+        if not np.isfinite(values).all():
+            yield finding("VALUES_WRONG", shape.where, f"{what} holds NaN or infinite numbers")
+
+
+def _moves_something(shape: _Shape) -> Findings:
+    if not any(values.any() for values in shape.vectors.values()):
+        yield finding("SHAPE_EMPTY", shape.where)
+
+
+def _inbetweens_have_places(shape: _Shape) -> Findings:
+    used: dict[float, str] = {0.0: "neutral", 1.0: "the shape itself"}
+    for name, weight in shape.inbetweens.items():
+        if not isinstance(weight, float) or not np.isfinite(weight):
+            message = f"{name} has the weight {weight}; author a number"
+        elif weight in used:
+            message = f"{name} has the weight {weight:g}, where {used[weight]} is"
+        else:
+            used[weight] = name
+            continue
+        yield finding("INBETWEEN_WRONG", shape.where, message)
+
+
+_SHAPE_RULES: tuple[Callable[[_Shape], Findings], ...] = (
+    _indices_are_inside,
+    _indices_are_sorted,
+    _indices_are_unique,
+    _lengths_agree,
+    _offsets_are_finite,
+    _moves_something,
+    _inbetweens_have_places,
+)
+
+
+def _weights_fit(animation: UsdSkel.Animation) -> Findings:
+    where = str(animation.GetPath())
+    names = [str(name) for name in animation.GetBlendShapesAttr().Get() or ()]
+    for name in sorted({n for n in names if names.count(n) > 1}):
+        message = f"the name {name!r} occurs {names.count(name)} times; UsdSkel takes the last"
+        yield finding("SHAPE_NAME_REPEATED", where, message)
+    attribute = animation.GetBlendShapeWeightsAttr()
+    codes: list[float | None] = list(attribute.GetTimeSamples()) or [None]
+    values = [attribute.Get() if code is None else attribute.Get(code) for code in codes]
+    rows = {
+        "" if code is None else f" at time code {code:g}": np.asarray(row, np.float64)
+        for code, row in zip(codes, values, strict=True)
+        if row is not None
+    }
+    wrong = [when for when, row in rows.items() if len(row) != len(names)]
+    if wrong:
+        message = f"{len(rows[wrong[0]])} weights for {len(names)} blendShapes{wrong[0]}"
+        yield finding("WEIGHTS_LENGTH_WRONG", where, f"{message}{_more(wrong)}")
+    broken = [when for when, row in rows.items() if not np.isfinite(row).all()]
+    if broken:
+        message = f"a weight is NaN or infinite{broken[0]}{_more(broken)}"
+        yield finding("VALUES_WRONG", where, message)
+    beyond = [
+        when for when, row in rows.items() if ((row < -_ROUNDING) | (row > 1 + _ROUNDING)).any()
+    ]
+    if beyond:
+        message = f"a weight is outside 0 to 1{beyond[0]}{_more(beyond)}"
+        yield finding("WEIGHTS_OUT_OF_RANGE", where, message)
+
+
+def _more(places: list[str]) -> str:
+    return f" and at {len(places) - 1} more" if len(places) > 1 else ""

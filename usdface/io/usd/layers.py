@@ -1,0 +1,256 @@
+"""What `process` writes: the solve and express layers, and the root that sublayers them.
+
+A stronger layer's array hides all weaker samples and all their channels, so each layer holds
+complete arrays over all frames; each carries its own clock, because USD stretches a layer
+that does not by the ratio to its fallback of 24.
+"""
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Usd, UsdSkel, Vt
+
+from usdface.errors import InputError, OutputError
+from usdface.io.usd.shot import Shot, ShotPrims
+from usdface.io.usd.stage import Metrics, matrices, new_layer, save_layers, to_si
+from usdface.retarget.transfer import Solution
+from usdface.schemas import tokens, write_fallback_types
+from usdface.takes import FloatArray
+
+__all__ = [
+    "Animation",
+    "apply_animation",
+    "author",
+    "complete_weights",
+    "layer_paths",
+    "write_layers",
+]
+
+_ANIMATION = "UsdFaceAnim"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Animation:
+    """What goes into one layer.
+
+    Attributes
+    ----------
+    names : tuple of str, length T
+        Blend shape tokens of the animation.
+    weights : (F, T) float64
+    solution : Solution or None
+        Head pose, residual and feature points, for the solve layer.
+    emotions : mapping of str to (F,) float64
+        Emotion curves, for the express layer.
+    """
+
+    names: tuple[str, ...]
+    weights: FloatArray
+    solution: Solution | None
+    emotions: dict[str, FloatArray]
+
+
+def complete_weights(
+    stage: Usd.Stage, shot: Shot, names: tuple[str, ...], weights: FloatArray
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Bring solved weights (F, S) into the order of the rig's animation: (F, T).
+
+    Tokens that were not solved keep what the animation has; shapes that the animation does
+    not name yet are appended.
+    """
+    order = shot.prims.tokens + tuple(n for n in names if n not in shot.prims.tokens)
+    result = np.zeros((len(weights), len(order)))
+    if shot.prims.animation and set(order) - set(names):
+        attribute = UsdSkel.Animation.Get(stage, shot.prims.animation).GetBlendShapeWeightsAttr()
+        varying = attribute.ValueMightBeTimeVarying()
+        count = len(shot.prims.tokens)
+        for row, code in zip(result, shot.codes.tolist() if varying else [0.0], strict=False):
+            value = attribute.Get(code)
+            if value is not None and len(value) == count:
+                row[:count] = value
+        if not varying:
+            result[1:] = result[0]
+    place = {name: i for i, name in enumerate(order)}
+    result[:, [place[name] for name in names]] = weights
+    return order, result
+
+
+def apply_animation(stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
+    """Author one animation as overs on the edit target of an open stage.
+
+    Raises
+    ------
+    OutputError
+        If the edit target cannot be edited, or is not among the stage's own layers.
+    """
+    layer = stage.GetEditTarget().GetLayer()
+    if not (stage.HasLocalLayer(layer) and layer.permissionToEdit):
+        raise OutputError(
+            f"the edit target {layer.identifier} cannot take the animation: it must be one of "
+            "the stage's own layers, and not locked"
+        )
+    # USD stretches what lies on a layer by the ratio of its clock to the stage's.
+    offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
+    codes = np.array([offset * code for code in shot.codes.tolist()])
+    author(layer, replace(shot, codes=codes), animation)
+
+
+def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:
+    """Author one animation as overs on a layer."""
+    prims, codes = shot.prims, shot.codes.tolist()
+    with Sdf.ChangeBlock():
+        anim = Sdf.CreatePrimInLayer(layer, prims.animation or f"{prims.skel_root}/{_ANIMATION}")
+        if not prims.animation:
+            _define_animation(layer, anim, prims)
+        if animation.names != prims.tokens:
+            _attribute(
+                anim, "blendShapes", Sdf.ValueTypeNames.TokenArray, uniform=True
+            ).default = Vt.TokenArray(animation.names)
+        _attribute(anim, "blendShapeWeights", Sdf.ValueTypeNames.FloatArray)
+        rows = animation.weights.astype(np.float32)
+        _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
+        if animation.solution is not None:
+            _author_solution(layer, shot, animation.solution)
+        if animation.emotions:
+            system = Sdf.CreatePrimInLayer(layer, prims.fuzzy)
+            for name, curve in animation.emotions.items():
+                _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
+                _samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
+
+
+def _define_animation(layer: Sdf.Layer, anim: Sdf.PrimSpec, prims: ShotPrims) -> None:
+    anim.specifier, anim.typeName = Sdf.SpecifierDef, "SkelAnimation"
+    for path in dict.fromkeys((prims.skel_root, prims.skeleton)):
+        owner = Sdf.CreatePrimInLayer(layer, path)
+        source = Sdf.RelationshipSpec(owner, "skel:animationSource", custom=False)
+        source.targetPathList.explicitItems = [anim.path]
+
+
+def _attribute(
+    prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, uniform: bool = False
+) -> Sdf.AttributeSpec:
+    existing = prim.attributes.get(name)
+    variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying
+    return existing or Sdf.AttributeSpec(prim, name, kind, variability)
+
+
+def _samples(
+    layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: list[float], values: object
+) -> None:
+    path = prim.path.AppendProperty(name)
+    for code, value in zip(codes, values, strict=True):  # type: ignore[call-overload]
+        layer.SetTimeSample(path, code, value)
+
+
+def _floats(values: FloatArray) -> list[float]:
+    # Through float32, so that the same curve always gives the same bytes.
+    return [float(v) for v in values.astype(np.float32)]
+
+
+def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
+    prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
+    codes = shot.codes.tolist()
+    unit = shot.metrics.meters_per_unit
+    _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
+    _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
+    to_stage = np.linalg.inv(to_si(shot.metrics))
+    pose = np.tile(np.eye(4), (len(codes), 1, 1))
+    pose[:, :3, :3] = solution.pose.rotations.transpose(0, 2, 1)
+    pose[:, 3, :3] = solution.pose.translations
+    if solution.in_space:
+        pose = to_si(shot.metrics) @ pose @ to_stage
+    _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
+    _samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
+    _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
+    features = (solution.feature_points @ to_stage[:3, :3]).astype(np.float32)
+    _samples(layer, prim, tokens.FEATURE_POINTS, codes, map(Vt.Vec3fArray.FromNumpy, features))
+
+
+@dataclass(frozen=True, slots=True)
+class _Paths:
+    root: Path
+    solve: Path
+    express: Path
+
+
+def layer_paths(shot: Path, root: Path | None) -> _Paths:
+    """Return where the layers of a shot go: beside it, or beside another `root`.
+
+    Raises
+    ------
+    InputError
+        If the root would overwrite the shot.
+    """
+    root = root or shot.with_name(f"{shot.stem}.usdface.usda")
+    if root.resolve() == shot.resolve():
+        raise InputError(f"the result would overwrite the shot {shot}; choose another --output")
+    if root.suffix not in (".usda", ".usdc", ".usd"):
+        raise InputError(f"{root} is no USD file name; end it in .usda, .usdc or .usd")
+    stem = root.stem if root.stem.endswith(".usdface") else f"{root.stem}.usdface"
+    folder = root.with_name(stem)
+    return _Paths(root, folder / "solve.usdc", folder / "express.usdc")
+
+
+def write_layers(
+    shot_path: Path,
+    stage: Usd.Stage,
+    shot: Shot,
+    solve: Animation,
+    express: Animation | None,
+    root: Path | None,
+    in_place: bool,
+) -> list[Path]:
+    """Write solve and express layers and the root over them; all of them or none.
+
+    With `in_place` the shot's own subLayers get the two layers instead of a new root; doing
+    it again changes nothing.
+
+    Returns
+    -------
+    list of Path
+        What was written, the file to open first.
+
+    Raises
+    ------
+    OutputError
+        If a file cannot be written; then none is replaced.
+    """
+    paths = layer_paths(shot_path, root)
+    span = (float(shot.codes[0]), float(shot.codes[-1]))
+    clock = shot.metrics.time_codes_per_second, shot.metrics.frames_per_second
+    metrics = Metrics(shot.metrics.meters_per_unit, shot.metrics.up_axis, *clock, *span)
+    layers: list[tuple[Path, Sdf.Layer]] = []
+    for path, animation in ((paths.solve, solve), (paths.express, express)):
+        if animation is not None:
+            overs = new_layer(metrics)
+            author(overs, shot, animation)
+            layers.append((path, overs))
+    stronger_first = [path for path, _ in reversed(layers)]
+    if in_place:
+        top = Sdf.Layer.CreateAnonymous(".usda")
+        top.TransferContent(stage.GetRootLayer())
+        ours = [_relative(path, shot_path) for path in stronger_first]
+        old = {_relative(path, shot_path) for path in (paths.solve, paths.express)}
+        top.subLayerPaths = ours + [p for p in top.subLayerPaths if p not in old]
+        layers.append((shot_path, top))
+    else:
+        layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))
+    save_layers(layers)
+    return [layers[-1][0], *stronger_first]
+
+
+def _root_layer(
+    stage: Usd.Stage, metrics: Metrics, paths: _Paths, shot: Path, stronger_first: list[Path]
+) -> Sdf.Layer:
+    layer = new_layer(metrics)
+    layer.defaultPrim = stage.GetRootLayer().defaultPrim
+    layer.subLayerPaths = [_relative(path, paths.root) for path in [*stronger_first, shot]]
+    write_fallback_types(layer)
+    return layer
+
+
+def _relative(target: Path, owner: Path) -> str:
+    relative = Path(os.path.relpath(target.resolve(), owner.resolve().parent)).as_posix()
+    return relative if relative.startswith("..") else f"./{relative}"

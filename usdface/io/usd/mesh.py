@@ -1,0 +1,206 @@
+"""One mesh of a USD stage as arrays in rig space."""
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Usd, UsdGeom, UsdShade
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.normals import unit
+from usdface.io.usd.blend_shapes import read_shapes
+from usdface.rigs import MaterialSubset, Mesh, Skin
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["read_mesh"]
+
+_START = Usd.TimeCode.EarliestTime()
+_KEPT_PRIMVARS = {"normals", "displayColor", "displayOpacity"}
+# Corner normals further than this from their mean (about 0.6 degrees) are a hard edge.
+_HARD_EDGE = 0.01
+
+
+def read_mesh(
+    mesh: UsdGeom.Mesh, space: FloatArray, skin: Skin | None
+) -> tuple[Mesh | None, list[Finding]]:
+    """Return a mesh with its shapes; None (with a finding) if it has no points.
+
+    Parameters
+    ----------
+    mesh : UsdGeom.Mesh
+    space : (4, 4) float64
+        From the mesh's points to rig space (row vectors).
+    skin : Skin or None
+        Its influences, read already.
+
+    Returns
+    -------
+    Mesh or None, list of Finding
+        Its `material` and its subsets' are prim paths of materials, "" for none.
+
+    Raises
+    ------
+    InputError
+        If the faces or points make no sense.
+    """
+    prim = mesh.GetPrim()
+    path = str(prim.GetPath())
+    points = np.asarray(mesh.GetPointsAttr().Get(_START) or np.zeros((0, 3)), np.float64)
+    if not len(points):
+        return None, [finding("FEATURE_DROPPED", path, "a mesh without points is left out")]
+    if not np.isfinite(points).all():
+        raise InputError(f"{path}: points must be finite numbers")
+    linear = space[:3, :3]
+    determinant = float(np.linalg.det(linear))
+    if not np.isfinite(determinant) or determinant == 0:
+        raise InputError(f"{path}: the transform of the mesh flattens it; give it a scale")
+    turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
+    counts, indices = _faces(mesh, len(points))
+    normals, findings = _normals(mesh, counts, indices, len(points))
+    uvs = _uvs(mesh, counts, indices, len(points))
+    left = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
+    if left != (determinant < 0):
+        order = _turned_corners(counts)
+        indices, uvs = indices[order], None if uvs is None else uvs[order]
+    shapes, notes = read_shapes(prim, len(points), linear, turn)
+    findings += notes
+    subsets, notes = _subsets(prim, len(counts))
+    findings += notes + _left_out(mesh)
+    result = Mesh(
+        prim.GetDisplayName() or prim.GetName(),
+        points @ linear + space[3, :3],
+        counts,
+        indices,
+        None if normals is None else unit(normals @ turn),
+        uvs,
+        shapes,
+        skin,
+        _material(prim),
+        subsets,
+        path,
+    )
+    return result, findings
+
+
+def _faces(mesh: UsdGeom.Mesh, count: int) -> tuple[IntArray, IntArray]:
+    counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get(_START) or [], np.int64)
+    indices = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(_START) or [], np.int64)
+    if (counts < 0).any() or counts.sum() != len(indices):
+        raise InputError(
+            f"{mesh.GetPath()}: faceVertexCounts add up to {counts.sum()}, "
+            f"but there are {len(indices)} faceVertexIndices"
+        )
+    if len(indices) and not 0 <= indices.min() <= indices.max() < count:
+        raise InputError(f"{mesh.GetPath()}: a faceVertexIndex is outside 0 to {count - 1}")
+    return counts, indices
+
+
+def _turned_corners(counts: IntArray) -> IntArray:
+    """Return the order (C,) that walks each face the other way round, from its first corner."""
+    starts = np.repeat(np.cumsum(counts) - counts, counts)
+    local = np.arange(len(starts)) - starts
+    size = np.repeat(counts, counts)
+    order: IntArray = starts + (size - local) % size
+    return order
+
+
+def _at_corners(
+    values: NDArray[np.float64], interpolation: str, counts: IntArray, indices: IntArray, count: int
+) -> NDArray[np.float64] | None:
+    """Return a primvar's values at the face corners; None where the length does not fit."""
+    if interpolation in ("vertex", "varying") and len(values) == count:
+        return values[indices]
+    if interpolation == "faceVarying" and len(values) == len(indices):
+        return values
+    if interpolation == "uniform" and len(values) == len(counts):
+        return np.repeat(values, counts, axis=0)
+    if interpolation == "constant" and len(values) == 1:
+        return np.repeat(values, len(indices), axis=0)
+    return None
+
+
+def _normals(
+    mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int
+) -> tuple[FloatArray | None, list[Finding]]:
+    """Return vertex normals in the mesh's space; those of face corners are averaged."""
+    path = str(mesh.GetPath())
+    primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
+    if primvar and primvar.HasAuthoredValue():
+        given, interpolation = primvar.ComputeFlattened(_START), primvar.GetInterpolation()
+    else:
+        given, interpolation = mesh.GetNormalsAttr().Get(_START), mesh.GetNormalsInterpolation()
+    if not given:
+        return None, []
+    values = np.asarray(given, np.float64)
+    corners = _at_corners(values, interpolation, counts, indices, count)
+    if corners is None or not np.isfinite(values).all():
+        message = f"{len(values)} {interpolation} normals do not fit the mesh; they are left out"
+        return None, [finding("FEATURE_DROPPED", path, message)]
+    if len(values) == count and interpolation in ("vertex", "varying"):
+        return values, []
+    total = [np.bincount(indices, corners[:, axis], count) for axis in range(3)]
+    normals = unit(np.stack(total, axis=1))
+    hard = (np.abs(unit(corners) - normals[indices]) > _HARD_EDGE).any()
+    message = "normals are kept per point; hard edges become smooth"
+    return normals, [finding("FEATURE_DROPPED", path, message)] if hard else []
+
+
+def _uvs(
+    mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int
+) -> NDArray[np.float64] | None:
+    primvar = _uv_primvar(mesh)
+    values = primvar.ComputeFlattened(_START) if primvar else None
+    if primvar is None or not values:
+        return None
+    array = np.asarray(values, np.float64)
+    return _at_corners(array, primvar.GetInterpolation(), counts, indices, count)
+
+
+def _uv_primvar(mesh: UsdGeom.Mesh) -> UsdGeom.Primvar | None:
+    """Return `st`, or else the first texture coordinates (Blender 4 names them UVMap)."""
+    found = {
+        primvar.GetPrimvarName(): primvar
+        for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithValues()
+        if primvar.GetTypeName().cppTypeName == "VtArray<GfVec2f>"
+    }
+    return found.get("st") or (found[min(found)] if found else None)
+
+
+def _material(prim: Usd.Prim) -> str:
+    bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    return str(bound.GetPath()) if bound else ""
+
+
+def _subsets(prim: Usd.Prim, count: int) -> tuple[tuple[MaterialSubset, ...], list[Finding]]:
+    subsets: list[MaterialSubset] = []
+    findings: list[Finding] = []
+    whole = _material(prim)
+    for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+        faces = np.asarray(subset.GetIndicesAttr().Get(_START) or [], np.int64)
+        inside = (faces >= 0) & (faces < count)
+        if not inside.all():
+            message = f"faces outside 0 to {count - 1} are left out"
+            findings.append(finding("FEATURE_DROPPED", str(subset.GetPath()), message))
+        material = _material(subset.GetPrim())
+        if material != whole:  # else it says what the mesh says
+            subsets.append(MaterialSubset(material, faces[inside]))
+    return tuple(subsets), findings
+
+
+def _left_out(mesh: UsdGeom.Mesh) -> list[Finding]:
+    path = str(mesh.GetPath())
+    scheme = mesh.GetSubdivisionSchemeAttr()
+    used = _uv_primvar(mesh)
+    kept = _KEPT_PRIMVARS | ({used.GetPrimvarName()} if used else set())
+    others = [
+        primvar.GetPrimvarName()
+        for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
+        if primvar.GetPrimvarName() not in kept and not primvar.GetPrimvarName().startswith("skel:")
+    ]
+    findings = []
+    if others:
+        message = f"primvars that usdface does not keep: {', '.join(sorted(others))}"
+        findings.append(finding("CHANNEL_IGNORED", path, message))
+    if scheme.HasAuthoredValue() and scheme.Get() != UsdGeom.Tokens.none:
+        message = f"subdivision scheme {scheme.Get()} is not kept; the cage is"
+        findings.append(finding("FEATURE_DROPPED", path, message))
+    return findings

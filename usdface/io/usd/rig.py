@@ -1,0 +1,227 @@
+"""Rigs out of USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.materials import with_materials
+from usdface.io.usd.mesh import read_mesh
+from usdface.io.usd.skeleton import read_skeleton, read_skin
+from usdface.io.usd.stage import metrics_of, open_stage, to_si
+from usdface.rigs import Mesh, Rig, Skeleton, Skin
+from usdface.takes import FloatArray, WeightsTake
+
+__all__ = ["read_rig", "rig_of_stage", "weights_of_stage"]
+
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+_START = Usd.TimeCode.EarliestTime()
+
+
+@dataclass(frozen=True, slots=True)
+class _Bound:
+    """How UsdSkel binds one mesh."""
+
+    skeleton: Usd.Prim
+    query: UsdSkel.SkinningQuery
+    skinned: bool
+
+
+def read_rig(path: Path) -> tuple[Rig, list[Finding]]:
+    """Read the characters of a USD file (`rig_of_stage` of the whole stage).
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or has no SkelRoot with a mesh.
+    """
+    return rig_of_stage(open_stage(path))
+
+
+def rig_of_stage(stage: Usd.Stage, root: str = "") -> tuple[Rig, list[Finding]]:
+    """Return all meshes under the SkelRoots of an open stage as one rig.
+
+    Points are where USD puts the bind pose: a skinned mesh in its skeleton's space by its
+    geomBindTransform (its own transform does not count), another by its own transform; then
+    in metres, Y up. Left-handed meshes, and those that a transform mirrors, have their faces
+    turned. `Mesh.path` is the prim path, blend shape names are the tokens.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+    root : str
+        Path of a prim that the meshes are under; "" = the whole stage.
+
+    Raises
+    ------
+    InputError
+        If there is no such prim, SkelRoot or mesh, or a mesh makes no sense.
+
+    References
+    ----------
+    OpenUSD, UsdSkel: "Skinning" and "Blend Shapes" of the schema documentation; behaviour of
+    `UsdSkel.BakeSkinning` in 26.11 where they are silent.
+    """
+    with usd_errors(_source(stage)):
+        return _rig(stage, root)
+
+
+def _source(stage: Usd.Stage) -> str:
+    return stage.GetRootLayer().realPath or "the stage"
+
+
+def _rig(stage: Usd.Stage, root: str) -> tuple[Rig, list[Finding]]:
+    roots = _skel_roots(stage, root)
+    bound, skeletons, findings = _bindings(roots)
+    si = to_si(metrics_of(stage))
+    xforms = UsdGeom.XformCache(_START)
+    skeleton, used, notes = _pick_skeleton(skeletons, xforms, si)
+    findings += notes
+    below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
+    meshes: list[Mesh] = []
+    for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL)):
+        if not prim.IsA(UsdGeom.Mesh) or not prim.GetPath().HasPrefix(below):
+            continue
+        binding = bound.get(prim.GetPath())
+        skin: Skin | None = None
+        if binding and skeleton and binding.skinned and binding.skeleton == used:
+            count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
+            skin, notes = read_skin(binding.query, count, skeleton.joints)
+            findings += notes
+        space = _bind_space(prim, binding, xforms) @ si
+        mesh, notes = read_mesh(UsdGeom.Mesh(prim), space, skin)
+        findings += notes
+        meshes += [mesh] if mesh else []
+    if not meshes:
+        raise InputError(f"no mesh with points under {root or roots[0].GetPath()}")
+    named, materials, notes = with_materials(stage, tuple(meshes))
+    top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
+    name = top.GetDisplayName() or top.GetName()
+    source = stage.GetRootLayer().realPath
+    return Rig(name, named, skeleton, materials, source), findings + notes
+
+
+def _skel_roots(stage: Usd.Stage, root: str) -> list[Usd.Prim]:
+    top = stage.GetPseudoRoot()
+    if root:
+        top = stage.GetPrimAtPath(root) if Sdf.Path.IsValidPathString(root)[0] else None
+        if not top:
+            raise InputError(f"the stage has no prim {root}; name the SkelRoot of the face")
+        above = UsdSkel.Root.Find(top)
+        if above:
+            return [above.GetPrim()]
+    roots = [prim for prim in Usd.PrimRange(top, _ALL) if prim.IsA(UsdSkel.Root)]
+    if not roots:
+        raise InputError(
+            f"no SkelRoot{f' under {root}' if root else ''}; "
+            "UsdSkel moves blend shapes only below one"
+        )
+    return roots
+
+
+def _bindings(
+    roots: list[Usd.Prim],
+) -> tuple[dict[Sdf.Path, _Bound], list[Usd.Prim], list[Finding]]:
+    findings: list[Finding] = []
+    cache = UsdSkel.Cache()
+    bound: dict[Sdf.Path, _Bound] = {}
+    skeletons: dict[Usd.Prim, None] = {}
+    for root in map(UsdSkel.Root, roots):
+        cache.Populate(root, _ALL)
+        for binding in cache.ComputeSkelBindings(root, _ALL):
+            skeleton = binding.GetSkeleton()
+            skeletons[skeleton.GetPrim()] = None
+            moves = cache.GetSkelQuery(skeleton).GetAnimQuery()
+            if moves and len(moves.GetJointTransformTimeSamples()) > 1:
+                message = "the animation of joints is not kept; that of blend shapes is"
+                where = str(moves.GetPrim().GetPath())
+                findings.append(finding("ANIMATION_DROPPED", where, message))
+            has_joints = bool(skeleton.GetJointsAttr().Get())
+            for query in binding.GetSkinningTargets():
+                skinned = has_joints and query.HasJointInfluences()
+                path = query.GetPrim().GetPath()
+                bound[path] = _Bound(skeleton.GetPrim(), query, skinned)
+    return bound, list(skeletons), findings
+
+
+def _pick_skeleton(
+    skeletons: list[Usd.Prim], xforms: UsdGeom.XformCache, si: FloatArray
+) -> tuple[Skeleton | None, Usd.Prim | None, list[Finding]]:
+    """Return the first skeleton that moves anything: a rig has one."""
+    picked: Skeleton | None = None
+    used: Usd.Prim | None = None
+    findings: list[Finding] = []
+    for prim in skeletons:
+        to_rig = _matrix(xforms.GetLocalToWorldTransform(prim)) @ si
+        skeleton, notes = read_skeleton(UsdSkel.Skeleton(prim), to_rig)
+        findings += notes
+        if skeleton and picked:
+            message = "a rig keeps one skeleton; meshes bound to this one are not skinned"
+            findings.append(finding("FEATURE_DROPPED", str(prim.GetPath()), message))
+        elif skeleton:
+            picked, used = skeleton, prim
+    return picked, used, findings
+
+
+def _matrix(value: object) -> FloatArray:
+    matrix = np.array(value, np.float64).reshape(4, 4)
+    if not np.isfinite(matrix).all():
+        raise InputError("a transform has numbers that are not finite")
+    return matrix
+
+
+def _bind_space(prim: Usd.Prim, bound: _Bound | None, xforms: UsdGeom.XformCache) -> FloatArray:
+    if bound is None or not bound.skinned:
+        return _matrix(xforms.GetLocalToWorldTransform(prim))
+    skeleton = _matrix(xforms.GetLocalToWorldTransform(bound.skeleton))
+    return _matrix(bound.query.GetGeomBindTransform(_START)) @ skeleton
+
+
+def weights_of_stage(stage: Usd.Stage, root: str = "") -> WeightsTake | None:
+    """Return the animated weights of the first bound SkelAnimation that has any.
+
+    Times are seconds from the stage's start time code where it has one before the first
+    sample, else from that sample. The clock is timeCodesPerSecond.
+
+    Raises
+    ------
+    InputError
+        If there is no SkelRoot, a sample does not have one weight for each name, or a name
+        occurs twice.
+    """
+    with usd_errors(_source(stage)):
+        cache = UsdSkel.Cache()
+        for skel_root in map(UsdSkel.Root, _skel_roots(stage, root)):
+            cache.Populate(skel_root, _ALL)
+            for binding in cache.ComputeSkelBindings(skel_root, _ALL):
+                query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
+                if query and query.GetBlendShapeWeightTimeSamples():
+                    return _weights(stage, query)
+    return None
+
+
+def _weights(stage: Usd.Stage, query: UsdSkel.AnimQuery) -> WeightsTake:
+    names = tuple(str(token) for token in query.GetBlendShapeOrder())
+    codes = np.array(query.GetBlendShapeWeightTimeSamples())
+    where = query.GetPrim().GetPath()
+    values = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr()
+    rows = []
+    for code in codes:
+        row = np.asarray(values.Get(float(code)), np.float64)
+        if row.shape != (len(names),):
+            raise InputError(
+                f"{where} has {row.size} blendShapeWeights for {len(names)} blendShapes "
+                f"at time code {code:g}"
+            )
+        rows.append(row)
+    metrics = metrics_of(stage)
+    start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
+    times = (codes - min(start, codes[0])) / metrics.time_codes_per_second
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    rate = round(1 / step, 6) if step > 0 else metrics.time_codes_per_second
+    source = stage.GetRootLayer().realPath
+    return WeightsTake(names, times, np.array(rows), rate, source=source)

@@ -1,0 +1,295 @@
+"""A rig as UsdSkel: one stage that usdview, Blender, Maya and AR viewers play."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
+
+from usdface.errors import InputError, OutputError
+from usdface.findings import Finding, finding
+from usdface.io.normals import normals_of_faces, unit
+from usdface.io.prim_names import prim_names
+from usdface.io.usd.errors import usd_message
+from usdface.io.usd.materials_write import write_materials
+from usdface.io.usd.rig_bounds import posed_bounds
+from usdface.io.usd.stage import Metrics, matrices, new_stage, save_layer, vec2f_array, vec3f_array
+from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
+from usdface.takes import FloatArray, WeightsTake
+
+__all__ = ["write_rig"]
+
+_FACE = "/Asset/Face"
+_SUFFIXES = (".usd", ".usda", ".usdc")
+# Without any joint Hydra 2 and some AR viewers lose shape-only skeletons (OpenUSD#3873, #2425).
+_DUMMY = Skeleton(("root",), ("root",), np.eye(4)[None], np.eye(4)[None])
+
+
+def write_rig(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list[Finding]:
+    """Write `rig` as UsdSkel, in metres, Y up, with its weights animation if there is one.
+
+    Layout: `/Asset` (default prim) holds the SkelRoot `Face` with `Skel`, `Anim` and the
+    meshes, and `Materials`. The tokens of `skel:blendShapes` are the original names; prim
+    names are their legal, unique forms. A rig without a skeleton gets one joint that does
+    nothing. Normals and normal offsets that the rig lacks are computed.
+
+    Parameters
+    ----------
+    rig : Rig
+    path : Path
+        `.usda` text, `.usdc` or `.usd` binary; replaced only when all is written.
+    weights : WeightsTake, optional
+        Time samples of the blend shape weights; time code = time * rate, and the stage's
+        timeCodesPerSecond is that rate. Shapes that it does not name stay at 0.
+
+    Raises
+    ------
+    OutputError
+        If the file or a texture cannot be written, or the suffix is not USD's.
+    InputError
+        If the rig has no meshes, or a skin does not fit its mesh and skeleton.
+
+    References
+    ----------
+    OpenUSD, UsdSkel schemas (Skeleton, SkelAnimation, BlendShape); observed behaviour of
+    usdview, Blender and maya-usd for what they need to be authored.
+    """
+    if path.suffix.lower() not in _SUFFIXES:
+        raise OutputError(f"{path} is not a USD file name; use {', '.join(_SUFFIXES)}")
+    if not rig.meshes:
+        raise InputError(f"the rig {rig.source or rig.name!r} has no meshes to write")
+    try:
+        stage, findings = _stage_of(rig, path, weights)
+    except Tf.ErrorException as error:
+        raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+    save_layer(stage.GetRootLayer(), path)
+    return findings
+
+
+def _stage_of(rig: Rig, path: Path, weights: WeightsTake | None) -> tuple[Usd.Stage, list[Finding]]:
+    curves = weights.reordered(rig.shape_names) if weights else None
+    rate = _rate(curves)
+    codes = _time_codes(curves, rate)
+    span = (float(min(codes[0], 0.0)), float(codes[-1])) if len(codes) else (0.0, 0.0)
+    stage = new_stage(Metrics(1.0, "Y", rate, rate, *span), "Asset")
+    asset = stage.GetDefaultPrim()
+    Usd.ModelAPI(asset).SetKind(Kind.Tokens.component)
+    if rig.name and rig.name != asset.GetName():
+        asset.SetDisplayName(rig.name)
+    materials, findings = (
+        write_materials(stage, _scope(stage), rig.materials, path) if rig.materials else ({}, [])
+    )
+    findings += [
+        finding("SHAPE_UNKNOWN", name, "the weights name a blend shape that the rig lacks")
+        for name in (weights.names if weights else ())
+        if name not in rig.shape_names
+    ]
+    root = UsdSkel.Root.Define(stage, _FACE)
+    _write_skeleton(stage, rig, curves, codes)
+    names = prim_names((mesh.name for mesh in rig.meshes), ("Skel", "Anim"))
+    sided = {m.name for m in rig.materials if m.double_sided}
+    for name, mesh in zip(names, rig.meshes, strict=True):
+        findings += _write_mesh(stage, f"{_FACE}/{name}", mesh, rig, materials, sided)
+    bounds = np.array([posed_bounds(mesh, rig.skeleton, curves) for mesh in rig.meshes])
+    root.CreateExtentAttr(vec3f_array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)]))
+    return stage, findings
+
+
+def _scope(stage: Usd.Stage) -> str:
+    return str(UsdGeom.Scope.Define(stage, "/Asset/Materials").GetPath())
+
+
+def _rate(curves: WeightsTake | None) -> float:
+    if curves is None:
+        return 24.0
+    if curves.rate > 0:
+        return curves.rate
+    return float(1 / np.median(np.diff(curves.times))) if len(curves.times) > 1 else 24.0
+
+
+def _time_codes(curves: WeightsTake | None, rate: float) -> FloatArray:
+    if curves is None:
+        return np.zeros(0)
+    codes = curves.times * rate
+    whole = np.round(codes)
+    # 1/60 s * 60 is not quite 1; a whole frame should have a whole time code.
+    return np.where(np.abs(codes - whole) < 1e-6 * np.maximum(1, np.abs(whole)), whole, codes)
+
+
+def _write_skeleton(
+    stage: Usd.Stage, rig: Rig, curves: WeightsTake | None, codes: FloatArray
+) -> None:
+    skeleton = rig.skeleton or _DUMMY
+    skel = UsdSkel.Skeleton.Define(stage, f"{_FACE}/Skel")
+    skel.CreateJointsAttr(skeleton.joints)
+    skel.CreateJointNamesAttr(skeleton.names)
+    skel.CreateBindTransformsAttr(matrices(skeleton.bind))
+    skel.CreateRestTransformsAttr(matrices(skeleton.rest))
+    anim = UsdSkel.Animation.Define(stage, f"{_FACE}/Anim")
+    anim.CreateJointsAttr(skeleton.joints)
+    anim.SetTransforms(matrices(skeleton.rest))
+    anim.CreateBlendShapesAttr(rig.shape_names)
+    values = anim.CreateBlendShapeWeightsAttr(Vt.FloatArray(len(rig.shape_names)))
+    if curves is not None:
+        for code, row in zip(codes, curves.weights.astype(np.float32), strict=True):
+            values.Set(Vt.FloatArray.FromNumpy(row), float(code))
+    for prim in (skel.GetPrim(), stage.GetPrimAtPath(_FACE)):
+        binding = UsdSkel.BindingAPI.Apply(prim)
+        binding.CreateAnimationSourceRel().SetTargets([anim.GetPath()])
+    binding.CreateSkeletonRel().SetTargets([skel.GetPath()])
+
+
+def _write_mesh(
+    stage: Usd.Stage,
+    path: str,
+    mesh: Mesh,
+    rig: Rig,
+    materials: dict[str, UsdShade.Material],
+    double_sided: set[str],
+) -> list[Finding]:
+    prim = UsdGeom.Mesh.Define(stage, path)
+    points = vec3f_array(mesh.points)
+    prim.CreatePointsAttr(points)
+    prim.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(mesh.face_counts.astype(np.int32)))
+    prim.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(mesh.face_indices.astype(np.int32)))
+    prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
+    prim.CreateOrientationAttr(UsdGeom.Tokens.rightHanded)
+    prim.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
+    normals_at = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
+    normals = normals_at(mesh.points) if mesh.normals is None else unit(mesh.normals)
+    prim.CreateNormalsAttr(vec3f_array(normals))
+    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    findings = [finding("NORMALS_COMPUTED", path)] if mesh.normals is None else []
+    if mesh.uvs is not None:
+        UsdGeom.PrimvarsAPI(prim).CreatePrimvar(
+            "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
+        ).Set(vec2f_array(mesh.uvs))
+    if prim.GetPrim().GetName() != mesh.name:
+        prim.GetPrim().SetDisplayName(mesh.name)
+        findings.append(finding("NAME_CHANGED", path, f"was {mesh.name!r}"))
+    _bind_skin(prim, mesh, rig)
+    shape_prims = prim_names(mesh.shape_names)
+    findings += _write_shapes(prim, mesh, shape_prims, normals_at)
+    findings += _bind_materials(prim, mesh, materials, shape_prims)
+    if double_sided & {mesh.material, *(s.material for s in mesh.subsets)}:
+        prim.CreateDoubleSidedAttr(True)
+    return findings
+
+
+def _bind_skin(prim: UsdGeom.Mesh, mesh: Mesh, rig: Rig) -> None:
+    binding = UsdSkel.BindingAPI.Apply(prim.GetPrim())
+    skin, count = mesh.skin, len(mesh.points)
+    if skin is None and rig.skeleton is not None:
+        return  # no joint of a real skeleton may move what is not skinned
+    if skin is None:
+        skin = Skin(np.zeros((count, 1), np.int64), np.ones((count, 1)))
+    joints = len((rig.skeleton or _DUMMY).joints)
+    fits = skin.joints.shape == skin.weights.shape and skin.joints.shape[:1] == (count,)
+    if not fits or (skin.joints.size and not 0 <= skin.joints.min() <= skin.joints.max() < joints):
+        raise InputError(
+            f"mesh {mesh.name!r}: the skin has joints of shape {skin.joints.shape} and weights of "
+            f"shape {skin.weights.shape} for {count} points and {joints} joints"
+        )
+    width = skin.joints.shape[1]
+    binding.CreateJointIndicesPrimvar(False, width).Set(
+        Vt.IntArray.FromNumpy(skin.joints.astype(np.int32).ravel())
+    )
+    binding.CreateJointWeightsPrimvar(False, width).Set(
+        Vt.FloatArray.FromNumpy(skin.weights.astype(np.float32).ravel())
+    )
+    binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
+
+
+def _write_shapes(
+    prim: UsdGeom.Mesh,
+    mesh: Mesh,
+    names: tuple[str, ...],
+    normals_at: Callable[[FloatArray], FloatArray],
+) -> list[Finding]:
+    if not mesh.shapes:
+        return []
+    stage, path = prim.GetPrim().GetStage(), prim.GetPath()
+    findings: list[Finding] = []
+    neutral = normals_at(mesh.points)
+    targets = [path.AppendChild(name) for name in names]
+    for target, shape in zip(targets, mesh.shapes, strict=True):
+        made = UsdSkel.BlendShape.Define(stage, target)
+        if target.name != shape.name:
+            made.GetPrim().SetDisplayName(shape.name)
+            findings.append(finding("NAME_CHANGED", str(target), f"was {shape.name!r}"))
+
+        def turned(offsets: FloatArray, shape: BlendShape = shape) -> FloatArray:
+            points = mesh.points.copy()
+            points[shape.indices] += offsets
+            return (normals_at(points) - neutral)[shape.indices]
+
+        normal_offsets = shape.normal_offsets
+        if normal_offsets is None:
+            normal_offsets = turned(shape.offsets)
+        made.CreateOffsetsAttr(vec3f_array(shape.offsets))
+        made.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
+        made.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(shape.indices.astype(np.int32)))
+        findings += _write_inbetweens(made, shape, turned)
+    binding = UsdSkel.BindingAPI(prim)
+    binding.CreateBlendShapesAttr(mesh.shape_names)
+    binding.CreateBlendShapeTargetsRel().SetTargets(targets)
+    return findings
+
+
+def _write_inbetweens(
+    made: UsdSkel.BlendShape, shape: BlendShape, turned: Callable[[FloatArray], FloatArray]
+) -> list[Finding]:
+    findings: list[Finding] = []
+    weights = {0.0, 1.0}
+    names = prim_names(between.name for between in shape.inbetweens)
+    for name, between in zip(names, shape.inbetweens, strict=True):
+        if between.weight in weights:
+            message = f"inbetween {between.name!r}: weight {between.weight:g} is taken already"
+            findings.append(finding("INBETWEEN_DROPPED", str(made.GetPath()), message))
+            continue
+        weights.add(between.weight)
+        target = made.CreateInbetween(name)
+        target.SetWeight(between.weight)
+        target.SetOffsets(vec3f_array(between.offsets))
+        normal_offsets = between.normal_offsets
+        if normal_offsets is None:
+            normal_offsets = turned(between.offsets)
+        target.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
+        if name != between.name:
+            target.GetAttr().SetDisplayName(between.name)
+    return findings
+
+
+def _bind_materials(
+    prim: UsdGeom.Mesh,
+    mesh: Mesh,
+    materials: dict[str, UsdShade.Material],
+    taken: tuple[str, ...],
+) -> list[Finding]:
+    path = str(prim.GetPath())
+    findings: list[Finding] = []
+
+    def bind(target: Usd.Prim, name: str) -> None:
+        if name in materials:
+            UsdShade.MaterialBindingAPI.Apply(target).Bind(materials[name])
+        elif name:
+            message = f"the rig has no material {name!r}; the binding is left out"
+            findings.append(finding("FEATURE_DROPPED", path, message))
+
+    binding = UsdShade.MaterialBindingAPI.Apply(prim.GetPrim())
+    bind(prim.GetPrim(), mesh.material)
+    if not mesh.subsets:
+        return findings
+    subsets = mesh.subsets
+    rest = np.setdiff1d(
+        np.arange(len(mesh.face_counts)), np.concatenate([s.faces for s in subsets])
+    )
+    if len(rest) and mesh.material:
+        # Blender leaves faces without a material where some are in subsets and others are not.
+        subsets = (*subsets, MaterialSubset(mesh.material, rest))
+    names = prim_names((s.material or "unassigned" for s in subsets), taken)
+    for name, subset in zip(names, subsets, strict=True):
+        faces = Vt.IntArray.FromNumpy(subset.faces.astype(np.int32))
+        made = binding.CreateMaterialBindSubset(name, faces)
+        bind(made.GetPrim(), subset.material)
+    return findings

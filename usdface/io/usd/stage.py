@@ -1,0 +1,228 @@
+"""Stages and layers: opening, units and up axis, time codes, atomic writing."""
+
+from collections.abc import Collection, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
+
+from usdface.errors import InputError, OutputError
+from usdface.io.atomic import atomic_path
+from usdface.io.usd.errors import one_line, usd_errors, usd_message
+from usdface.takes import FloatArray
+
+__all__ = [
+    "Metrics",
+    "Stage",
+    "author_metrics",
+    "codes_of",
+    "default_prim",
+    "files_of",
+    "matrices",
+    "metrics_of",
+    "new_layer",
+    "new_stage",
+    "open_stage",
+    "save_layer",
+    "save_layers",
+    "times_of",
+    "to_si",
+    "vec2f_array",
+    "vec3f_array",
+]
+
+# For those above io who pass a stage on without looking into it.
+Stage = Usd.Stage
+
+_Z_UP_TO_Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Metrics:
+    """Units and clock of a stage.
+
+    `time_codes_per_second` is the only clock: seconds = (time code - start) /
+    time_codes_per_second. `frames_per_second` is for display.
+    """
+
+    meters_per_unit: float = 1.0
+    up_axis: str = "Y"
+    time_codes_per_second: float = 24.0
+    frames_per_second: float = 24.0
+    start: float = 0.0
+    end: float = 0.0
+
+
+def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
+    """Open a USD file, leaving out layers at `without`, be they there or not.
+
+    Raises
+    ------
+    InputError
+        If it, or a file that it brings in, is missing or cannot be read as USD.
+    """
+    if not path.is_file():
+        raise InputError(f"no such USD file: {path}")
+    left_out = {str(layer.resolve()) for layer in without}
+    with usd_errors(str(path)):
+        stage = Usd.Stage.Open(str(path))
+        broken = [one_line(str(error)) for error in stage.GetCompositionErrors()]
+        for layer in stage.GetUsedLayers():
+            if layer.realPath in left_out:
+                stage.MuteLayer(layer.identifier)
+    for error in broken:
+        if not any(f"@{layer}@" in error for layer in left_out):
+            raise InputError(f"{path} does not compose: {error}")
+    return stage
+
+
+def files_of(stage: Usd.Stage) -> list[Path]:
+    """Return the files that a stage is composed of."""
+    return [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
+
+
+def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
+    """Return the stage's default prim.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
+    prim = stage.GetDefaultPrim()
+    if not prim:
+        raise InputError(f"{path} has no defaultPrim; set one, so that it can be referenced")
+    return prim
+
+
+def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
+    """Make an empty stage in memory whose root layer carries all of `metrics`."""
+    stage = Usd.Stage.CreateInMemory()
+    author_metrics(stage, metrics)
+    if default_prim:
+        stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{default_prim}").GetPrim())
+    return stage
+
+
+def new_layer(metrics: Metrics) -> Sdf.Layer:
+    """Make an empty layer in memory that carries all of `metrics`."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.pseudoRoot.SetInfo(UsdGeom.Tokens.metersPerUnit, metrics.meters_per_unit)
+    layer.pseudoRoot.SetInfo(UsdGeom.Tokens.upAxis, metrics.up_axis)
+    layer.timeCodesPerSecond = metrics.time_codes_per_second
+    layer.framesPerSecond = metrics.frames_per_second
+    layer.startTimeCode, layer.endTimeCode = metrics.start, metrics.end
+    return layer
+
+
+def author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
+    """Author units, up axis, clock and range on the stage's root layer."""
+    UsdGeom.SetStageMetersPerUnit(stage, metrics.meters_per_unit)
+    UsdGeom.SetStageUpAxis(stage, metrics.up_axis)
+    stage.SetTimeCodesPerSecond(metrics.time_codes_per_second)
+    stage.SetFramesPerSecond(metrics.frames_per_second)
+    stage.SetStartTimeCode(metrics.start)
+    stage.SetEndTimeCode(metrics.end)
+
+
+def metrics_of(stage: Usd.Stage) -> Metrics:
+    """Return the stage's metrics, USD's fallbacks (centimetres, Y up, 24) included.
+
+    Raises
+    ------
+    InputError
+        If they make no sense.
+    """
+    metrics = Metrics(
+        UsdGeom.GetStageMetersPerUnit(stage),
+        str(UsdGeom.GetStageUpAxis(stage)),
+        stage.GetTimeCodesPerSecond(),
+        stage.GetFramesPerSecond(),
+        stage.GetStartTimeCode(),
+        stage.GetEndTimeCode(),
+    )
+    for name, number in (
+        (UsdGeom.Tokens.metersPerUnit, metrics.meters_per_unit),
+        ("timeCodesPerSecond", metrics.time_codes_per_second),
+    ):
+        if not (np.isfinite(number) and number > 0):
+            raise InputError(f"{name} is {number:g}; expected a positive number")
+    if metrics.up_axis not in ("Y", "Z"):
+        raise InputError(f"upAxis is {metrics.up_axis!r}; expected 'Y' or 'Z'")
+    return metrics
+
+
+def to_si(metrics: Metrics) -> FloatArray:
+    """Return the (4, 4) matrix from stage space to metres, Y up (row vectors, as in USD)."""
+    scale = np.diag([metrics.meters_per_unit] * 3 + [1.0])
+    return scale @ _Z_UP_TO_Y_UP if metrics.up_axis == "Z" else scale
+
+
+def times_of(codes: ArrayLike, metrics: Metrics) -> FloatArray:
+    """Return time codes (F,) as seconds since the first of them."""
+    values = np.asarray(codes, dtype=np.float64)
+    seconds: FloatArray = (values - values[0]) / metrics.time_codes_per_second
+    return seconds
+
+
+def codes_of(times: ArrayLike, rate: float) -> FloatArray:
+    """Return times (F,) [s] as time codes from 0; whole where they are whole but for rounding."""
+    codes: FloatArray = np.asarray(times, dtype=np.float64) * rate
+    whole = np.round(codes)
+    return np.where(np.abs(codes - whole) < 1e-6, whole, codes)
+
+
+def vec3f_array(values: ArrayLike) -> Vt.Vec3fArray:
+    """Return (N, 3) numbers as a Vt.Vec3fArray."""
+    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 3))
+
+
+def vec2f_array(values: ArrayLike) -> Vt.Vec2fArray:
+    """Return (N, 2) numbers as a Vt.Vec2fArray."""
+    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 2))
+
+
+def matrices(values: ArrayLike) -> Vt.Matrix4dArray:
+    """Return (N, 4, 4) row-vector matrices as a Vt.Matrix4dArray."""
+    array = np.asarray(values, dtype=np.float64).reshape(-1, 4, 4)
+    return Vt.Matrix4dArray([Gf.Matrix4d(*m.ravel().tolist()) for m in array])
+
+
+def save_layer(layer: Sdf.Layer, path: Path) -> None:
+    """Write a layer to `path` atomically; `.usda`, `.usdc` and `.usd` give the format.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    save_layers([(path, layer)])
+
+
+def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
+    """Write several layers, all of them or none; what a program holds open is reloaded.
+
+    Raises
+    ------
+    OutputError
+        If one cannot be written; then none is replaced.
+    """
+    for path, _ in layers:
+        if path.suffix not in (".usda", ".usdc", ".usd"):
+            raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
+    with ExitStack() as places:
+        for path, layer in layers:
+            temporary = places.enter_context(atomic_path(path))
+            try:
+                done = layer.Export(str(temporary))
+            except Tf.ErrorException as error:
+                raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+            if not done:
+                raise OutputError(f"cannot write {path}")
+    for path, _ in layers:
+        opened = Sdf.Layer.Find(str(path.resolve()))
+        if opened:
+            opened.Reload(force=True)

@@ -1,0 +1,244 @@
+"""Takes in USD: markers as UsdFaceMarkerTake (a UsdGeomPoints), weights as a SkelAnimation."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+
+from usdface.errors import InputError
+from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.stage import (
+    Metrics,
+    codes_of,
+    metrics_of,
+    new_stage,
+    save_layer,
+    times_of,
+    to_si,
+    vec3f_array,
+)
+from usdface.schemas import tokens, write_fallback_types
+from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake
+
+__all__ = ["read_take_prim", "write_take"]
+
+_FALLBACK_RATE = 24.0
+# Drawn width of a marker in a viewer [m].
+_MARKER_WIDTH = 0.003
+
+
+def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
+    """Write a take as a stage of its own: units, up axis and clock are the source's.
+
+    A marker take becomes a `UsdFaceMarkerTake` with one sample a frame; an occluded marker
+    keeps its last place and `usdface:markers:visible` says so. A weights take becomes a
+    `SkelAnimation`.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    rate = take.rate or _rate_of(take.times)
+    codes = codes_of(take.times, rate)
+    marker = isinstance(take, MarkerTake)
+    metrics = Metrics(
+        take.meters_per_unit if isinstance(take, MarkerTake) else 1.0,
+        take.up_axis if isinstance(take, MarkerTake) else "Y",
+        rate,
+        rate,
+        0.0,
+        float(codes[-1]),
+    )
+    stage = new_stage(metrics)
+    if isinstance(take, MarkerTake):
+        prim = _define_markers(stage, take, codes, metrics)
+    else:
+        prim = _define_weights(stage, take, codes)
+    _author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, Path(take.source).name)
+    _author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
+    _author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
+    stage.SetDefaultPrim(prim)
+    if marker:
+        write_fallback_types(stage.GetRootLayer())
+    save_layer(stage.GetRootLayer(), path)
+
+
+def _rate_of(times: FloatArray) -> float:
+    """Return a clock for samples without a nominal rate."""
+    return float(1.0 / np.median(np.diff(times))) if len(times) > 1 else _FALLBACK_RATE
+
+
+def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
+    prim.CreateAttribute(name, kind, False, Sdf.VariabilityUniform).Set(value)
+
+
+def _define_markers(
+    stage: Usd.Stage, take: MarkerTake, codes: FloatArray, metrics: Metrics
+) -> Usd.Prim:
+    prim = stage.DefinePrim("/Take", tokens.MARKER_TAKE)
+    names = Sdf.ValueTypeNames
+    _author(prim, tokens.MARKERS_NAMES, names.TokenArray, Vt.TokenArray(take.names))
+    _author(prim, tokens.DIMENSION, names.Token, f"{take.dimension}d")
+    _author(prim, tokens.IMAGE_SIZE, names.Int2, Gf.Vec2i(*(take.image_size or (0, 0))))
+    native = np.zeros((*take.positions.shape[:2], 3))
+    native[..., : take.dimension] = _last_seen(take.positions)
+    if take.dimension == 3:
+        native = native @ np.linalg.inv(to_si(metrics)[:3, :3])
+    low, high = native.min(axis=1), native.max(axis=1)
+    width = _MARKER_WIDTH / metrics.meters_per_unit
+    if take.dimension == 2:
+        width = float(np.max(high - low)) / 100.0
+    points = prim.CreateAttribute(tokens.POINTS, names.Point3fArray, False)
+    extent = prim.CreateAttribute("extent", names.Float3Array, False)
+    prim.CreateAttribute("widths", names.FloatArray, False).Set(
+        Vt.FloatArray([width] * len(take.names))
+    )
+    for frame, code in enumerate(codes.tolist()):
+        points.Set(vec3f_array(native[frame]), code)
+        extent.Set(vec3f_array([low[frame] - width / 2, high[frame] + width / 2]), code)
+    seen = prim.CreateAttribute(tokens.MARKERS_VISIBLE, names.BoolArray, False)
+    # Held between samples, so a sample is needed only where something changes.
+    changed = np.flatnonzero((np.diff(take.visible, axis=0)).any(axis=1)) + 1
+    for frame in [0, *changed.tolist()]:
+        seen.Set(Vt.BoolArray(take.visible[frame].tolist()), codes[frame])
+    return prim
+
+
+def _last_seen(positions: FloatArray) -> FloatArray:
+    """Fill occluded markers (F, M, D) with their last place, or their first one to come."""
+    seen = ~np.isnan(positions[..., 0])
+    frames = np.arange(len(positions))[:, None]
+    last = np.maximum.accumulate(np.where(seen, frames, -1), axis=0)
+    first = np.where(seen.any(axis=0), np.argmax(seen, axis=0), 0)
+    filled = positions[np.where(last >= 0, last, first), np.arange(positions.shape[1])]
+    return np.nan_to_num(filled)
+
+
+def _define_weights(stage: Usd.Stage, take: WeightsTake, codes: FloatArray) -> Usd.Prim:
+    animation = UsdSkel.Animation.Define(stage, "/Take")
+    animation.CreateBlendShapesAttr(Vt.TokenArray(take.names))
+    weights = animation.CreateBlendShapeWeightsAttr()
+    for row, code in zip(take.weights.astype(np.float32), codes.tolist(), strict=True):
+        weights.Set(Vt.FloatArray.FromNumpy(row), code)
+    return animation.GetPrim()
+
+
+def read_take_prim(prim: Usd.Prim) -> tuple[MarkerTake | WeightsTake, FloatArray]:
+    """Read a take prim of a composed stage.
+
+    Returns
+    -------
+    MarkerTake or WeightsTake
+        Metres, Y up, in world space; an image's pixels as they are.
+    (F,) float64
+        Time codes of the frames on this stage.
+
+    Raises
+    ------
+    InputError
+        If the prim is not a take, has no samples, or its arrays do not fit each other.
+    """
+    with usd_errors(_where(prim)):
+        return _read_weights(prim) if prim.IsA(UsdSkel.Animation) else _read_markers(prim)
+
+
+def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:
+    names = prim.GetAttribute(tokens.MARKERS_NAMES).Get()
+    points = prim.GetAttribute(tokens.POINTS)
+    if not names or not points:
+        raise InputError(f"{_where(prim)} is no marker take: it has no {tokens.MARKERS_NAMES}")
+    codes, positions = _samples(points, len(names), 3)
+    metrics = metrics_of(prim.GetStage())
+    image = prim.GetAttribute(tokens.DIMENSION).Get() == "2d"
+    if image:
+        positions = positions[..., :2]
+    else:
+        world = UsdGeom.XformCache().GetLocalToWorldTransform(prim)
+        matrix = np.array(world) @ to_si(metrics)
+        positions = positions @ matrix[:3, :3] + matrix[3, :3]
+    positions[~_visibility(prim, codes, len(names))] = np.nan
+    size = prim.GetAttribute(tokens.IMAGE_SIZE).Get()
+    return (
+        MarkerTake(
+            tuple(str(n) for n in names),
+            times_of(codes, metrics),
+            positions,
+            rate=_source_rate(prim, metrics),
+            meters_per_unit=metrics.meters_per_unit,
+            up_axis=metrics.up_axis,
+            start_timecode=str(prim.GetAttribute(tokens.START_TIMECODE).Get() or ""),
+            image_size=(size[0], size[1]) if size and any(size) else None,
+            source=_source(prim),
+        ),
+        codes,
+    )
+
+
+def _where(prim: Usd.Prim) -> str:
+    return f"{prim.GetStage().GetRootLayer().identifier}, prim <{prim.GetPath()}>"
+
+
+def _source(prim: Usd.Prim) -> str:
+    return str(prim.GetAttribute(tokens.SOURCE).Get() or prim.GetPath())
+
+
+def _source_rate(prim: Usd.Prim, metrics: Metrics) -> float:
+    return float(prim.GetAttribute(tokens.SOURCE_RATE).Get() or metrics.time_codes_per_second)
+
+
+def _samples(attribute: Usd.Attribute, count: int, width: int) -> tuple[FloatArray, FloatArray]:
+    """Read all samples of an array attribute: time codes (F,) and values (F, count, width)."""
+    codes = attribute.GetTimeSamples()
+    if not codes:
+        raise InputError(
+            f"{_where(attribute.GetPrim())}: {attribute.GetName()} has no time samples"
+        )
+    values = [attribute.Get(code) for code in codes]
+    for code, value in zip(codes, values, strict=True):
+        if value is None or len(value) != count:
+            raise InputError(
+                f"{_where(attribute.GetPrim())}: {attribute.GetName()} has "
+                f"{0 if value is None else len(value)} values at time code {code:g}; "
+                f"expected {count}"
+            )
+    array = np.array([np.asarray(v) for v in values], dtype=np.float64)
+    if not np.isfinite(array).all():
+        raise InputError(
+            f"{_where(attribute.GetPrim())}: {attribute.GetName()} has values that are not finite"
+        )
+    return np.array(codes), array.reshape(len(codes), count, width)
+
+
+def _visibility(prim: Usd.Prim, codes: FloatArray, count: int) -> BoolArray:
+    attribute = prim.GetAttribute(tokens.MARKERS_VISIBLE)
+    seen = np.ones((len(codes), count), dtype=bool)
+    if not attribute or not attribute.HasAuthoredValue():
+        return seen
+    changes = attribute.GetTimeSamples() or [codes[0]]
+    values = [attribute.Get(code) for code in changes]
+    if any(value is None or len(value) != count for value in values):
+        raise InputError(f"{_where(prim)}: {tokens.MARKERS_VISIBLE} must have {count} values")
+    held = np.array([np.asarray(v, dtype=bool) for v in values])
+    place = np.searchsorted(np.array(changes), codes, side="right") - 1
+    return np.asarray(held[np.maximum(place, 0)])
+
+
+def _read_weights(prim: Usd.Prim) -> tuple[WeightsTake, FloatArray]:
+    animation = UsdSkel.Animation(prim)
+    names = tuple(str(n) for n in animation.GetBlendShapesAttr().Get() or ())
+    if not names:
+        raise InputError(f"{_where(prim)} names no blendShapes")
+    codes, weights = _samples(animation.GetBlendShapeWeightsAttr(), len(names), 1)
+    metrics = metrics_of(prim.GetStage())
+    return (
+        WeightsTake(
+            names,
+            times_of(codes, metrics),
+            weights[..., 0],
+            _source_rate(prim, metrics),
+            str(prim.GetAttribute(tokens.START_TIMECODE).Get() or ""),
+            _source(prim),
+        ),
+        codes,
+    )
