@@ -5,12 +5,27 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["landmarks", "write_meshes"]
+from usdface.rigs import BlendShape, Mesh
+
+__all__ = ["ict_mesh", "landmarks", "write_meshes"]
 
 
 def landmarks(shared: Path) -> np.ndarray:
     """Return the vertices of the 68 facial landmarks: (68,) int64."""
     return np.array(_indices(shared)["idx_to_landmark_verts"])
+
+
+def ict_mesh(shared: Path) -> Mesh:
+    """Return the neutral and the 53 expressions in memory [m]."""
+    packed = np.load(shared / "ict_facekit" / "ict_expressions.npz")
+    shapes = tuple(
+        BlendShape(name, packed[f"idx_{name}"], 0.01 * packed[f"off_{name}"].astype(np.float64))
+        for name in _indices(shared)["expressions"]
+    )
+    points = 0.01 * packed["points"].astype(np.float64)
+    return Mesh(
+        "Face", points, packed["faceVertexCounts"], packed["faceVertexIndices"], shapes=shapes
+    )
 
 
 def write_meshes(shared: Path, folder: Path) -> None:

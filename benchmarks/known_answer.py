@@ -1,0 +1,91 @@
+"""Weights that are known, and what comes back: `python benchmarks/known_answer.py`.
+
+Real range-of-motion weights (Live Link Face, 4,030 frames) drive the ICT face; its 68
+landmarks, with noise, are the take. Beside ours: an exact box-constrained solve of every frame
+alone, which is told the head pose. See README.md.
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.spatial.transform import Rotation
+
+from usdface.io.takes.files import read_take
+from usdface.retarget.box import solve_box
+from usdface.retarget.names import rename_weights
+from usdface.retarget.transfer import solve_take
+from usdface.setup import Binding, Setup
+from usdface.takes import FloatArray, MarkerTake
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = ROOT.parent / "shared" / "data"
+sys.path.insert(0, str(ROOT / "tests"))
+from ict_face import ict_mesh, landmarks  # noqa: E402
+
+
+def moved(times: FloatArray, positions: FloatArray) -> FloatArray:
+    """Turn the head by up to 8 degrees and move it by a centimetre."""
+    swing = np.stack([6 * np.sin(1.1 * times), 8 * np.sin(0.7 * times), 4 * np.sin(0.9 * times)], 1)
+    turn = Rotation.from_euler("xyz", swing, degrees=True).as_matrix()
+    shift = 0.01 * np.sin(times[:, None] * [0.8, 0.5, 0.3])
+    return np.asarray(positions @ turn.transpose(0, 2, 1) + shift[:, None])
+
+
+def rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def roughness(weights: FloatArray) -> float:
+    return rms(np.diff(weights, 2, axis=0))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--frames", type=int, default=4030)
+    frames = parser.parse_args().frames
+    mesh, points = ict_mesh(SHARED), landmarks(SHARED)
+    recorded, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
+    truth = rename_weights(recorded, mesh.shape_names)[0].weights[:frames]
+    times = np.arange(len(truth)) / recorded.rate
+    neutral, offsets = mesh.points[points], mesh.offsets_at(points)
+    flat = offsets.reshape(len(offsets), -1)
+    face = neutral + (truth @ flat).reshape(len(truth), *neutral.shape)
+    names = tuple(f"landmark_{i}" for i in range(len(points)))
+
+    table = Table(title=f"{len(truth)} frames, {len(points)} markers, {len(flat)} shapes")
+    columns = "noise mm,head,exact per frame,ours,share,noise found,roughness / true,seconds"
+    for column in columns.split(","):
+        table.add_column(column, justify="right")
+    rng = np.random.default_rng(0)
+    for noise in (0.0, 1e-4, 3e-4, 1e-3):
+        jitter = noise * rng.standard_normal(face.shape)
+        seen = (face + jitter - neutral).reshape(len(truth), -1)
+        exact = rms(solve_box(flat @ flat.T, seen @ flat.T) - truth)
+        for head in ("stabilised", "solve"):
+            positions = (moved(times, face) if head == "solve" else face) + jitter
+            setup = Setup(Binding(names, points), head=head, neutral=None)
+            take = MarkerTake(names, times, positions, recorded.rate)
+            begin = time.perf_counter()
+            solution, _ = solve_take(take, neutral, offsets, mesh.shape_names, setup)
+            seconds = time.perf_counter() - begin
+            ours = solution.weights.weights
+            table.add_row(
+                f"{1000 * noise:g}",
+                "known" if head == "stabilised" else "found",
+                f"{exact:.4f}" if noise else f"{exact:.0e}",
+                f"{rms(ours - truth):.4f}" if noise else f"{rms(ours - truth):.0e}",
+                f"{rms(ours - truth) / exact:.2f}" if noise else "",
+                f"{1000 * solution.noise:.3f}",
+                f"{roughness(ours) / roughness(truth):.2f}",
+                f"{seconds:.2f}",
+            )
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
