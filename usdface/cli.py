@@ -52,7 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_rig, _take, _shot, _process, _export, _import, _check, _bench):
+    for add in (_rig, _take, _shot, _process, _export, _import, _check, _fuzzy, _bench):
         add(commands)
     return parser
 
@@ -212,6 +212,30 @@ def _run_check(parsed: argparse.Namespace) -> int:
     from usdface.pipeline import check
 
     return _report(parsed, lambda step: check(parsed.files, step), fail_on=("error",))
+
+
+def _fuzzy(commands: Any) -> None:
+    summary = "look into the expression layer"
+    group = commands.add_parser("fuzzy", help=summary, description=summary)
+    actions = group.add_subparsers(title="actions", required=True, metavar="ACTION")
+    command = _command(actions, "explain", _run_explain, "why a frame gets its emotions")
+    command.add_argument("shot", type=Path)
+    command.add_argument("--frame", type=int, default=0, help="frame index (default: %(default)s)")
+    command.add_argument("--figure", type=Path, metavar="FILE", help="draw it: .png, .svg or .pdf")
+
+
+def _run_explain(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import explain
+    from usdface.report import print_explanation, progress
+
+    with progress(parsed.format == "text") as on_step:
+        explained = explain(parsed.shot, on_step)
+    print_explanation(explained.frame(parsed.frame), parsed.format, parsed.report)
+    if parsed.figure:
+        from usdface.figure import write_figure
+
+        write_figure(explained, parsed.frame, parsed.figure)
+    return DONE
 
 
 def _bench(commands: Any) -> None:

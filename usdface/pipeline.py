@@ -17,11 +17,13 @@ from usdface.setup import Setup, fit_setup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
 if TYPE_CHECKING:
+    from usdface.explain import Explanation
     from usdface.io.usd.stage import Stage
 
 __all__ = [
     "apply",
     "check",
+    "explain",
     "export_scene",
     "import_scene",
     "make_rig",
@@ -215,6 +217,20 @@ def apply(
         final = replace(solved.final, solution=solved.solve.solution)
         apply_animation(stage, shot, final)
     return Outcome((), tuple(findings + solved.findings), solved.summary, steps.seconds)
+
+
+def explain(path: Path, on_step: OnStep | None = None) -> "Explanation":
+    """Process a shot without writing, and keep what its corrector saw and did.
+
+    Raises
+    ------
+    InputError
+        If the shot cannot be processed or has no fuzzy system.
+    """
+    from usdface.explain import explain_shot
+
+    _register_schemas()
+    return explain_shot(path, Steps(on_step))
 
 
 def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
@@ -15,7 +15,7 @@ from usdface.outcome import OnStep, Outcome
 if TYPE_CHECKING:
     from usdface.papers import PaperTable
 
-__all__ = ["print_outcome", "print_tables", "progress", "write_report"]
+__all__ = ["print_explanation", "print_outcome", "print_tables", "progress", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _EXAMPLES = 4
@@ -112,3 +112,36 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
             pairs = zip(published, ours, strict=True)
             table.add_row(name, *(f"{'?' if p != p else f'{p:.2f}'}|{o:.3f}" for p, o in pairs))
         console.print(table)
+
+
+def print_explanation(facts: dict[str, Any], form: str, report: Path | None) -> None:
+    """Print why a frame gets its emotions (`usdface.explain.Explanation.frame`)."""
+    text = json.dumps(facts, indent=1, ensure_ascii=False)
+    if report:
+        write_text(report, text + "\n")
+    if form == "json":
+        print(text)
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"frame {facts['frame']}, {facts['seconds']:g} s", style="bold")
+    emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
+    console.print(escape("  ".join(emotions)))
+    fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
+    console.print("\nrules that fire" if fired else "\nno rule fires", style="bold")
+    for rule in fired:
+        console.print(escape(f"{rule['fires']:.2f}  {' '.join(rule['rule'].split())}"))
+    table = Table(title="features", title_justify="left", box=None, padding=(0, 2, 0, 0))
+    for column in ("feature", "value", "terms"):
+        table.add_column(column)
+    for feature in facts["features"]:
+        terms = ", ".join(f"{name} {value:.2f}" for name, value in feature["terms"].items())
+        value = "occluded" if feature["value"] is None else f"{feature['value']:+.4f}"
+        table.add_row(escape(feature["name"]), value, escape(terms))
+    console.print(table)
+    for shape, weight in facts["weights"].items():
+        line = f"{shape}: {weight['solved']:.2f} -> {weight['corrected']:.2f}"
+        console.print(escape(line))
