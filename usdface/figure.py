@@ -80,7 +80,8 @@ def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
 def _draw_features(axes: Any, explained: Explanation, frame: int, facts: dict[str, Any]) -> None:
     """Draw the memberships of the features that count most now, each on its own span."""
     fires = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
-    order = np.argsort(fires)[::-1][:_LARGEST_FEATURES]
+    seen = np.isfinite(explained.inputs).any(axis=0)
+    order = np.array([i for i in np.argsort(fires)[::-1] if seen[i]][:_LARGEST_FEATURES], int)
     for place, column in enumerate(order.tolist()):
         variable = explained.system.inputs[column]
         low, high = np.nanmin(explained.inputs[:, column]), np.nanmax(explained.inputs[:, column])
@@ -89,9 +90,9 @@ def _draw_features(axes: Any, explained: Explanation, frame: int, facts: dict[st
         for term in variable.terms:
             axes.plot(across, membership(term.kind, term.parameters, x), label=term.name)
         value = explained.inputs[frame, column]
-        axes.axvline(
-            place + 0.05 + 0.85 * (value - x[0]) / (x[-1] - x[0]), color="0.4", linewidth=0.8
-        )
+        if np.isfinite(value):
+            now = place + 0.05 + 0.85 * (value - x[0]) / (x[-1] - x[0])
+            axes.axvline(now, color="0.4", linewidth=0.8)
     names = [explained.system.inputs[column].name for column in order]
     axes.set_xticks(np.arange(len(names)) + 0.47, names, fontsize=7, rotation=12)
     axes.set(title="memberships over the take's range; line = this frame", ylim=(0, 1.02))

@@ -1,0 +1,52 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.explain import Explanation
+from usdface.figure import write_figure
+from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def explanation(frames: int = 9, correction: float = 0.3) -> Explanation:
+    term = Term("raised", "ramp", (0.0, 1.0))
+    system = FuzzySystem(
+        (Variable("lip_y", "input", "lip", terms=(term,)), Variable("joy", "output")),
+        (parse_rule("IF lip_y IS raised THEN joy IS 1"),),
+    )
+    rise = np.linspace(0, 1, frames)[:, None]
+    solved = 0.5 * rise @ np.ones((1, 2))
+    inputs = rise.copy()
+    inputs[0] = np.nan  # occluded
+    return Explanation(
+        system, np.arange(frames) / 30, inputs, rise, rise, ("a", "b"), solved, solved + correction
+    )
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
+    for name in ("one", "two"):
+        write_figure(explanation(), 4, tmp_path / f"{name}{suffix}")
+    first = (tmp_path / f"one{suffix}").read_bytes()
+    assert len(first) > 5000
+    if suffix == ".png":
+        assert first.startswith(PNG)
+        assert first == (tmp_path / f"two{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "explained", [explanation(1), explanation(correction=0.0)], ids=["one frame", "no correction"]
+)
+def test_little_to_show_is_shown(tmp_path: Path, explained: Explanation) -> None:
+    write_figure(explained, 0, tmp_path / "out.png")
+    assert (tmp_path / "out.png").read_bytes().startswith(PNG)
+
+
+def test_a_name_that_is_no_picture_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"\.png"):
+        write_figure(explanation(), 0, tmp_path / "out.usda")
+    assert not list(tmp_path.iterdir())
