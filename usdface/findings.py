@@ -53,6 +53,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "FACES_TRIANGULATED": ("info", "faces with more than three corners were split"),
     "NORMALS_COMPUTED": ("info", "the source has no normals; smooth ones were computed"),
     "INBETWEEN_DROPPED": ("warning", "an inbetween cannot be written to this format"),
+    "INBETWEEN_FLAT": ("info", "inbetweens stay shapes: their weights were moved on their own"),
     "INBETWEEN_IGNORED": ("warning", "the solve treats a shape with inbetweens as linear"),
     "FEATURE_DROPPED": ("warning", "the target format or this version does not hold a feature"),
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF holds"),

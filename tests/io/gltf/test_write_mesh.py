@@ -90,7 +90,8 @@ def test_a_primitive_for_each_material_and_one_for_the_rest(face_rig: Rig) -> No
     sizes = [builder.accessors[p.indices].count // 6 for p in made.primitives]
     assert sizes == [3, 6, 16]
     assert all(p.targets == made.primitives[0].targets for p in made.primitives)
-    assert len(made.primitives[0].targets) == len(mesh.shapes) == len(made.weights)
+    between = sum(len(shape.inbetweens) for shape in mesh.shapes)
+    assert len(made.primitives[0].targets) == len(made.weights) == len(mesh.shapes) + between
 
 
 def test_a_subset_must_fit_its_mesh(face_rig: Rig) -> None:
@@ -104,11 +105,9 @@ def test_an_unknown_material_is_announced(face_rig: Rig) -> None:
     assert [f.code for f in found] == [
         "FACES_TRIANGULATED",
         "NORMALS_COMPUTED",
-        "INBETWEEN_DROPPED",
         "FEATURE_DROPPED",
         "FEATURE_DROPPED",
     ]
-    assert "half way, back" in found[2].message
 
 
 def test_normals_of_a_shape_that_turns_the_mesh() -> None:

@@ -12,6 +12,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.document import GltfFile, item, load_document
+from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
 from usdface.io.gltf.read_animation import PlacedMesh, weights_take
@@ -132,6 +133,7 @@ def _meshes(
     ]
     names, found = _unique(given, "mesh")
     decoded: dict[int, Mesh | None] = {}
+    steps: dict[int, tuple[Step, ...]] = {}
     meshes = []
     for node, name in zip(carriers, names, strict=True):
         index = document.nodes[node].mesh
@@ -142,10 +144,15 @@ def _meshes(
                 name, source.primitives or [], shape_names, materials, reader
             )
             found += [*news, *lost]
+            between = steps_in(source.extras, shape_names)
+            if between is None:
+                message = "its extras name inbetweens that make no sense; they stay shapes"
+                found.append(finding("INBETWEEN_FLAT", name, message))
+            steps[index] = between or ()
         mesh = decoded[index]
         if mesh is not None:
             weights = _still_weights(file.node_weights[node] or source.weights, mesh)
-            meshes.append(PlacedMesh(replace(mesh, name=name), node, weights))
+            meshes.append(PlacedMesh(replace(mesh, name=name), node, weights, steps[index]))
     return meshes, found
 
 

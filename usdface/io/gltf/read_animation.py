@@ -3,7 +3,7 @@
 Source: glTF 2.0 specification, section 3.11 and appendix C (interpolation).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,22 +13,25 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.document import item
+from usdface.io.gltf.inbetweens import Step, folded
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["PlacedMesh", "weights_take"]
 
+_SAME = 1e-6  # of a weight: what float32 leaves of equal curves
 _TOLERANCE = 1e-4  # of a weight, where cubic curves become lines
 _MOST_PARTS = 256  # lines for one cubic segment
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlacedMesh:
-    """A mesh, the node that carries it, and the weights it has without animation (S,)."""
+    """A mesh, its node, its weights without animation (S,), and which targets are inbetweens."""
 
     mesh: Mesh
     node: int
     weights: FloatArray
+    steps: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -51,7 +54,8 @@ def weights_take(
 
     glTF gives every node weights of its own, a rig has one weight for each name. Where
     equal names move differently, the later mesh's shape is renamed ``mesh:name``. Steps
-    become two keys one float32 apart; cubic curves become lines within 1e-4. Keys of
+    become two keys one float32 apart; cubic curves become lines within 1e-4. Inbetweens that
+    were exported as targets are inbetweens again, and keys that were inserted for them go. Keys of
     several curves are united, which changes no curve. Without animation, weights that are
     not zero become a take of one frame.
 
@@ -74,33 +78,57 @@ def weights_take(
     InputError
         If the animation's times, interpolation or number of values are not as they must be.
     """
-    chosen, curves, found = _first_curves(animations, meshes, reader)
+    animation, chosen, curves, found = _first_curves(animations, meshes, reader)
+    times = np.zeros(1)
     if curves:
         times = np.unique(np.concatenate([curve.times for curve in curves.values()]))
-    elif any(placed.weights.any() for placed in meshes):
-        times = np.zeros(1)
-    else:
-        return tuple(placed.mesh for placed in meshes), None, found
     columns: dict[str, FloatArray] = {}
     renamed = []
     for place, placed in enumerate(meshes):
         still = np.broadcast_to(placed.weights, (len(times), len(placed.weights)))
         values = curves[place].at(times) if place in curves else still
-        mesh, changed = _shared(placed.mesh, values, columns)
+        whole, values, news = folded(placed.mesh, placed.steps, values)
+        mesh, changed = _shared(whole, values, columns)
         renamed.append(mesh)
-        found += changed
+        found += news + changed
+    if not curves and not any(placed.weights.any() for placed in meshes):
+        return tuple(renamed), None, found
     weights = np.stack(list(columns.values()), 1)
+    times, weights = _without(_inserted(animation, curves), times, weights)
     take = WeightsTake(tuple(columns), times, weights, _rate(times), source=chosen)
     return tuple(renamed), take, found
 
 
+def _inserted(animation: Animation | None, curves: Mapping[int, _Curve]) -> FloatArray:
+    """Return the times [s] of keys that were inserted where weights pass inbetweens."""
+    extras = animation.extras if animation is not None else None
+    ours = extras.get("usdface") if isinstance(extras, Mapping) else None
+    keys = ours.get("insertedKeys") if isinstance(ours, Mapping) else None
+    if not isinstance(keys, list) or not all(type(key) is int for key in keys):
+        return np.zeros(0)
+    inserted = [c.times[[k for k in keys if 0 <= k < len(c.times)]] for c in curves.values()]
+    return np.concatenate([np.zeros(0), *inserted])
+
+
+def _without(
+    inserted: FloatArray, times: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Leave those times out, if the weights are then still the same lines."""
+    kept = ~np.isin(times, inserted)
+    if kept.all() or not (kept[0] and kept[-1]):
+        return times, weights
+    lines = np.stack([np.interp(times, times[kept], c) for c in weights[kept].T], 1)
+    same = (np.abs(lines - weights) <= _SAME * np.maximum(1.0, np.abs(weights))).all()
+    return (times[kept], weights[kept]) if same else (times, weights)
+
+
 def _first_curves(
     animations: Sequence[Animation], meshes: Sequence[PlacedMesh], reader: AccessorReader
-) -> tuple[str, dict[int, _Curve], list[Finding]]:
-    """Return the name of the animation, a curve for each mesh that it moves, and losses."""
+) -> tuple[Animation | None, str, dict[int, _Curve], list[Finding]]:
+    """Return the animation, its name, a curve for each mesh that it moves, and losses."""
     found: list[Finding] = []
     curves: dict[int, _Curve] = {}
-    chosen = ""
+    chosen, found_in = "", None
     place_of = {m.node: place for place, m in enumerate(meshes) if m.mesh.shapes}
     for number, animation in enumerate(animations):
         name = animation.name or f"animation {number}"
@@ -112,7 +140,7 @@ def _first_curves(
         if curves or not channels:
             found.append(finding("ANIMATION_DROPPED", name))
             continue
-        chosen = name
+        chosen, found_in = name, animation
         if len(channels) < len(animation.channels):
             message = "channels that move no blend shape were left out"
             found.append(finding("ANIMATION_DROPPED", name, message))
@@ -121,7 +149,7 @@ def _first_curves(
                 raise InputError(f"{name!r} moves the weights of one node twice")
             curves[place], changed = _curve(sampler, meshes[place].mesh, name, reader)
             found += changed
-    return chosen, curves, found
+    return found_in, chosen, curves, found
 
 
 def _curve(
@@ -199,7 +227,7 @@ def _shared(
     own: set[str] = set()
     for shape, curve in zip(mesh.shapes, values.T, strict=True):
         name, number = shape.name, 1
-        while name in own or (name in columns and not np.array_equal(columns[name], curve)):
+        while name in own or (name in columns and not _equal(columns[name], curve)):
             name = f"{mesh.name}:{shape.name}" + (f"_{number}" if number > 1 else "")
             number += 1
         columns[name] = curve
@@ -209,6 +237,10 @@ def _shared(
             found.append(finding("NAME_CHANGED", shape.name, message))
         shapes.append(replace(shape, name=name))
     return replace(mesh, shapes=tuple(shapes)), found
+
+
+def _equal(one: FloatArray, other: FloatArray) -> bool:
+    return np.allclose(one, other, rtol=_SAME, atol=_SAME)
 
 
 def _rate(times: FloatArray) -> float:

@@ -10,6 +10,7 @@ import pygltflib
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
 from usdface.io.gltf.document import save_document
+from usdface.io.gltf.inbetweens import crossings, flat_weights
 from usdface.io.gltf.materials import write_materials
 from usdface.io.gltf.nodes import compose, decompose
 from usdface.io.gltf.write_mesh import written_mesh
@@ -24,7 +25,8 @@ def write_gltf(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list
 
     Every mesh becomes one node with one glTF mesh (`usdface.io.gltf.write_mesh`); blend
     shapes become morph targets named by ``mesh.extras.targetNames``. The take becomes one
-    LINEAR animation, a channel for each mesh that it moves, all on the same times. The
+    LINEAR animation, a channel for each mesh that it moves, all on the same times, with keys
+    inserted where a weight passes an inbetween (`usdface.io.gltf.inbetweens`). The
     skeleton becomes nodes and one skin, unless it is a single joint that stands where it
     was bound: that moves nothing, and would only cost bytes and a skinning pass.
 
@@ -154,13 +156,20 @@ def _write_weights(
     if not moved:
         return found
     times, shift = _times(take.times)
+    keys = WeightsTake(take.names, times, take.weights)
     if shift:
         message = f"glTF has no times below 0; all are {shift:g} s later"
         found.append(finding("FEATURE_DROPPED", take.source or "weights take", message))
-    clock = builder.array(times[:, None], bounds=True)
+    passed = [crossings(m, times, keys.reordered(m.shape_names).weights) for _, m in moved]
+    moments = np.unique(np.concatenate([times, *passed]).astype(np.float32)).astype(np.float64)
+    clock = builder.array(moments[:, None], bounds=True)
     animation = pygltflib.Animation(name=Path(take.source).stem or "weights")
+    inserted = np.flatnonzero(~np.isin(moments, times))
+    if len(inserted):
+        animation.extras = {"usdface": {"insertedKeys": inserted.tolist()}}
     for number, (node, mesh) in enumerate(moved):
-        values = take.reordered(mesh.shape_names).weights
+        own = keys.reordered(mesh.shape_names).weights
+        values = flat_weights(mesh, _at(moments, times, own))
         animation.samplers.append(
             pygltflib.AnimationSampler(input=clock, output=builder.array(values.reshape(-1, 1)))
         )
@@ -168,6 +177,12 @@ def _write_weights(
         animation.channels.append(pygltflib.AnimationChannel(sampler=number, target=target))
     document.animations = [animation]
     return found
+
+
+def _at(moments: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
+    if len(moments) == len(times):
+        return values
+    return np.stack([np.interp(moments, times, column) for column in values.T], 1)
 
 
 def _times(times: FloatArray) -> tuple[FloatArray, float]:

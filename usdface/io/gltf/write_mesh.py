@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pygltflib
@@ -11,6 +12,7 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.inbetweens import flat_mesh
 from usdface.io.normals import normals_of_faces, unit
 from usdface.rigs import BlendShape, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
@@ -91,6 +93,8 @@ def written_mesh(
     if not len(corners):
         return None, [finding("FEATURE_DROPPED", mesh.name, "a mesh without faces is left out")]
     found = _announced(mesh)
+    mesh, inbetweens, news = flat_mesh(mesh)
+    found += news
     split = _split(mesh, corners)
     primitives = _primitives(mesh, split.vertex[corners], faces, materials, builder, found)
     shared = pygltflib.Attributes(
@@ -117,10 +121,12 @@ def written_mesh(
     for primitive in primitives:
         primitive.attributes = shared
         primitive.targets = targets
-    names = {"targetNames": list(mesh.shape_names)} if mesh.shapes else {}
+    extras: dict[str, Any] = {"targetNames": list(mesh.shape_names)} if mesh.shapes else {}
+    if inbetweens:
+        extras["usdface"] = {"inbetweens": inbetweens}
     weights_at_rest = [0.0] * len(mesh.shapes)
     return pygltflib.Mesh(
-        name=mesh.name, primitives=primitives, weights=weights_at_rest, extras=names
+        name=mesh.name, primitives=primitives, weights=weights_at_rest, extras=extras
     ), found
 
 
@@ -130,11 +136,6 @@ def _announced(mesh: Mesh) -> list[Finding]:
         found.append(finding("FACES_TRIANGULATED", mesh.name))
     if mesh.normals is None:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
-    for shape in mesh.shapes:
-        if shape.inbetweens:
-            names = ", ".join(inbetween.name for inbetween in shape.inbetweens)
-            message = f"inbetweens of {shape.name!r} are left out: {names}"
-            found.append(finding("INBETWEEN_DROPPED", mesh.name, message))
     return found
 
 
