@@ -433,7 +433,7 @@ def test_a_folder_that_is_a_file(place: Place, refused: Refused, output: str) ->
         [*place.shot[:-1], target],
         [*place.process, "-o", target],
         [*place.process, "--gltf", target.with_suffix(".glb")],
-        [*place.process, "--report", target],
+        [*place.process, "--report", target.with_suffix(".json")],
         ["export", place / "rig.usda", "-o", target.with_suffix(".glb")],
     ):
         assert "cannot write" in refused(command)
@@ -454,6 +454,34 @@ def test_the_output_is_the_input(place: Place, refused: Refused) -> None:
     ):
         said = refused([*command, "-o", place / name])
         assert name in said and "overwrit" in said
+
+
+@pytest.mark.parametrize("name", ["shot.usda", "rig.usda", "report", "/dev/null"])
+def test_a_report_in_the_place_of_another_file(place: Place, refused: Refused, name: str) -> None:
+    for command in (place.process, ["bench", "papers"]):
+        assert "end its name in .json" in refused([*command, "--report", place / name])
+
+
+def test_the_report_is_no_input(place: Place, refused: Refused) -> None:
+    assert "overwritten" in refused([*place.shot, "--report", place / "bind.json"])
+
+
+def test_a_name_that_the_system_refuses(place: Place, refused: Refused) -> None:
+    name = 300 * "a"
+    for command in (
+        ["process", place / f"{name}.usda"],
+        ["take", place / f"{name}.c3d", "-o", place / "out.usda"],
+        ["rig", place / name, "-o", place / "out.usda"],
+        [*place.process, "-o", place / f"{name}.usda"],
+        # Fits, but for the ending that a file has while it is written.
+        [*place.process, "-o", place / f"{245 * 'a'}.usda"],
+    ):
+        assert "File name too long" in refused(command)
+
+
+@pytest.mark.parametrize("name", [".", "/", ""])
+def test_a_shot_without_a_name(refused: Refused, name: str) -> None:
+    assert "no such USD file" in refused(["process", name])
 
 
 @pytest.mark.parametrize("name", ["out.fbx", "out", "out.glb"])
@@ -501,6 +529,20 @@ def test_a_mistake_of_the_program_is_one_line_too(
     )
     with pytest.raises(ZeroDivisionError):
         main([*map(str, place.process), "--debug"])
+
+
+def test_an_interrupted_run_says_so(
+    place: Place, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = listing(place.folder)
+    # After the first of three files was written to its temporary place.
+    monkeypatch.setattr("usdface.io.usd.layers._root_layer", interrupted)
+    assert main([str(a) for a in place.process]) == 1
+    assert capsys.readouterr() == ("", "usdface: interrupted\n")
+    assert listing(place.folder) == before
 
 
 def test_no_traceback_without_it(place: Place) -> None:

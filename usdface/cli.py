@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface import __version__
-from usdface.errors import UsdFaceError
+from usdface.errors import OutputError, UsdFaceError
 from usdface.findings import severest
 from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
 
@@ -27,6 +27,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit status (argparse exits with 2 on wrong usage)."""
     parsed = _parser().parse_args(arguments)
     try:
+        if parsed.report:
+            _check_report(parsed)
         status: int = parsed.run(parsed)
         return status
     except UsdFaceError as error:
@@ -34,7 +36,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         print(f"usdface: {error}", file=sys.stderr)
         return FAILED
-    except (KeyboardInterrupt, BrokenPipeError):
+    except BrokenPipeError:
+        return FAILED
+    except KeyboardInterrupt:
+        print("usdface: interrupted", file=sys.stderr)
+        return FAILED
+    except OSError as error:  # a name too long, a folder that may not be entered, a full disk
+        if parsed.debug:
+            raise
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"usdface: {where}{error.strerror or error}", file=sys.stderr)
         return FAILED
     except Exception as error:
         if parsed.debug:
@@ -145,19 +156,19 @@ def _run_shot(parsed: argparse.Namespace) -> int:
     from usdface.pipeline import make_shot
 
     correction = CorrectionOptions(**_settings(parsed, CorrectionOptions))
-    status = []
+    setups = []
 
     def run(step: "OnStep | None") -> "Outcome":
-        outcome, written = make_shot(
+        outcome, setup = make_shot(
             parsed.rig, parsed.take, parsed.bind, parsed.output, correction, step
         )
-        status.append(written)
+        setups.append(setup)
         return outcome
 
-    result = _report(parsed, run, file=sys.stderr if parsed.print_bind else None)
+    status = _report(parsed, run, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
-        print(bind_json(status[0]), end="")
-    return result
+        print(bind_json(setups[0]), end="")
+    return status
 
 
 def _process(commands: Any) -> None:
@@ -261,6 +272,18 @@ def _settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:
     return {f.name: getattr(parsed, f.name) for f in fields(kind) if hasattr(parsed, f.name)}
 
 
+def _check_report(parsed: argparse.Namespace) -> None:
+    """Refuse a place for the report where it would take that of another file."""
+    from usdface.io.atomic import check_place
+
+    if parsed.report.suffix.lower() != ".json":
+        raise OutputError(
+            f"cannot write {parsed.report}: the report is JSON; end its name in .json"
+        )
+    others = [value for name, value in vars(parsed).items() if name != "report"]
+    check_place(parsed.report, *(value for value in others if isinstance(value, Path)))
+
+
 def _report(
     parsed: argparse.Namespace,
     run: "Callable[[OnStep | None], Outcome]",
@@ -268,11 +291,8 @@ def _report(
     file: TextIO | None = None,
 ) -> int:
     """Run a command with progress, print and write what came of it, return the exit status."""
-    from usdface.io.atomic import check_place
     from usdface.report import print_outcome, progress, write_report
 
-    if parsed.report:
-        check_place(parsed.report)
     with progress(parsed.format == "text") as on_step:
         outcome = run(on_step)
     print_outcome(outcome, parsed.format, file)

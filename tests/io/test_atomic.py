@@ -21,6 +21,15 @@ def test_a_failure_leaves_what_was_there(tmp_path: Path) -> None:
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 
+def test_a_failure_leaves_no_new_folder(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "deep" / "a.txt"
+    with pytest.raises(ValueError, match="half"), atomic_path(path):
+        raise ValueError("half")
+    with pytest.raises(OutputError, match="File name too long"):
+        write_text(path.with_name(300 * "a"), "text")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_results_are_as_readable_as_any_new_file(tmp_path: Path) -> None:
     ordinary = tmp_path / "ordinary"
     ordinary.touch()

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from usdface.errors import InputError
 from usdface.retarget.names import rename_weights, shape_key
 from usdface.takes import WeightsTake
 
@@ -43,5 +44,8 @@ def test_idle_curves_are_named() -> None:
     _, findings = rename_weights(take(jawOpen=0.2, headYaw=0.1), ("jawOpen",))
     assert [f.code for f in findings] == ["CHANNEL_IGNORED"]
     assert "headYaw" in findings[0].message
-    _, findings = rename_weights(take(headYaw=0.1), ("jawOpen",))
-    assert [f.code for f in findings] == ["SHAPE_UNKNOWN"]
+
+
+def test_names_that_match_nothing_are_refused() -> None:
+    with pytest.raises(InputError, match=r"headYaw.*jawOpen"):
+        rename_weights(take(headYaw=0.1), ("jawOpen",))

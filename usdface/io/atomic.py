@@ -3,7 +3,7 @@
 import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from usdface.errors import OutputError
@@ -21,7 +21,7 @@ def check_place(path: Path, *inputs: Path) -> None:
         is read-only.
     """
     if path.resolve() in (source.resolve() for source in inputs):
-        raise OutputError(f"{path} is an input and would be overwritten; choose another --output")
+        raise OutputError(f"{path} is an input and would be overwritten; choose another place")
     folder = path.parent
     while not folder.exists():
         folder = folder.parent
@@ -43,29 +43,39 @@ def atomic_path(path: Path) -> Iterator[Path]:
     OutputError
         If the folder or the file cannot be written.
     """
-    folder = path.parent
     try:
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder")
-        folder.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=folder)
-        os.close(handle)
+        with _folder(path.parent) as folder:
+            handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=folder)
+            os.close(handle)
+            temporary = Path(name)
+            try:
+                yield temporary
+                # mkstemp makes files private; a result should be as readable as any new file.
+                mask = os.umask(0)
+                os.umask(mask)
+                temporary.chmod(0o666 & ~mask)
+                temporary.replace(path)
+            finally:
+                temporary.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
             f"cannot write {path}: {error.strerror or error}; choose a place that can be written"
         ) from error
-    temporary = Path(name)
+
+
+@contextmanager
+def _folder(folder: Path) -> Iterator[Path]:
+    """Make a folder; if nothing is in it at the end, it goes again."""
+    made = [place for place in (folder, *folder.parents) if not place.exists()]
     try:
-        yield temporary
-        # mkstemp makes files private; a result should be as readable as any new file.
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        temporary.replace(path)
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+        folder.mkdir(parents=True, exist_ok=True)
+        yield folder
     finally:
-        temporary.unlink(missing_ok=True)
+        for place in made:
+            with suppress(OSError):
+                place.rmdir()
 
 
 def write_bytes(path: Path, data: bytes) -> None:

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 
+from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.takes import WeightsTake
 
@@ -37,7 +38,12 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
     WeightsTake
         Columns `names`; a shape that nothing drives stays at 0.
     list of Finding
-        CHANNEL_IGNORED for curves that drive nothing, SHAPE_UNKNOWN if none does.
+        CHANNEL_IGNORED for curves that drive nothing.
+
+    Raises
+    ------
+    InputError
+        If no curve drives a blend shape.
     """
     exact = {name: i for i, name in enumerate(take.names)}
     by_key: dict[tuple[str, str], list[int]] = {}
@@ -55,13 +61,14 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
         if columns:
             weights[:, target] = take.weights[:, columns].mean(axis=1)
             used.update(columns)
+    if not used:
+        raise InputError(
+            f"no curve of the take {take.source} has the name of a blend shape of the rig; "
+            f"curves: {', '.join(take.names[:6])}, ...; blend shapes: {', '.join(names[:6])}, ..."
+        )
     findings = []
     idle = [name for i, name in enumerate(take.names) if i not in used]
-    if not used:
-        findings.append(
-            finding("SHAPE_UNKNOWN", take.source, "no curve has the name of a blend shape")
-        )
-    elif idle:
+    if idle:
         findings.append(
             finding("CHANNEL_IGNORED", take.source, f"curves without a shape: {', '.join(idle)}")
         )

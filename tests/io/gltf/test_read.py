@@ -72,7 +72,7 @@ def test_a_small_file_cannot_unfold_into_a_huge_scene(
 def test_errors_name_the_file(tmp_path: Path) -> None:
     path = tmp_path / "face.glb"
     path.write_bytes(b"no glTF at all")
-    with pytest.raises(InputError, match=r"face\.glb: the JSON is malformed") as error:
+    with pytest.raises(InputError, match=r"face\.glb: not glTF, or its JSON is malformed") as error:
         read_gltf(path)
     assert "\n" not in str(error.value)
 

@@ -117,7 +117,7 @@ def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...]]:
     except UnicodeDecodeError as error:
         raise InputError("the file is neither GLB nor UTF-8 text") from error
     except json.JSONDecodeError as error:
-        raise InputError(f"the JSON is malformed: {error}") from error
+        raise InputError(f"not glTF, or its JSON is malformed: {error}") from error
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(f"the JSON does not follow the glTF schema: {error}") from error
     except RecursionError as error:

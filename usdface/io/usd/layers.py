@@ -183,7 +183,7 @@ def layer_paths(shot: Path, root: Path | None) -> _Paths:
     InputError
         If the root would overwrite the shot.
     """
-    root = root or shot.with_name(f"{shot.stem}.usdface.usda")
+    root = root or shot.parent / f"{shot.stem}.usdface.usda"
     if root.resolve() == shot.resolve():
         raise InputError(f"the result would overwrite the shot {shot}; choose another --output")
     if root.suffix not in (".usda", ".usdc", ".usd"):
