@@ -86,13 +86,15 @@ def test_steps_are_announced_and_timed_also_when_they_fail() -> None:
 
 
 def test_tables_of_papers_are_printed_written_and_dumped(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     computed = tables()
+    monkeypatch.setenv("COLUMNS", "30")
     print_tables(computed, "text", tmp_path / "tables.json")
     text = capsys.readouterr().out
     for table in computed:
         assert table.title.split()[0] in text
+        assert all(f"|{figure:.3f}" in text for figure in table.computed.ravel())
     assert text.count("(kept)") == len(computed)
     print_tables(computed, "json", None)
     dumped = json.loads(capsys.readouterr().out)

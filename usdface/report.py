@@ -19,6 +19,7 @@ __all__ = ["print_explanation", "print_outcome", "print_tables", "progress", "wr
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _EXAMPLES = 4
+_ANY_WIDTH = 1000  # characters
 
 
 @contextmanager
@@ -95,6 +96,7 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
         return
     from rich.box import SIMPLE
     from rich.console import Console
+    from rich.measure import Measurement
     from rich.table import Table
 
     console = Console(highlight=False)
@@ -111,6 +113,9 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
         for name, published, ours in zip(paper.rows, paper.published, paper.computed, strict=True):
             pairs = zip(published, ours, strict=True)
             table.add_row(name, *(f"{'?' if p != p else f'{p:.2f}'}|{o:.3f}" for p, o in pairs))
+        # Half a figure is none: lines are as long as they need to be, also in a pipe.
+        unbounded = console.options.update(max_width=_ANY_WIDTH)
+        console.width = max(console.width, Measurement.get(console, unbounded, table).maximum)
         console.print(table)
 
 
