@@ -5,7 +5,9 @@ import re
 from pathlib import Path
 
 import pytest
-from pxr import Sdf
+from pxr import Sdf, Usd
+
+from usdface.io.usd.fuzzy import read_fuzzy
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted(
@@ -43,3 +45,17 @@ def test_examples_parse(document: Path) -> None:
         assert Sdf.Layer.CreateAnonymous(".usda").ImportFromString(block)
     for block in blocks(document, "python"):
         ast.parse(block)
+
+
+def test_what_is_overridden_is_there() -> None:
+    """The override that docs/usd.md shows names prims, attributes and variables of the example."""
+    block = next(b for b in blocks(ROOT / "docs" / "usd.md", "usda") if "subLayers" in b)
+    over = Sdf.Layer.CreateAnonymous(".usda")
+    over.ImportFromString(block.replace("@shot.usda@", f"@{ROOT / 'examples' / 'shot.usda'}@"))
+    stage = Usd.Stage.Open(over)
+    shown = []
+    over.Traverse("/", lambda path: shown.append(path))
+    for path in shown:
+        if path.IsPropertyPath():
+            assert len(stage.GetAttributeAtPath(path).GetPropertyStack()) == 2, path
+    read_fuzzy(stage, "/Shot/Fuzzy")
