@@ -10,14 +10,16 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.correct import correct
 from usdface.fuzzy.design import design_system
+from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.features import face_unit, measure
-from usdface.fuzzy.inference import evaluate, rule_findings
+from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.layers import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
 from usdface.options import ProcessOptions
 from usdface.outcome import Steps
+from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.transfer import Solution, solve_take
@@ -107,6 +109,7 @@ def _animated(
         residual = 1000.0 * solve.solution.residual
         summary |= {
             "markers used": len(solve.solution.markers),
+            **_map_summary(solve.solution.choice),
             "marker noise mm": round(1000.0 * solve.solution.noise, 4),
             "misfit mm": round(1000.0 * solve.solution.misfit, 3),
             "residual mm, mean": round(float(residual.mean()), 3),
@@ -122,6 +125,16 @@ def _animated(
         }
         summary["correction, largest"] = round(float(change.max()), 3)
     return Animated(solve, express, shot.take.times, findings, summary)
+
+
+def _map_summary(choice: MapChoice) -> dict[str, Any]:
+    if not np.isfinite(choice.error):
+        return {"space map": choice.name}
+    return {
+        "space map": choice.name,
+        "left-out marker mm": round(1000.0 * choice.error, 3),
+        "left-out marker mm, similarity": round(1000.0 * choice.similarity_error, 3),
+    }
 
 
 def design(

@@ -19,6 +19,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "MARKER_WITHOUT_NEUTRAL": ("warning", "hidden in all neutral frames and left out"),
     "MARKER_UNBOUND": ("info", "a marker of the take has no place on the rig and is left out"),
     "MARKER_UNKNOWN": ("warning", "the binding names a marker that the take does not have"),
+    "MARKER_SWAPPED": ("warning", "markers had each other's labels; put right"),
+    "MARKER_SPIKE": ("info", "a marker jumped away from the face; taken as hidden there"),
+    "MARKER_FILLED": ("info", "a gap of a marker was filled in"),
+    "CLEANUP_SKIPPED": ("info", "too few frames or markers to clean the take up"),
     "LABEL_CHANGED": ("info", "a marker label was shortened or made unique"),
     "FRAMES_MISSING": ("warning", "the file announces more frames than it holds"),
     "FRAMES_DROPPED": ("info", "frames are missing between recorded ones; times are kept"),
@@ -62,6 +66,8 @@ CODES: dict[str, tuple[Severity, str]] = {
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "ANIMATION_DROPPED": ("warning", "an animation was left out"),
     "ANIMATION_CREATED": ("info", "the rig has no SkelAnimation; the solve layer adds one"),
+    "CONVERSION_INEXACT": ("warning", "what was written is not what was read"),
+    "CONVERSION_UNCERTIFIED": ("info", "what was written could not be compared with its source"),
     # retarget
     "NEUTRAL_ASSUMED": ("warning", "no neutral frames were named"),
     "NOSE_TIP_ASSUMED": ("warning", "no marker is named as the nose tip"),
@@ -73,6 +79,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),
     "RULE_FIRES_AT_NEUTRAL": ("warning", "a rule fires on a neutral face"),
     "RULE_UNREACHABLE": ("warning", "a rule can never fire or is disabled"),
+    "RULES_CONTRADICT": ("warning", "two rules ask for the same and say different values"),
+    "RANGE_UNCOVERED": ("warning", "no term covers a part of an input's range"),
+    "ROLE_ASSUMED": ("info", "the file names no marker for an input; its name was taken"),
+    "MEANING_DIFFERS": ("warning", "another program computes something else from the file"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
 }
 

@@ -9,8 +9,9 @@ from usdface.errors import InputError
 from usdface.fuzzy.correct import correct
 from usdface.fuzzy.design import design_system
 from usdface.fuzzy.dictionaries import EMOTIONS, expressions_for
+from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.features import face_unit, measure
-from usdface.fuzzy.inference import evaluate, rule_findings
+from usdface.fuzzy.inference import evaluate
 from usdface.setup import Expression
 
 NOISE = 0.0003

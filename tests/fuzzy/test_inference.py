@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.fuzzy.inference import evaluate, fires_at_neutral, rule_findings
+from usdface.fuzzy.doubts import rule_findings
+from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 
@@ -200,3 +201,97 @@ def test_rules_that_fire_at_neutral_or_never_are_named():
         ("RULE_FIRES_AT_NEUTRAL", str(rules[0])),
         ("RULE_UNREACHABLE", str(rules[3])),
     ]
+
+
+def tipper(**settings):
+    """MATLAB's example: service and food from 0 to 10, tip from 0 to 30 per cent."""
+    service = [Term(n, "gaussian", (m, 1.5)) for n, m in (("poor", 0), ("good", 5), ("best", 10))]
+    food = [
+        Term("rancid", "trapezoidal", (0, 0, 1, 3)),
+        Term("delicious", "trapezoidal", (7, 9, 10, 10)),
+    ]
+    tip = [Term(n, "triangular", (m - 5, m, m + 5)) for n, m in (("cheap", 5), ("average", 15))]
+    tip.append(Term("generous", "triangular", (20, 25, 30)))
+    variables = (
+        Variable("service", "input", "service", terms=tuple(service), range=(0, 10)),
+        Variable("food", "input", "food", terms=tuple(food), range=(0, 10)),
+        Variable("tip", "output", terms=tuple(tip), range=(0, 30), default=15),
+    )
+    rules = (
+        "IF service IS poor OR food IS rancid THEN tip IS cheap",
+        "IF service IS good THEN tip IS average",
+        "IF service IS best OR food IS delicious THEN tip IS generous",
+    )
+    settings = {"inference": "mamdani", "neutral_rule": False} | settings
+    return FuzzySystem(variables, tuple(map(parse_rule, rules)), **settings)
+
+
+def test_matlabs_documented_tips():
+    """Fuzzy Logic Toolbox, pages of `evalfis` and "Build Mamdani Systems"."""
+    inputs = np.array([[2, 1], [4, 5], [7, 8], [1, 2], [3, 5], [2, 7], [3, 1]], dtype=float)
+    documented = [7.0169, 14.4585, 20.3414, 5.5586, 12.2184, 7.7885, 8.9547]
+    np.testing.assert_allclose(evaluate(tipper(), inputs).outputs[:, 0], documented, atol=5.1e-5)
+
+
+def test_a_mamdani_systems_neutral_rule_says_the_default_as_far_as_nothing_fires():
+    system = tipper(neutral_rule=True)
+    inputs = np.array([[2.0, 5.0], [np.nan, np.nan]])
+    free, faded = evaluate(tipper(), inputs), evaluate(system, inputs)
+    strongest = free.firing.max(axis=1)
+    np.testing.assert_allclose(
+        faded.outputs[:, 0], strongest * free.outputs[:, 0] + (1 - strongest) * 15
+    )
+    assert faded.outputs[1, 0] == free.outputs[1, 0] == 15
+
+
+def test_or_parentheses_not_and_hedges():
+    rules = [
+        "IF (a IS on OR b IS on) AND b IS not on THEN joy IS 1",
+        "IF a IS on OR b IS on AND b IS not on THEN joy IS 1",
+        "IF NOT (a IS on AND b IS on) THEN joy IS 1",
+        "IF a IS not very on THEN joy IS 1",
+        "IF NOT a IS somewhat on THEN joy IS 1",
+    ]
+    system = identity_system([parse_rule(rule) for rule in rules], or_="probor")
+    a, b = 0.5, 0.25
+    firing = evaluate(system, np.array([[a, b]])).firing[0]
+    expected = [min(a + b - a * b, 1 - b), a + b - a * b, 1 - b, 1 - a * a, 1 - np.sqrt(a)]
+    np.testing.assert_allclose(firing, expected, atol=1e-15)
+
+
+def test_not_does_not_make_a_rule_of_an_occluded_marker_fire():
+    rules = ["IF a IS not on THEN joy IS 1", "IF NOT (a IS on OR b IS on) THEN joy IS 1"]
+    system = identity_system([parse_rule(rule) for rule in rules])
+    assert not evaluate(system, np.array([[np.nan, 0.0]])).firing.any()
+
+
+@pytest.mark.parametrize(
+    ("normalisation", "expected"),
+    [("per_output", (0.6 * 6 + 0.2 * 3) / 0.8), ("weighted_sum", 0.6 * 6 + 0.2 * 3)],
+)
+def test_order_one_sugeno(normalisation, expected):
+    terms = (Term("plane", "linear", (5, 10, 1)), Term("flat", "constant", (3,)))
+    out = Variable("out", "output", terms=terms, range=(-10, 10), default=-2)
+    inputs = [Variable(n, "input", n, terms=(IDENTITY,)) for n in "ab"]
+    rules = tuple(map(parse_rule, ("IF a IS on THEN out IS plane", "IF b IS on THEN out IS flat")))
+    system = FuzzySystem((*inputs, out), rules, normalisation, neutral_rule=False)
+    answers = evaluate(system, np.array([[0.6, 0.2], [0, 0]])).outputs[:, 0]
+    np.testing.assert_allclose(answers, [expected, -2])
+
+
+@pytest.mark.parametrize("kind", ["gaussian", "gaussian_pair", "sigmoid", "bell", "pi_shape"])
+def test_smooth_terms_are_bit_equal_frame_by_frame(kind):
+    parameters = {
+        "gaussian": (0, 1),
+        "gaussian_pair": (-1, 0.5, 0, 1),
+        "sigmoid": (0, 3),
+        "bell": (0.1, 1, 1.7),
+        "pi_shape": (-2, -1, 0, 1),
+    }[kind]
+    variable = Variable("a", "input", "a", terms=(Term("on", kind, parameters),))
+    rule = parse_rule("IF a IS seldom on THEN joy IS 1")
+    system = FuzzySystem((variable, Variable("joy", "output")), (rule,))
+    inputs = np.random.default_rng(3).normal(size=(5003, 1))
+    whole = evaluate(system, inputs).outputs
+    single = [evaluate(system, inputs[f : f + 1]).outputs for f in range(0, 5003, 37)]
+    np.testing.assert_array_equal(whole[::37], np.concatenate(single))

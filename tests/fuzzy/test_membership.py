@@ -1,6 +1,7 @@
 import warnings
 from math import inf, nan
 
+import fuzzylite as fl
 import numpy as np
 import pytest
 
@@ -47,7 +48,17 @@ def test_a_ramp_mirrors_and_scales():
 @pytest.mark.parametrize(
     ("kind", "parameters", "says"),
     [
-        ("bell", (0, 1, 2), "unknown kind"),
+        ("bump", (0, 1, 2), "unknown kind"),
+        ("gaussian", (0, 0), "deviation must be over 0"),
+        ("gaussian", (inf, 1), "finite"),
+        ("gaussian_pair", (1, 1, 0, 1), "left mean"),
+        ("sigmoid", (0, 0), "slope must be not 0"),
+        ("bell", (0, -1, 2), "width must be over 0"),
+        ("bell", (0, 1, -2), "slope must be over 0"),
+        ("s_shape", (1, 0), "ascend"),
+        ("pi_shape", (-inf, 0, 1, 2), "finite"),
+        ("constant", (1, 2), "expected 1 parameters"),
+        ("linear", (1, nan), "numbers"),
         ("triangular", (0, 1), "expected 3 parameters"),
         ("triangular", (0, 2, 1), "ascend"),
         ("triangular", (0, nan, 1), "must be numbers"),
@@ -60,3 +71,30 @@ def test_a_ramp_mirrors_and_scales():
 def test_bad_parameters_are_named(kind, parameters, says):
     with pytest.raises(InputError, match=says):
         check_parameters(kind, parameters)
+
+
+FL_KINDS = {
+    "gaussian": (fl.Gaussian, (0.3, 0.7)),
+    "gaussian_pair": (fl.GaussianProduct, (-0.5, 0.3, 0.6, 0.8)),
+    "sigmoid": (fl.Sigmoid, (0.2, -4)),
+    "bell": (fl.Bell, (0.1, 0.8, 1.5)),
+    "s_shape": (fl.SShape, (-1, 0.5)),
+    "z_shape": (fl.ZShape, (-1, 0.5)),
+    "pi_shape": (fl.PiShape, (-1, 0, 0.5, 1)),
+}
+
+
+@pytest.mark.parametrize("kind", FL_KINDS)
+def test_smooth_kinds_agree_with_pyfuzzylite(kind):
+    term, parameters = FL_KINDS[kind]
+    check_parameters(kind, parameters)
+    x = np.linspace(-2, 2, 401)
+    judge = term("t", *parameters)
+    expected = [judge.membership(float(value)) for value in x]
+    np.testing.assert_allclose(membership(kind, parameters, x), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", FL_KINDS)
+def test_smooth_kinds_survive_the_ends_of_the_line(kind):
+    ends = membership(kind, FL_KINDS[kind][1], np.array([-inf, -1e300, 1e300, inf, nan]))
+    assert ((ends >= 0) & (ends <= 1)).all() and ends[-1] == 0

@@ -1,7 +1,7 @@
-"""Sugeno inference over whole takes.
+"""Sugeno and Mamdani inference over whole takes.
 
 Every operation is elementwise over frames, so that a frame's answer is bit for bit the same
-alone or among others.
+alone or among others. Frames go in blocks that fit the processor's cache.
 """
 
 from dataclasses import dataclass
@@ -9,13 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.findings import Finding, finding
+from usdface.fuzzy.defuzzify import defuzzify
 from usdface.fuzzy.membership import membership
-from usdface.fuzzy.rules import Rule
-from usdface.fuzzy.system import FuzzySystem
-from usdface.takes import FloatArray, frozen
+from usdface.fuzzy.norms import HEDGES, S_NORMS, T_NORMS
+from usdface.fuzzy.rules import Combined, Condition, Proposition, Rule
+from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.takes import BoolArray, FloatArray, frozen
 
-__all__ = ["Evaluation", "evaluate", "fires_at_neutral", "rule_findings"]
+__all__ = ["Evaluation", "evaluate", "fires_at_neutral"]
+
+# 24 rules over this many frames are 0.4 MB.
+_BLOCK = 2048
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,7 +29,7 @@ class Evaluation:
     Attributes
     ----------
     outputs : (F, E) float64
-        Each emotion of `FuzzySystem.emotions`, in [0, 1].
+        Each emotion of `FuzzySystem.emotions`, in its range.
     firing : (F, R) float64
         How far each rule fires, its weight included, in [0, 1].
     """
@@ -41,10 +45,16 @@ class Evaluation:
 def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
     """Evaluate a system on all frames at once.
 
-    An output is the average of its rules' values, weighted by their firing strengths:
+    Sugeno: an output is the average of its rules' values, weighted by their firing strengths:
     sum_r f_r z_r / sum_r f_r (Zikky et al. 2013, equation 7). The denominator takes all
     rules or only the output's own (`FuzzySystem.normalisation`); with a neutral rule it also
-    takes 1 - max_r f_r. Where it is 0 the output is 0.
+    takes 1 - max_r f_r, and the numerator that times the output's default. Where the denominator
+    is 0 the output is its default. A linear term reads an occluded input as 0.
+
+    Mamdani (Mamdani and Assilian 1975): each rule cuts its conclusion's term, the cut terms are
+    joined to one set, which is defuzzified (`usdface.fuzzy.defuzzify`). Where the set is empty the
+    output is its default; with a neutral rule the answer counts as far as the strongest rule
+    fires, and the default for the rest.
 
     Parameters
     ----------
@@ -62,42 +72,119 @@ def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
         raise InputError(
             f"fuzzy inputs have shape {inputs.shape}; expected (frames, {len(system.inputs)})"
         )
-    firing = _firing(system, inputs)
-    columns = {name: i for i, name in enumerate(system.emotions)}
-    count = (len(system.emotions), len(inputs))
+    outputs = np.zeros((len(inputs), len(system.emotions)))
+    firing = np.zeros((len(inputs), len(system.rules)))
+    for begin in range(0, len(inputs), _BLOCK):
+        block = slice(begin, begin + _BLOCK)
+        # Contiguous columns: numpy may round exp and power otherwise where values have gaps.
+        columns = np.ascontiguousarray(inputs[block].T)
+        strengths = _firing(system, columns)
+        firing[block] = strengths.T
+        answer = _mamdani if system.inference == "mamdani" else _sugeno
+        outputs[block] = answer(system, columns, strengths).T
+    return Evaluation(outputs, firing)
+
+
+def _firing(system: FuzzySystem, columns: FloatArray) -> FloatArray:
+    """Firing strengths, one row for each rule: (R, F)."""
+    strengths = _Degrees(system, columns)
+    firing = np.zeros((len(system.rules), columns.shape[1]))
+    for rule, strength in zip(system.rules, firing, strict=True):
+        if rule.enabled:
+            np.multiply(strengths.of(rule.condition), rule.weight, out=strength)
+    return firing
+
+
+class _Degrees:
+    """How far conditions hold in a block of frames; each proposition is worked out once."""
+
+    def __init__(self, system: FuzzySystem, columns: FloatArray) -> None:
+        self._variables = {v.name: (v, columns[i]) for i, v in enumerate(system.inputs)}
+        self._norms = {"and": T_NORMS[system.and_], "or": S_NORMS[system.or_]}
+        self._known: dict[Proposition, FloatArray] = {}
+
+    def of(self, condition: Condition) -> FloatArray:
+        if isinstance(condition, Proposition):
+            if condition not in self._known:
+                self._known[condition] = self._proposition(condition)
+            return self._known[condition]
+        if condition.how == "not":
+            (part,) = condition.parts
+            return np.where(self._seen(part), 1.0 - self.of(part), 0.0)
+        degree = self.of(condition.parts[0])
+        for part in condition.parts[1:]:
+            degree = self._norms[condition.how](degree, self.of(part))
+        return degree
+
+    def _proposition(self, proposition: Proposition) -> FloatArray:
+        variable, x = self._variables[proposition.variable]
+        term = variable.term(proposition.term)
+        degree = membership(term.kind, term.parameters, x)
+        for hedge in reversed(proposition.hedges):
+            degree = HEDGES[hedge](degree)
+        return np.where(np.isnan(x), 0.0, degree) if proposition.hedges else degree
+
+    def _seen(self, condition: Condition) -> BoolArray:
+        if isinstance(condition, Combined):
+            seen = [self._seen(part) for part in condition.parts]
+            return np.asarray(np.all(seen, axis=0), dtype=np.bool_)
+        return np.asarray(~np.isnan(self._variables[condition.variable][1]))
+
+
+def _sugeno(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> FloatArray:
+    """Weighted averages, one row for each output: (E, F)."""
+    outputs = system.outputs
+    count = (len(outputs), firing.shape[1])
+    index = {output.name: i for i, output in enumerate(outputs)}
     value, own = np.zeros(count), np.zeros(count)
     for rule, strength in zip(system.rules, firing, strict=True):
         for output, level in rule.consequents:
-            value[columns[output]] += strength * level
-            own[columns[output]] += strength
+            row = index[output]
+            value[row] += strength * _level(outputs[row], level, columns)
+            own[row] += strength
+    low, high = np.array([v.span for v in outputs]).reshape(-1, 2, 1).swapaxes(0, 1)
+    default = np.array([v.default for v in outputs]).reshape(-1, 1)
+    if system.normalisation == "weighted_sum":
+        return np.clip(np.where(own > 0, value, default), low, high)
     total = own
     if system.normalisation == "all_rules":
         total = np.broadcast_to(_sum(firing), count)
     if system.neutral_rule:
-        total = total + (1.0 - firing.max(axis=0, initial=0.0))
-    outputs = np.divide(value, total, out=np.zeros(count), where=total > 0)
-    # The quotient of two rounded sums may exceed 1 by one unit in the last place.
-    return Evaluation(np.minimum(outputs, 1.0).T, firing.T)
+        silence = 1.0 - firing.max(axis=0, initial=0.0)
+        total = total + silence
+        value += silence * default
+    answer = np.divide(value, total, out=np.repeat(default, count[1], axis=1), where=total > 0)
+    # The quotient of two rounded sums may leave the range by one unit in the last place.
+    return np.asarray(np.clip(answer, low, high), dtype=np.float64)
 
 
-def _firing(system: FuzzySystem, inputs: FloatArray) -> FloatArray:
-    """Firing strengths, one row for each rule: (R, F)."""
-    combine = np.minimum if system.and_ == "min" else np.multiply
-    column = {v.name: (v, inputs[:, i]) for i, v in enumerate(system.inputs)}
-    degrees: dict[tuple[str, str], FloatArray] = {}
-    firing = np.zeros((len(system.rules), len(inputs)))
-    for rule, strength in zip(system.rules, firing, strict=True):
-        if not rule.enabled:
-            continue
-        strength[:] = 1.0
-        for pair in rule.antecedent:
-            if pair not in degrees:
-                variable, x = column[pair[0]]
-                term = variable.term(pair[1])
-                degrees[pair] = membership(term.kind, term.parameters, x)
-            combine(strength, degrees[pair], out=strength)
-        strength *= rule.weight
-    return firing
+def _level(output: Variable, level: float | str, columns: FloatArray) -> FloatArray | float:
+    """Return the value that a Sugeno rule gives an output: a number, or one for each frame."""
+    if not isinstance(level, str):
+        return level
+    *factors, constant = output.term(level).parameters
+    value = np.full(columns.shape[1], constant)
+    for factor, column in zip(factors, columns, strict=False):
+        value += factor * np.where(np.isfinite(column), column, 0.0)
+    return value if factors else constant
+
+
+def _mamdani(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> FloatArray:
+    """Defuzzified sets, one row for each output: (E, F)."""
+    answers = np.zeros((len(system.outputs), columns.shape[1]))
+    strongest = firing.max(axis=0, initial=0.0)
+    for answer, output in zip(answers, system.outputs, strict=True):
+        cuts = [
+            (strength, output.term(level))
+            for rule, strength in zip(system.rules, firing, strict=True)
+            for name, level in rule.consequents
+            if name == output.name and isinstance(level, str)
+        ]
+        answer[:] = defuzzify(system, output, cuts, columns.shape[1])
+        if system.neutral_rule:
+            answer *= strongest
+            answer += (1.0 - strongest) * output.default
+    return answers
 
 
 def _sum(rows: FloatArray) -> FloatArray:
@@ -112,17 +199,3 @@ def fires_at_neutral(system: FuzzySystem) -> list[Rule]:
     """Return the enabled rules that fire on a neutral face, where every feature is 0."""
     firing = evaluate(system, np.zeros((1, len(system.inputs)))).firing[0]
     return [rule for rule, strength in zip(system.rules, firing, strict=True) if strength > 0]
-
-
-def rule_findings(system: FuzzySystem) -> list[Finding]:
-    """Return what is doubtful about the rules: firing at neutral, or never."""
-    neutral = [
-        finding("RULE_FIRES_AT_NEUTRAL", str(rule), f"the rule {rule} fires on a neutral face")
-        for rule in fires_at_neutral(system)
-    ]
-    silent = [
-        finding("RULE_UNREACHABLE", str(rule), f"the rule {rule} is disabled or has no weight")
-        for rule in system.rules
-        if not rule.enabled or rule.weight == 0
-    ]
-    return neutral + silent

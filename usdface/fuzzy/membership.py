@@ -2,7 +2,10 @@
 
 A kind is one row of `KINDS`: the names of its parameters and its function. Parameters are
 ordered from left to right; the outermost ones may be infinite, which makes a shoulder that
-stays at 1. Two equal neighbours make a step, never a division by zero.
+stays at 1. Two equal neighbours make a step, never a division by zero. Smooth kinds have finite
+parameters: Gaussian, sigmoid and bell are nowhere 0, so their rules always fire a little.
+
+The consequents of a Sugeno system, `CONSEQUENTS`, are terms too, but numbers, not degrees.
 """
 
 from collections.abc import Callable
@@ -14,7 +17,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.takes import FloatArray
 
-__all__ = ["KINDS", "check_parameters", "membership"]
+__all__ = ["CONSEQUENTS", "KINDS", "check_parameters", "membership"]
 
 
 def _rising(x: FloatArray, foot: float, top: float) -> FloatArray:
@@ -44,11 +47,64 @@ def _ramp(x: FloatArray, foot: float, top: float) -> FloatArray:
     return _rising(x, foot, top) if foot < top else _falling(x, top, foot)
 
 
+def _s_shape(x: FloatArray, foot: float, top: float) -> FloatArray:
+    """Two parabolas that meet half-way: 0 up to `foot`, 1 from `top` on."""
+    rise = _rising(x, foot, top)
+    return np.where(rise <= 0.5, 2.0 * rise * rise, 1.0 - 2.0 * (1.0 - rise) * (1.0 - rise))
+
+
+def _z_shape(x: FloatArray, top: float, foot: float) -> FloatArray:
+    return _s_shape(-x, -foot, -top)
+
+
+def _pi_shape(
+    x: FloatArray, left: float, top_left: float, top_right: float, right: float
+) -> FloatArray:
+    return _s_shape(x, left, top_left) * _z_shape(x, top_right, right)
+
+
+def _gaussian(x: FloatArray, mean: float, deviation: float) -> FloatArray:
+    # exp(-800) is 0 to the last bit, and the square of what is farther away may overflow.
+    away = np.clip((x - mean) / deviation, -40.0, 40.0)
+    return np.exp(-0.5 * away * away)
+
+
+def _gaussian_pair(
+    x: FloatArray, left: float, left_deviation: float, right: float, right_deviation: float
+) -> FloatArray:
+    """1 between the means, a Gaussian's flank on either side."""
+    flanks = _gaussian(np.minimum(x, left), left, left_deviation)
+    return flanks * _gaussian(np.maximum(x, right), right, right_deviation)
+
+
+def _sigmoid(x: FloatArray, inflection: float, slope: float) -> FloatArray:
+    # The exponent is kept where exp is finite; beyond, the answer is 0 to the last bit.
+    return 1.0 / (1.0 + np.exp(np.minimum(-slope * (x - inflection), 700.0)))
+
+
+def _bell(x: FloatArray, centre: float, width: float, slope: float) -> FloatArray:
+    with np.errstate(over="ignore"):  # 1 / inf is the 0 that is meant
+        return 1.0 / (1.0 + np.abs((x - centre) / width) ** (2.0 * slope))
+
+
 KINDS: dict[str, tuple[tuple[str, ...], Callable[..., FloatArray]]] = {
     "triangular": (("left", "peak", "right"), _triangular),
     "trapezoidal": (("left", "top_left", "top_right", "right"), _trapezoidal),
     "ramp": (("foot", "top"), _ramp),
+    "gaussian": (("mean", "deviation"), _gaussian),
+    "gaussian_pair": (("left", "left_deviation", "right", "right_deviation"), _gaussian_pair),
+    "sigmoid": (("inflection", "slope"), _sigmoid),
+    "bell": (("centre", "width", "slope"), _bell),
+    "s_shape": (("foot", "top"), _s_shape),
+    "z_shape": (("top", "foot"), _z_shape),
+    "pi_shape": (("left", "top_left", "top_right", "right"), _pi_shape),
 }
+# Sugeno of order zero, and of order one: a factor for each input, then the constant.
+CONSEQUENTS = ("constant", "linear")
+
+_POSITIVE = {"deviation", "left_deviation", "right_deviation", "width"}
+_LINEAR = {"triangular", "trapezoidal"}
+_SMOOTH_STEPS = {"s_shape", "z_shape", "pi_shape"}
 
 
 def check_parameters(kind: str, parameters: tuple[float, ...]) -> None:
@@ -59,22 +115,42 @@ def check_parameters(kind: str, parameters: tuple[float, ...]) -> None:
     InputError
         If the kind is unknown, or the parameters are too few, too many or out of order.
     """
-    if kind not in KINDS:
-        raise InputError(f"unknown kind of term {kind!r}; expected {', '.join(KINDS)}")
-    wanted = KINDS[kind][0]
+    wanted = _names(kind, len(parameters))
     found = f"{kind} ({', '.join(f'{p:g}' for p in parameters)})"
     if len(parameters) != len(wanted):
         raise InputError(f"{found}: expected {len(wanted)} parameters, {', '.join(wanted)}")
     if any(map(isnan, parameters)):
         raise InputError(f"{found}: parameters must be numbers")
-    if kind == "ramp":
-        if not all(map(isfinite, parameters)) or parameters[0] == parameters[1]:
-            raise InputError(f"{found}: foot and top of a ramp must be finite and differ")
-        return
-    if any(a > b for a, b in pairwise(parameters)):
+    finite = parameters[1:-1] if kind in _LINEAR else parameters
+    if kind == "ramp" and (parameters[0] == parameters[1] or not all(map(isfinite, finite))):
+        raise InputError(f"{found}: foot and top of a ramp must be finite and differ")
+    if kind in _LINEAR | _SMOOTH_STEPS and any(a > b for a, b in pairwise(parameters)):
         raise InputError(f"{found}: parameters must ascend from left to right")
-    if not all(map(isfinite, parameters[1:-1])) or parameters[0] == inf or parameters[-1] == -inf:
+    if kind in _LINEAR and not (
+        all(map(isfinite, finite)) and parameters[0] < inf and parameters[-1] > -inf
+    ):
         raise InputError(f"{found}: only the outer feet may be infinite")
+    if not all(map(isfinite, finite)):
+        raise InputError(f"{found}: parameters must be finite")
+    for name, value in zip(wanted, parameters, strict=True):
+        if (name in _POSITIVE and value <= 0) or (name == "slope" and value == 0):
+            raise InputError(f"{found}: {name} must be {'over' if name in _POSITIVE else 'not'} 0")
+    if kind == "bell" and parameters[2] < 0:
+        raise InputError(f"{found}: slope must be over 0")
+    if kind == "gaussian_pair" and parameters[0] > parameters[2]:
+        raise InputError(f"{found}: the left mean must not lie right of the right one")
+
+
+def _names(kind: str, count: int) -> tuple[str, ...]:
+    if kind == "constant":
+        return ("value",)
+    if kind == "linear":
+        return (*(f"factor_{i + 1}" for i in range(count - 1)), "constant")
+    if kind not in KINDS:
+        raise InputError(
+            f"unknown kind of term {kind!r}; expected {', '.join((*KINDS, *CONSEQUENTS))}"
+        )
+    return KINDS[kind][0]
 
 
 def membership(kind: str, parameters: tuple[float, ...], x: FloatArray) -> FloatArray:
@@ -82,8 +158,13 @@ def membership(kind: str, parameters: tuple[float, ...], x: FloatArray) -> Float
 
     Parameters
     ----------
-    kind : {"triangular", "trapezoidal", "ramp"}
+    kind : key of `KINDS`
         "ramp": 0 at the foot, 1 at the top and beyond; the foot may lie on either side.
+        "gaussian": exp(-(x - mean)^2 / (2 deviation^2)); "gaussian_pair": its flanks, 1 between.
+        "sigmoid": 1 / (1 + exp(-slope (x - inflection))).
+        "bell": 1 / (1 + |(x - centre) / width|^(2 slope)).
+        "s_shape", "z_shape", "pi_shape": as ramp, ramp and trapezoidal, with two parabolas for
+        each straight flank.
     parameters : tuple of float
         As `check_parameters` demands.
     x : (...) float64

@@ -2,22 +2,52 @@
 
 ::
 
-    rule       = "IF" condition { "AND" condition } "THEN" conclusion { "AND" conclusion }
-    condition  = variable "IS" term
-    conclusion = output "IS" number
+    rule       = "IF" any "THEN" conclusion { "AND" conclusion }
+    any        = all { "OR" all }
+    all        = condition { "AND" condition }
+    condition  = [ "NOT" ] ( "(" any ")" | variable "IS" { hedge } term )
+    conclusion = output "IS" ( number | term )
+    hedge      = "NOT" | "VERY" | "SOMEWHAT" | "EXTREMELY" | "SELDOM"
 
-Keywords in any case; names are case-sensitive and free of white space.
+AND binds stronger than OR. Keywords in any case; names are case-sensitive and free of white
+space. Of several hedges the one next to the term comes first. A hedge's word may be a term: it is
+one where no name follows.
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
+from typing import Literal
 
 from usdface.errors import InputError
+from usdface.fuzzy.norms import HEDGES
 
-__all__ = ["KEYWORDS", "Rule", "parse_rule"]
+__all__ = ["KEYWORDS", "Combined", "Condition", "Proposition", "Rule", "parse_rule", "rule_name"]
 
-KEYWORDS = ("IF", "IS", "AND", "THEN")
+KEYWORDS = ("IF", "IS", "AND", "OR", "NOT", "THEN")
+# Deeper ones are no rule that a person wrote, and would exhaust the stack.
+_DEEPEST = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Proposition:
+    """``variable IS hedges term``; `hedges` as written, lower-case."""
+
+    variable: str
+    term: str
+    hedges: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Combined:
+    """Conditions joined by AND or OR, or one that is negated."""
+
+    how: Literal["and", "or", "not"]
+    parts: tuple["Condition", ...]
+
+
+Condition = Proposition | Combined
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,18 +58,18 @@ class Rule:
     ----------
     text : str
         As written.
-    antecedent : tuple of (variable, term)
-        All must hold.
+    condition : Proposition or Combined
+        What must hold.
     consequents : tuple of (output, value)
-        Zero-order Sugeno: the value the output takes, in [0, 1].
+        The number that the output takes (zero-order Sugeno), or the name of its term.
     weight : float
         In [0, 1]; multiplies the firing strength.
     enabled : bool
     """
 
     text: str
-    antecedent: tuple[tuple[str, str], ...]
-    consequents: tuple[tuple[str, float], ...]
+    condition: Condition
+    consequents: tuple[tuple[str, float | str], ...]
     weight: float = 1.0
     enabled: bool = True
 
@@ -48,7 +78,18 @@ class Rule:
             raise InputError(f"rule {self}: weight is {self.weight}; expected 0 to 1")
 
     def __str__(self) -> str:
-        return _quoted(self.text)
+        return rule_name(self.text)
+
+    @property
+    def antecedent(self) -> tuple[tuple[str, str], ...]:
+        """The (variable, term) of every proposition, in the order of the text."""
+        return tuple((p.variable, p.term) for p in _propositions(self.condition))
+
+
+def _propositions(condition: Condition) -> list[Proposition]:
+    if isinstance(condition, Proposition):
+        return [condition]
+    return [p for part in condition.parts for p in _propositions(part)]
 
 
 def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
@@ -57,7 +98,7 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
     Parameters
     ----------
     text : str
-        ``IF mouth_left_y IS raised AND cheek_left_y IS raised THEN joy IS 1``.
+        ``IF mouth_left_y IS very raised AND cheek_left_y IS raised THEN joy IS 1``.
     weight : float
         In [0, 1].
     enabled : bool
@@ -69,17 +110,16 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
     """
     words = _Words(text)
     words.keyword("IF")
-    antecedent = [words.condition()]
-    while words.keyword("AND", "THEN") == "AND":
-        antecedent.append(words.condition())
+    condition = words.any()
+    words.keyword("AND", "OR", "THEN")
     consequents = [words.conclusion()]
     while words.keyword("AND", "") == "AND":
         consequents.append(words.conclusion())
-    return Rule(text, tuple(antecedent), tuple(consequents), float(weight), bool(enabled))
+    return Rule(text, condition, tuple(consequents), float(weight), bool(enabled))
 
 
-def _quoted(text: str) -> str:
-    """The text in quotes and on one line, as messages show it."""
+def rule_name(text: str) -> str:
+    """Return the text in quotes and on one line, as messages show it."""
     return f'"{" ".join(text.split())}"'
 
 
@@ -88,48 +128,113 @@ class _Words:
 
     def __init__(self, text: str) -> None:
         self._text = text
-        self._rest = list(re.finditer(r"\S+", text))[::-1]
+        self._rest: list[tuple[int, str]] = []
+        for match in re.finditer(r"\S+", text):
+            self._rest += _without_parentheses(match.start(), match.group())
+        self._rest.reverse()
+        self._depth = 0
 
-    def condition(self) -> tuple[str, str]:
+    def any(self) -> Condition:
+        return self._joined("or", lambda: self._joined("and", self._condition))
+
+    def _joined(self, how: Literal["and", "or"], part: Callable[[], Condition]) -> Condition:
+        parts = [part()]
+        while self._ahead() == how.upper():
+            self._rest.pop()
+            parts.append(part())
+        return parts[0] if len(parts) == 1 else Combined(how, tuple(parts))
+
+    def _condition(self) -> Condition:
+        negated = self._ahead() == "NOT"
+        if negated:
+            self._rest.pop()
+        found = self._group() if self._ahead() == "(" else self._proposition()
+        if not negated:
+            return found
+        if isinstance(found, Proposition):
+            return Proposition(found.variable, found.term, ("not", *found.hedges))
+        return Combined("not", (found,))
+
+    def _group(self) -> Condition:
+        at, word = self._next()
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise self._error(at, f"at most {_DEEPEST} parentheses in one another", word)
+        found = self.any()
+        self.keyword("AND", "OR", ")")
+        self._depth -= 1
+        return found
+
+    def _proposition(self) -> Proposition:
         variable = self._name("a variable")
         self.keyword("IS")
-        return variable, self._name("a term")
+        hedges = []
+        while (word := self._ahead().lower()) in HEDGES and (word == "not" or self._names_on()):
+            self._rest.pop()
+            hedges.append(word)
+        return Proposition(variable, self._name("a term"), tuple(hedges))
 
-    def conclusion(self) -> tuple[str, float]:
+    def conclusion(self) -> tuple[str, float | str]:
         output = self._name("an output")
         self.keyword("IS")
         at, word = self._next()
         try:
             value = float(word)
         except ValueError:
-            raise self._error(at, "a number", word) from None
+            if not word or word.upper() in (*KEYWORDS, "(", ")"):
+                raise self._error(at, "a number or a term", word) from None
+            return output, word
         if not isfinite(value):
             raise self._error(at, "a finite number", word)
         return output, value
 
     def keyword(self, *expected: str) -> str:
-        """Take one of the keywords; "" stands for the end of the rule."""
+        """Take one of the keywords; "" stands for the end of the rule.
+
+        AND and OR before another keyword are only there for the message: a condition has
+        taken all of them.
+        """
         at, word = self._next()
         if word.upper() not in expected:
-            raise self._error(at, " or ".join(e or "the end of the rule" for e in expected), word)
+            *others, last = [e or "the end of the rule" for e in expected]
+            names = f"{', '.join(others)} or {last}" if others else last
+            raise self._error(at, names, word)
         return word.upper()
 
     def _name(self, what: str) -> str:
         at, word = self._next()
-        if not word or word.upper() in KEYWORDS:
+        if not word or word.upper() in (*KEYWORDS, "(", ")"):
             raise self._error(at, what, word)
         return word
 
+    def _ahead(self) -> str:
+        return self._rest[-1][1].upper() if self._rest else ""
+
+    def _names_on(self) -> bool:
+        """Whether the word after the next is a name or a NOT."""
+        after = self._rest[-2][1].upper() if len(self._rest) > 1 else ")"
+        return after == "NOT" or after not in (*KEYWORDS, "(", ")")
+
     def _next(self) -> tuple[int, str]:
-        if not self._rest:
-            return len(self._text), ""
-        match = self._rest.pop()
-        return match.start(), match.group()
+        return self._rest.pop() if self._rest else (len(self._text), "")
 
     def _error(self, at: int, expected: str, found: str) -> InputError:
         line = self._text.count("\n", 0, at) + 1
         column = at - self._text.rfind("\n", 0, at)
         return InputError(
-            f"rule {_quoted(self._text)}, line {line}, column {column}: "
+            f"rule {rule_name(self._text)}, line {line}, column {column}: "
             f"expected {expected}, found {found or 'the end of the rule'}"
         )
+
+
+def _without_parentheses(at: int, word: str) -> list[tuple[int, str]]:
+    """Split off parentheses around a word; those inside it, as in ``far(left)``, are its own."""
+    found = []
+    while word.startswith("("):
+        found.append((at, "("))
+        at, word = at + 1, word[1:]
+    name = word
+    while name.endswith(")") and name.count(")") > name.count("("):
+        name = name[:-1]
+    closing = [(at + len(name) + i, ")") for i in range(len(word) - len(name))]
+    return [*found, *([(at, name)] if name else []), *closing]

@@ -1,0 +1,53 @@
+import pytest
+
+from usdface.fuzzy.doubts import rule_findings
+from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
+
+LOW = Term("low", "ramp", (-0.1, -0.5))
+HIGH = Term("high", "ramp", (0.1, 0.5))
+
+
+def found(*texts, range_=None):
+    variables = (
+        Variable("a", "input", "a", terms=(LOW, HIGH), range=range_),
+        Variable("b", "input", "b", terms=(LOW, HIGH)),
+        Variable("joy", "output"),
+    )
+    system = FuzzySystem(variables, tuple(map(parse_rule, texts)))
+    return [(f.code, f.where) for f in rule_findings(system)]
+
+
+@pytest.mark.parametrize(
+    ("condition", "fires"),
+    [
+        ("a IS high AND a IS low", False),
+        ("a IS high AND b IS low", True),
+        ("a IS high AND (a IS low OR b IS low)", True),
+        ("(a IS high OR b IS high) AND a IS low AND b IS low", False),
+        ("a IS high AND NOT (a IS low OR b IS low)", True),
+        ("a IS very high AND NOT (a IS low OR a IS not low)", False),
+        (" AND ".join(["(a IS high OR a IS low OR b IS high)"] * 12), True),
+    ],
+)
+def test_a_rule_that_can_never_fire_is_named(condition, fires):
+    rule = f"IF {condition} THEN joy IS 1"
+    expected = [] if fires else [("RULE_UNREACHABLE", str(parse_rule(rule)))]
+    assert found(rule) == expected
+
+
+def test_contradictory_rules_are_named_whatever_their_order():
+    one, other = (
+        "IF a IS high AND b IS low THEN joy IS 1",
+        "IF b IS low AND a IS high THEN joy IS 0.2",
+    )
+    assert found(one, other) == [("RULES_CONTRADICT", f'"{other}"')]
+    assert found(one, one) == []
+    assert found(one, other.replace("AND a IS high", "AND a IS low")) == []
+
+
+def test_what_no_term_covers_is_named():
+    rule = "IF a IS high THEN joy IS 1"
+    assert found(rule) == []
+    assert found(rule, range_=(0.2, 1.0)) == []
+    assert found(rule, range_=(-1, 1)) == [("RANGE_UNCOVERED", "a")]

@@ -1,0 +1,134 @@
+"""What is doubtful about a rule base: findings, before a take is wasted on it."""
+
+from itertools import combinations
+
+import numpy as np
+
+from usdface.findings import Finding, finding
+from usdface.fuzzy.inference import fires_at_neutral
+from usdface.fuzzy.membership import membership
+from usdface.fuzzy.norms import HEDGES
+from usdface.fuzzy.rules import Condition, Proposition, Rule
+from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.takes import BoolArray, FloatArray
+
+__all__ = ["rule_findings"]
+
+# A condition with more alternatives than this is taken to hold somewhere.
+_ALTERNATIVES = 256
+_SAMPLES = 1001
+
+
+def rule_findings(system: FuzzySystem) -> list[Finding]:
+    """Return what is doubtful: rules that fire at neutral, never, or against one another, gaps.
+
+    RULE_FIRES_AT_NEUTRAL, RULE_UNREACHABLE, RULES_CONTRADICT and RANGE_UNCOVERED (only inputs
+    that have a range).
+    """
+    neutral = [
+        finding("RULE_FIRES_AT_NEUTRAL", str(rule), f"the rule {rule} fires on a neutral face")
+        for rule in fires_at_neutral(system)
+    ]
+    return neutral + _silent(system) + _contradictions(system) + _gaps(system)
+
+
+def _silent(system: FuzzySystem) -> list[Finding]:
+    findings = []
+    points = {v.name: _points(v) for v in system.inputs}
+    variables = {v.name: v for v in system.inputs}
+    for rule in system.rules:
+        if not rule.enabled or rule.weight == 0:
+            why = "is disabled or has no weight"
+        elif not _alternatives(rule.condition, variables, points, False):
+            why = "can never fire: no value belongs to all that it asks of one variable"
+        else:
+            continue
+        findings.append(finding("RULE_UNREACHABLE", str(rule), f"the rule {rule} {why}"))
+    return findings
+
+
+def _alternatives(
+    condition: Condition,
+    variables: dict[str, Variable],
+    points: dict[str, FloatArray],
+    negated: bool,
+) -> list[dict[str, BoolArray]]:
+    """Return the ways in which a condition can hold: for each variable, at which points.
+
+    Whether two variables can have their values together is not asked: they are free. Where
+    there are too many ways, one that asks for nothing stands for all.
+    """
+    if isinstance(condition, Proposition):
+        variable = variables[condition.variable]
+        term, x = variable.term(condition.term), points[condition.variable]
+        degree = membership(term.kind, term.parameters, x)
+        for hedge in (*(("not",) if negated else ()), *condition.hedges)[::-1]:
+            degree = HEDGES[hedge](degree)
+        return [{condition.variable: degree > 0}] if (degree > 0).any() else []
+    if condition.how == "not":
+        return _alternatives(condition.parts[0], variables, points, not negated)
+    parts = [_alternatives(part, variables, points, negated) for part in condition.parts]
+    if (condition.how == "or") != negated:
+        ways = [way for part in parts for way in part]
+        return ways if len(ways) <= _ALTERNATIVES else [{}]
+    ways = [{}]
+    for part in parts:
+        joined = [_together(a, b) for a in ways for b in part]
+        ways = [way for way in joined if all(at.any() for at in way.values())]
+        ways = ways if len(ways) <= _ALTERNATIVES else [{}]
+    return ways
+
+
+def _together(a: dict[str, BoolArray], b: dict[str, BoolArray]) -> dict[str, BoolArray]:
+    return a | {name: at & a[name] if name in a else at for name, at in b.items()}
+
+
+def _contradictions(system: FuzzySystem) -> list[Finding]:
+    findings = []
+    groups: dict[object, list[Rule]] = {}
+    for rule in system.rules:
+        if rule.enabled and rule.weight > 0:
+            groups.setdefault(_meaning(rule.condition), []).append(rule)
+    for rules in groups.values():
+        for one, other in combinations(rules, 2):
+            said = dict(one.consequents)
+            for output, value in other.consequents:
+                if said.get(output, value) != value:
+                    message = (
+                        f"the rules {one} and {other} ask for the same, but say {output} IS "
+                        f"{said[output]} and {value}; keep one, or tell their conditions apart"
+                    )
+                    findings.append(finding("RULES_CONTRADICT", str(other), message))
+    return findings
+
+
+def _meaning(condition: Condition) -> object:
+    """A condition without the order of its parts."""
+    if isinstance(condition, Proposition):
+        return condition
+    return condition.how, frozenset(_meaning(part) for part in condition.parts)
+
+
+def _gaps(system: FuzzySystem) -> list[Finding]:
+    findings = []
+    for variable in system.inputs:
+        if variable.range is None or not variable.terms:
+            continue
+        x = np.linspace(*variable.range, _SAMPLES)
+        covered = np.any([membership(t.kind, t.parameters, x) > 0 for t in variable.terms], axis=0)
+        bare = x[1:-1][~covered[1:-1]]
+        if bare.size:
+            message = (
+                f"no term of {variable.name} covers all of {bare[0]:g} to {bare[-1]:g}; no rule "
+                "about it fires there; widen a term or shorten the range"
+            )
+            findings.append(finding("RANGE_UNCOVERED", variable.name, message))
+    return findings
+
+
+def _points(variable: Variable) -> FloatArray:
+    """Values between which no term of a variable changes from 0 to more."""
+    marks = np.array([p for t in variable.terms for p in t.parameters if np.isfinite(p)] + [0.0])
+    marks = np.unique(marks)
+    beyond = [marks[0] - 1.0, marks[-1] + 1.0]
+    return np.concatenate([marks, (marks[1:] + marks[:-1]) / 2, beyond])

@@ -1,0 +1,103 @@
+"""Norms and hedges: what AND, OR, VERY, SOMEWHAT do with degrees in [0, 1].
+
+All are elementwise, so that a frame's answer does not depend on its neighbours. Norms after
+Klement, Mesiar and Pap, "Triangular Norms", 2000; each s-norm is the dual of the t-norm in the
+same row: s(a, b) = 1 - t(1 - a, 1 - b).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from usdface.takes import FloatArray
+
+__all__ = ["AGGREGATIONS", "HEDGES", "S_NORMS", "T_NORMS"]
+
+Norm = Callable[[FloatArray, FloatArray], FloatArray]
+
+
+def _lukasiewicz(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.maximum(a + b - 1.0, 0.0)
+
+
+def _hamacher(a: FloatArray, b: FloatArray) -> FloatArray:
+    both = a + b - a * b
+    return np.divide(a * b, both, out=np.zeros_like(both), where=both > 0)
+
+
+def _einstein(a: FloatArray, b: FloatArray) -> FloatArray:
+    return a * b / (2.0 - (a + b - a * b))
+
+
+def _drastic(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.where(np.maximum(a, b) == 1.0, np.minimum(a, b), 0.0)
+
+
+def _nilpotent(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.where(a + b > 1.0, np.minimum(a, b), 0.0)
+
+
+def _algebraic_sum(a: FloatArray, b: FloatArray) -> FloatArray:
+    return a + b - a * b
+
+
+def _lukasiewicz_sum(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.minimum(a + b, 1.0)
+
+
+def _hamacher_sum(a: FloatArray, b: FloatArray) -> FloatArray:
+    rest = 1.0 - a * b
+    return np.divide(a + b - 2.0 * a * b, rest, out=np.ones_like(rest), where=rest > 0)
+
+
+def _einstein_sum(a: FloatArray, b: FloatArray) -> FloatArray:
+    return (a + b) / (1.0 + a * b)
+
+
+def _drastic_sum(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.where(np.minimum(a, b) == 0.0, np.maximum(a, b), 1.0)
+
+
+def _nilpotent_sum(a: FloatArray, b: FloatArray) -> FloatArray:
+    return np.where(a + b < 1.0, np.maximum(a, b), 1.0)
+
+
+T_NORMS: dict[str, Norm] = {
+    "min": np.minimum,
+    "prod": np.multiply,
+    "lukasiewicz": _lukasiewicz,
+    "hamacher": _hamacher,
+    "einstein": _einstein,
+    "drastic": _drastic,
+    "nilpotent": _nilpotent,
+}
+S_NORMS: dict[str, Norm] = {
+    "max": np.maximum,
+    "probor": _algebraic_sum,
+    "lukasiewicz": _lukasiewicz_sum,
+    "hamacher": _hamacher_sum,
+    "einstein": _einstein_sum,
+    "drastic": _drastic_sum,
+    "nilpotent": _nilpotent_sum,
+}
+# Mamdani sets may also be added without bound.
+AGGREGATIONS: dict[str, Norm] = S_NORMS | {"sum": np.add}
+
+
+def _extremely(x: FloatArray) -> FloatArray:
+    return np.where(x <= 0.5, 2.0 * x * x, 1.0 - 2.0 * (1.0 - x) * (1.0 - x))
+
+
+def _seldom(x: FloatArray) -> FloatArray:
+    return np.where(x <= 0.5, np.sqrt(0.5 * x), 1.0 - np.sqrt(0.5 * (1.0 - x)))
+
+
+# Zadeh, "A fuzzy-set-theoretic interpretation of linguistic hedges", 1972: concentration,
+# dilation, contrast intensification and its inverse.
+HEDGES: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "not": lambda x: 1.0 - x,
+    "very": lambda x: x * x,
+    "somewhat": np.sqrt,
+    "extremely": _extremely,
+    "seldom": _seldom,
+}
