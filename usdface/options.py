@@ -12,6 +12,7 @@ from typing import Any, Literal, get_args
 from usdface.errors import InputError
 
 __all__ = [
+    "CleanOptions",
     "CorrectionMode",
     "CorrectionOptions",
     "HeadMode",
@@ -25,6 +26,7 @@ __all__ = [
 
 Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric"]
 MapForm = Literal["neutral_relative", "paper"]
+MapChoosing = Literal["auto", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 
@@ -75,19 +77,31 @@ class MapOptions:
     `radius` is the shape parameter in multiples of the mean distance between a neutral
     marker and its nearest neighbour; `smoothing` is added to the diagonal of the kernel
     matrix (scaled to 1 at distance 0). Neither counts in the paper's form, which takes the
-    smallest distance and no smoothing.
+    smallest distance and no smoothing. With the `choice` "auto" kernel, radius and smoothing
+    are those that best predict left-out markers; with "fixed" they are as given here.
     """
 
     kernel: Kernel = "multiquadric"
     form: MapForm = "neutral_relative"
+    choice: MapChoosing = "auto"
     radius: float = 3.0
     smoothing: float = 1.0
 
     def __post_init__(self) -> None:
         _check_choice("kernel", self.kernel, Kernel)
         _check_choice("form", self.form, MapForm)
+        _check_choice("choice", self.choice, MapChoosing)
         _check_number("radius", self.radius, above_zero=True)
         _check_number("smoothing", self.smoothing)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CleanOptions:
+    """Which steps of the marker clean-up (`usdface.cleanup`) are done before the solve."""
+
+    swaps: bool = True
+    spikes: bool = True
+    gaps: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -90,3 +90,12 @@ def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"bad\.json"):
         read_bind(tmp_path / "bad.json")
     assert json.loads(bind_json(SETUPS[0]))["mesh"] == "/Asset/Face/Head"
+
+
+def test_a_map_whose_settings_are_named_is_not_chosen() -> None:
+    def map_of(**settings: object) -> MapOptions:
+        return setup_of_json({"markers": {"a": {"point": 1}}, "map": settings}, "bind").map
+
+    assert map_of(radius=2.0) == MapOptions(choice="fixed", radius=2.0)
+    assert map_of(radius=2.0, choice="auto") == MapOptions(radius=2.0)
+    assert map_of(form="paper") == MapOptions(form="paper")

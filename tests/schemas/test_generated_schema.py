@@ -81,6 +81,7 @@ def declared_default(prim: str, name: str) -> object:
     [
         (tokens.MAP_KERNEL, options.MapOptions().kernel),
         (tokens.MAP_FORM, options.MapOptions().form),
+        (tokens.MAP_CHOICE, options.MapOptions().choice),
         (tokens.MAP_RADIUS, options.MapOptions().radius),
         (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
         (tokens.SOLVE_SMOOTHNESS, options.SolveOptions().smoothness),
@@ -123,6 +124,7 @@ def test_a_missing_attribute_means_the_default_of_the_system(
     [
         (tokens.RETARGET, tokens.MAP_KERNEL, options.Kernel),
         (tokens.RETARGET, tokens.MAP_FORM, options.MapForm),
+        (tokens.RETARGET, tokens.MAP_CHOICE, options.MapChoosing),
         (tokens.RETARGET, tokens.HEAD_MODE, options.HeadMode),
         (tokens.FUZZY_SYSTEM, tokens.MODE, options.CorrectionMode),
         (tokens.FUZZY_SYSTEM, tokens.NORMALISATION, system.Normalisation),

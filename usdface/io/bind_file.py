@@ -10,7 +10,8 @@
 
 Only `markers` is needed. `head` is "solve", "stabilised" or a list of truly rigid markers;
 `neutral` is in frame indices of the take, or "rig" where the take's neutral is the rig's own
-neutral mesh, in the same space; `map` and `solve` override `usdface.options`.
+neutral mesh, in the same space; `map` and `solve` override `usdface.options`. A map whose
+kernel, radius or smoothing is named is not chosen, unless its `choice` says "auto".
 """
 
 import json
@@ -101,7 +102,7 @@ def setup_of_json(document: object, where: str) -> Setup:
         neutral=_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
         roles=roles,
-        map=_options(MapOptions, document.get("map", {}), f'{where}: "map"'),
+        map=_map_options(document.get("map", {}), f'{where}: "map"'),
         solve=_options(SolveOptions, document.get("solve", {}), f'{where}: "solve"'),
     )
 
@@ -125,6 +126,11 @@ def _neutral(value: object, where: str) -> tuple[int, int] | None:
     raise InputError(
         f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"'
     )
+
+
+def _map_options(value: object, where: str) -> MapOptions:
+    named = isinstance(value, dict) and not {"kernel", "radius", "smoothing"}.isdisjoint(value)
+    return _options(MapOptions, {"choice": "fixed"} | value if named else value, where)  # type: ignore[operator]
 
 
 def _options(kind: type[_Options], value: object, where: str) -> _Options:

@@ -18,7 +18,7 @@ from usdface.options import Kernel, MapOptions
 from usdface.retarget.align import similarity_fit
 from usdface.takes import FloatArray, frozen
 
-__all__ = ["SpaceMap", "fit_map", "fit_paper_map", "kernel_values"]
+__all__ = ["SpaceMap", "carry", "distances", "fit_map", "fit_paper_map", "kernel_values", "spacing"]
 
 _CHUNK_ELEMENTS = 8_000_000
 
@@ -73,7 +73,7 @@ class SpaceMap:
             for first in range(0, len(flat), chunk):
                 rows = slice(first, first + chunk)
                 values = kernel_values(
-                    self.kernel, _distances(flat[rows], self.centres), self.radius
+                    self.kernel, distances(flat[rows], self.centres), self.radius
                 )
                 result[rows] += values @ self.coefficients
         mapped: FloatArray = result.reshape(*points.shape[:-1], 3)
@@ -85,7 +85,7 @@ class SpaceMap:
         return moved
 
 
-def _distances(a: FloatArray, b: FloatArray) -> FloatArray:
+def distances(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return all distances between (N, D) and (M, D): (N, M), without cancellation."""
     squared = np.zeros((len(a), len(b)))
     for axis in range(a.shape[1]):
@@ -94,9 +94,14 @@ def _distances(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _closest(points: FloatArray) -> FloatArray:
-    distances = _distances(points, points)
-    np.fill_diagonal(distances, np.inf)
-    return np.asarray(distances.min(axis=1))
+    apart = distances(points, points)
+    np.fill_diagonal(apart, np.inf)
+    return np.asarray(apart.min(axis=1))
+
+
+def spacing(points: FloatArray) -> float:
+    """Return the mean distance of points (M, D) to their nearest neighbours."""
+    return float(_closest(points).mean())
 
 
 def fit_paper_map(
@@ -124,7 +129,7 @@ def fit_paper_map(
             "two markers are at the same neutral place, so the paper's space map is singular; "
             'leave one out or use the form "neutral_relative"'
         )
-    matrix = kernel_values(kernel, _distances(source, source), radius)
+    matrix = kernel_values(kernel, distances(source, source), radius)
     if np.linalg.cond(matrix) > 1e14:
         raise SolveError(f"the {kernel} space map is singular for these {len(source)} markers")
     coefficients = np.asarray(np.linalg.solve(matrix, target), dtype=np.float64)
@@ -133,7 +138,7 @@ def fit_paper_map(
 
 
 def fit_map(source: FloatArray, target: FloatArray, options: MapOptions) -> SpaceMap:
-    """Fit the space map that `options` ask for; arguments as in `fit_paper_map`.
+    """Fit the map of the kernel, radius and smoothing of `options`; see `fit_paper_map`.
 
     In the neutral-relative form the radial field solves
     ``[[K + s I, 1], [1', 0]] [c; d] = [rest; 0]`` for the rest that the similarity leaves,
@@ -147,33 +152,42 @@ def fit_map(source: FloatArray, target: FloatArray, options: MapOptions) -> Spac
     """
     if options.form == "paper":
         return fit_paper_map(source, target, options.kernel)
-    count, dimension = source.shape
+    count = len(source)
     if count < 4:
         raise SolveError(f"the space map needs at least 4 bound markers; got {count}")
-    linear, offset = similarity_fit(source, target) if dimension == 3 else _affine(source, target)
+    linear, offset = carry(source, target)
     rest = target - (source @ linear + offset)
-    spacing = float(_closest(source).mean())
-    if spacing <= 0.0:
+    radius = options.radius * spacing(source)
+    if radius <= 0.0:
         raise SolveError("all markers are at the same neutral place")
-    radius = options.radius * spacing
     # Equal faces: nothing to bend, and rounding must not be amplified.
     if np.abs(rest).max() <= 1e-6 * np.abs(target - target.mean(axis=0)).max():
         return SpaceMap(source, np.zeros((count, 3)), linear, offset, options.kernel, radius)
     sign = -1.0 / radius if options.kernel == "multiquadric" else 1.0
     system = np.ones((count + 1, count + 1))
     system[-1, -1] = 0.0
-    system[:-1, :-1] = sign * kernel_values(options.kernel, _distances(source, source), radius)
+    system[:-1, :-1] = sign * kernel_values(options.kernel, distances(source, source), radius)
     system[:-1, :-1] += options.smoothing * np.eye(count)
     try:
-        solved: FloatArray = np.linalg.solve(system, np.vstack([rest, np.zeros(3)]))
+        solved: FloatArray = np.asarray(np.linalg.solve(system, np.vstack([rest, np.zeros(3)])))
     except np.linalg.LinAlgError as error:
         raise SolveError(
             "the space map is singular: markers coincide; raise its smoothing"
         ) from error
-    return SpaceMap(source, sign * solved[:-1], linear, offset + solved[-1], options.kernel, radius)
+    offset = np.asarray(offset + solved[-1])
+    return SpaceMap(source, sign * solved[:-1], linear, offset, options.kernel, radius)
 
 
-def _affine(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+def carry(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Fit what the radial field bends: a similarity, or from an image (M, 2) an affine map.
+
+    Returns
+    -------
+    linear : (D, 3) float64
+    offset : (3,) float64
+    """
+    if source.shape[1] == 3:
+        return similarity_fit(source, target)
     homogeneous = np.column_stack([source, np.ones(len(source))])
     solved: FloatArray = np.linalg.lstsq(homogeneous, target, rcond=None)[0].astype(np.float64)
     return solved[:-1], solved[-1]

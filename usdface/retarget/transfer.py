@@ -8,8 +8,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.retarget.align import Pose, rigid_fit
 from usdface.retarget.joint import solve_jointly
+from usdface.retarget.map_choice import MapChoice, choose_map
 from usdface.retarget.neutral import neutral_markers, on_plane
-from usdface.retarget.rbf import fit_map
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, frozen, visible
 
@@ -41,6 +41,8 @@ class Solution:
         noise, in an expressive frame.
     rounds : int
         Rounds of the pose and occlusion loop.
+    choice : MapChoice
+        The space map, and how well it predicts left-out markers.
     in_space : bool
         False for an image's markers: then the pose is in pixels.
     """
@@ -54,6 +56,7 @@ class Solution:
     noise: float
     misfit: float
     rounds: int
+    choice: MapChoice
     in_space: bool = True
 
     def __post_init__(self) -> None:
@@ -99,7 +102,7 @@ def solve_take(
     target = points[used]
     basis = offsets[:, used]
     findings += _unseen_shapes(basis, shape_names)
-    space = fit_map(neutral, target, setup.map)
+    space, choice = choose_map(neutral, target, setup.map)
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
 
@@ -126,6 +129,7 @@ def solve_take(
         joint.noise,
         joint.misfit,
         joint.rounds,
+        choice,
         in_space=take.dimension == 3,
     )
     return solution, findings

@@ -27,6 +27,7 @@ __all__ = [
     "HEAD_MODE",
     "HEAD_TRANSFORM",
     "IMAGE_SIZE",
+    "MAP_CHOICE",
     "MAP_FORM",
     "MAP_KERNEL",
     "MAP_RADIUS",
@@ -116,6 +117,7 @@ NEUTRAL_MODE: Final = "usdface:neutral:mode"
 NEUTRAL_RANGE: Final = "usdface:neutral:range"
 MAP_KERNEL: Final = "usdface:map:kernel"
 MAP_FORM: Final = "usdface:map:form"
+MAP_CHOICE: Final = "usdface:map:choice"
 MAP_RADIUS: Final = "usdface:map:radius"
 MAP_SMOOTHING: Final = "usdface:map:smoothing"
 SOLVE_SMOOTHNESS: Final = "usdface:solve:smoothness"

@@ -17,6 +17,7 @@ _NAMES = Sdf.ValueTypeNames
 _MAP = {
     tokens.MAP_KERNEL: ("kernel", _NAMES.Token),
     tokens.MAP_FORM: ("form", _NAMES.Token),
+    tokens.MAP_CHOICE: ("choice", _NAMES.Token),
     tokens.MAP_RADIUS: ("radius", _NAMES.Double),
     tokens.MAP_SMOOTHING: ("smoothing", _NAMES.Double),
 }

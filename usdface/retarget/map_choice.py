@@ -1,0 +1,154 @@
+"""Which space map: the one that best predicts a marker from all others.
+
+Each marker in turn is left out and predicted by the map that the others give. For the radial
+field this needs no new fit (Rippa 1999, "An algorithm for selecting a good value for the
+parameter c in radial basis function interpolation"): with A the matrix of `fit_map`, smoothing
+and constant included, and c its solution, the error at marker i is ``c_i / (A^-1)_ii``. This
+holds for any value at marker i, so also where the similarity below the field is fitted anew
+without it. Wide kernels and little smoothing win between smooth faces, more smoothing where
+markers sit a little off their vertices, the plain similarity where bending explains nothing.
+"""
+
+from dataclasses import dataclass, replace
+from typing import get_args
+
+import numpy as np
+
+from usdface.options import Kernel, MapOptions
+from usdface.retarget.rbf import SpaceMap, carry, distances, fit_map, kernel_values, spacing
+from usdface.takes import FloatArray
+
+__all__ = ["MapChoice", "choose_map", "left_out_errors"]
+
+RADII = (2.0, 3.0, 5.0, 8.0)
+SMOOTHINGS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+# Of maps that predict this nearly as well as the best, the one that bends least bends the
+# markers' displacements least.
+_AS_GOOD = 1.05
+# More points than this are a mesh, not markers: the time grows with their cube.
+_MOST = 400
+
+
+@dataclass(frozen=True, slots=True)
+class MapChoice:
+    """A space map's name and how well it predicts left-out markers.
+
+    Attributes
+    ----------
+    name : str
+    error : float [m]
+        RMS distance on the character of a left-out marker to its vertex; NaN if not computed.
+    similarity_error : float [m]
+        The same for the map that does not bend.
+    best : dict of str to float [m]
+        The least error of each kernel.
+    """
+
+    name: str
+    error: float = np.nan
+    similarity_error: float = np.nan
+    best: dict[str, float] | None = None
+
+
+def choose_map(
+    source: FloatArray, target: FloatArray, options: MapOptions
+) -> tuple[SpaceMap, MapChoice]:
+    """Fit the space map that `options` ask for, choosing its settings where they say so.
+
+    Parameters
+    ----------
+    source : (M, D) float64
+        Neutral markers.
+    target : (M, 3) float64 [m]
+        Neutral feature points of the character.
+    options : MapOptions
+
+    Raises
+    ------
+    SolveError
+        If there are too few markers, or they coincide.
+    """
+    if options.form == "paper":
+        return fit_map(source, target, options), MapChoice(f"paper, {options.kernel}")
+    fixed = fit_map(source, target, options)
+    if not fixed.coefficients.any():
+        return fixed, MapChoice("similarity", 0.0, 0.0, {})
+    if options.choice == "fixed" or not 5 <= len(source) <= _MOST:
+        return fixed, MapChoice(_name(options))
+    rest = _rest_without(source, target)
+    plain = _rms(np.einsum("iid->id", rest)[..., None])[0]
+    candidates: list[tuple[float, float, MapOptions | None]] = [(plain, 0.0, None)]
+    best = {}
+    for kernel in get_args(Kernel):
+        of_kernel: list[tuple[float, float, MapOptions | None]] = []
+        for radius in RADII:
+            errors, freedom = left_out_errors(source, rest, kernel, radius, SMOOTHINGS)
+            for error, free, smoothing in zip(_rms(errors), freedom, SMOOTHINGS, strict=True):
+                settings = replace(options, kernel=kernel, radius=radius, smoothing=smoothing)
+                of_kernel.append((error, free, settings))
+        best[kernel] = min(error for error, _, _ in of_kernel)
+        candidates += of_kernel
+    least = min(error for error, _, _ in candidates)
+    error, _, chosen = min((c for c in candidates if c[0] <= _AS_GOOD * least), key=lambda c: c[1])
+    if chosen is None:
+        space = replace(fixed, coefficients=np.zeros_like(target), offset=carry(source, target)[1])
+        return space, MapChoice("similarity", error, plain, best)
+    return fit_map(source, target, chosen), MapChoice(_name(chosen), error, plain, best)
+
+
+def left_out_errors(
+    source: FloatArray,
+    rest: FloatArray,
+    kernel: Kernel,
+    radius: float,
+    smoothings: tuple[float, ...],
+) -> tuple[FloatArray, FloatArray]:
+    """Predict each marker from the others, for some smoothings at once.
+
+    Parameters
+    ----------
+    source : (M, D) float64
+        Neutral markers.
+    rest : (M, M, 3) float64 [m]
+        ``rest[i, j]`` is what is left at marker j by the similarity that does not know marker i.
+    kernel, radius, smoothings
+        As in `MapOptions`; the radius counts spacings of all markers.
+
+    Returns
+    -------
+    errors : (M, 3, len(smoothings)) float64 [m]
+        True place less prediction.
+    freedom : (len(smoothings),) float64
+        Effective degrees of freedom of the field: the trace of its smoother.
+    """
+    count, reach = len(source), radius * spacing(source)
+    sign = -1.0 / reach if kernel == "multiquadric" else 1.0
+    matrix = sign * kernel_values(kernel, distances(source, source), reach)
+    # On vectors that sum to zero the bordered system is an ordinary one, and its inverse
+    # for every smoothing comes from one eigen-decomposition.
+    free = np.linalg.svd(np.ones((1, count)))[2][1:].T
+    values, vectors = np.linalg.eigh(free.T @ matrix @ free)
+    vectors = free @ vectors
+    inverse = 1.0 / (np.maximum(values, 0.0)[:, None] + np.array(smoothings))
+    along = np.einsum("jk,ijd->idk", vectors, rest, optimize=True)
+    solved = (along * vectors[:, None]) @ inverse
+    errors = solved / (vectors**2 @ inverse)[:, None]
+    return errors, count - 1.0 - np.array(smoothings) * inverse.sum(axis=0)
+
+
+def _rest_without(source: FloatArray, target: FloatArray) -> FloatArray:
+    """Return what the similarity without marker i leaves at marker j: (M, M, 3)."""
+    rest = np.empty((len(source), *target.shape))
+    for i in range(len(source)):
+        linear, offset = carry(np.delete(source, i, axis=0), np.delete(target, i, axis=0))
+        rest[i] = target - (source @ linear + offset)
+    return rest
+
+
+def _rms(errors: FloatArray) -> list[float]:
+    """Return the RMS length of errors (M, 3, N): N numbers."""
+    return [float(v) for v in np.sqrt((errors**2).sum(axis=1).mean(axis=0))]
+
+
+def _name(options: MapOptions) -> str:
+    return f"{options.kernel}, radius {options.radius:g}, smoothing {options.smoothing:g}"
