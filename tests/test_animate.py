@@ -18,6 +18,7 @@ from usdface.fuzzy.paper import EMOTIONS, MEDIUM, paper_system
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.usd.fuzzy import write_fuzzy
+from usdface.options import CorrectionOptions
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.setup import Binding, Expression, Setup
 from usdface.takes import WeightsTake
@@ -132,10 +133,10 @@ def test_the_designed_system_hears_each_expression_it_has_a_rule_for(
 ) -> None:
     mesh = world.rig.meshes[0]
     expressions, _ = expressions_for(mesh.shape_names)
-    system, roles, _ = design(mesh, setup, expressions)
+    system, playing, _ = design(mesh, setup, expressions, CorrectionOptions())
+    assert system is not None
     poses = np.array([e.pose(mesh.shape_names) for e in expressions])
     take = WeightsTake(mesh.shape_names, np.arange(len(poses), dtype=float), poses)
-    playing = replace(setup, roles=dict(setup.roles) | roles)
     inputs = features(system, take, mesh, playing, take, None)
     _, emotions, _ = express(system, inputs, mesh.shape_names, poses, expressions)
     for row, expression in enumerate(expressions):

@@ -1,7 +1,7 @@
 """A shot's animation: the retarget, then the corrector over it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.layers import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
-from usdface.options import ProcessOptions
+from usdface.options import CorrectionOptions, ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
@@ -138,11 +138,23 @@ def _map_summary(choice: MapChoice) -> dict[str, Any]:
 
 
 def design(
-    mesh: Mesh, setup: Setup, expressions: Sequence[Expression]
-) -> tuple[FuzzySystem, dict[str, str], list[Finding]]:
-    """Design the default system from the expression poses, on the bound markers."""
+    mesh: Mesh, setup: Setup, expressions: Sequence[Expression], correction: CorrectionOptions
+) -> tuple[FuzzySystem | None, Setup, list[Finding]]:
+    """Design the default system from the expression poses, on the bound markers.
+
+    Returns
+    -------
+    FuzzySystem or None
+        None without markers or expressions.
+    Setup
+        With the roles that the system's variables name; those it has already win.
+    list of Finding
+        EXPRESS_SKIPPED where there is no system.
+    """
     points = setup.binding.points
-    return design_system(
+    if not len(points) or not expressions:
+        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path)]
+    system, roles, findings = design_system(
         setup.binding.markers,
         mesh.points[points],
         mesh.offsets_at(points),
@@ -151,6 +163,8 @@ def design(
         setup.nose_tip,
         _MARKER_NOISE,
     )
+    system = replace(system, mode=correction.mode, gain=correction.gain)
+    return system, replace(setup, roles=roles | dict(setup.roles)), findings
 
 
 def features(

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.io.atomic import check_place
 from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
 from usdface.outcome import OnStep, Outcome, Steps
@@ -120,25 +120,16 @@ def make_shot(
         character, findings = read_rig(rig)
         stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(stage, take))
-        if bind:
-            setup, more = read_bind(bind)
-            findings += more
-            mesh = character.mesh(setup.binding.mesh)
-        else:
-            setup, mesh = unbound(recorded), character.face()
-        setup, more = fit_setup(setup, mesh, recorded)
+        named, more = read_bind(bind) if bind else (unbound(recorded), [])
+        findings += more
+        mesh = character.mesh(named.binding.mesh) if bind else character.face()
+        setup, more = fit_setup(named, mesh, recorded)
         findings += more
     with steps("design"):
         expressions, more = expressions_for(character.shape_names)
         findings += more
-        system = None
-        if setup.binding.markers and expressions:
-            system, roles, more = design(mesh, setup, expressions)
-            findings += more
-            setup = replace(setup, roles=roles | dict(setup.roles))
-            system = replace(system, mode=correction.mode, gain=correction.gain)
-        else:
-            findings.append(finding("EXPRESS_SKIPPED", str(output)))
+        system, setup, more = design(mesh, setup, expressions, correction)
+        findings += more
     with steps("write"):
         write_shot(output, rig, take, setup, system, expressions)
     summary = {

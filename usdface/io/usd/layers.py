@@ -5,7 +5,6 @@ complete arrays over all frames; each carries its own clock, because USD stretch
 that does not by the ratio to its fallback of 24.
 """
 
-import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +13,14 @@ from pxr import Sdf, Usd, UsdSkel, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.shot import Shot, ShotPrims
-from usdface.io.usd.stage import Metrics, matrices, new_layer, save_layers, to_si
+from usdface.io.usd.stage import (
+    Metrics,
+    matrices,
+    new_layer,
+    relative_asset,
+    save_layers,
+    to_si,
+)
 from usdface.retarget.transfer import Solution
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import FloatArray
@@ -231,8 +237,8 @@ def write_layers(
     if in_place:
         top = Sdf.Layer.CreateAnonymous(".usda")
         top.TransferContent(stage.GetRootLayer())
-        ours = [_relative(path, shot_path) for path in stronger_first]
-        old = {_relative(path, shot_path) for path in (paths.solve, paths.express)}
+        ours = [relative_asset(path, shot_path) for path in stronger_first]
+        old = {relative_asset(path, shot_path) for path in (paths.solve, paths.express)}
         top.subLayerPaths = ours + [p for p in top.subLayerPaths if p not in old]
         layers.append((shot_path, top))
     else:
@@ -246,11 +252,6 @@ def _root_layer(
 ) -> Sdf.Layer:
     layer = new_layer(metrics)
     layer.defaultPrim = stage.GetRootLayer().defaultPrim
-    layer.subLayerPaths = [_relative(path, paths.root) for path in [*stronger_first, shot]]
+    layer.subLayerPaths = [relative_asset(path, paths.root) for path in [*stronger_first, shot]]
     write_fallback_types(layer)
     return layer
-
-
-def _relative(target: Path, owner: Path) -> str:
-    relative = Path(os.path.relpath(target.resolve(), owner.resolve().parent)).as_posix()
-    return relative if relative.startswith("..") else f"./{relative}"

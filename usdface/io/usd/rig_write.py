@@ -13,7 +13,15 @@ from usdface.io.prim_names import prim_names
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
-from usdface.io.usd.stage import Metrics, matrices, new_stage, save_layer, vec2f_array, vec3f_array
+from usdface.io.usd.stage import (
+    Metrics,
+    matrices,
+    new_stage,
+    rate_of,
+    save_layer,
+    vec2f_array,
+    vec3f_array,
+)
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
 from usdface.takes import FloatArray, WeightsTake
 
@@ -102,9 +110,7 @@ def _scope(stage: Usd.Stage) -> str:
 def _rate(curves: WeightsTake | None) -> float:
     if curves is None:
         return 24.0
-    if curves.rate > 0:
-        return curves.rate
-    return float(1 / np.median(np.diff(curves.times))) if len(curves.times) > 1 else 24.0
+    return curves.rate or rate_of(curves.times)
 
 
 def _time_codes(curves: WeightsTake | None, rate: float) -> FloatArray:

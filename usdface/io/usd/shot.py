@@ -1,6 +1,5 @@
 """The shot: a stage that brings a character, a take and their setup together."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from usdface.io.usd.stage import (
     metrics_of,
     new_stage,
     open_stage,
+    relative_asset,
     save_layer,
     to_si,
 )
@@ -88,33 +88,14 @@ def write_shot(
         If the shot cannot be written.
     """
     rig_stage, take_stage = open_stage(rig), open_stage(take)
-    rig_metrics, take_metrics = metrics_of(rig_stage), metrics_of(take_stage)
     character = _root_of(rig_stage, rig)
-    stage = new_stage(
-        replace(
-            take_metrics, meters_per_unit=rig_metrics.meters_per_unit, up_axis=rig_metrics.up_axis
-        ),
-        "Shot",
-    )
-    # The units of the take are put right on a parent, which every reader of USD understands.
-    capture = UsdGeom.Xform.Define(stage, _CAPTURE)
-    matrix = to_si(take_metrics) @ np.linalg.inv(to_si(rig_metrics))
-    if not np.allclose(matrix, np.eye(4), rtol=0, atol=1e-12):
-        capture.AddTransformOp().Set(matrices(matrix)[0])
+    stage = _stage_of(metrics_of(rig_stage), metrics_of(take_stage))
     targets = {tokens.TAKE: [_TAKE]}
     mesh = setup.binding.mesh
-    for name, target in (
-        (tokens.BIND_MESH, mesh),
-        (tokens.RIG, _skel_root(rig_stage.GetPrimAtPath(mesh)) if mesh else ""),
-    ):
-        if target and not Sdf.Path(target).HasPrefix(character):
-            raise InputError(
-                f"{rig}: <{target}> is not under the defaultPrim <{character}>, which the shot "
-                "references"
-            )
-        if target:
-            moved = Sdf.Path(target).ReplacePrefix(Sdf.Path(character), Sdf.Path(_CHARACTER))
-            targets[name] = [str(moved)]
+    if mesh:
+        targets[tokens.BIND_MESH] = [_referenced(mesh, character, rig)]
+        root = _skel_root(rig_stage.GetPrimAtPath(mesh))
+        targets |= {tokens.RIG: [_referenced(root, character, rig)]} if root else {}
     if system is not None:
         write_fuzzy(stage, "/Shot/Fuzzy", system)
         targets[tokens.SYSTEM] = ["/Shot/Fuzzy"]
@@ -130,9 +111,31 @@ def write_shot(
     ):
         prim = Sdf.CreatePrimInLayer(layer, place)
         prim.specifier = Sdf.SpecifierDef
-        prim.referenceList.prependedItems = [Sdf.Reference(_relative(asset, path), root)]
+        prim.referenceList.prependedItems = [Sdf.Reference(relative_asset(asset, path), root)]
     write_fallback_types(layer)
     save_layer(layer, path)
+
+
+def _stage_of(rig: Metrics, take: Metrics) -> Usd.Stage:
+    """Make a stage in the rig's space on the take's clock, with a place for the take."""
+    stage = new_stage(
+        replace(take, meters_per_unit=rig.meters_per_unit, up_axis=rig.up_axis), "Shot"
+    )
+    # The units of the take are put right on a parent, which every reader of USD understands.
+    capture = UsdGeom.Xform.Define(stage, _CAPTURE)
+    matrix = to_si(take) @ np.linalg.inv(to_si(rig))
+    if not np.allclose(matrix, np.eye(4), rtol=0, atol=1e-12):
+        capture.AddTransformOp().Set(matrices(matrix)[0])
+    return stage
+
+
+def _referenced(prim: str, character: str, rig: Path) -> str:
+    """Return where a prim of the rig's own stage is once the shot references `character`."""
+    if not Sdf.Path(prim).HasPrefix(character):
+        raise InputError(
+            f"{rig}: <{prim}> is not under the defaultPrim <{character}>, which the shot references"
+        )
+    return str(Sdf.Path(prim).ReplacePrefix(Sdf.Path(character), Sdf.Path(_CHARACTER)))
 
 
 def _root_of(stage: Usd.Stage, path: Path) -> str:
@@ -142,11 +145,6 @@ def _root_of(stage: Usd.Stage, path: Path) -> str:
         if prim.IsA(UsdSkel.Root):
             return str(prim.GetPath().GetPrefixes()[0])
     raise InputError(f"{path} has neither a defaultPrim nor a SkelRoot to reference")
-
-
-def _relative(asset: Path, owner: Path) -> str:
-    relative = Path(os.path.relpath(asset.resolve(), owner.resolve().parent)).as_posix()
-    return relative if relative.startswith("..") else f"./{relative}"
 
 
 def _skel_root(prim: Usd.Prim) -> str:

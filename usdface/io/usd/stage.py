@@ -1,5 +1,6 @@
 """Stages and layers: opening, units and up axis, time codes, atomic writing."""
 
+import os
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ __all__ = [
     "new_layer",
     "new_stage",
     "open_stage",
+    "rate_of",
+    "relative_asset",
     "save_layer",
     "save_layers",
     "times_of",
@@ -37,6 +40,7 @@ __all__ = [
 # For those above io who pass a stage on without looking into it.
 Stage = Usd.Stage
 
+_FALLBACK_RATE = 24.0  # USD's own
 _Z_UP_TO_Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
 
@@ -173,6 +177,17 @@ def codes_of(times: ArrayLike, rate: float) -> FloatArray:
     codes: FloatArray = np.asarray(times, dtype=np.float64) * rate
     whole = np.round(codes)
     return np.where(np.abs(codes - whole) < 1e-6, whole, codes)
+
+
+def rate_of(times: FloatArray) -> float:
+    """Return a clock [Hz] for samples at `times` (F,) [s] that have no nominal rate."""
+    return float(1.0 / np.median(np.diff(times))) if len(times) > 1 else _FALLBACK_RATE
+
+
+def relative_asset(target: Path, owner: Path) -> str:
+    """Return `target` as an asset path that the layer at `owner` can name, relative to it."""
+    relative = Path(os.path.relpath(target.resolve(), owner.resolve().parent)).as_posix()
+    return relative if relative.startswith("..") else f"./{relative}"
 
 
 def vec3f_array(values: ArrayLike) -> Vt.Vec3fArray:

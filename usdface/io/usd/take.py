@@ -12,6 +12,7 @@ from usdface.io.usd.stage import (
     codes_of,
     metrics_of,
     new_stage,
+    rate_of,
     save_layer,
     times_of,
     to_si,
@@ -22,7 +23,6 @@ from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake
 
 __all__ = ["read_take_prim", "write_take"]
 
-_FALLBACK_RATE = 24.0
 # Drawn width of a marker in a viewer [m].
 _MARKER_WIDTH = 0.003
 
@@ -39,9 +39,8 @@ def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    rate = take.rate or _rate_of(take.times)
+    rate = take.rate or rate_of(take.times)
     codes = codes_of(take.times, rate)
-    marker = isinstance(take, MarkerTake)
     metrics = Metrics(
         take.meters_per_unit if isinstance(take, MarkerTake) else 1.0,
         take.up_axis if isinstance(take, MarkerTake) else "Y",
@@ -59,14 +58,9 @@ def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
     _author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
     _author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
     stage.SetDefaultPrim(prim)
-    if marker:
+    if isinstance(take, MarkerTake):
         write_fallback_types(stage.GetRootLayer())
     save_layer(stage.GetRootLayer(), path)
-
-
-def _rate_of(times: FloatArray) -> float:
-    """Return a clock for samples without a nominal rate."""
-    return float(1.0 / np.median(np.diff(times))) if len(times) > 1 else _FALLBACK_RATE
 
 
 def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
