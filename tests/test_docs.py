@@ -20,6 +20,16 @@ INSTALL_AND_TEST = (
     "python3 -m pip --python .venv/bin/python install -e '.[test]' && "
     ".venv/bin/pytest -n 2"
 )
+INSTALL_AND_PROCESS = (
+    "python3 -m venv --without-pip .venv && "
+    "python3 -m pip --python .venv/bin/python install . && "
+    ".venv/bin/usdface process examples/shot.usda --gltf examples/face.glb"
+)
+
+
+@pytest.mark.parametrize("name", ["README.md", ".ci/run"])
+def test_ci_runs_the_documented_first_command(name: str) -> None:
+    assert INSTALL_AND_PROCESS in (ROOT / name).read_text(encoding="utf-8").splitlines()
 
 
 def blocks(document: Path, language: str) -> list[str]:

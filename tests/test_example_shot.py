@@ -1,0 +1,112 @@
+"""The main job on the example: what README's first command does, judged by what was performed."""
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pxr import Usd
+from worlds import animation_of
+
+from usdface.cli import main
+from usdface.takes import FloatArray, WeightsTake
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))  # the examples are no part of the installed package
+
+from examples import make_example, performance  # noqa: E402
+from examples.expressions import EMOTIONS  # noqa: E402
+
+FILES = ("head.usdc", "take.usdc", "shot.usda")
+NEUTRAL = slice(performance.NEUTRAL[0], performance.NEUTRAL[1] + 1)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the example with the result beside it."""
+    folder = tmp_path_factory.mktemp("example")
+    for name in FILES:
+        shutil.copy(ROOT / "examples" / name, folder)
+    command = ["process", str(folder / "shot.usda"), "--gltf", str(folder / "face.glb")]
+    assert main(command) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def shown() -> dict[str, int]:
+    """The frame in which the performer shows most of each emotion."""
+    return dict(zip(EMOTIONS, performance.perform().amounts.argmax(axis=0).tolist(), strict=True))
+
+
+@pytest.fixture(scope="module")
+def heard(folder: Path) -> dict[str, FloatArray]:
+    """The emotion curves that the express layer carries."""
+    stage = Usd.Stage.Open(str(folder / "shot.usdface.usda"))
+    system = stage.GetPrimAtPath("/Shot/Fuzzy")
+    curves = {name: system.GetAttribute(f"usdface:emotion:{name}") for name in EMOTIONS}
+    return {n: np.array([a.Get(t) for t in a.GetTimeSamples()]) for n, a in curves.items()}
+
+
+def result(folder: Path, muted: str = "") -> WeightsTake:
+    return animation_of(folder / "shot.usdface.usda", muted=muted)
+
+
+def test_each_emotion_is_heard_where_it_is_shown(
+    heard: dict[str, FloatArray], shown: dict[str, int]
+) -> None:
+    for emotion, frame in shown.items():
+        strengths = {name: float(curve[frame]) for name, curve in heard.items()}
+        assert max(strengths, key=strengths.__getitem__) == emotion
+        assert strengths[emotion] > 0.35
+
+
+def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]) -> None:
+    for curve in heard.values():
+        assert not curve[NEUTRAL].any()
+    corrected, solved = result(folder), result(folder, muted="express.usdc")
+    np.testing.assert_array_equal(corrected.weights[NEUTRAL], solved.weights[NEUTRAL])
+
+
+def test_the_retarget_gives_what_was_performed(folder: Path) -> None:
+    """On another face, with noise, occlusions and a moving head."""
+    solved, truth = result(folder, muted="express.usdc"), performance.perform().weights
+    error = solved.reordered(truth.names).weights - truth.weights
+    assert np.sqrt((error**2).mean()) < 0.05
+
+
+def test_the_corrector_brings_a_weak_performance_to_its_expression(
+    folder: Path, shown: dict[str, int]
+) -> None:
+    corrected, solved = result(folder), result(folder, muted="express.usdc")
+    assert (corrected.weights >= solved.weights).all() and corrected.weights.max() <= 1
+    missing = np.array(
+        [
+            [
+                np.mean(
+                    [full - take.column(name)[frame] for name, full in EMOTIONS[emotion].items()]
+                )
+                for take in (solved, corrected)
+            ]
+            for emotion, frame in shown.items()
+        ]
+    )
+    assert (missing[:, 1] < missing[:, 0]).all()
+    assert missing[:, 1].mean() < 0.5 * missing[:, 0].mean()  # measured: 0.40
+
+
+def test_the_glb_is_valid(folder: Path, validate_gltf: Callable[[Path], Any]) -> None:
+    issues = validate_gltf(folder / "face.glb")["issues"]
+    assert issues["numErrors"] == issues["numWarnings"] == 0
+
+
+def test_the_commands_make_the_committed_shot(tmp_path: Path) -> None:
+    for name in ("head.usdc", "performance.trc", "bind.json"):
+        shutil.copy(ROOT / "examples" / name, tmp_path)
+    make_example.make_stages(tmp_path)
+    committed = (ROOT / "examples" / "shot.usda").read_text(encoding="utf-8")
+    assert (tmp_path / "shot.usda").read_text(encoding="utf-8") == committed
+    for name in ("take.usdc", "head.usdc"):
+        assert (tmp_path / name).read_bytes() == (ROOT / "examples" / name).read_bytes()
