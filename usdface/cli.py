@@ -199,7 +199,8 @@ def _export(commands: Any) -> None:
 def _run_export(parsed: argparse.Namespace) -> int:
     from usdface.pipeline import export_scene
 
-    return _report(parsed, lambda step: export_scene(parsed.scene, parsed.output, step))
+    every = bool(parsed.report or parsed.strict)
+    return _report(parsed, lambda step: export_scene(parsed.scene, parsed.output, step, every))
 
 
 def _import(commands: Any) -> None:
@@ -211,7 +212,8 @@ def _import(commands: Any) -> None:
 def _run_import(parsed: argparse.Namespace) -> int:
     from usdface.pipeline import import_scene
 
-    return _report(parsed, lambda step: import_scene(parsed.source, parsed.output, step))
+    every = bool(parsed.report or parsed.strict)
+    return _report(parsed, lambda step: import_scene(parsed.source, parsed.output, step, every))
 
 
 def _check(commands: Any) -> None:

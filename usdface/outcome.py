@@ -47,12 +47,15 @@ class Outcome:
         Figures for people and reports, each name with its unit.
     seconds : mapping of str to float [s]
         Time of each step.
+    details : mapping of str to value
+        What is too long for the screen, for reports only.
     """
 
     written: tuple[Path, ...] = ()
     findings: tuple[Finding, ...] = ()
     summary: dict[str, Any] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
+    details: dict[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the outcome as plain values for JSON."""
@@ -60,6 +63,7 @@ class Outcome:
             "written": [str(path) for path in self.written],
             "findings": [finding.as_dict() for finding in self.findings],
             "summary": self.summary,
+            **self.details,
             "seconds": {name: round(value, 3) for name, value in self.seconds.items()},
             "peak_memory_mb": round(peak_memory() / 1e6, 1),
         }

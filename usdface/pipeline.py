@@ -17,6 +17,7 @@ from usdface.setup import Setup, fit_setup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
 if TYPE_CHECKING:
+    from usdface.certificate import Certificate
     from usdface.explain import Explanation
     from usdface.io.usd.stage import Stage
 
@@ -224,8 +225,14 @@ def explain(path: Path, on_step: OnStep | None = None) -> "Explanation":
     return explain_shot(path, Steps(on_step))
 
 
-def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
-    """Write the face of a USD scene, with its weights animation, as glTF or USDZ."""
+def export_scene(
+    source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
+) -> Outcome:
+    """Write the face of a USD scene, with its weights animation, as glTF or USDZ.
+
+    A certificate says by how much the glTF is off; its vertices are compared in as many frames
+    as take a fraction of a second, or in every frame.
+    """
     steps = Steps(on_step)
     check_place(output, source)
     if output.suffix.lower() == ".usdz":
@@ -233,6 +240,7 @@ def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> O
 
         with steps("write"):
             return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
+    from usdface.io.certified import certified
     from usdface.io.gltf.write import write_gltf
     from usdface.io.usd.rig import rig_of_stage, weights_of_stage
     from usdface.io.usd.stage import open_stage
@@ -244,18 +252,27 @@ def export_scene(source: Path, output: Path, on_step: OnStep | None = None) -> O
         weights = weights_of_stage(stage)
     with steps("write"):
         findings += write_gltf(rig, output, weights)
+    with steps("certify"):
+        certificate, more = certified(stage, output, exported=True, every_frame=every_frame)
     summary = {
         "meshes": len(rig.meshes),
         "morph targets": len(rig.shape_names),
         "frames": len(weights.times) if weights else 0,
     }
-    return Outcome((output,), tuple(findings), summary, steps.seconds)
+    return _certified((output,), findings + more, summary, steps, certificate)
 
 
-def import_scene(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
-    """Write a glTF as USD: meshes, blend shapes, skin, materials and weights animation."""
+def import_scene(
+    source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
+) -> Outcome:
+    """Write a glTF as USD: meshes, blend shapes, skin, materials and weights animation.
+
+    A certificate says by how much the USD is off (see `export_scene`).
+    """
+    from usdface.io.certified import certified
     from usdface.io.gltf.read import read_gltf
     from usdface.io.usd.rig_write import write_rig
+    from usdface.io.usd.stage import open_stage
 
     steps = Steps(on_step)
     check_place(output, source)
@@ -263,12 +280,29 @@ def import_scene(source: Path, output: Path, on_step: OnStep | None = None) -> O
         rig, weights, findings = read_gltf(source)
     with steps("write"):
         findings += write_rig(rig, output, weights)
+    with steps("certify"):
+        stage = open_stage(output)
+        certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
     summary = {
         "meshes": len(rig.meshes),
         "blend shapes": len(rig.shape_names),
         "frames": len(weights.times) if weights else 0,
     }
-    return Outcome((output,), tuple(findings), summary, steps.seconds)
+    return _certified((output,), findings + more, summary, steps, certificate)
+
+
+def _certified(
+    written: tuple[Path, ...],
+    findings: list[Finding],
+    summary: dict[str, Any],
+    steps: Steps,
+    certificate: "Certificate | None",
+) -> Outcome:
+    details = {}
+    if certificate is not None:
+        summary["off by"] = certificate.line()
+        details["certificate"] = certificate.as_dict()
+    return Outcome(written, tuple(findings), summary, steps.seconds, details)
 
 
 def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:

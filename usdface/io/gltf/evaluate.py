@@ -26,6 +26,15 @@ __all__ = ["ShownMesh", "evaluate_gltf"]
 
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_BROKEN = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    OSError,
+    TypeError,
+    ValueError,
+    struct.error,
+)  # what a JSON of the wrong form ends in
 _MOST_NUMBERS = 2**28  # in the morph targets of one file
 
 
@@ -39,17 +48,22 @@ class ShownMesh:
     targets : tuple of str, length T
         Names of the morph targets.
     points, normals : (N, 3) float64
-        At rest; a vertex that several primitives share is there once for each. Normals are
-        None where a primitive has none.
+        At rest, the vertices that faces use; one that primitives with other attributes share
+        is there once for each. Normals are None where there are none, or where a target moves
+        points but not normals: programs differ in what they then show.
     moves, turns : (T, N, 3) float32
         What targets add to points and normals.
     times : (K,) float64 [s]
         Keys of the first animation of its weights; (1,) zeros where there is none.
     weights : (K, T) float64
-    step : bool
-        Weights hold until the next key; else they are linear.
+    interpolation : str
+        LINEAR, STEP or CUBICSPLINE; for the last `weights` are (K, 3, T) with tangents.
+    inbetweens : tuple of (int, int, float)
+        Targets that our extras call inbetweens: the target's place, its shape's, its weight.
     matrices : (N, 4, 4) or (4, 4) float64
         Node or skin to the scene, at rest; for column vectors.
+    turning : (N, 3, 3) or (3, 3) float64
+        The same for normals; a skin blends what turns the normals of its joints.
     """
 
     name: str
@@ -60,34 +74,60 @@ class ShownMesh:
     turns: NDArray[np.float32]
     times: FloatArray
     weights: FloatArray
-    step: bool
+    interpolation: str
+    inbetweens: tuple[tuple[int, int, float], ...]
     matrices: FloatArray
+    turning: FloatArray
 
     def weights_at(self, times: FloatArray) -> FloatArray:
         """Return the weights (F, T) at `times` (F,) [s]."""
-        if self.step:
-            place = np.searchsorted(self.times, times, side="right") - 1
-            held: FloatArray = self.weights[place.clip(min=0)]
+        place = (np.searchsorted(self.times, times, side="right") - 1).clip(min=0)
+        if self.interpolation == "STEP":
+            held: FloatArray = self.weights[place]
             return held
+        if self.interpolation == "CUBICSPLINE":
+            return self._cubic(times, place)
         if not self.targets:
             return np.zeros((len(times), 0))
         return np.stack([np.interp(times, self.times, column) for column in self.weights.T], 1)
 
+    def _cubic(self, times: FloatArray, place: IntArray) -> FloatArray:
+        last = len(self.times) - 1
+        follow = (place + 1).clip(max=last)
+        span = np.where(follow > place, self.times[follow] - self.times[place], 1.0)
+        s = ((times - self.times[place]) / span).clip(0, 1)[:, None]
+        s, span = np.where(follow > place, s.T, 0.0).T, span[:, None]
+        (_, start, leave), (arrive, stop, _) = (
+            self.weights[k].swapaxes(0, 1) for k in (place, follow)
+        )
+        return np.asarray(
+            (2 * s**3 - 3 * s**2 + 1) * start
+            + (s**3 - 2 * s**2 + s) * span * leave
+            + (3 * s**2 - 2 * s**3) * stop
+            + (s**3 - s**2) * span * arrive
+        )
+
+    def channels_at(self, times: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
+        """Return names (C) and weights (F, C) of the targets, inbetweens as parts of theirs."""
+        weights = self.weights_at(times).copy()
+        for target, shape, place in self.inbetweens:
+            weights[:, shape] += place * weights[:, target]
+        inner = {target for target, _, _ in self.inbetweens}
+        kept = [k for k in range(len(self.targets)) if k not in inner]
+        return tuple(self.targets[k] for k in kept), weights[:, kept]
+
     def points_at(self, times: FloatArray) -> FloatArray:
         """Return the points (F, N, 3) [m] at `times` (F,) [s], in the scene."""
         posed = self.points + np.tensordot(self.weights_at(times), self.moves, 1)
-        turned = np.einsum("...ij,f...j->f...i", self.matrices[..., :3, :3], posed)
-        points: FloatArray = turned + self.matrices[..., :3, 3]
-        return points
+        return _times(self.matrices[..., :3, :3], posed) + self.matrices[..., :3, 3]
 
     def normals_at(self, times: FloatArray) -> FloatArray | None:
         """Return unit normals (F, N, 3) at `times` (F,) [s], in the scene."""
         if self.normals is None:
             return None
         posed = self.normals + np.tensordot(self.weights_at(times), self.turns, 1)
-        turning = np.linalg.inv(self.matrices[..., :3, :3]).swapaxes(-1, -2)
-        turned = np.einsum("...ij,f...j->f...i", turning, posed)
-        length = np.linalg.norm(turned, axis=2, keepdims=True)
+        turned = _times(self.turning, posed)
+        length = np.sqrt(np.einsum("fvi,fvi->fv", turned, turned))[..., None]
         return np.asarray(turned / np.where(length > 0, length, 1.0))
 
 
@@ -101,7 +141,7 @@ def evaluate_gltf(path: Path) -> tuple[ShownMesh, ...]:
     """
     try:
         return _File(path).meshes()
-    except (ArithmeticError, LookupError, OSError, TypeError, ValueError, struct.error) as error:
+    except _BROKEN as error:
         raise InputError(f"{path} cannot be evaluated: {error}") from error
     except RecursionError as error:
         raise InputError(f"{path} cannot be evaluated: its nodes form a ring") from error
@@ -203,7 +243,7 @@ class _File:
         names = (mesh.get("extras") or {}).get("targetNames") or []
         targets = tuple(str(names[k]) if k < len(names) else f"target_{k}" for k in range(count))
         rest = n.get("weights") or mesh.get("weights") or [0.0] * count
-        times, weights, step = self._animated(node, count, np.array([rest], np.float64))
+        times, weights, interpolation = self._animated(node, count, np.array([rest], np.float64))
         points = np.concatenate([np.zeros((0, 3)), *(b["points"] for b in read)])
         normals = None
         if all(b["normals"] is not None for b in read):
@@ -218,8 +258,9 @@ class _File:
             np.concatenate([empty, *(b["turns"] for b in read)], 1),
             times,
             weights,
-            step,
-            self._placed(n, worlds, worlds[node], read),
+            interpolation,
+            _inbetweens(mesh.get("extras"), targets),
+            *self._placed(n, worlds, worlds[node], read),
         )
 
     def _block(self, part: dict[str, Any], used: IntArray) -> dict[str, Any]:
@@ -234,9 +275,10 @@ class _File:
                     row[:] = self.accessor(target[what])[used]
             return result
 
+        lit = "NORMAL" in at and all("NORMAL" in t for t in part.get("targets", []))
         return {
             "points": points,
-            "normals": self.accessor(at["NORMAL"])[used].astype(float) if "NORMAL" in at else None,
+            "normals": self.accessor(at["NORMAL"])[used].astype(float) if lit else None,
             "moves": targets("POSITION"),
             "turns": targets("NORMAL"),
             "at": at,
@@ -245,19 +287,24 @@ class _File:
 
     def _animated(
         self, node: int, count: int, rest: FloatArray
-    ) -> tuple[FloatArray, FloatArray, bool]:
+    ) -> tuple[FloatArray, FloatArray, str]:
+        for channel in self._animation().get("channels", []):
+            target = channel["target"]
+            if target.get("node") == node and target["path"] == "weights":
+                sampler = self._animation()["samplers"][channel["sampler"]]
+                kind = str(sampler.get("interpolation", "LINEAR"))
+                times = self.accessor(sampler["input"])[:, 0].astype(np.float64)
+                values = self.accessor(sampler["output"]).astype(np.float64)
+                shape = (len(times), 3, count) if kind == "CUBICSPLINE" else (len(times), count)
+                return times, values.reshape(shape), kind
+        return np.zeros(1), rest, "LINEAR"
+
+    def _animation(self) -> dict[str, Any]:
+        """Return the first animation that moves weights."""
         for animation in self.json.get("animations", []):
-            for channel in animation["channels"]:
-                target = channel["target"]
-                if target.get("node") == node and target["path"] == "weights":
-                    sampler = animation["samplers"][channel["sampler"]]
-                    kind = sampler.get("interpolation", "LINEAR")
-                    if kind not in ("LINEAR", "STEP"):
-                        raise ValueError(f"{kind} weights are not evaluated")
-                    times = self.accessor(sampler["input"])[:, 0].astype(np.float64)
-                    values = self.accessor(sampler["output"]).astype(np.float64)
-                    return times, values.reshape(len(times), count), kind == "STEP"
-        return np.zeros(1), rest, False
+            if any(channel["target"]["path"] == "weights" for channel in animation["channels"]):
+                return dict(animation)
+        return {}
 
     def _placed(
         self,
@@ -265,26 +312,50 @@ class _File:
         worlds: dict[int, FloatArray],
         world: FloatArray,
         read: list[dict[str, Any]],
-    ) -> FloatArray:
+    ) -> tuple[FloatArray, FloatArray]:
         if "skin" not in node or not all("JOINTS_0" in b["at"] for b in read):
-            return world
+            return world, _turning(world)
         skin = self.json["skins"][node["skin"]]
         inverse = np.tile(np.eye(4), (len(skin["joints"]), 1, 1))
         if "inverseBindMatrices" in skin:
             stored = self.accessor(skin["inverseBindMatrices"]).astype(np.float64)
             inverse = stored.reshape(-1, 4, 4).swapaxes(1, 2)  # columns come first
         moves = np.stack([worlds[j] for j in skin["joints"]]) @ inverse[: len(skin["joints"])]
-        blended = []
+        turns = _turning(moves)
+        blended = [np.zeros((0, 4, 4))]
+        turned = [np.zeros((0, 3, 3))]
         for block in read:
-            total = np.zeros((len(block["used"]), 4, 4))
+            moved = np.zeros((len(block["used"]), 4, 4))
+            turning = np.zeros((len(block["used"]), 3, 3))
             number = 0
             while f"JOINTS_{number}" in block["at"]:
                 joints = self.accessor(block["at"][f"JOINTS_{number}"])[block["used"]]
                 weights = self.accessor(block["at"][f"WEIGHTS_{number}"])[block["used"]]
-                total += np.einsum("vk,vkij->vij", weights.astype(np.float64), moves[joints])
+                moved += np.einsum("vk,vkij->vij", weights.astype(np.float64), moves[joints])
+                turning += np.einsum("vk,vkij->vij", weights.astype(np.float64), turns[joints])
                 number += 1
-            blended.append(total)
-        return np.concatenate(blended)
+            blended.append(moved)
+            turned.append(turning)
+        return np.concatenate(blended), np.concatenate(turned)
+
+
+def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Apply one matrix, or one for each vertex, to vectors (F, N, 3)."""
+    if matrices.ndim == 2:
+        return np.asarray(vectors @ matrices.T, np.float64)
+    return np.asarray(np.einsum("nij,fnj->fni", matrices, vectors), np.float64)
+
+
+def _turning(matrices: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.inv(matrices[..., :3, :3]).swapaxes(-1, -2), np.float64)
+
+
+def _inbetweens(extras: Any, targets: tuple[str, ...]) -> tuple[tuple[int, int, float], ...]:
+    notes = ((extras or {}).get("usdface") or {}).get("inbetweens") or []
+    return tuple(
+        (targets.index(note["target"]), targets.index(note["shape"]), float(note["weight"]))
+        for note in notes
+    )
 
 
 def _local(node: dict[str, Any]) -> FloatArray:

@@ -28,6 +28,7 @@ from usdface.takes import FloatArray, WeightsTake
 __all__ = ["write_rig"]
 
 _FACE = "/Asset/Face"
+_SAME_TIME = 5e-7  # [s]
 _SUFFIXES = (".usd", ".usda", ".usdc")
 # Without any joint Hydra 2 and some AR viewers lose shape-only skeletons (OpenUSD#3873, #2425).
 _DUMMY = Skeleton(("root",), ("root",), np.eye(4)[None], np.eye(4)[None])
@@ -118,8 +119,12 @@ def _time_codes(curves: WeightsTake | None, rate: float) -> FloatArray:
         return np.zeros(0)
     codes = curves.times * rate
     whole = np.round(codes)
-    # 1/60 s * 60 is not quite 1; a whole frame should have a whole time code.
-    return np.where(np.abs(codes - whole) < 1e-6 * np.maximum(1, np.abs(whole)), whole, codes)
+    # 1/60 s * 60 is not quite 1; a whole frame should have a whole time code, if that is the
+    # same time as far as float32 can tell. Of two keys at a step the earlier keeps its own.
+    same = np.maximum(_SAME_TIME, np.spacing(np.abs(curves.times).astype(np.float32)))
+    near = np.abs(codes - whole) < same * rate
+    stepped = np.append(near[1:] & (whole[1:] == whole[:-1]), False)
+    return np.where(near & ~stepped, whole, codes)
 
 
 def _write_skeleton(

@@ -1,0 +1,53 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from usdface.io.usd.evaluate import evaluate_usd, keys_of_stage
+from usdface.io.usd.rig_write import write_rig
+from usdface.io.usd.stage import open_stage
+from usdface.rigs import Rig
+from usdface.takes import WeightsTake
+
+
+def take_for(rig: Rig) -> WeightsTake:
+    rng = np.random.default_rng(1)
+    weights = rng.uniform(-1, 2, (7, len(rig.shape_names)))
+    return WeightsTake(rig.shape_names, np.arange(7) / 30, weights, 30.0)
+
+
+def test_it_is_what_baking_gives(tmp_path: Path, face_rig: Rig, skinned_rig: Rig, baked) -> None:
+    for rig in (face_rig, skinned_rig):
+        path = tmp_path / f"{rig.name}.usda"
+        write_rig(rig, path, take_for(rig))
+        stage = open_stage(path)
+        codes, times = keys_of_stage(stage)
+        np.testing.assert_allclose(times, take_for(rig).times, atol=1e-12)
+        for mesh, points in zip(evaluate_usd(stage), baked(path, codes).values(), strict=True):
+            np.testing.assert_allclose(mesh.points_at(codes), points[:, mesh.used], atol=1e-7)
+            weights = take_for(rig).reordered(mesh.shapes).weights
+            np.testing.assert_allclose(mesh.weights_at(codes), weights, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["blendshapes", "blendshapesWithNormals"])
+def test_it_is_what_the_published_baseline_says(shared_data: Path, name: str) -> None:
+    from pxr import Usd, UsdGeom
+
+    folder = shared_data / "openusd_usdskel/bakeSkinning"
+    stage = open_stage(folder / f"{name}.usda")
+    codes = np.arange(1.0, stage.GetEndTimeCode() + 1)
+    (mesh,) = evaluate_usd(stage)
+    baseline = Usd.Stage.Open(str(folder / f"baseline/{name}.baked.usda"))
+    plane = UsdGeom.Mesh(baseline.GetPrimAtPath("/TestPlane/Mesh"))
+    points = np.array([plane.GetPointsAttr().Get(code) for code in codes])
+    if UsdGeom.GetStageUpAxis(stage) == "Z":
+        points = points[..., [0, 2, 1]] * [1, 1, -1]
+    np.testing.assert_allclose(mesh.points_at(codes) * 100, points, atol=1e-4)
+    normals = mesh.normals_at(codes)
+    assert (normals is None) == (name == "blendshapes")
+    if normals is not None:
+        theirs = np.array([plane.GetNormalsAttr().Get(code) for code in codes], float)
+        theirs /= np.linalg.norm(theirs, axis=2, keepdims=True)
+        if UsdGeom.GetStageUpAxis(stage) == "Z":
+            theirs = theirs[..., [0, 2, 1]] * [1, 1, -1]
+        np.testing.assert_allclose(normals, theirs, atol=1e-5)

@@ -1,0 +1,92 @@
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.certificate import EvaluatedMesh, certify, some_frames
+
+RNG = np.random.default_rng(3)
+FRAMES = np.arange(8)
+POINTS = RNG.normal(size=(30, 3))
+MOVES = RNG.normal(size=(2, 30, 3))
+WEIGHTS = RNG.uniform(size=(8, 2))
+
+
+def mesh(points: np.ndarray, turn: float = 0.0, **more: object) -> EvaluatedMesh:
+    normals = np.broadcast_to([np.sin(turn), 0, np.cos(turn)], points.shape)
+    made = EvaluatedMesh(
+        "m", ("a", "b"), WEIGHTS, lambda frames: points[frames], lambda frames: normals[frames]
+    )
+    return replace(made, **more)
+
+
+ANIMATED = POINTS + np.tensordot(WEIGHTS, MOVES, 1)
+
+
+def test_what_is_split_and_shuffled_is_the_same() -> None:
+    order = RNG.permutation(np.r_[np.arange(30), np.arange(5)])
+    certificate = certify([mesh(ANIMATED)], [mesh(ANIMATED[:, order])], FRAMES)
+    assert certificate.vertex_largest == certificate.normal_largest == 0
+    assert certificate.weights == {"m/a": 0, "m/b": 0}
+    assert certificate.findings("x") == []
+    size = np.linalg.norm(np.ptp(ANIMATED[0], axis=0))
+    assert certificate.diagonal == size
+
+
+def test_points_that_coincide_at_rest_are_told_apart_by_their_motion() -> None:
+    twice = np.concatenate([ANIMATED, np.broadcast_to(ANIMATED[:1], ANIMATED.shape)], 1)
+    assert certify([mesh(twice)], [mesh(twice[:, ::-1])], FRAMES).vertex_largest == 0
+
+
+def test_known_errors_are_found() -> None:
+    off = ANIMATED.copy()
+    off[5, 7, 1] += 2e-3
+    other = mesh(off, np.radians(3), weights=WEIGHTS + np.array([0, 0.25]))
+    certificate = certify([mesh(ANIMATED)], [other], FRAMES, 0.5, 7.0)
+    np.testing.assert_allclose(certificate.vertex_largest, 2e-3, rtol=1e-9)
+    np.testing.assert_allclose(certificate.vertex_mean, 2e-3 / (8 * 30), rtol=1e-9)
+    np.testing.assert_allclose(certificate.normal_largest, 3, rtol=1e-9)
+    np.testing.assert_allclose(certificate.normal_mean, 3, rtol=1e-9)
+    np.testing.assert_allclose(list(certificate.weights.values()), [0, 0.25])
+    (found,) = certificate.findings("x")
+    assert (found.code, found.severity) == ("CONVERSION_INEXACT", "warning")
+    for word in ("vertices by 2 mm", "normals by 3 degrees", "weights by 0.25", "times by 0.5 s"):
+        assert word in found.message
+    assert "\n" not in certificate.line()
+
+
+def test_a_vertex_that_is_gone_is_an_error_on_either_side() -> None:
+    far = np.concatenate([ANIMATED, np.full((8, 1, 3), 50.0)], 1)
+    assert certify([mesh(far)], [mesh(ANIMATED)], FRAMES).vertex_largest > 40
+    assert certify([mesh(ANIMATED)], [mesh(far)], FRAMES).vertex_largest > 40
+
+
+def test_names_are_mapped_and_losses_named() -> None:
+    source = [mesh(ANIMATED), mesh(ANIMATED, name="n")]
+    renamed = [mesh(ANIMATED, name="k", shapes=("a", "c")), mesh(ANIMATED, name="n")]
+    certificate = certify(source, renamed, FRAMES)
+    assert certificate.names == {"m": "k", "m/b": "k/c"}
+    assert certificate.missing == ()
+    fewer = mesh(ANIMATED, name="n", shapes=("b",), weights=WEIGHTS[:, 1:])
+    certificate = certify(source, [fewer], FRAMES)
+    assert certificate.missing == ("m", "n/a")
+    assert certificate.weights == {"n/b": 0}
+    assert [f.code for f in certificate.findings("x")] == ["CONVERSION_INEXACT"]
+
+
+def test_without_normals_there_is_no_angle() -> None:
+    bare = mesh(ANIMATED, normals_at=lambda frames: None)
+    for pair in ((bare, mesh(ANIMATED)), (mesh(ANIMATED), bare)):
+        certificate = certify([pair[0]], [pair[1]], FRAMES)
+        assert certificate.normal_largest is None and certificate.vertex_largest == 0
+
+
+def test_nothing_against_nothing() -> None:
+    certificate = certify([], [], FRAMES[:1])
+    assert certificate.findings("x") == [] and certificate.vertex_largest == 0
+
+
+def test_some_frames_are_spread_and_within_the_budget() -> None:
+    assert some_frames(10, 5, 1000).tolist() == list(range(10))
+    assert some_frames(101, 100, 1100).tolist() == list(range(0, 101, 10))
+    assert some_frames(9, 10**9, 1).tolist() == [0, 8]
+    assert some_frames(1, 10**9, 1).tolist() == [0]

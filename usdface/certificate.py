@@ -1,0 +1,275 @@
+"""Certificates: by how much what was written differs from what was read.
+
+Two evaluations of the same character are compared: one of the source, one of the file that
+was written, each by code of its own. Vertices are split and joined on the way, so they are
+not compared by number: a vertex is paired with the one of the other side that moves as it
+does.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from usdface.findings import Finding, finding
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["Certificate", "EvaluatedMesh", "certify", "some_frames"]
+
+_EXACT = 1e-5  # of the bounding diagonal, a weight, a second: what float32 costs
+_FLOAT32 = 2.0**-23  # of a number: what float32 can tell apart
+_STRAIGHT = 0.5  # degrees
+_BLOCK = 2**22  # numbers of one evaluation at once
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EvaluatedMesh:
+    """One mesh as a program shows it at F moments.
+
+    Attributes
+    ----------
+    name : str
+    shapes : tuple of str, length S
+    weights : (F, S) float64
+    points_at : function from frames (f,) to (f, N, 3) float64 [m]
+    normals_at : function from frames (f,) to (f, N, 3) unit vectors, or None
+    """
+
+    name: str
+    shapes: tuple[str, ...]
+    weights: FloatArray
+    points_at: Callable[[IntArray], FloatArray]
+    normals_at: Callable[[IntArray], FloatArray | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """How well a conversion kept what it was given.
+
+    Attributes
+    ----------
+    frames, of_frames : int
+        Frames that were compared, and that there are.
+    diagonal : float [m]
+        Of the source's bounding box at rest.
+    vertex_largest, vertex_mean : float [m]
+    vertex_worst : str
+        Mesh of the largest vertex error.
+    normal_largest, normal_mean : float [degrees] or None
+        None where the source has no deformed vertex normals to compare with.
+    weights : dict of str to float
+        Largest error of each channel, ``mesh/shape``.
+    time_drift : float [s]
+    duration : float [s]
+        The last moment.
+    names : dict of str to str
+        Names of meshes and channels in the source, and in the result if they differ.
+    missing : tuple of str
+        Meshes and channels that only one side has.
+    """
+
+    frames: int
+    of_frames: int
+    diagonal: float
+    vertex_largest: float
+    vertex_mean: float
+    vertex_worst: str
+    normal_largest: float | None
+    normal_mean: float | None
+    weights: dict[str, float]
+    time_drift: float
+    duration: float
+    names: dict[str, str]
+    missing: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the certificate as plain values, each name with its unit."""
+        return {
+            "frames compared": self.frames,
+            "frames": self.of_frames,
+            "bounding diagonal mm": 1000 * self.diagonal,
+            "vertex error mm, largest": 1000 * self.vertex_largest,
+            "vertex error mm, mean": 1000 * self.vertex_mean,
+            "vertex error, mesh of the largest": self.vertex_worst,
+            "normal error degrees, largest": self.normal_largest,
+            "normal error degrees, mean": self.normal_mean,
+            "weight error, largest": max(self.weights.values(), default=0.0),
+            "weight error of each channel": self.weights,
+            "time drift s": self.time_drift,
+            "names": self.names,
+            "missing": list(self.missing),
+        }
+
+    def line(self) -> str:
+        """Return the certificate in one line."""
+        turned = "" if self.normal_largest is None else f", normals {self.normal_largest:.2g} deg"
+        return (
+            f"vertices {1000 * self.vertex_largest:.2g} mm{turned}, "
+            f"weights {max(self.weights.values(), default=0.0):.2g}, "
+            f"times {self.time_drift:.2g} s at most, in {self.frames} of {self.of_frames} frames"
+        )
+
+    def findings(self, where: str) -> list[Finding]:
+        """Return a warning for each thing that is off by more than numbers of 32 bits cost."""
+        limit = _EXACT * self.diagonal
+        weight = max(self.weights.values(), default=0.0)
+        turned = self.normal_largest or 0.0
+        losses = [
+            (self.vertex_largest > limit, f"vertices by {1000 * self.vertex_largest:.3g} mm"),
+            (turned > _STRAIGHT, f"normals by {turned:.3g} degrees"),
+            (weight > _EXACT, f"weights by {weight:.3g}"),
+            (
+                self.time_drift > max(_EXACT, _FLOAT32 * self.duration),
+                f"times by {self.time_drift:.3g} s",
+            ),
+            (bool(self.missing), f"only on one side: {', '.join(self.missing)}"),
+        ]
+        said = "; ".join(text for lost, text in losses if lost)
+        return [finding("CONVERSION_INEXACT", where, f"is off: {said}")] if said else []
+
+
+def some_frames(count: int, vertices: int, budget: int) -> IntArray:
+    """Return evenly spread frames (n,) of `count`, so that n * vertices stays below `budget`."""
+    most = max(2, budget // max(vertices, 1))
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+
+
+def certify(
+    source: Sequence[EvaluatedMesh],
+    result: Sequence[EvaluatedMesh],
+    frames: IntArray,
+    time_drift: float = 0.0,
+    duration: float = 0.0,
+) -> Certificate:
+    """Compare two evaluations of one character.
+
+    Parameters
+    ----------
+    source, result : sequence of EvaluatedMesh
+        Evaluated at the same F moments. Meshes, and the shapes of a mesh, belong together by
+        name, or by place where there are equally many.
+    frames : (n,) int64
+        Frames whose points and normals are compared; weights are in all frames.
+    time_drift, duration : float [s]
+        By how much keys moved; the last moment.
+    """
+    pairs, missing = _paired([m.name for m in source], [m.name for m in result], "")
+    names: dict[str, str] = {}
+    weights: dict[str, float] = {}
+    vertex, normal = _Errors(), _Errors()
+    worst, diagonal = "", 0.0
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for one, other in ((source[i], result[j]) for i, j in pairs):
+        if one.name != other.name:
+            names[one.name] = other.name
+        columns, lost = _paired(one.shapes, other.shapes, f"{one.name}/")
+        missing += lost
+        for i, j in columns:
+            channel = f"{one.name}/{one.shapes[i]}"
+            if one.shapes[i] != other.shapes[j]:
+                names[channel] = f"{other.name}/{other.shapes[j]}"
+            off = np.abs(one.weights[:, i] - other.weights[:, j])
+            weights[channel] = max(weights.get(channel, 0.0), float(off.max(initial=0.0)))
+        rest = one.points_at(frames[:1])[0]
+        low, high = np.minimum(low, rest.min(axis=0)), np.maximum(high, rest.max(axis=0))
+        before = vertex.largest
+        _compare(one, other, frames, vertex, normal)
+        worst = one.name if vertex.largest > before or not worst else worst
+    if pairs:
+        diagonal = float(np.linalg.norm(high - low))
+    return Certificate(
+        len(frames),
+        len(source[0].weights) if source else 0,
+        diagonal,
+        vertex.largest,
+        vertex.mean,
+        worst,
+        normal.largest if normal.count else None,
+        normal.mean if normal.count else None,
+        weights,
+        time_drift,
+        duration,
+        names,
+        tuple(missing),
+    )
+
+
+class _Errors:
+    """Largest and mean of numbers that come in blocks."""
+
+    def __init__(self) -> None:
+        self.largest, self.total, self.count = 0.0, 0.0, 0
+
+    def add(self, values: FloatArray) -> None:
+        self.largest = max(self.largest, float(values.max(initial=0.0)))
+        self.total += float(values.sum())
+        self.count += values.size
+
+    @property
+    def mean(self) -> float:
+        return self.total / max(self.count, 1)
+
+
+def _paired(
+    one: Sequence[str], other: Sequence[str], prefix: str
+) -> tuple[list[tuple[int, int]], list[str]]:
+    if len(one) == len(other):
+        return list(zip(range(len(one)), range(len(one)), strict=True)), []
+    place = {name: k for k, name in reversed(list(enumerate(other)))}
+    pairs = [(k, place[name]) for k, name in enumerate(one) if name in place]
+    lonely = [n for n in one if n not in place] + [n for n in other if n not in set(one)]
+    return pairs, [prefix + name for name in lonely]
+
+
+def _compare(
+    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
+) -> None:
+    here, there = _partners(one, other, frames)
+    step = max(1, _BLOCK // (3 * max(len(here), 1)))
+    for start in range(0, len(frames), step):
+        block = frames[start : start + step]
+        vertex.add(_apart(one.points_at(block)[:, here], other.points_at(block)[:, there]))
+        mine, its = one.normals_at(block), other.normals_at(block)
+        if mine is not None and its is not None:
+            # The chord gives small angles, where the cosine has no digits left.
+            chord = _apart(mine[:, here], its[:, there])
+            normal.add(np.degrees(2 * np.arcsin((chord / 2).clip(max=1.0))))
+
+
+def _apart(one: FloatArray, other: FloatArray) -> FloatArray:
+    difference = one - other
+    return np.asarray(np.sqrt(np.einsum("fvk,fvk->fv", difference, difference)), np.float64)
+
+
+def _partners(
+    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Return pairs of vertices: for each vertex of a side the most alike of the other side.
+
+    Alike in place at first, in the mixture of the frames in which some channel is strongest,
+    and, much less, in normal. Points that agree in all of that move alike.
+    """
+    strongest = np.abs(one.weights[frames]).argmax(axis=0) if one.weights.size else []
+    chosen = frames[np.unique(np.concatenate([[0], strongest]).astype(np.int64))]
+    chosen = chosen[: max(2, 4 * _BLOCK // one.points_at(chosen[:1]).size)]
+    mix = np.random.default_rng(0).normal(size=(3, len(chosen))) / np.sqrt(len(chosen))
+
+    def traits(mesh: EvaluatedMesh) -> FloatArray:
+        poses = mesh.points_at(chosen)
+        parts = [poses[0], *np.tensordot(mix, poses, 1)]
+        normals = [m.normals_at(chosen[:1]) for m in (one, other)]
+        if all(n is not None for n in normals):
+            size = float(np.ptp(poses[0], axis=0).max())
+            own = mesh.normals_at(chosen[:1])
+            parts += [] if own is None else [1e-4 * size * own[0]]
+        return np.concatenate(parts, 1)
+
+    mine, its = traits(one), traits(other)
+    to_its, to_mine = KDTree(its).query(mine)[1], KDTree(mine).query(its)[1]
+    pairs = np.concatenate(
+        [np.stack([np.arange(len(mine)), to_its], 1), np.stack([to_mine, np.arange(len(its))], 1)]
+    )
+    here, there = np.unique(pairs, axis=0).T
+    return here, there

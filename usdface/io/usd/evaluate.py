@@ -1,0 +1,231 @@
+"""What a stage shows: the deformed meshes as UsdSkel itself computes them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+
+from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.stage import metrics_of, to_si
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["StagedMesh", "evaluate_usd", "keys_of_stage"]
+
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Bound:
+    """How UsdSkel binds one mesh."""
+
+    skinning: UsdSkel.SkinningQuery
+    skeleton: UsdSkel.SkeletonQuery
+
+    def weights(self, code: float) -> Vt.FloatArray | None:
+        """Return the weights of the mesh's shapes; None where nothing moves them."""
+        animation = self.skeleton.GetAnimQuery()
+        weights = animation.ComputeBlendShapeWeights(code) if animation else None
+        if weights is None or not self.skinning.HasBlendShapes():
+            return None
+        mapper = self.skinning.GetBlendShapeMapper()
+        return weights if mapper is None else mapper.Remap(weights)
+
+    def moves(self, code: float) -> Vt.Matrix4dArray | None:
+        """Return the transforms of the mesh's joints; None where no joint moves it."""
+        if not self.skinning.HasJointInfluences() or not len(self.skeleton.GetJointOrder()):
+            return None
+        moves = self.skeleton.ComputeSkinningTransforms(code)
+        mapper = self.skinning.GetJointMapper()
+        return moves if mapper is None else mapper.Remap(moves)
+
+    def skin_normals(self, normals: Vt.Vec3fArray, moves: Vt.Matrix4dArray, code: float) -> None:
+        """Turn normals with the joints, in place."""
+        turns = [_turning(np.array(move)) for move in moves]
+        UsdSkel.SkinNormals(
+            self.skinning.GetSkinningMethod(),
+            _matrix3(_turning(np.array(self.skinning.GetGeomBindTransform(code)))),
+            Vt.Matrix3dArray([_matrix3(turn) for turn in turns]),
+            *self.skinning.ComputeVaryingJointInfluences(len(normals), code),
+            self.skinning.GetNumInfluencesPerComponent(),
+            normals,
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StagedMesh:
+    """One mesh under a SkelRoot.
+
+    Attributes
+    ----------
+    name : str
+    shapes : tuple of str, length S
+    used : (N,) int64
+        Points that a face uses; only these are shown.
+    """
+
+    name: str
+    shapes: tuple[str, ...]
+    used: IntArray
+    _mesh: UsdGeom.Mesh
+    _bound: _Bound | None
+    _deformer: "_Deformer"
+    _si: FloatArray
+
+    def weights_at(self, codes: FloatArray) -> FloatArray:
+        """Return the weights (F, S) of the shapes at time codes (F,)."""
+        return np.array([self._weights(c) for c in codes], float).reshape(len(codes), -1)
+
+    def points_at(self, codes: FloatArray) -> FloatArray:
+        """Return the points (F, N, 3) [m], Y up, in the world at time codes (F,)."""
+        return np.stack([self._points(float(code)) for code in codes])
+
+    def normals_at(self, codes: FloatArray) -> FloatArray | None:
+        """Return unit normals (F, N, 3), Y up; None where USD does not deform vertex normals."""
+        if not self._deformer.turns_normals:
+            return None
+        return np.stack([self._normals(float(code)) for code in codes])
+
+    def _weights(self, code: float) -> Vt.FloatArray:
+        weights = self._bound.weights(code) if self._bound else None
+        return Vt.FloatArray(len(self.shapes)) if weights is None else weights
+
+    def _space(self, code: float) -> tuple[FloatArray, Vt.Matrix4dArray | None]:
+        """Return the space (4, 4) that points end in, and what moves them on the way."""
+        moves = self._bound.moves(code) if self._bound else None
+        stands = self._mesh if self._bound is None or moves is None else self._bound.skeleton
+        space = _world(stands.GetPrim(), code) @ self._si
+        if (
+            self._bound is not None
+            and moves is not None
+            and self._bound.skinning.IsRigidlyDeformed()
+        ):
+            return np.array(self._bound.skinning.ComputeSkinnedTransform(moves, code)) @ space, None
+        return space, moves
+
+    def _points(self, code: float) -> FloatArray:
+        points = self._mesh.GetPointsAttr().Get(code)
+        self._deformer.move(points, self._weights(code))
+        space, moves = self._space(code)
+        if self._bound is not None and moves is not None:
+            self._bound.skinning.ComputeSkinnedPoints(moves, points, code)
+        return np.asarray(np.array(points)[self.used] @ space[:3, :3] + space[3, :3], np.float64)
+
+    def _normals(self, code: float) -> FloatArray:
+        normals = self._mesh.GetNormalsAttr().Get(code)
+        self._deformer.turn(normals, self._weights(code))
+        space, moves = self._space(code)
+        if self._bound is not None and moves is not None:
+            self._bound.skin_normals(normals, moves, code)
+        turned = np.array(normals, np.float64)[self.used] @ _turning(space)
+        length = np.linalg.norm(turned, axis=1, keepdims=True)
+        return np.asarray(turned / np.where(length > 0, length, 1.0))
+
+
+def _world(prim: Usd.Prim, code: float) -> FloatArray:
+    return np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(prim), np.float64)
+
+
+def _matrix3(matrix: FloatArray) -> Gf.Matrix3d:
+    return Gf.Matrix3d(*matrix.ravel().tolist())
+
+
+class _Deformer:
+    """UsdSkel's blend shapes of one mesh."""
+
+    def __init__(self, prim: Usd.Prim) -> None:
+        self._query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
+        self._indices = self._query.ComputeBlendShapePointIndices()
+        self._moves = self._query.ComputeSubShapePointOffsets()
+        self._turns = [self._turn(k) for k in range(self._query.GetNumSubShapes())]
+        mesh = UsdGeom.Mesh(prim)
+        normals, points = mesh.GetNormalsAttr().Get(_START), mesh.GetPointsAttr().Get(_START)
+        shown = bool(normals) and len(normals) == len(points)
+        shown &= not UsdGeom.PrimvarsAPI(prim).HasPrimvar("normals")
+        shown &= mesh.GetNormalsInterpolation() in ("vertex", "varying")
+        # Where a shape has no normal offsets USD shows it with the normals it has at rest.
+        complete = all(len(t) or not len(m) for t, m in zip(self._turns, self._moves, strict=True))
+        self.turns_normals = shown and complete
+
+    def _turn(self, number: int) -> Vt.Vec3fArray:
+        between = self._query.GetInbetween(number)
+        if between:
+            return between.GetNormalOffsets() or Vt.Vec3fArray()
+        shape = self._query.GetBlendShape(self._query.GetBlendShapeIndex(number))
+        return (shape.GetNormalOffsetsAttr().Get() if shape else None) or Vt.Vec3fArray()
+
+    def move(self, points: Vt.Vec3fArray, weights: Vt.FloatArray) -> None:
+        self._apply(points, weights, self._moves)
+
+    def turn(self, normals: Vt.Vec3fArray, weights: Vt.FloatArray) -> None:
+        self._apply(normals, weights, self._turns)
+
+    def _apply(self, values: Vt.Vec3fArray, weights: Vt.FloatArray, offsets: object) -> None:
+        if len(weights):
+            parts = self._query.ComputeSubShapeWeights(weights)
+            self._query.ComputeDeformedPoints(*parts, self._indices, offsets, values)
+
+
+_START = Usd.TimeCode.EarliestTime()
+
+
+def _turning(matrix: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.inv(matrix[:3, :3]).T, np.float64)
+
+
+def evaluate_usd(stage: Usd.Stage) -> tuple[StagedMesh, ...]:
+    """Return what UsdSkel shows of the meshes with faces under all SkelRoots, in stage order.
+
+    Raises
+    ------
+    InputError
+        If USD reports an error.
+    """
+    with usd_errors(stage.GetRootLayer().realPath or "the stage"):
+        cache = UsdSkel.Cache()
+        bound: dict[Usd.Prim, _Bound] = {}
+        prims: dict[Usd.Prim, None] = {}
+        for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
+            cache.Populate(UsdSkel.Root(root), _ALL)
+            prims |= dict.fromkeys(p for p in Usd.PrimRange(root, _ALL) if UsdGeom.Mesh(p))
+            for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
+                query = cache.GetSkelQuery(binding.GetSkeleton())
+                bound |= {t.GetPrim(): _Bound(t, query) for t in binding.GetSkinningTargets()}
+        si = to_si(metrics_of(stage))
+        meshes = []
+        for prim in prims:
+            used = np.unique(UsdGeom.Mesh(prim).GetFaceVertexIndicesAttr().Get(_START) or [])
+            if len(used):
+                tokens = UsdSkel.BindingAPI(prim).GetBlendShapesAttr().Get() or ()
+                meshes.append(
+                    StagedMesh(
+                        prim.GetDisplayName() or prim.GetName(),
+                        tuple(map(str, tokens)),
+                        used.astype(np.int64),
+                        UsdGeom.Mesh(prim),
+                        bound.get(prim),
+                        _Deformer(prim),
+                        si,
+                    )
+                )
+    return tuple(meshes)
+
+
+def keys_of_stage(stage: Usd.Stage) -> tuple[FloatArray, FloatArray]:
+    """Return the time codes (F,) of the first animated weights, and their times (F,) [s].
+
+    Time 0 is the stage's start time code where it has one before the first sample, else that
+    sample. Without animation there is one code, the start.
+    """
+    metrics = metrics_of(stage)
+    cache = UsdSkel.Cache()
+    codes = np.zeros(0)
+    for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
+        cache.Populate(UsdSkel.Root(root), _ALL)
+        for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
+            query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
+            if query and not len(codes):
+                codes = np.array(query.GetBlendShapeWeightTimeSamples(), np.float64)
+    if not len(codes):
+        return np.array([metrics.start]), np.zeros(1)
+    start = min(metrics.start, codes[0]) if stage.HasAuthoredTimeCodeRange() else codes[0]
+    return codes, (codes - start) / metrics.time_codes_per_second
