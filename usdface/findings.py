@@ -74,6 +74,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "HEAD_MARKERS_FEW": ("warning", "fewer than three head markers are visible in some frames"),
     "FRAME_UNSOLVED": ("warning", "frames without visible markers follow their neighbours"),
     "SHAPE_UNSEEN": ("info", "a blend shape moves no bound marker and stays at 0"),
+    "SHAPE_UNSURE": (
+        "info",
+        "the markers say little or nothing of a blend shape; one at this vertex would show it",
+    ),
     # expressions
     "EXPRESSION_UNKNOWN": ("warning", "the rig has no shapes for an expression"),
     "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),

@@ -19,7 +19,7 @@ from usdface.retarget.solve import Iterate, solve_weights
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, visible
 
-__all__ = ["Joint", "solve_jointly"]
+__all__ = ["Joint", "small_motions", "solve_jointly"]
 
 _ROUNDS = 30
 # The rounds end when markers move by less than this share of their error, or this far [m].
@@ -143,12 +143,12 @@ def solve_jointly(
 
 def _rows(target: FloatArray, basis: FloatArray, axes: int, moving_head: bool) -> _Rows:
     shapes = basis[..., :axes].reshape(len(basis), -1)
-    columns = _small_motions(target, axes == 2) if moving_head else np.zeros((0, *target.shape))
+    columns = small_motions(target, axes == 2) if moving_head else np.zeros((0, *target.shape))
     rigid = np.linalg.qr(columns[..., :axes].reshape(len(columns), axes * len(target)).T)[0]
     return _Rows(axes, shapes, rigid, shapes - (shapes @ rigid) @ rigid.T)
 
 
-def _small_motions(points: FloatArray, image: bool) -> FloatArray:
+def small_motions(points: FloatArray, image: bool) -> FloatArray:
     """Return small rigid motions of `points` (M, 3): (6, M, 3).
 
     Three translations and three rotations; seen in an image, moving along the view is a

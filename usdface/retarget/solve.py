@@ -28,7 +28,7 @@ from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
 from usdface.takes import FloatArray
 
-__all__ = ["Iterate", "curvature_bands", "solve_weights"]
+__all__ = ["Iterate", "curvature_bands", "error_variance", "solve_weights"]
 
 # Where smoothing weighs less than this share of the least visible weight direction, it is left out.
 _NEGLIGIBLE = 1e-2
@@ -81,7 +81,7 @@ def solve_weights(
     Iterate
     """
     variance = noise**2
-    ridge = (variance + _ALIKE * misfit**2) / options.spread**2
+    ridge = error_variance(noise, misfit) / options.spread**2
     floor = _RIDGE_FLOOR * max(normal.trace(), 1e-300)
     ridged = normal + (ridge + floor) * np.eye(len(normal))
     bands = curvature_bands(times) * (variance * options.smoothness / options.agility)
@@ -93,6 +93,11 @@ def solve_weights(
     return _solve_take(
         ridged, right, bands, options, start, _ROUGH if rough else options.iterations
     )
+
+
+def error_variance(noise: float, misfit: float) -> float:
+    """Return e of the module's equation [m^2]."""
+    return noise**2 + _ALIKE * misfit**2
 
 
 def _solve_take(

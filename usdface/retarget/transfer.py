@@ -43,6 +43,8 @@ class Solution:
         Rounds of the pose and occlusion loop.
     choice : MapChoice
         The space map, and how well it predicts left-out markers.
+    distances : (F, M) float64 [m]
+        Between a marker and what the weights explain, on the character; NaN where occluded.
     in_space : bool
         False for an image's markers: then the pose is in pixels.
     """
@@ -57,10 +59,12 @@ class Solution:
     misfit: float
     rounds: int
     choice: MapChoice
+    distances: FloatArray
     in_space: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))
+        object.__setattr__(self, "distances", frozen(self.distances))
         object.__setattr__(self, "feature_points", frozen(self.feature_points))
         object.__setattr__(self, "neutral", frozen(self.neutral))
 
@@ -130,6 +134,7 @@ def solve_take(
         joint.misfit,
         joint.rounds,
         choice,
+        np.where(seen, np.sqrt((misfit**2).sum(axis=2)), np.nan),
         in_space=take.dimension == 3,
     )
     return solution, findings

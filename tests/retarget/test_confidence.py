@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+
+from usdface.options import SolveOptions
+from usdface.retarget.confidence import Confidence, confidence_of, weight_deviations
+from usdface.retarget.solve import curvature_bands, error_variance, solve_weights
+
+RNG = np.random.default_rng(21)
+OPTIONS = SolveOptions()
+STEP = 1 / 30
+BASIS = 0.01 * RNG.normal(size=(4, 24))
+NORMAL = BASIS @ BASIS.T
+
+
+def test_deviations_are_those_of_the_whole_takes_posterior() -> None:
+    """Inverted densely, the middle frame of a long take, without a ridge worth the name."""
+    options = SolveOptions(spread=1e3)
+    frames, noise = 61, 0.004
+    bands = curvature_bands(STEP * np.arange(frames))
+    curvature = np.diag(bands[2])
+    for k, row in ((1, bands[1, 1:]), (2, bands[0, 2:])):
+        curvature += np.diag(row, k) + np.diag(row, -k)
+    single = NORMAL + noise**2 / options.spread**2 * np.eye(4)
+    whole = np.kron(np.eye(frames), single)
+    whole += np.kron(noise**2 * OPTIONS.smoothness / OPTIONS.agility * curvature, np.eye(4))
+    middle = slice(4 * (frames // 2), 4 * (frames // 2) + 4)
+    variances = noise**2 * np.diag(np.linalg.inv(whole))[middle]
+    ours = weight_deviations(NORMAL, STEP, noise, 0.0, options)
+    np.testing.assert_allclose(ours, np.sqrt(variances), rtol=1e-3)
+
+
+def test_deviations_of_one_frame_are_those_of_its_posterior() -> None:
+    noise, misfit = 0.003, 0.002
+    error = error_variance(noise, misfit)
+    spread = np.linalg.inv(NORMAL / error + np.eye(4) / OPTIONS.spread**2)
+    ours = weight_deviations(NORMAL, 0.0, noise, misfit, OPTIONS)
+    np.testing.assert_allclose(ours, np.sqrt(np.diag(spread)))
+
+
+@pytest.mark.parametrize("smoothness", [0.0, 1.0])
+def test_deviations_are_how_far_weights_are_off(smoothness: float) -> None:
+    options = SolveOptions(smoothness=smoothness)
+    frames, noise = 3000, 5e-4
+    times = STEP * np.arange(frames)
+    truth = 0.5 + 0.2 * np.sin(np.outer(times, [0.5, 0.7, 0.9, 1.1]))
+    seen = truth @ BASIS + noise * RNG.normal(size=(frames, 24))
+    found = solve_weights(NORMAL, seen @ BASIS.T, times, noise, options).weights
+    off = np.sqrt(np.mean((found - truth) ** 2, axis=0))
+    said = weight_deviations(NORMAL, STEP, noise, 0.0, options)
+    # Slow weights are smoothed at no cost in truth, so that they are nearer than said.
+    np.testing.assert_allclose(off, said, rtol=0.1 if smoothness == 0.0 else 0.5)
+
+
+def test_misfit_does_not_average_out() -> None:
+    alone = weight_deviations(NORMAL, 0.0, 0.0, 1e-3, OPTIONS)
+    np.testing.assert_allclose(weight_deviations(NORMAL, STEP, 0.0, 1e-3, OPTIONS), alone)
+    assert error_variance(0.0, 1e-3) > 0
+
+
+# A row of places 1 cm apart; shape k moves place 3 k and a little of its neighbours.
+PLACES = np.stack([0.01 * np.arange(15), 0.02 * np.cos(np.arange(15)), np.zeros(15)], axis=1)
+SHAPES = np.zeros((5, 15, 3))
+for shape in range(5):
+    for place in range(15):
+        SHAPES[shape, place, 1] = 0.01 * np.exp(-((place - 3 * shape) ** 2))
+
+
+def world(bound: list[int], moving_head: bool = False, axes: int = 3) -> Confidence:
+    errors = (3e-4, 0.0)
+    return confidence_of(PLACES, SHAPES, np.array(bound), axes, moving_head, STEP, errors, OPTIONS)
+
+
+def test_a_shape_that_no_marker_sees_keeps_its_prior_and_its_place_is_named() -> None:
+    said = world([0, 3, 9, 12])
+    assert said.unseen == {2: 6}
+    assert said.deviations[2] == pytest.approx(OPTIONS.spread, rel=0.05)
+    assert np.delete(said.deviations, 2).max() < 0.1
+    assert said.places[0] == 6
+
+
+def test_a_marker_at_the_named_place_shows_the_shape() -> None:
+    said = world([0, 3, 9, 12, world([0, 3, 9, 12]).unseen[2]])
+    assert not said.unseen and said.deviations.max() < 0.1
+
+
+def test_places_are_the_best_of_all_one_at_a_time() -> None:
+    bound: list[int] = [0, 3]
+    for place in world(bound).places[:3].tolist():
+        volumes = {}
+        for tried in range(15):
+            rows = SHAPES[:, [*bound, tried]].reshape(5, -1)
+            precision = rows @ rows.T / 9e-8 + np.eye(5) / OPTIONS.spread**2
+            volumes[tried] = -np.linalg.slogdet(precision)[1] if tried not in bound else np.inf
+        assert place == min(volumes, key=volumes.__getitem__)
+        bound.append(place)
+
+
+def test_an_unknown_head_makes_weights_less_sure() -> None:
+    every = list(range(15))
+    assert (world(every, moving_head=True).deviations > world(every).deviations).all()
+
+
+def test_an_image_sees_no_depth() -> None:
+    deep = np.roll(SHAPES, 1, axis=2)
+    bound = np.arange(0, 15, 3)
+    said = confidence_of(PLACES, deep, bound, 2, False, STEP, (3e-4, 0.0), OPTIONS)
+    np.testing.assert_allclose(said.deviations, OPTIONS.spread, rtol=1e-6)
+
+
+def test_what_has_no_errors_is_sure() -> None:
+    said = confidence_of(PLACES, SHAPES, np.arange(15), 3, True, STEP, (0.0, 0.0), OPTIONS)
+    assert np.isfinite(said.deviations).all() and said.deviations.max() < 0.1
+    assert not len(said.places)

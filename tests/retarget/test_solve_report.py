@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+from worlds import World, make_world
+
+from usdface.retarget.solve_report import SolveReport, solve_report
+from usdface.retarget.transfer import Solution, solve_take
+from usdface.setup import Binding, Setup
+from usdface.takes import MarkerTake
+
+WORLD = make_world(head_moves=False)
+MESH = WORLD.rig.meshes[0]
+
+
+def solved(world: World, positions: np.ndarray, without: str = "-") -> tuple[Setup, Solution]:
+    take = MarkerTake(world.take.names, world.take.times, positions, world.take.rate)
+    kept = {name: point for name, point in world.points.items() if not name.startswith(without)}
+    setup = Setup(Binding(tuple(kept), np.array(list(kept.values()))), neutral=(0, 3))
+    points = setup.binding.points
+    solution, _ = solve_take(
+        take, MESH.points[points], MESH.offsets_at(points), MESH.shape_names, setup
+    )
+    return setup, solution
+
+
+def report(positions: np.ndarray, without: str = "-") -> SolveReport:
+    return solve_report(MESH, *solved(WORLD, positions, without))
+
+
+def test_a_marker_that_jumps_is_named_with_its_frame_and_distance() -> None:
+    positions = WORLD.take.positions.copy()
+    positions[17, WORLD.take.names.index("forehead"), 2] += 0.02
+    markers = report(positions).details["residual"]["markers mm"]
+    assert max(markers, key=lambda name: markers[name]["worst"]) == "forehead"
+    assert markers["forehead"]["worst frame"] == 17
+    assert markers["forehead"]["worst"] == pytest.approx(20, rel=0.25)
+
+
+def test_residuals_of_frames_and_markers_are_of_one_piece() -> None:
+    noise = 1e-3 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
+    said = report(WORLD.take.positions + noise).details["residual"]
+    of_markers = [marker["rms"] for marker in said["markers mm"].values()]
+    assert len(said["frames mm"]) == len(WORLD.take.times)
+    assert np.mean(np.square(of_markers)) == pytest.approx(
+        np.mean(np.square(said["frames mm"])), rel=1e-2
+    )
+
+
+def test_an_occluded_marker_counts_where_it_was_seen() -> None:
+    positions = WORLD.take.positions.copy()
+    positions[10:, WORLD.take.names.index("chin")] = np.nan
+    assert report(positions).details["residual"]["markers mm"]["chin"]["worst frame"] < 10
+
+
+def test_a_shape_that_lost_its_markers_is_said_with_the_place_that_would_show_it() -> None:
+    noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
+    said = report(WORLD.take.positions + noise, without="lid")
+    names = {"eyeBlinkLeft", "eyeBlinkRight"}
+    hidden = said.details["confidence"]["hardly seen, and the vertex that would show it"]
+    assert names <= set(hidden)
+    assert {f.code for f in said.findings} == {"SHAPE_UNSURE"}
+    for name in names:
+        moved = np.linalg.norm(MESH.offsets_at(np.array([hidden[name]])), axis=2)[:, 0]
+        assert MESH.shape_names[int(moved.argmax())] == name
+    assert all(name in said.summary["least sure"] for name in names)
+    sure = report(WORLD.take.positions + noise)
+    assert names.isdisjoint(
+        sure.details["confidence"]["hardly seen, and the vertex that would show it"]
+    )

@@ -1,0 +1,168 @@
+"""How sure the weights are, what the markers cannot see, and where the next markers should go.
+
+The solve is the most probable answer of a linear model with Gaussian errors, so its normal
+matrix also says how far each weight can be off (Tarantola 2005, "Inverse Problem Theory",
+section 3.2). Noise averages out over the frames that the smoothness joins; misfit of face and
+rig does not. Where the head is solved too, its pose is unknown like the weights. The box is not
+counted: a weight that rests on 0 or 1 is surer than said.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.options import SolveOptions
+from usdface.retarget.joint import small_motions
+from usdface.retarget.solve import error_variance
+from usdface.takes import FloatArray, IntArray, frozen
+
+__all__ = ["Confidence", "confidence_of", "weight_deviations"]
+
+# Markers are not believed beyond this [m]: without any error all that is seen is sure.
+_FINEST = 1e-5
+# A shape is not seen if this share of what was unknown before the take still is.
+_UNSEEN = 0.7
+_NEXT = 5
+_FREQUENCIES = 256
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Confidence:
+    """What the markers say about the blend shapes.
+
+    Attributes
+    ----------
+    deviations : (S,) float64 [1]
+        Standard deviation of each weight, in a frame that shows all markers.
+    unseen : dict of int to int
+        Shapes that the markers say little or nothing about, each with the vertex at which one
+        more marker would show it best.
+    places : (K,) int64
+        The vertices where the next markers would say most, the best first (greedy D-optimal).
+    """
+
+    deviations: FloatArray
+    unseen: dict[int, int]
+    places: IntArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "deviations", frozen(self.deviations))
+        object.__setattr__(self, "places", frozen(self.places, np.int64))
+
+
+def confidence_of(
+    points: FloatArray,
+    offsets: FloatArray,
+    bound: IntArray,
+    axes: int,
+    moving_head: bool,
+    step: float,
+    errors: tuple[float, float],
+    options: SolveOptions,
+) -> Confidence:
+    """Say how sure a solve is.
+
+    Parameters
+    ----------
+    points : (V, 3) float64 [m]
+        Neutral places on the character where markers are or could be.
+    offsets : (S, V, 3) float64 [m]
+    bound : (M,) int64
+        The places that have a marker, as indices of `points`.
+    axes : int
+        2 for an image's markers, which do not see depth; else 3.
+    moving_head : bool
+        True if the head's pose is solved with the weights.
+    step : float [s]
+        Time between two frames.
+    errors : (float, float) [m]
+        Noise and misfit of a marker coordinate.
+    options : SolveOptions
+    """
+    count = len(offsets)
+    motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
+    # The rows of each place: what shapes and head do to a marker there, (V, axes, S + 6).
+    rows = np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0)
+    noise, misfit = max(errors[0], _FINEST), errors[1]
+    variance = error_variance(noise, misfit)
+    prior = np.concatenate([np.full(count, options.spread**-2), np.full(len(motions), 1e-9)])
+    seen = rows[bound].reshape(-1, rows.shape[2])
+    spread = np.linalg.inv(seen.T @ seen / variance + np.diag(prior))
+    # The normal matrix of the weights alone, whatever the head does.
+    normal = variance * (np.linalg.inv(spread[:count, :count]) - np.diag(prior[:count]))
+    deviations = weight_deviations(normal, step, noise, misfit, options)
+    hidden = np.flatnonzero(np.diag(spread)[:count] > (_UNSEEN * options.spread) ** 2)
+    free = np.setdiff1d(np.flatnonzero(np.abs(offsets).max(axis=(0, 2)) > 0.0), bound)
+    if not len(free):
+        return Confidence(deviations, {}, np.zeros(0, np.int64))
+    tried = rows[free]
+    spreads, inverse = _at_places(spread, tried, variance)
+    # What a marker would take off the variance of a shape: (V, H).
+    across = spreads[:, :, hidden]
+    gains = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
+    unseen = {
+        int(shape): int(free[place])
+        for shape, place, gain in zip(hidden, gains.argmax(axis=0), gains.max(axis=0), strict=True)
+        if gain > 0.0
+    }
+    return Confidence(deviations, unseen, free[_greedy(spread, tried, variance)])
+
+
+def weight_deviations(
+    normal: FloatArray, step: float, noise: float, misfit: float, options: SolveOptions
+) -> FloatArray:
+    """Return the standard deviation of each weight far from both ends of a take: (S,).
+
+    Parameters
+    ----------
+    normal : (S, S) float64 [m^2]
+        As in `usdface.retarget.solve.solve_weights`.
+    step : float [s]
+        Time between two frames; 0 for a single one.
+    noise, misfit : float [m]
+    options : SolveOptions
+
+    Notes
+    -----
+    In the eigenbasis of the normal matrix the solve is a filter for each direction: at the
+    frequency f [rad per frame] it divides by ``a + c q``, with a the eigenvalue l and the ridge
+    r, c the weight of the smoothness and q = (2 - 2 cos f)^2. Its error is what it lets through
+    of the noise, what it takes away of weights that move as `agility` says, the misfit, which
+    is slow, and a share r / a of the weight itself, which is about `spread`. Without ridge and
+    misfit this is the posterior of the whole take, without smoothness that of one frame.
+    """
+    values, vectors = np.linalg.eigh(normal)
+    values = np.maximum(values, 0.0)[:, None]
+    total = error_variance(noise, misfit)
+    ridge = total / options.spread**2
+    ridged = values + ridge
+    curve = noise**2 * options.smoothness / options.agility / step**3 if step > 0 else 0.0
+    angle = np.pi * (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES
+    rough = curve * (2.0 - 2.0 * np.cos(angle)) ** 2
+    passed = (values + options.smoothness * rough) / (ridged + rough) ** 2
+    variances = noise**2 * passed.mean(axis=1, keepdims=True)
+    variances += ((total - noise**2) * values + (ridge * options.spread) ** 2) / ridged**2
+    return np.asarray(np.sqrt(vectors**2 @ variances.clip(max=options.spread**2))[:, 0])
+
+
+def _at_places(
+    spread: FloatArray, rows: FloatArray, variance: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return rows @ spread (V, axes, N), and the inverse covariance of a marker there."""
+    across = rows @ spread
+    predicted = across @ rows.transpose(0, 2, 1)
+    return across, np.asarray(np.linalg.inv(predicted + variance * np.eye(rows.shape[1])))
+
+
+def _greedy(spread: FloatArray, rows: FloatArray, variance: float) -> IntArray:
+    """Return the places, one after the other, that most lower the volume of what is unknown."""
+    chosen: list[int] = []
+    for _ in range(min(_NEXT, len(rows))):
+        across, inverse = _at_places(spread, rows, variance)
+        # The log determinant falls by that of the predicted covariance over the marker's own.
+        gains = -np.linalg.slogdet(inverse)[1]
+        gains[chosen] = -np.inf
+        best = int(gains.argmax())
+        chosen.append(best)
+        spread = spread - across[best].T @ inverse[best] @ across[best]
+    return np.array(chosen, dtype=np.int64)

@@ -1,0 +1,106 @@
+"""What a solve has to say for itself: residuals in millimetres, how sure the weights are."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdface.findings import Finding, finding
+from usdface.retarget.confidence import confidence_of
+from usdface.retarget.transfer import Solution
+from usdface.rigs import Mesh
+from usdface.setup import Setup
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["SolveReport", "solve_report"]
+
+# Vertices that are tried as places of markers; more of them are thinned out evenly.
+_PLACES = 3000
+_NAMED = 3
+
+
+@dataclass(frozen=True, slots=True)
+class SolveReport:
+    """Lines for the screen (`summary`), the whole of it for the report file, and findings."""
+
+    summary: dict[str, Any]
+    details: dict[str, Any]
+    findings: list[Finding]
+
+
+def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
+    """Say how far markers are from the solved face, and how far its weights can be off.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    setup : Setup
+        Fitted to the mesh (`usdface.setup.fit_setup`).
+    solution : Solution
+    """
+    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
+    bound = np.array([vertex[name] for name in solution.markers])
+    places = np.concatenate([bound, _free_places(mesh, bound)])
+    times, axes = solution.weights.times, 3 if solution.in_space else 2
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    sure = confidence_of(
+        mesh.points[places],
+        mesh.offsets_at(places),
+        np.arange(len(bound)),
+        axes,
+        setup.head == "solve",
+        step,
+        (solution.noise, solution.misfit),
+        setup.solve,
+    )
+    names = mesh.shape_names
+    unseen = {names[shape]: int(places[place]) for shape, place in sure.unseen.items()}
+    wanted = [int(places[place]) for place in sure.places]
+    least = np.argsort(-sure.deviations, kind="stable")[:_NAMED]
+    summary = {
+        "weights, standard deviation": round(float(np.median(sure.deviations)), 3),
+        "least sure": ", ".join(f"{names[s]} {sure.deviations[s]:.2f}" for s in least),
+    }
+    if wanted:
+        summary["next markers, vertices"] = ", ".join(map(str, wanted))
+    details = {
+        "residual": {
+            "markers mm": _of_markers(solution),
+            "frames mm": np.round(1000.0 * solution.residual, 3).tolist(),
+        },
+        "confidence": {
+            "standard deviation": {
+                name: round(float(value), 4)
+                for name, value in zip(names, sure.deviations, strict=True)
+            },
+            "hardly seen, and the vertex that would show it": unseen,
+            "next markers, vertices": wanted,
+        },
+    }
+    found = [finding("SHAPE_UNSURE", f"{name}: vertex {place}") for name, place in unseen.items()]
+    return SolveReport(summary, details, found)
+
+
+def _free_places(mesh: Mesh, bound: IntArray) -> IntArray:
+    """Return vertices that some shape moves and that have no marker, evenly thinned out."""
+    moved = np.zeros(len(mesh.points), dtype=bool)
+    for shape in mesh.shapes:
+        moved[shape.indices] = True
+    moved[bound] = False
+    free = np.flatnonzero(moved)
+    return free[:: max(1, -(-len(free) // _PLACES))]
+
+
+def _of_markers(solution: Solution) -> dict[str, dict[str, float]]:
+    seen = ~np.isnan(solution.distances)
+    distances = 1000.0 * np.where(seen, solution.distances, 0.0)
+    mean: FloatArray = np.sqrt((distances**2).sum(axis=0) / seen.sum(axis=0))
+    worst = distances.argmax(axis=0)
+    return {
+        name: {
+            "rms": round(float(mean[m]), 3),
+            "worst": round(float(distances[worst[m], m]), 3),
+            "worst frame": int(worst[m]),
+        }
+        for m, name in enumerate(solution.markers)
+    }
