@@ -82,7 +82,7 @@ def test_nonsense_is_refused_in_one_line(change: dict[str, object], message: str
 def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot read"):
         read_bind(tmp_path / "none.json")
-    for content in ("", "{", "[1, 2]", '"text"', "\ufeff{}"):
+    for content in ("", "{", "[1, 2]", '"text"', "\ufeff{}", 100_000 * "["):
         (tmp_path / "bad.json").write_text(content, encoding="utf-8")
         with pytest.raises(InputError, match=r"bad\.json"):
             read_bind(tmp_path / "bad.json")

@@ -54,8 +54,8 @@ def read_bind(path: Path) -> tuple[Setup, list[Finding]]:
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"cannot read the binding {path}: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"the binding {path} is no JSON: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"the binding {path} is no JSON that can be read: {error}") from error
     setup = setup_of_json(document, str(path))
     if "neutral" in document:
         return setup, []
