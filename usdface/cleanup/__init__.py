@@ -1,0 +1,1 @@
+"""Marker clean-up: swaps, spikes and gaps of a take, on arrays."""

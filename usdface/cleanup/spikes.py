@@ -1,0 +1,72 @@
+"""Spikes: a marker that jumps away from where the others say it is, and comes back by a jump."""
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from usdface.takes import BoolArray, FloatArray
+
+__all__ = ["spikes"]
+
+# A jump is larger than this many times the usual one, and than what a face does in a frame:
+# a share of its size (as `face_unit`, some 60 mm) and a share per second. Real optical takes at
+# 60 Hz stay below 0.023, real weight curves at 30 Hz on a rig below 0.05.
+_USUAL = 6.0
+_SHARE = 0.013
+_SPEED = 1.2
+# Steps of a marker's error that are slower than this window [s] are the face, not the marker.
+_WINDOW = 0.5
+# A piece of a marker's path is wrong if it is so many jumps off its surroundings, or off its take.
+_OFF = 0.6
+_FAR = 3.0
+
+
+def spikes(
+    still: FloatArray, told: FloatArray, seen: BoolArray, size: float, rate: float
+) -> BoolArray:
+    """Find the entries that are off by a jump.
+
+    Parameters
+    ----------
+    still : (F, M, 3) float64
+        Markers without the head's motion.
+    told : (F, M, 3) float64
+        Where the other markers say that each should be.
+    seen : (F, M) bool
+    size : float
+        RMS distance of the face's markers from their centroid.
+    rate : float [Hz]
+
+    Returns
+    -------
+    (F, M) bool
+    """
+    found = np.zeros(seen.shape, dtype=bool)
+    both = seen[1:] & seen[:-1]
+    error = still - told
+    # The error alone also jumps where another marker is taken out of the prediction.
+    jumps = np.minimum(_steps(error), _steps(still))
+    window = 2 * round(_WINDOW * rate / 2) + 1
+    for m in np.flatnonzero(both.sum(axis=0) >= 3):
+        usual = float(np.median(jumps[both[:, m], m]))
+        limit = max(_USUAL * usual, (_SHARE + _SPEED / rate) * size)
+        cut = both[:, m] & (jumps[:, m] > limit)
+        if not cut.any():
+            continue
+        frames = np.flatnonzero(seen[:, m])
+        mine = error[frames, m]
+        slow = np.stack([median_filter(c, window, mode="nearest") for c in mine.T], axis=1)
+        off = np.linalg.norm(mine - slow, axis=1) > _OFF * limit
+        off |= np.linalg.norm(mine - np.median(mine, axis=0), axis=1) > _FAR * limit
+        # Pieces of the path between jumps and gaps; one that a jump bounds can be a spike.
+        breaks = cut[frames[1:] - 1] | (np.diff(frames) > 1)
+        piece = np.concatenate([[0], np.cumsum(breaks)])
+        bounded = np.zeros(piece[-1] + 2, dtype=bool)
+        ends = piece[1:][cut[frames[1:] - 1] & (np.diff(frames) == 1)]
+        bounded[ends] = bounded[ends - 1] = True
+        share = np.bincount(piece, off) / np.bincount(piece)
+        found[frames, m] = (bounded[:-1] & (share > 0.5))[piece]
+    return found
+
+
+def _steps(path: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.norm(np.diff(path, axis=0), axis=2))
