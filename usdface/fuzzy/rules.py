@@ -28,6 +28,8 @@ __all__ = ["KEYWORDS", "Combined", "Condition", "Proposition", "Rule", "parse_ru
 KEYWORDS = ("IF", "IS", "AND", "OR", "NOT", "THEN")
 # Deeper ones are no rule that a person wrote, and would exhaust the stack.
 _DEEPEST = 32
+# What of a rule's text fits a message.
+_LONGEST = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +122,8 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
 
 def rule_name(text: str) -> str:
     """Return the text in quotes and on one line, as messages show it."""
-    return f'"{" ".join(text.split())}"'
+    line = " ".join(text.split())
+    return f'"{line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ..."}"'
 
 
 class _Words:
@@ -229,12 +232,12 @@ class _Words:
 
 def _without_parentheses(at: int, word: str) -> list[tuple[int, str]]:
     """Split off parentheses around a word; those inside it, as in ``far(left)``, are its own."""
-    found = []
-    while word.startswith("("):
-        found.append((at, "("))
-        at, word = at + 1, word[1:]
-    name = word
-    while name.endswith(")") and name.count(")") > name.count("("):
-        name = name[:-1]
-    closing = [(at + len(name) + i, ")") for i in range(len(word) - len(name))]
-    return [*found, *([(at, name)] if name else []), *closing]
+    name = word.lstrip("(")
+    opened = len(word) - len(name)
+    closed = min(len(name) - len(name.rstrip(")")), max(0, name.count(")") - name.count("(")))
+    name = name[: len(name) - closed]
+    return [
+        *((at + i, "(") for i in range(opened)),
+        *([(at + opened, name)] if name else []),
+        *((at + opened + len(name) + i, ")") for i in range(closed)),
+    ]

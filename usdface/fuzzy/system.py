@@ -7,11 +7,12 @@ from typing import Any, Literal, get_args
 
 from usdface.errors import InputError
 from usdface.fuzzy.membership import CONSEQUENTS, check_parameters
-from usdface.fuzzy.norms import AGGREGATIONS, S_NORMS, T_NORMS
 from usdface.fuzzy.rules import KEYWORDS, Rule
 from usdface.options import CorrectionMode
 
 __all__ = [
+    "Aggregation",
+    "And",
     "Axis",
     "Defuzzifier",
     "FaceUnit",
@@ -19,6 +20,7 @@ __all__ = [
     "Inference",
     "Measure",
     "Normalisation",
+    "Or",
     "Sampling",
     "Space",
     "Term",
@@ -30,6 +32,9 @@ VariableKind = Literal["input", "output"]
 Axis = Literal["x", "y", "z"]
 Measure = Literal["absolute", "signed"]
 Normalisation = Literal["per_output", "all_rules", "weighted_sum"]
+And = Literal["min", "prod", "lukasiewicz", "hamacher", "einstein", "drastic", "nilpotent"]
+Or = Literal["max", "probor", "lukasiewicz", "hamacher", "einstein", "drastic", "nilpotent"]
+Aggregation = Literal[Or, "sum"]
 Inference = Literal["sugeno", "mamdani"]
 Defuzzifier = Literal["centroid", "bisector", "mean_of_max", "smallest_of_max", "largest_of_max"]
 Sampling = Literal["ends", "middles"]
@@ -42,9 +47,8 @@ _MOST_SAMPLES = 10_000
 
 
 def _check_choice(what: str, value: object, choices: Any) -> None:
-    allowed = get_args(choices) or tuple(choices)
-    if value not in allowed:
-        raise InputError(f"{what} is {value!r}; expected {' or '.join(allowed)}")
+    if value not in get_args(choices):
+        raise InputError(f"{what} is {value!r}; expected {' or '.join(get_args(choices))}")
 
 
 def _check_unique(what: str, names: Iterable[str]) -> None:
@@ -179,27 +183,27 @@ class FuzzySystem:
     variables: tuple[Variable, ...]
     rules: tuple[Rule, ...]
     normalisation: Normalisation = "all_rules"
-    and_: str = "min"
+    and_: And = "min"
     space: Space = "character"
     face_unit: FaceUnit = "marker_spread"
     neutral_rule: bool = True
     mode: CorrectionMode = "raise"
     gain: float = 1.0
-    or_: str = "max"
+    or_: Or = "max"
     inference: Inference = "sugeno"
-    implication: str = "min"
-    aggregation: str = "max"
+    implication: And = "min"
+    aggregation: Aggregation = "max"
     defuzzifier: Defuzzifier = "centroid"
     samples: int = 101
     sampling: Sampling = "ends"
 
     def __post_init__(self) -> None:
         _check_choice("normalisation of the fuzzy system", self.normalisation, Normalisation)
-        _check_choice("AND of the fuzzy system", self.and_, T_NORMS)
-        _check_choice("OR of the fuzzy system", self.or_, S_NORMS)
+        _check_choice("AND of the fuzzy system", self.and_, And)
+        _check_choice("OR of the fuzzy system", self.or_, Or)
         _check_choice("inference of the fuzzy system", self.inference, Inference)
-        _check_choice("implication of the fuzzy system", self.implication, T_NORMS)
-        _check_choice("aggregation of the fuzzy system", self.aggregation, AGGREGATIONS)
+        _check_choice("implication of the fuzzy system", self.implication, And)
+        _check_choice("aggregation of the fuzzy system", self.aggregation, Aggregation)
         _check_choice("defuzzifier of the fuzzy system", self.defuzzifier, Defuzzifier)
         _check_choice("sampling of the fuzzy system", self.sampling, Sampling)
         _check_choice("space of the fuzzy system", self.space, Space)

@@ -7,10 +7,18 @@ them equal to what `schema.usda` declares.
 from typing import Final
 
 __all__ = [
+    "AGGREGATION",
     "AND",
     "BIND_MARKERS",
     "BIND_MESH",
     "BIND_POINTS",
+    "CLEAN_GAPS",
+    "CLEAN_REPAIRS_FRAMES",
+    "CLEAN_REPAIRS_KINDS",
+    "CLEAN_REPAIRS_MARKERS",
+    "CLEAN_SPIKES",
+    "CLEAN_SWAPS",
+    "DEFUZZIFIER",
     "DIMENSION",
     "EMOTION_PREFIX",
     "ENABLED",
@@ -27,6 +35,8 @@ __all__ = [
     "HEAD_MODE",
     "HEAD_TRANSFORM",
     "IMAGE_SIZE",
+    "IMPLICATION",
+    "INFERENCE",
     "MAP_CHOICE",
     "MAP_FORM",
     "MAP_KERNEL",
@@ -41,6 +51,7 @@ __all__ = [
     "NEUTRAL_RULE",
     "NORMALISATION",
     "NOSE_TIP",
+    "OR",
     "POINTS",
     "RESIDUAL",
     "RETARGET",
@@ -49,6 +60,8 @@ __all__ = [
     "ROLES_NAMES",
     "RULE_TEXT",
     "RULE_WEIGHT",
+    "SAMPLES",
+    "SAMPLING",
     "SHAPES",
     "SOLVE_AGILITY",
     "SOLVE_SMOOTHNESS",
@@ -64,8 +77,10 @@ __all__ = [
     "TERMS_NAMES",
     "TERMS_PARAMETERS",
     "VARIABLE_AXIS",
+    "VARIABLE_DEFAULT",
     "VARIABLE_KIND",
     "VARIABLE_MEASURE",
+    "VARIABLE_RANGE",
     "VARIABLE_ROLE",
     "WEIGHTS",
 ]
@@ -123,6 +138,12 @@ MAP_SMOOTHING: Final = "usdface:map:smoothing"
 SOLVE_SMOOTHNESS: Final = "usdface:solve:smoothness"
 SOLVE_AGILITY: Final = "usdface:solve:agility"
 SOLVE_SPREAD: Final = "usdface:solve:spread"
+CLEAN_SWAPS: Final = "usdface:clean:swaps"
+CLEAN_SPIKES: Final = "usdface:clean:spikes"
+CLEAN_GAPS: Final = "usdface:clean:gaps"
+CLEAN_REPAIRS_MARKERS: Final = "usdface:clean:repairs:markers"
+CLEAN_REPAIRS_FRAMES: Final = "usdface:clean:repairs:frames"
+CLEAN_REPAIRS_KINDS: Final = "usdface:clean:repairs:kinds"
 HEAD_TRANSFORM: Final = "usdface:head:transform"
 RESIDUAL: Final = "usdface:residual"
 FEATURE_POINTS: Final = "usdface:featurePoints"
@@ -141,6 +162,13 @@ SPACE: Final = "usdface:space"
 FACE_UNIT: Final = "usdface:faceUnit"
 NEUTRAL_RULE: Final = "usdface:neutralRule"
 MODE: Final = "usdface:mode"
+INFERENCE: Final = "usdface:inference"
+OR: Final = "usdface:or"
+IMPLICATION: Final = "usdface:implication"
+AGGREGATION: Final = "usdface:aggregation"
+DEFUZZIFIER: Final = "usdface:defuzzifier"
+SAMPLES: Final = "usdface:samples"
+SAMPLING: Final = "usdface:sampling"
 # Followed by the name of an output: usdface:emotion:joy
 EMOTION_PREFIX: Final = "usdface:emotion:"
 
@@ -153,6 +181,8 @@ TERMS_NAMES: Final = "usdface:terms:names"
 TERMS_KINDS: Final = "usdface:terms:kinds"
 TERMS_PARAMETERS: Final = "usdface:terms:parameters"
 TERMS_COUNTS: Final = "usdface:terms:counts"
+VARIABLE_RANGE: Final = "usdface:range"
+VARIABLE_DEFAULT: Final = "usdface:default"
 
 # UsdFaceFuzzyRule
 RULE_TEXT: Final = "usdface:text"

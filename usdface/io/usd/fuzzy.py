@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, Vt
+from pxr import Gf, Sdf, Tf, Usd, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.fuzzy.rules import Rule, parse_rule
@@ -27,6 +27,16 @@ _SYSTEM = {
     tokens.FACE_UNIT: "face_unit",
     tokens.MODE: "mode",
 }
+# Authored where they are not the default.
+_INFERENCE = {
+    tokens.INFERENCE: "inference",
+    tokens.OR: "or_",
+    tokens.IMPLICATION: "implication",
+    tokens.AGGREGATION: "aggregation",
+    tokens.DEFUZZIFIER: "defuzzifier",
+    tokens.SAMPLING: "sampling",
+}
+_DEFAULT = FuzzySystem((), ())
 _INPUT = {
     tokens.VARIABLE_ROLE: "role",
     tokens.VARIABLE_AXIS: "axis",
@@ -48,6 +58,11 @@ def write_fuzzy(stage: Usd.Stage, path: str, system: FuzzySystem) -> None:
             raise OutputError(f"prim <{path}> already has children; remove it to write it anew")
         for name, field in _SYSTEM.items():
             _author(prim, name, _NAMES.Token, getattr(system, field))
+        for name, field in _INFERENCE.items():
+            if getattr(system, field) != getattr(_DEFAULT, field):
+                _author(prim, name, _NAMES.Token, getattr(system, field))
+        if system.samples != _DEFAULT.samples:
+            _author(prim, tokens.SAMPLES, _NAMES.Int, system.samples)
         _author(prim, tokens.NEUTRAL_RULE, _NAMES.Bool, system.neutral_rule)
         _author(prim, tokens.GAIN, _NAMES.Float, system.gain, Sdf.VariabilityVarying)
         for variable in system.variables:
@@ -65,10 +80,15 @@ def write_fuzzy(stage: Usd.Stage, path: str, system: FuzzySystem) -> None:
 
 def _write_variable(prim: Usd.Prim, variable: Variable) -> None:
     _author(prim, tokens.VARIABLE_KIND, _NAMES.Token, variable.kind)
-    if variable.kind == "output":
+    if variable.range is not None:
+        _author(prim, tokens.VARIABLE_RANGE, _NAMES.Double2, Gf.Vec2d(*variable.range))
+    if variable.default:
+        _author(prim, tokens.VARIABLE_DEFAULT, _NAMES.Double, variable.default)
+    if variable.kind == "input":
+        for name, field in _INPUT.items():
+            _author(prim, name, _NAMES.Token, getattr(variable, field))
+    elif not variable.terms:
         return
-    for name, field in _INPUT.items():
-        _author(prim, name, _NAMES.Token, getattr(variable, field))
     terms = variable.terms
     parameters = [p for term in terms for p in term.parameters]
     counts = [len(term.parameters) for term in terms]
@@ -127,7 +147,9 @@ def _checked(prim: Usd.Prim, read: Callable[[Usd.Prim], _Read]) -> _Read:
 def _read_system(
     prim: Usd.Prim, variables: tuple[Variable, ...], rules: tuple[Rule, ...]
 ) -> FuzzySystem:
-    settings: dict[str, Any] = _words(prim, _SYSTEM)
+    settings: dict[str, Any] = _words(prim, _SYSTEM | _INFERENCE)
+    if (samples := _value(prim, tokens.SAMPLES, int)) is not None:
+        settings["samples"] = samples
     if (flag := _value(prim, tokens.NEUTRAL_RULE, bool)) is not None:
         settings["neutral_rule"] = flag
     if (gain := _float(prim, tokens.GAIN)) is not None:
@@ -137,8 +159,6 @@ def _read_system(
 
 def _read_variable(prim: Usd.Prim) -> Variable:
     kind: Any = _value(prim, tokens.VARIABLE_KIND, str) or "input"
-    if kind == "output":
-        return Variable(prim.GetName(), kind)
     names = _array(prim, tokens.TERMS_NAMES, Vt.TokenArray)
     kinds = _array(prim, tokens.TERMS_KINDS, Vt.TokenArray)
     counts = _array(prim, tokens.TERMS_COUNTS, Vt.IntArray)
@@ -154,7 +174,12 @@ def _read_variable(prim: Usd.Prim) -> Variable:
         Term(name, kind_, tuple(parameters[end - count : end]))
         for name, kind_, count, end in zip(names, kinds, counts, ends, strict=True)
     )
-    return Variable(prim.GetName(), kind, terms=terms, **_words(prim, _INPUT))
+    settings = _words(prim, _INPUT) if kind == "input" else {}
+    if (bounds := _value(prim, tokens.VARIABLE_RANGE, Gf.Vec2d)) is not None:
+        settings["range"] = tuple(bounds)
+    if (default := _value(prim, tokens.VARIABLE_DEFAULT, float)) is not None:
+        settings["default"] = default
+    return Variable(prim.GetName(), kind, terms=terms, **settings)
 
 
 def _read_rule(prim: Usd.Prim) -> Rule:
