@@ -74,7 +74,7 @@ def _command(
     command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
     command.set_defaults(run=run)
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
-    command.add_argument("--report", type=Path, metavar="FILE", help="also write it as JSON")
+    command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
     command.add_argument("--strict", action="store_true", help="a warning is a failure")
     command.add_argument("--debug", action="store_true", help="show tracebacks")
     return command
