@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.correct import correct
@@ -43,13 +44,15 @@ class Animated:
         For the solve layer.
     express : Animation or None
         For the express layer; None where nothing corrects.
+    take : MarkerTake or WeightsTake
+        The shot's take, its markers cleaned.
     findings : list of Finding
     summary : mapping of str to value
     """
 
     solve: Animation
     express: Animation | None
-    times: FloatArray
+    take: MarkerTake | WeightsTake
     findings: list[Finding]
     summary: dict[str, Any]
 
@@ -61,16 +64,19 @@ class Animated:
     @property
     def weights(self) -> WeightsTake:
         """The final weights over time [s]."""
-        return WeightsTake(self.final.names, self.times, self.final.weights)
+        return WeightsTake(self.final.names, self.take.times, self.final.weights)
 
 
 def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> Animated:
     """Solve the take's weights on the shot's rig, and correct them unless told not to."""
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
+    with steps("clean"):
+        shot, cleaned, findings = _clean(shot)
     with steps("solve"):
-        weights, solution, findings = _solve(shot, mesh)
+        weights, solution, more = _solve(shot, mesh, cleaned)
+        findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
-        solved = Animation(names, complete, solution, {})
+        solved = Animation(names, complete, solution, {}, cleaned.repairs if cleaned else ())
     if not options.express:
         return _animated(shot, solved, None, findings)
     if shot.system is None or not shot.expressions:
@@ -82,14 +88,32 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
     return _animated(shot, solved, expressed, findings + more)
 
 
-def _solve(shot: Shot, mesh: Mesh) -> tuple[WeightsTake, Solution | None, list[Finding]]:
+def _clean(shot: Shot) -> tuple[Shot, Cleaned | None, list[Finding]]:
+    if isinstance(shot.take, WeightsTake):
+        return shot, None, []
+    setup = shot.setup
+    on_the_face = (*setup.binding.markers, *setup.head_markers)
+    moving = setup.head != "stabilised"
+    cleaned, findings = clean_take(shot.take, on_the_face, setup.clean, moving)
+    return replace(shot, take=cleaned.take), cleaned, findings
+
+
+def _solve(
+    shot: Shot, mesh: Mesh, cleaned: Cleaned | None
+) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     if isinstance(shot.take, WeightsTake):
         weights, findings = rename_weights(shot.take, shot.rig.shape_names)
         return weights, None, findings
     setup, findings = fit_setup(shot.setup, mesh, shot.take)
     points = setup.binding.points
+    take = shot.take
+    if cleaned is not None:
+        # What was filled in is no observation: the rig knows better what is hidden.
+        take = replace(
+            take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
+        )
     solution, more = solve_take(
-        shot.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup
+        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup
     )
     curved = [shape.name for shape in mesh.shapes if shape.inbetweens]
     if curved:
@@ -124,7 +148,7 @@ def _animated(
             for name, curve in express.emotions.items()
         }
         summary["correction, largest"] = round(float(change.max()), 3)
-    return Animated(solve, express, shot.take.times, findings, summary)
+    return Animated(solve, express, shot.take, findings, summary)
 
 
 def _map_summary(choice: MapChoice) -> dict[str, Any]:

@@ -121,7 +121,7 @@ def explain_shot(path: Path, steps: Steps) -> Explanation:
     solution = animated.solve.solution
     solved = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
     weights = solved.reordered(mesh.shape_names)
-    inputs = features(shot.system, shot.take, mesh, shot.setup, weights, solution)
+    inputs = features(shot.system, animated.take, mesh, shot.setup, weights, solution)
     answer = evaluate(shot.system, inputs)
     return Explanation(
         shot.system,

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.options import HeadMode, MapOptions, SolveOptions
+from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
 
@@ -88,6 +88,7 @@ class Setup:
     roles: Mapping[str, str] = field(default_factory=dict)
     map: MapOptions = field(default_factory=MapOptions)
     solve: SolveOptions = field(default_factory=SolveOptions)
+    clean: CleanOptions = field(default_factory=CleanOptions)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))

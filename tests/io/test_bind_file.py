@@ -6,7 +6,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
-from usdface.options import MapOptions, SolveOptions
+from usdface.options import CleanOptions, MapOptions, SolveOptions
 from usdface.setup import Binding, Setup
 
 SETUPS = [
@@ -20,6 +20,7 @@ SETUPS = [
         roles={"lip_lower": "b"},
         map=MapOptions(kernel="gaussian", form="paper", radius=2.0),
         solve=SolveOptions(smoothness=0.0),
+        clean=CleanOptions(spikes=False),
     ),
     Setup(Binding(("a",), np.array([1])), head="stabilised", neutral=None),
 ]

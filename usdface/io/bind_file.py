@@ -6,7 +6,8 @@
      "markers": {"NoseHead": {"point": 3124}, "ForeHead": {"point": 877}},
      "head": "solve", "nose_tip": "NoseHead",
      "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30},
-     "map": {"radius": 3.0}, "solve": {"smoothness": 1.0}}
+     "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
+     "clean": {"gaps": false}}
 
 Only `markers` is needed. `head` is "solve", "stabilised" or a list of truly rigid markers;
 `neutral` is in frame indices of the take, or "rig" where the take's neutral is the rig's own
@@ -24,13 +25,13 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.options import MapOptions, SolveOptions
+from usdface.options import CleanOptions, MapOptions, SolveOptions
 from usdface.setup import Binding, Setup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
 
 _LARGEST = 16_000_000
-_KEYS = {"mesh", "markers", "head", "nose_tip", "roles", "neutral", "map", "solve"}
+_KEYS = {"mesh", "markers", "head", "nose_tip", "roles", "neutral", "map", "solve", "clean"}
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 
 
@@ -104,6 +105,7 @@ def setup_of_json(document: object, where: str) -> Setup:
         roles=roles,
         map=_map_options(document.get("map", {}), f'{where}: "map"'),
         solve=_options(SolveOptions, document.get("solve", {}), f'{where}: "solve"'),
+        clean=_clean_options(document.get("clean", {}), f'{where}: "clean"'),
     )
 
 
@@ -147,6 +149,20 @@ def _options(kind: type[_Options], value: object, where: str) -> _Options:
         raise InputError(f"{where}: {error}") from error
 
 
+def _clean_options(value: object, where: str) -> CleanOptions:
+    """Read which steps of the clean-up are done; `true` and `false` are all and none."""
+    steps = [field.name for field in fields(CleanOptions)]
+    if isinstance(value, bool):
+        return CleanOptions(**dict.fromkeys(steps, value))
+    good = isinstance(value, dict) and set(value) <= set(steps)
+    if not good or not all(isinstance(step, bool) for step in value.values()):  # type: ignore[attr-defined]
+        raise InputError(
+            f"{where} is {value!r}; expected true, false or an object with true or false for "
+            f"{', '.join(steps)}"
+        )
+    return CleanOptions(**value)  # type: ignore[arg-type]
+
+
 def bind_json(setup: Setup) -> str:
     """Return the binding file of a setup; reading it gives the same setup."""
     binding = setup.binding
@@ -164,5 +180,6 @@ def bind_json(setup: Setup) -> str:
         else {"start": setup.neutral[0], "end": setup.neutral[1]},
         "map": asdict(setup.map),
         "solve": asdict(setup.solve),
+        "clean": asdict(setup.clean),
     }
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"

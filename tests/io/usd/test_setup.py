@@ -4,7 +4,7 @@ from pxr import Sdf, Usd, Vt
 
 from usdface.errors import InputError
 from usdface.io.usd.setup import read_expressions, read_setup, write_expressions, write_setup
-from usdface.options import MapOptions, SolveOptions
+from usdface.options import CleanOptions, MapOptions, SolveOptions
 from usdface.schemas import tokens
 from usdface.setup import Binding, Expression, Setup
 
@@ -19,6 +19,7 @@ SETUPS = [
         roles={"lip_lower": "b", "chin": "c"},
         map=MapOptions(kernel="inverse_quadratic", form="paper", radius=2.0, smoothing=0.25),
         solve=SolveOptions(smoothness=0.5, agility=20.0, spread=0.25),
+        clean=CleanOptions(swaps=False),
     ),
     Setup(Binding(("a",), np.array([1]), "/Head"), head="stabilised", neutral=None),
 ]

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Usd, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdSkel, Vt
 
+from usdface.cleanup.repairs import Repair
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.shot import Shot, ShotPrims
 from usdface.io.usd.stage import (
@@ -50,12 +51,15 @@ class Animation:
         Head pose, residual and feature points, for the solve layer.
     emotions : mapping of str to (F,) float64
         Emotion curves, for the express layer.
+    repairs : tuple of Repair
+        What was cleaned before the solve, for the solve layer.
     """
 
     names: tuple[str, ...]
     weights: FloatArray
     solution: Solution | None
     emotions: dict[str, FloatArray]
+    repairs: tuple[Repair, ...] = ()
 
 
 def complete_weights(
@@ -119,11 +123,28 @@ def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:
         _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution)
+        if animation.repairs:
+            _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:
             system = Sdf.CreatePrimInLayer(layer, prims.fuzzy)
             for name, curve in animation.emotions.items():
                 _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
                 _samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
+
+
+def _author_repairs(layer: Sdf.Layer, shot: Shot, repairs: tuple[Repair, ...]) -> None:
+    prim, names = Sdf.CreatePrimInLayer(layer, shot.prims.retarget), Sdf.ValueTypeNames
+    spans = Vt.Vec2iArray([Gf.Vec2i(r.first, r.last) for r in repairs])
+    for name, kind, value in (
+        (
+            tokens.CLEAN_REPAIRS_MARKERS,
+            names.TokenArray,
+            Vt.TokenArray([r.marker for r in repairs]),
+        ),
+        (tokens.CLEAN_REPAIRS_FRAMES, names.Int2Array, spans),
+        (tokens.CLEAN_REPAIRS_KINDS, names.TokenArray, Vt.TokenArray([r.kind for r in repairs])),
+    ):
+        _attribute(prim, name, kind, uniform=True).default = value
 
 
 def _define_animation(layer: Sdf.Layer, anim: Sdf.PrimSpec, prims: ShotPrims) -> None:

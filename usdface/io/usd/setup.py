@@ -7,7 +7,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.errors import InputError
-from usdface.options import MapOptions, SolveOptions
+from usdface.options import CleanOptions, MapOptions, SolveOptions
 from usdface.schemas import tokens
 from usdface.setup import Binding, Expression, Setup
 
@@ -25,6 +25,11 @@ _SOLVE = {
     tokens.SOLVE_SMOOTHNESS: ("smoothness", _NAMES.Double),
     tokens.SOLVE_AGILITY: ("agility", _NAMES.Double),
     tokens.SOLVE_SPREAD: ("spread", _NAMES.Double),
+}
+_CLEAN = {
+    tokens.CLEAN_SWAPS: ("swaps", _NAMES.Bool),
+    tokens.CLEAN_SPIKES: ("spikes", _NAMES.Bool),
+    tokens.CLEAN_GAPS: ("gaps", _NAMES.Bool),
 }
 
 
@@ -49,6 +54,8 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
         _author(prim, name, kind, getattr(setup.map, field))
     for name, (field, kind) in _SOLVE.items():
         _author(prim, name, kind, getattr(setup.solve, field))
+    for name, (field, kind) in _CLEAN.items():
+        _author(prim, name, kind, getattr(setup.clean, field))
 
 
 def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
@@ -85,6 +92,7 @@ def read_setup(prim: Usd.Prim) -> Setup:
             roles=dict(zip(roles, playing, strict=True)),
             map=MapOptions(**_fields(prim, _MAP)),
             solve=SolveOptions(**_fields(prim, _SOLVE)),
+            clean=CleanOptions(**_fields(prim, _CLEAN)),
         )
     except InputError as error:
         raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
