@@ -16,6 +16,7 @@ from usdface.io.gltf.inbetweens import (
 )
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
+from usdface.pipeline import export_scene
 from usdface.rigs import BlendShape, Inbetween, Mesh, Rig
 from usdface.takes import WeightsTake
 
@@ -177,8 +178,6 @@ def test_keys_are_only_taken_out_where_it_changes_nothing(tmp_path: Path, keys: 
 def test_the_published_test_of_inbetweens(tmp_path: Path, shared_data: Path, baked) -> None:
     from pxr import Usd, UsdGeom
 
-    from usdface.pipeline import export_scene
-
     folder = shared_data / "openusd_usdskel/bakeSkinning"
     source, path = folder / "blendshapes.usda", tmp_path / "a.glb"
     outcome = export_scene(source, path)
@@ -200,3 +199,25 @@ def test_the_published_test_of_inbetweens(tmp_path: Path, shared_data: Path, bak
     assert np.abs(seen - usd @ y_up).max() < 1e-5
     assert np.abs(seen - baseline @ y_up).max() < 1e-3
     assert np.abs(seen - truth @ y_up).max() < 1e-3
+
+
+def test_the_published_test_of_normals(tmp_path: Path, shared_data: Path) -> None:
+    from pxr import Usd, UsdGeom
+
+    source = shared_data / "openusd_usdskel/bakeSkinning/blendshapesWithNormals.usda"
+    path = tmp_path / "a.glb"
+    outcome = export_scene(source, path, every_frame=True)
+    certificate = outcome.details["certificate"]
+    assert certificate["vertex error mm, largest"] < 1e-4  # a mesh of 10 cm
+    assert certificate["normal error degrees, largest"] < 1e-3
+    stage = Usd.Stage.Open(str(source))
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/TestPlane/Mesh"))
+    assert mesh.GetOrientationAttr().Get() == "leftHanded"
+    quads = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 4)
+    corners = np.array(mesh.GetPointsAttr().Get())[quads]
+    outside = -np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    written = read_gltf(path)[0].meshes[0]
+    a, b, c = written.points[written.face_indices].reshape(-1, 3, 3).swapaxes(0, 1)
+    faces = np.cross(b - a, c - a)  # counter-clockwise seen from outside
+    lengths = np.linalg.norm(faces[::2], axis=1) * np.linalg.norm(outside, axis=1)
+    np.testing.assert_allclose((faces[::2] * outside).sum(axis=1) / lengths, 1, atol=1e-5)

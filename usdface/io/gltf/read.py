@@ -127,11 +127,11 @@ def _meshes(
 ) -> tuple[list[PlacedMesh], list[Finding]]:
     """Decode the mesh of each node that carries one; a mesh used twice is decoded once."""
     document = file.document
-    given = [
-        document.nodes[n].name or document.meshes[document.nodes[n].mesh].name or "Mesh"
+    names = [
+        _text(document.nodes[n].name or document.meshes[document.nodes[n].mesh].name or "Mesh")
         for n in carriers
     ]
-    names, found = _unique(given, "mesh")
+    found: list[Finding] = []
     decoded: dict[int, Mesh | None] = {}
     steps: dict[int, tuple[Step, ...]] = {}
     meshes = []
