@@ -80,9 +80,9 @@ def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
 def _draw_features(axes: Any, explained: Explanation, frame: int, facts: dict[str, Any]) -> None:
     """Draw the memberships of the features that count most now, each on its own span."""
     fires = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
-    seen = np.isfinite(explained.inputs).any(axis=0)
-    order = np.array([i for i in np.argsort(fires)[::-1] if seen[i]][:_LARGEST_FEATURES], int)
-    for place, column in enumerate(order.tolist()):
+    seen = np.atleast_1d(np.isfinite(explained.inputs).any(axis=0))
+    order = [i for i in np.argsort(fires)[::-1].tolist() if seen[i]][:_LARGEST_FEATURES]
+    for place, column in enumerate(order):
         variable = explained.system.inputs[column]
         low, high = np.nanmin(explained.inputs[:, column]), np.nanmax(explained.inputs[:, column])
         x = np.linspace(low, high, 200) if high > low else np.array([low, low + 1e-9])
