@@ -23,6 +23,7 @@ from usdface.outcome import Steps
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
 from usdface.retarget.neutral import on_plane
+from usdface.retarget.solve_report import solve_report
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup, fit_setup
@@ -48,6 +49,8 @@ class Animated:
         The shot's take, its markers cleaned.
     findings : list of Finding
     summary : mapping of str to value
+    details : mapping of str to value
+        What is too long for the screen.
     """
 
     solve: Animation
@@ -55,6 +58,7 @@ class Animated:
     take: MarkerTake | WeightsTake
     findings: list[Finding]
     summary: dict[str, Any]
+    details: dict[str, Any]
 
     @property
     def final(self) -> Animation:
@@ -129,7 +133,11 @@ def _animated(
         "rate Hz": round(shot.take.rate, 3),
         "blend shapes": solve.weights.shape[1],
     }
+    details: dict[str, Any] = {}
     if solve.solution is not None:
+        mesh = shot.rig.mesh(shot.setup.binding.mesh)
+        report = solve_report(mesh, shot.setup, solve.solution)
+        findings, details = findings + report.findings, report.details
         residual = 1000.0 * solve.solution.residual
         summary |= {
             "markers used": len(solve.solution.markers),
@@ -140,6 +148,7 @@ def _animated(
             "residual mm, 95 %": round(float(np.percentile(residual, 95)), 3),
             "residual mm, worst": round(float(residual.max()), 3),
             "worst frame": int(residual.argmax()),
+            **report.summary,
         }
     if express is not None:
         change = np.abs(express.weights - solve.weights)
@@ -148,7 +157,7 @@ def _animated(
             for name, curve in express.emotions.items()
         }
         summary["correction, largest"] = round(float(change.max()), 3)
-    return Animated(solve, express, shot.take, findings, summary)
+    return Animated(solve, express, shot.take, findings, summary, details)
 
 
 def _map_summary(choice: MapChoice) -> dict[str, Any]:

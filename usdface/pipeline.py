@@ -182,7 +182,7 @@ def process(
             path, stage, shot, solved.solve, solved.express, root, options.in_place
         )
     written += [gltf] if gltf else []
-    return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds)
+    return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
 
 
 def apply(
@@ -208,7 +208,9 @@ def apply(
     with steps("write"):
         final = replace(solved.final, solution=solved.solve.solution)
         apply_animation(stage, shot, final)
-    return Outcome((), tuple(findings + solved.findings), solved.summary, steps.seconds)
+    return Outcome(
+        (), tuple(findings + solved.findings), solved.summary, steps.seconds, solved.details
+    )
 
 
 def explain(path: Path, on_step: OnStep | None = None) -> "Explanation":

@@ -82,7 +82,7 @@ def confidence_of(
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
     # The rows of each place: what shapes and head do to a marker there, (V, axes, S + 6).
-    rows = np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0)
+    rows = np.ascontiguousarray(np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0))
     noise, misfit = max(errors[0], _FINEST), errors[1]
     variance = error_variance(noise, misfit)
     prior = np.concatenate([np.full(count, options.spread**-2), np.full(len(motions), 1e-9)])
@@ -149,7 +149,7 @@ def _at_places(
     spread: FloatArray, rows: FloatArray, variance: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return rows @ spread (V, axes, N), and the inverse covariance of a marker there."""
-    across = rows @ spread
+    across = (rows.reshape(-1, len(spread)) @ spread).reshape(rows.shape)
     predicted = across @ rows.transpose(0, 2, 1)
     return across, np.asarray(np.linalg.inv(predicted + variance * np.eye(rows.shape[1])))
 

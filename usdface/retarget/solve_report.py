@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import confidence_of
@@ -15,7 +17,7 @@ from usdface.takes import FloatArray, IntArray
 __all__ = ["SolveReport", "solve_report"]
 
 # Vertices that are tried as places of markers; more of them are thinned out evenly.
-_PLACES = 3000
+_PLACES = 2000
 _NAMED = 3
 
 
@@ -82,12 +84,21 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
 
 
 def _free_places(mesh: Mesh, bound: IntArray) -> IntArray:
-    """Return vertices that some shape moves and that have no marker, evenly thinned out."""
-    moved = np.zeros(len(mesh.points), dtype=bool)
+    """Return vertices of the skin that some shape moves and that have no marker, thinned out.
+
+    The skin is what hangs together with the markers: no eyeballs, teeth or lashes.
+    """
+    count, corners = len(mesh.points), mesh.face_indices
+    following = np.roll(corners, -1)
+    ends = np.cumsum(mesh.face_counts) - 1
+    following[ends] = corners[ends - mesh.face_counts + 1]
+    edges = coo_array((np.ones(len(corners), np.int8), (corners, following)), (count, count))
+    surface = connected_components(edges, directed=False)[1]
+    moved = np.zeros(count, dtype=bool)
     for shape in mesh.shapes:
         moved[shape.indices] = True
     moved[bound] = False
-    free = np.flatnonzero(moved)
+    free = np.flatnonzero(moved & np.isin(surface, surface[bound]))
     return free[:: max(1, -(-len(free) // _PLACES))]
 
 
