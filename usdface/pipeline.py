@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = [
     "apply",
     "check",
+    "convert_fuzzy",
     "explain",
     "export_scene",
     "import_scene",
@@ -305,6 +306,29 @@ def _certified(
         summary["off by"] = certificate.line()
         details["certificate"] = certificate.as_dict()
     return Outcome(written, tuple(findings), summary, steps.seconds, details)
+
+
+def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
+    """Convert a fuzzy system between MATLAB's .fis, FCL, FLL and USD; say what is doubtful in it."""
+    from usdface.fuzzy.doubts import rule_findings
+    from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
+
+    _register_schemas()
+    steps = Steps(on_step)
+    check_place(output, source)
+    with steps("read"):
+        system, findings = read_fuzzy_file(source)
+        findings += rule_findings(system)
+    with steps("write"):
+        findings += write_fuzzy_file(output, system)
+    summary = {
+        "inputs": len(system.inputs),
+        "outputs": len(system.outputs),
+        "terms": sum(len(v.terms) for v in system.variables),
+        "rules": len(system.rules),
+        "inference": system.inference,
+    }
+    return Outcome((output,), tuple(findings), summary, steps.seconds)
 
 
 def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:

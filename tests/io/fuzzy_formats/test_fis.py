@@ -1,0 +1,128 @@
+import numpy as np
+import pytest
+
+from usdface.errors import InputError
+from usdface.fuzzy.inference import evaluate
+from usdface.io.fuzzy_formats.fis import read_fis
+
+# The tipping example of the Fuzzy Logic Toolbox, by the figures of its documentation.
+TIPPER = """% a comment
+[System]
+Name='tipper'
+Type='mamdani'
+Version=2.0
+NumInputs=2
+NumOutputs=1
+NumRules=3
+AndMethod='min'
+OrMethod='max'
+ImpMethod='min'
+AggMethod='max'
+DefuzzMethod='centroid'
+
+[Input1]
+Name='service'
+Range=[0 10]
+NumMFs=3
+MF1='poor':'gaussmf',[1.5 0]
+MF2='good':'gaussmf',[1.5 5]
+MF3='excellent':'gaussmf',[1.5 10]
+
+[Input2]
+Name='food'
+Range=[0 10]
+NumMFs=2
+MF1='rancid':'trapmf',[0 0 1 3]
+MF2='delicious':'trapmf',[7 9 10 10]
+
+[Output1]
+Name='tip'
+Range=[0 30]
+NumMFs=3
+MF1='cheap':'trimf',[0 5 10]
+MF2='average':'trimf',[10 15 20]
+MF3='generous':'trimf',[20 25 30]
+
+[Rules]
+1 1, 1 (1) : 2
+2 0, 2 (1) : 1
+3 2, 3 (1) : 2
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(text):
+        path = tmp_path / "tip.fis"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_matlabs_documented_tips(file):
+    """Fuzzy Logic Toolbox, pages of `evalfis` and "Build Mamdani Systems"."""
+    system, findings = read_fis(file(TIPPER))
+    inputs = np.array([[2, 1], [4, 5], [7, 8], [1, 2], [3, 5], [2, 7], [3, 1]], dtype=float)
+    documented = [7.0169, 14.4585, 20.3414, 5.5586, 12.2184, 7.7885, 8.9547]
+    np.testing.assert_allclose(evaluate(system, inputs).outputs[:, 0], documented, atol=5.1e-5)
+    assert {f.code for f in findings} == {"ROLE_ASSUMED"}
+
+
+def test_where_nothing_fires_it_is_the_middle_of_the_range_as_in_matlab(file):
+    system, _ = read_fis(file(TIPPER))
+    assert evaluate(system, np.array([[np.nan, np.nan]])).outputs[0, 0] == 15
+
+
+def test_parameters_are_put_in_our_order(file):
+    text = TIPPER.replace("'gaussmf',[1.5 0]", "'gbellmf',[2 4 6]")
+    text = text.replace("'gaussmf',[1.5 5]", "'sigmf',[-3 5]")
+    text = text.replace("'gaussmf',[1.5 10]", "'gauss2mf',[1 2 3 4]")
+    terms = read_fis(file(text))[0].inputs[0].terms
+    assert [(t.kind, t.parameters) for t in terms] == [
+        ("bell", (6, 2, 4)),
+        ("sigmoid", (5, -3)),
+        ("gaussian_pair", (2, 1, 4, 3)),
+    ]
+
+
+def test_names_with_blanks_are_changed_and_said(file):
+    system, findings = read_fis(file(TIPPER.replace("'service'", "'the service'")))
+    assert system.inputs[0].name == "the_service"
+    assert [f.code for f in findings if "ROLE" not in f.code] == ["NAME_CHANGED"]
+
+
+def test_negative_indices_say_not(file):
+    system, _ = read_fis(file(TIPPER.replace("2 0, 2", "-2 1, 2")))
+    assert system.rules[1].text == "IF service IS NOT good AND food IS rancid THEN tip IS average"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("1 1, 1 (1) : 2", "1 7, 1 (1) : 2", "line 39: rule .* food has no term 7; it has 2"),
+        ("1 1, 1 (1) : 2", "1 nan, 1 (1) : 2", "line 39: .* no term nan"),
+        ("1 1, 1 (1) : 2", "1 1.5, 1 (1) : 2", "line 39: .* no term 1.5"),
+        ("1 1, 1 (1) : 2", "1, 1 (1) : 2", "line 39: expected 2 numbers"),
+        ("1 1, 1 (1) : 2", "1 1, -1 (1) : 2", "line 39: .* conclusion with NOT"),
+        ("1 1, 1 (1) : 2", "0 0, 1 (1) : 2", "line 39: .* no condition"),
+        ("1 1, 1 (1) : 2", "1 1, 1 (3) : 2", "line 39: .* weight is 3"),
+        ("1 1, 1 (1) : 2", "one rule", "line 39: expected indices"),
+        ("'gaussmf',[1.5 0]", "'dsigmf',[1 2 3 4]", "line 19: the term 'dsigmf' .* no counterpart"),
+        ("'gaussmf',[1.5 0]", "'gaussmf',[1.5]", "line 19: gaussmf has 1 parameters; expected 2"),
+        ("'gaussmf',[1.5 0]", "'gaussmf',[0 0]", "line 19: .* deviation must be over 0"),
+        ("'gaussmf',[1.5 0]", "gaussmf 1.5 0", "line 19: expected 'name':'kind',"),
+        ("AndMethod='min'", "AndMethod='myand'", "line 9: AndMethod 'myand' has no counterpart"),
+        ("Type='mamdani'", "Type='type2'", "line 4: Type 'type2' has no counterpart"),
+        ("NumMFs=3", "NumMFs=4", "line 18: NumMFs is 4, but there are 3"),
+        ("NumRules=3", "NumRules=999999999", "line 8: NumRules is 999999999"),
+        ("[Input2]", "[Input3]", r"2 Input sections but no \[Input2\]"),
+        ("[Input2]", "[Input1]", r"line 23: a second \[Input1\]"),
+        ("Range=[0 30]", "Range=[30 0]", "line 32: .* range"),
+        ("[System]", "[Other]", "no .System. section"),
+    ],
+)
+def test_what_has_no_counterpart_is_named_with_its_line(file, old, new, says):
+    with pytest.raises(InputError, match=says) as error:
+        read_fis(file(TIPPER.replace(old, new, 1)))
+    assert str(error.value).startswith("tip.fis") and "\n" not in str(error.value)

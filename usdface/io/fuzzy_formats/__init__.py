@@ -1,0 +1,1 @@
+"""Fuzzy systems in the text formats of other programs: MATLAB .fis, FCL and FLL."""

@@ -1,0 +1,76 @@
+"""Fuzzy systems from and to files, by their suffix."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from pxr import Usd
+
+from usdface.errors import InputError, OutputError
+from usdface.findings import Finding
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.atomic import atomic_path, write_text
+from usdface.io.fuzzy_formats.fcl import fcl_text, read_fcl
+from usdface.io.fuzzy_formats.fis import fis_text, read_fis
+from usdface.io.fuzzy_formats.fll import fll_text, read_fll
+from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
+from usdface.io.usd.stage import open_stage
+from usdface.schemas import tokens, write_fallback_types
+
+__all__ = ["SUFFIXES", "read_fuzzy_file", "write_fuzzy_file"]
+
+_Reader = Callable[[Path], tuple[FuzzySystem, list[Finding]]]
+_Writer = Callable[[FuzzySystem, str], tuple[str, list[Finding]]]
+_TEXTS: dict[str, tuple[_Reader, _Writer]] = {
+    ".fis": (read_fis, fis_text),
+    ".fcl": (read_fcl, fcl_text),
+    ".fll": (read_fll, fll_text),
+}
+_USD = (".usda", ".usdc", ".usd")
+SUFFIXES = (*_TEXTS, *_USD)
+
+
+def read_fuzzy_file(path: Path) -> tuple[FuzzySystem, list[Finding]]:
+    """Read the fuzzy system of a .fis, .fcl, .fll or USD file.
+
+    Raises
+    ------
+    InputError
+        If the suffix is another, or there is not exactly one system.
+    """
+    suffix = path.suffix.lower()
+    if suffix in _TEXTS:
+        return _TEXTS[suffix][0](path)
+    if suffix not in _USD:
+        raise InputError(f"{path}: expected one of {', '.join(SUFFIXES)}, found {suffix!r}")
+    stage = open_stage(path)
+    found = [p.GetPath() for p in stage.Traverse() if p.GetTypeName() == tokens.FUZZY_SYSTEM]
+    if len(found) != 1:
+        names = ", ".join(map(str, found)) or "none"
+        raise InputError(f"{path}: expected one {tokens.FUZZY_SYSTEM}, found {names}")
+    return read_fuzzy(stage, str(found[0])), []
+
+
+def write_fuzzy_file(path: Path, system: FuzzySystem) -> list[Finding]:
+    """Write a fuzzy system as .fis, .fcl, .fll or USD; return what does not carry over.
+
+    Raises
+    ------
+    OutputError
+        If the suffix is another, the format cannot hold the system, or the file cannot be written.
+    """
+    suffix = path.suffix.lower()
+    if suffix in _TEXTS:
+        name = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
+        text, findings = _TEXTS[suffix][1](system, name if name[:1].isalpha() else f"f_{name}")
+        write_text(path, text)
+        return findings
+    if suffix not in _USD:
+        raise OutputError(f"{path}: expected one of {', '.join(SUFFIXES)}, found {suffix!r}")
+    stage = Usd.Stage.CreateInMemory()
+    write_fallback_types(stage.GetRootLayer())
+    write_fuzzy(stage, "/Fuzzy", system)
+    stage.SetDefaultPrim(stage.GetPrimAtPath("/Fuzzy"))
+    with atomic_path(path) as temporary:
+        stage.GetRootLayer().Export(str(temporary))
+    return []

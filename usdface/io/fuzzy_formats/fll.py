@@ -1,0 +1,358 @@
+"""FLL, the language of fuzzylite: one ``key: value`` a line, indented under its block.
+
+Rada-Vilela, "The FuzzyLite Libraries for Fuzzy Logic Control", 2018, https://fuzzylite.com.
+"""
+
+from collections.abc import Iterator
+from math import inf, isfinite, isnan
+from pathlib import Path
+from typing import Any
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.io.fuzzy_formats.notes import (
+    FACE_SETTINGS,
+    Draft,
+    check_names,
+    check_no_group_negated,
+    differs,
+    finish,
+    guessed_input,
+    notes_of,
+    read_text,
+)
+from usdface.io.fuzzy_formats.rule_text import conclusions, condition_text, output_terms
+
+__all__ = ["FLL_KINDS", "fll_text", "read_fll"]
+
+FLL_KINDS = {
+    "triangular": "Triangle",
+    "trapezoidal": "Trapezoid",
+    "ramp": "Ramp",
+    "gaussian": "Gaussian",
+    "gaussian_pair": "GaussianProduct",
+    "sigmoid": "Sigmoid",
+    "bell": "Bell",
+    "s_shape": "SShape",
+    "z_shape": "ZShape",
+    "pi_shape": "PiShape",
+    "constant": "Constant",
+    "linear": "Linear",
+}
+_T_NORMS = {
+    "min": "Minimum",
+    "prod": "AlgebraicProduct",
+    "lukasiewicz": "BoundedDifference",
+    "hamacher": "HamacherProduct",
+    "einstein": "EinsteinProduct",
+    "drastic": "DrasticProduct",
+    "nilpotent": "NilpotentMinimum",
+}
+_S_NORMS = {
+    "max": "Maximum",
+    "probor": "AlgebraicSum",
+    "lukasiewicz": "BoundedSum",
+    "hamacher": "HamacherSum",
+    "einstein": "EinsteinSum",
+    "drastic": "DrasticSum",
+    "nilpotent": "NilpotentMaximum",
+    "sum": "UnboundedSum",
+}
+_DEFUZZIFIERS = {
+    "centroid": "Centroid",
+    "bisector": "Bisector",
+    "mean_of_max": "MeanOfMaximum",
+    "smallest_of_max": "SmallestOfMaximum",
+    "largest_of_max": "LargestOfMaximum",
+}
+# fuzzylite's own, where a file names none.
+_SAMPLES = 1000
+_BLOCKS = ("Engine", "InputVariable", "OutputVariable", "RuleBlock")
+
+
+def fll_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
+    """Return a system as FLL.
+
+    Raises
+    ------
+    OutputError
+        If a name cannot be written.
+    """
+    check_names(system, ".fll")
+    check_no_group_negated(system, ".fll")
+    mamdani = system.inference == "mamdani"
+    beyond = [
+        (mamdani and system.sampling == "ends", "samples at the ends of the range"),
+    ]
+    settings = (*FACE_SETTINGS, "normalisation", *(("sampling",) if mamdani else ()))
+    lines = [f"# {note}" for note in notes_of(system, settings)]
+    lines.append(f"Engine: {name}")
+    for v in system.inputs:
+        low, high = v.range or (-inf, inf)
+        lines += _block("InputVariable", v.name, low, high, "false")
+        lines += [_term(term) for term in v.terms]
+    for v in system.outputs:
+        lines += _block("OutputVariable", v.name, *v.span, "true")
+        lines += [f"  {key}: {value}" for key, value in _output(system, v).items()]
+        lines += [_term(term) for term in output_terms(system, v)]
+    lines += ["RuleBlock: rules", "  enabled: true"]
+    lines += [f"  conjunction: {_T_NORMS[system.and_]}", f"  disjunction: {_S_NORMS[system.or_]}"]
+    lines.append(f"  implication: {_T_NORMS[system.implication] if mamdani else 'none'}")
+    lines.append("  activation: General")
+    lines += [f"  rule: {_rule(rule)}" for rule in system.rules]
+    return "\n".join(lines) + "\n", differs(system, ".fll", beyond)
+
+
+def _block(kind: str, name: str, low: float, high: float, locked: str) -> list[str]:
+    return [
+        f"{kind}: {name}",
+        "  enabled: true",
+        f"  range: {low!r} {high!r}",
+        f"  lock-range: {locked}",
+    ]
+
+
+def _output(system: FuzzySystem, output: Variable) -> dict[str, str]:
+    mamdani = system.inference == "mamdani"
+    how = "WeightedSum" if system.normalisation == "weighted_sum" else "WeightedAverage"
+    return {
+        "aggregation": _S_NORMS[system.aggregation] if mamdani else "none",
+        "defuzzifier": f"{_DEFUZZIFIERS[system.defuzzifier]} {system.samples}"
+        if mamdani
+        else f"{how} TakagiSugeno",
+        "default": repr(output.default),
+        "lock-previous": "false",
+    }
+
+
+def _term(term: Term) -> str:
+    return f"  term: {term.name} {FLL_KINDS[term.kind]} {' '.join(map(repr, term.parameters))}"
+
+
+def _rule(rule: Rule) -> str:
+    ends = " and ".join(f"{output} is {term}" for output, term in conclusions(rule))
+    # A rule that is switched off weighs nothing for others; its weight is in the notes.
+    weight = rule.weight if rule.enabled else 0.0
+    weighted = "" if weight == 1 else f" with {weight!r}"
+    condition = condition_text(rule.condition, str.lower)
+    # Parentheses are words of their own there.
+    condition = condition.replace("(", "( ").replace(")", " )")
+    return f"if {condition} then {ends}{weighted}"
+
+
+def read_fll(path: Path) -> tuple[FuzzySystem, list[Finding]]:
+    """Read a system from FLL.
+
+    Raises
+    ------
+    InputError
+        If it is no FLL, or has what our systems have not; the message names the line.
+    """
+    parser = _Parser(path.name)
+    for line, key, value in _lines(path.name, read_text(path), parser.notes):
+        try:
+            parser.take(line, key, value)
+        except InputError as error:
+            raise InputError(f"{path.name}, line {line}: {error}") from error
+    return finish(path, parser.draft())
+
+
+def _lines(name: str, text: str, notes: list[tuple[int, str]]) -> Iterator[tuple[int, str, str]]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        content, _, comment = line.partition("#")
+        if comment.strip().startswith("usdface:"):
+            notes.append((number, comment.strip().removeprefix("usdface:")))
+        if not content.strip():
+            continue
+        key, colon, value = content.partition(":")
+        if not colon:
+            raise InputError(
+                f"{name}, line {number}: expected 'key: value', found {line.strip()!r}"
+            )
+        yield number, key.strip(), value.strip()
+
+
+class _Parser:
+    """The blocks of a file, as they come."""
+
+    def __init__(self, name: str) -> None:
+        self.notes: list[tuple[int, str]] = []
+        self._name = name
+        self._block = ""
+        self._variables: dict[str, dict[str, Any]] = {}
+        self._current: dict[str, Any] = {}
+        self._settings: dict[str, Any] = {}
+        self._rules: list[Rule] = []
+        self._enabled = True
+        self._findings: list[Finding] = []
+
+    def take(self, line: int, key: str, value: str) -> None:
+        if key in _BLOCKS:
+            self._begin(key, value)
+        elif key == "description" or (self._block == "Engine" and key in ("enabled",)):
+            return
+        elif self._block in ("InputVariable", "OutputVariable"):
+            self._variable(line, key, value)
+        elif self._block == "RuleBlock":
+            self._rule_block(line, key, value)
+        else:
+            raise InputError(f"{key!r} stands in no block; expected one of {', '.join(_BLOCKS)}")
+
+    def _begin(self, block: str, name: str) -> None:
+        self._block, self._enabled = block, True
+        if block in ("InputVariable", "OutputVariable"):
+            if name in self._variables:
+                raise InputError(f"the variable {name!r} is there already; names must be unique")
+            kind = "input" if block == "InputVariable" else "output"
+            self._current = {"kind": kind, "terms": [], "range": None, "default": None}
+            self._variables[name] = self._current
+
+    def _variable(self, line: int, key: str, value: str) -> None:
+        current = self._current
+        if key == "range":
+            current["range"] = tuple(_numbers(value, 2))
+        elif key == "term":
+            current["terms"].append(_read_term(value))
+        elif key == "default":
+            (current["default"],) = _numbers(value, 1)
+        elif key == "aggregation":
+            if value != "none":
+                self._set("aggregation", _known(value, _S_NORMS, "aggregation"))
+        elif key == "defuzzifier":
+            self._defuzzifier(value)
+        elif (key, value) in (("enabled", "false"), ("lock-previous", "true")):
+            self._lacks(line, f"{key}: {value}")
+        elif key == "lock-range":
+            if value == "true" and current["kind"] == "input":
+                self._lacks(line, "lock-range: true of an input")
+            current["locked"] = value == "true"
+        elif key not in ("enabled", "lock-previous"):
+            raise InputError(f"a variable has no {key!r}")
+
+    def _defuzzifier(self, value: str) -> None:
+        name, *rest = value.split() or [""]
+        if name in ("WeightedAverage", "WeightedSum"):
+            if rest and rest[0] not in ("TakagiSugeno", "Automatic"):
+                raise InputError(f"the defuzzifier {value!r} has no counterpart; use TakagiSugeno")
+            self._set("inference", "sugeno")
+            average = name == "WeightedAverage"
+            self._set("normalisation", "per_output" if average else "weighted_sum")
+            return
+        self._set("defuzzifier", _known(name, _DEFUZZIFIERS, "defuzzifier"))
+        self._set("inference", "mamdani")
+        self._set("samples", int(_numbers(rest[0], 1)[0]) if rest else _SAMPLES)
+
+    def _rule_block(self, line: int, key: str, value: str) -> None:
+        if key == "rule":
+            self._rules.append(_read_rule(value, self._enabled))
+        elif key == "enabled":
+            self._enabled = value == "true"
+        elif key == "conjunction" and value != "none":
+            self._set("and_", _known(value, _T_NORMS, "conjunction"))
+        elif key == "disjunction" and value != "none":
+            self._set("or_", _known(value, {k: v for k, v in _S_NORMS.items() if k != "sum"}, key))
+        elif key == "implication" and value != "none":
+            self._set("implication", _known(value, _T_NORMS, "implication"))
+        elif key == "activation":
+            if value not in ("General", "none"):
+                raise InputError(f"the activation {value!r} has no counterpart; use General")
+        elif key not in ("conjunction", "disjunction", "implication"):
+            raise InputError(f"a rule block has no {key!r}")
+
+    def _set(self, name: str, value: object) -> None:
+        if self._settings.setdefault(name, value) != value:
+            raise InputError(
+                f"{name.strip('_')} is {value} here and {self._settings[name]} before; a system "
+                "has one; split the file into one for each"
+            )
+
+    def _lacks(self, line: int, what: str) -> None:
+        message = f"{what!r} has no counterpart and is left out"
+        self._findings.append(finding("MEANING_DIFFERS", f"{self._name}, line {line}", message))
+
+    def draft(self) -> Draft:
+        variables = [self._made(name, parts) for name, parts in self._variables.items()]
+        if not variables:
+            raise InputError(f"{self._name} has no variables; it is no fuzzy system in FLL")
+        settings: dict[str, Any] = {"neutral_rule": False, "normalisation": "per_output"}
+        if self._settings.get("inference") == "mamdani":
+            settings["sampling"] = "middles"
+        return Draft(
+            tuple(variables),
+            tuple(self._rules),
+            settings | self._settings,
+            tuple(self.notes),
+            tuple(self._findings),
+        )
+
+    def _made(self, name: str, parts: dict[str, Any]) -> Variable:
+        bounds = parts["range"] if parts["range"] and all(map(isfinite, parts["range"])) else None
+        terms = tuple(parts["terms"])
+        where = f"{self._name}: {name}"
+        try:
+            if parts["kind"] == "input":
+                guess = guessed_input(name)
+                return Variable(name, "input", guess.role, guess.axis, terms=terms, range=bounds)
+            bounds = None if bounds == (0.0, 1.0) else bounds
+            low, high = bounds or (0.0, 1.0)
+            free = any(t.kind == "linear" for t in terms) or any(
+                not low <= t.parameters[0] <= high for t in terms if t.kind == "constant"
+            )
+            if free and not parts.get("locked"):
+                message = f"the answers of {name} are kept in its range, {low:g} to {high:g}"
+                self._findings.append(finding("MEANING_DIFFERS", where, message))
+            default = parts["default"]
+            if default is None or isnan(default):
+                default = min(max(0.0, low), high)
+                message = f"{name} has no default; where nothing fires it is {default:g}"
+                self._findings.append(finding("MEANING_DIFFERS", where, message))
+            return Variable(name, "output", terms=terms, range=bounds, default=default)
+        except InputError as error:
+            raise InputError(f"{self._name}: {error}") from error
+
+
+def _read_term(value: str) -> Term:
+    words = value.split()
+    if len(words) < 2:
+        raise InputError(f"expected a name, a kind and numbers, found {value!r}")
+    name, kind, *parameters = words
+    numbers = tuple(_numbers(" ".join(parameters), len(parameters)))
+    if kind == "Rectangle" and len(numbers) == 2:
+        kind, numbers = "Trapezoid", (numbers[0], numbers[0], numbers[1], numbers[1])
+    ours = _known(kind, FLL_KINDS, "term")
+    # One number more than the kind has is fuzzylite's height.
+    if ours != "linear" and len(numbers) > 1 and numbers[-1] == 1:
+        try:
+            return Term(name, ours, numbers)
+        except InputError:
+            return Term(name, ours, numbers[:-1])
+    return Term(name, ours, numbers)
+
+
+def _read_rule(value: str, enabled: bool) -> Rule:
+    words = value.split()
+    if len(words) > 2 and words[-2] == "with":
+        return parse_rule(" ".join(words[:-2]), _numbers(words[-1], 1)[0], enabled)
+    return parse_rule(value, 1.0, enabled)
+
+
+def _numbers(text: str, count: int) -> list[float]:
+    words = text.split()
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        raise InputError(f"expected {count} number{'s' * (count != 1)}, found {text!r}")
+    return numbers
+
+
+def _known(name: str, table: dict[str, str], what: str) -> str:
+    for ours, theirs in table.items():
+        if theirs == name:
+            return ours
+    raise InputError(
+        f"the {what} {name!r} has no counterpart; expected one of {', '.join(table.values())}"
+    )
