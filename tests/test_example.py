@@ -11,6 +11,7 @@ sys.path.insert(0, str(ROOT))  # the examples are no part of the installed packa
 
 from examples import head, make_example, performance, picture, rings, sculpt, shapes, topology  # noqa: E402
 from examples.expressions import EMOTIONS  # noqa: E402
+from usdface.io.bind_file import bind_json, read_bind  # noqa: E402
 from usdface.io.takes.trc import read_trc  # noqa: E402
 from usdface.io.usd.rig import read_rig  # noqa: E402
 
@@ -203,7 +204,9 @@ def test_markers_sit_on_separate_mirrored_vertices(base):
 def test_the_committed_files_are_what_the_generator_writes(tmp_path):
     make_example.make_sources(tmp_path)
     folder = ROOT / "examples"
-    assert (folder / "bind.json").read_text() == (tmp_path / "bind.json").read_text()
+    # What the committed binding does not name has its default.
+    setups = [read_bind(place / "bind.json")[0] for place in (folder, tmp_path)]
+    assert bind_json(setups[0]) == bind_json(setups[1])
     # Numbers, not bytes: another processor may round a hundredth of a millimetre otherwise.
     takes = [read_trc(place / "performance.trc")[0] for place in (folder, tmp_path)]
     assert takes[0].names == takes[1].names
