@@ -20,6 +20,8 @@ from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
 from usdface.options import CorrectionOptions, ProcessOptions
 from usdface.outcome import Steps
+from usdface.retarget.align import Pose
+from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
 from usdface.retarget.neutral import on_plane
@@ -80,7 +82,8 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         weights, solution, more = _solve(shot, mesh, cleaned)
         findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
-        solved = Animation(names, complete, solution, {}, cleaned.repairs if cleaned else ())
+        repairs = cleaned.repairs if cleaned else ()
+        solved = Animation(names, complete, solution, {}, repairs, _motion(shot, mesh, solution))
     if not options.express:
         return _animated(shot, solved, None, findings)
     if shot.system is None or not shot.expressions:
@@ -123,6 +126,16 @@ def _solve(
     if curved:
         more.append(finding("INBETWEEN_IGNORED", mesh.path, f"shapes: {', '.join(curved)}"))
     return solution.weights, solution, findings + more
+
+
+def _motion(shot: Shot, mesh: Mesh, solution: Solution | None) -> Pose | None:
+    setup = shot.setup
+    if solution is None or not (setup.move_head and solution.in_space):
+        return None
+    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
+    target = mesh.points[[vertex[name] for name in solution.markers]]
+    times = solution.weights.times
+    return head_motion(solution.pose, times, solution.neutral, target, solution.noise)
 
 
 def _animated(

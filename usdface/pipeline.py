@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.io.atomic import check_place
 from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
 from usdface.outcome import OnStep, Outcome, Steps
@@ -178,6 +178,9 @@ def process(
     if gltf:
         with steps("gltf"):
             findings += write_gltf(shot.rig, gltf, solved.weights)
+        if solved.solve.motion is not None:
+            message = "the motion of the head is left out of glTF"
+            findings.append(finding("FEATURE_DROPPED", str(gltf), message))
     with steps("write"):
         written = write_layers(
             path, stage, shot, solved.solve, solved.express, root, options.in_place
@@ -192,6 +195,8 @@ def apply(
     """Do the main job on a stage that a host holds open: author on its edit target.
 
     The final weights, emotion curves and residual go onto the edit target; nothing is saved.
+    The character stays in its place, whatever `usdface:head:apply` says: a rig that moves could
+    not be read again as it is at rest.
 
     Raises
     ------
@@ -207,7 +212,7 @@ def apply(
         shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved = animate(stage, shot, options, steps)
     with steps("write"):
-        final = replace(solved.final, solution=solved.solve.solution)
+        final = replace(solved.final, solution=solved.solve.solution, motion=None)
         apply_animation(stage, shot, final)
     return Outcome(
         (), tuple(findings + solved.findings), solved.summary, steps.seconds, solved.details

@@ -71,6 +71,8 @@ class Setup:
     head : {"solve", "markers", "stabilised"}
         "solve": the head pose is found together with the weights. "markers": a rigid fit
         on `head_markers`, which sit on something truly rigid. "stabilised": no head motion.
+    move_head : bool
+        The character's head moves as the performer's; else the face stays in its place.
     neutral : (int, int) or None
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
@@ -83,6 +85,7 @@ class Setup:
     binding: Binding
     head: HeadMode = "solve"
     head_markers: tuple[str, ...] = ()
+    move_head: bool = False
     neutral: tuple[int, int] | None = (0, 0)
     nose_tip: str = ""
     roles: Mapping[str, str] = field(default_factory=dict)

@@ -15,6 +15,7 @@ SETUPS = [
         Binding(("a", "b", "ä ö"), np.array([3, 3, 0])),
         head="markers",
         head_markers=("a", "b", "ä ö"),
+        move_head=True,
         neutral=(4, 40),
         nose_tip="a",
         roles={"lip_lower": "b"},
@@ -34,7 +35,7 @@ def test_a_setup_survives_the_file(tmp_path: Path, setup: Setup) -> None:
     assert findings == []
     assert back.binding.markers == setup.binding.markers
     np.testing.assert_array_equal(back.binding.points, setup.binding.points)
-    for name in ("head", "head_markers", "neutral", "nose_tip", "map", "solve"):
+    for name in ("head", "head_markers", "move_head", "neutral", "nose_tip", "map", "solve"):
         assert getattr(back, name) == getattr(setup, name)
     assert dict(back.roles) == dict(setup.roles) and back.binding.mesh == setup.binding.mesh
 

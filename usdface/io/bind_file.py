@@ -31,7 +31,20 @@ from usdface.setup import Binding, Setup
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
 
 _LARGEST = 16_000_000
-_KEYS = {"mesh", "markers", "head", "nose_tip", "roles", "neutral", "map", "solve", "clean"}
+_KEYS = frozenset(
+    (
+        "mesh",
+        "markers",
+        "head",
+        "move_head",
+        "nose_tip",
+        "roles",
+        "neutral",
+        "map",
+        "solve",
+        "clean",
+    )
+)
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 
 
@@ -100,6 +113,7 @@ def setup_of_json(document: object, where: str) -> Setup:
         ),
         head=head,
         head_markers=rigid,
+        move_head=expect(document.get("move_head", False), bool, '"move_head" as true or false'),
         neutral=_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
         roles=roles,
@@ -173,6 +187,7 @@ def bind_json(setup: Setup) -> str:
             for name, point in zip(binding.markers, binding.points, strict=True)
         },
         "head": list(setup.head_markers) if setup.head == "markers" else setup.head,
+        "move_head": setup.move_head,
         "nose_tip": setup.nose_tip,
         "roles": dict(setup.roles),
         "neutral": "rig"

@@ -31,6 +31,7 @@ __all__ = [
     "FUZZY_SYSTEM",
     "FUZZY_VARIABLE",
     "GAIN",
+    "HEAD_APPLY",
     "HEAD_MARKERS",
     "HEAD_MODE",
     "HEAD_TRANSFORM",
@@ -124,6 +125,7 @@ BIND_MESH: Final = "usdface:bind:mesh"
 BIND_MARKERS: Final = "usdface:bind:markers"
 BIND_POINTS: Final = "usdface:bind:points"
 HEAD_MODE: Final = "usdface:head:mode"
+HEAD_APPLY: Final = "usdface:head:apply"
 HEAD_MARKERS: Final = "usdface:head:markers"
 NOSE_TIP: Final = "usdface:noseTip"
 ROLES_NAMES: Final = "usdface:roles:names"

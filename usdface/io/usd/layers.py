@@ -22,6 +22,7 @@ from usdface.io.usd.stage import (
     save_layers,
     to_si,
 )
+from usdface.retarget.align import Pose
 from usdface.retarget.transfer import Solution
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import FloatArray
@@ -36,6 +37,7 @@ __all__ = [
 ]
 
 _ANIMATION = "UsdFaceAnim"
+_HEAD_OP = "xformOp:transform:usdfaceHead"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,6 +55,8 @@ class Animation:
         Emotion curves, for the express layer.
     repairs : tuple of Repair
         What was cleaned before the solve, for the solve layer.
+    motion : Pose or None
+        How the character's head moves, if it is to move, for the solve layer.
     """
 
     names: tuple[str, ...]
@@ -60,6 +64,7 @@ class Animation:
     solution: Solution | None
     emotions: dict[str, FloatArray]
     repairs: tuple[Repair, ...] = ()
+    motion: Pose | None = None
 
 
 def complete_weights(
@@ -123,6 +128,8 @@ def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:
         _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution)
+        if animation.motion is not None and prims.skel_root:
+            _author_head(layer, shot, animation.motion)
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:
@@ -176,6 +183,26 @@ def _floats(values: FloatArray) -> list[float]:
     return [float(v) for v in values.astype(np.float32)]
 
 
+def _author_head(layer: Sdf.Layer, shot: Shot, motion: Pose) -> None:
+    """Move the SkelRoot below its own transform ops, so that it may stand anywhere."""
+    prims, si = shot.prims, to_si(shot.metrics)
+    root = Sdf.CreatePrimInLayer(layer, prims.skel_root)
+    in_stage = si @ _matrices(motion) @ np.linalg.inv(si)
+    local = prims.to_world @ in_stage @ np.linalg.inv(prims.to_world)
+    _attribute(root, _HEAD_OP, Sdf.ValueTypeNames.Matrix4d)
+    _samples(layer, root, _HEAD_OP, shot.codes.tolist(), matrices(local))
+    order = _attribute(root, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, uniform=True)
+    order.default = Vt.TokenArray([*prims.ops, _HEAD_OP])
+
+
+def _matrices(pose: Pose) -> FloatArray:
+    """Return a pose as matrices for row vectors: (F, 4, 4)."""
+    result = np.tile(np.eye(4), (len(pose.rotations), 1, 1))
+    result[:, :3, :3] = pose.rotations.transpose(0, 2, 1)
+    result[:, 3, :3] = pose.translations
+    return result
+
+
 def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     codes = shot.codes.tolist()
@@ -183,9 +210,7 @@ def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
     _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
     to_stage = np.linalg.inv(to_si(shot.metrics))
-    pose = np.tile(np.eye(4), (len(codes), 1, 1))
-    pose[:, :3, :3] = solution.pose.rotations.transpose(0, 2, 1)
-    pose[:, 3, :3] = solution.pose.translations
+    pose = _matrices(solution.pose)
     if solution.in_space:
         pose = to_si(shot.metrics) @ pose @ to_stage
     _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)

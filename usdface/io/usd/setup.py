@@ -42,6 +42,7 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
     _author(prim, tokens.BIND_POINTS, _NAMES.IntArray, Vt.IntArray(setup.binding.points.tolist()))
     _author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
     _author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
+    _author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
     _author(prim, tokens.NOSE_TIP, _NAMES.Token, setup.nose_tip)
     _author(prim, tokens.ROLES_NAMES, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles)))
     _author(
@@ -87,6 +88,7 @@ def read_setup(prim: Usd.Prim) -> Setup:
             Binding(markers, points, str(mesh[0]) if mesh else ""),
             head=head,
             head_markers=_strings(prim, tokens.HEAD_MARKERS),
+            move_head=bool(_value(prim, tokens.HEAD_APPLY, False)),
             neutral=None if neutral == "rig" else (int(start), int(end)),
             nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
             roles=dict(zip(roles, playing, strict=True)),

@@ -38,11 +38,12 @@ _CAPTURE = "/Shot/Capture"
 _TAKE = "/Shot/Capture/Take"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class ShotPrims:
     """Where things are on the stage: prim paths, "" = not there.
 
-    `tokens` are the blend shape names of the animation, in its order.
+    `tokens` are the blend shape names of the animation, in its order; `ops` and `to_world` are
+    the SkelRoot's own transform ops and its local-to-world matrix.
     """
 
     retarget: str
@@ -51,6 +52,8 @@ class ShotPrims:
     animation: str
     fuzzy: str
     tokens: tuple[str, ...]
+    ops: tuple[str, ...]
+    to_world: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -225,13 +228,19 @@ def _animated(stage: Usd.Stage, mesh: str, retarget: str, fuzzy: str, where: str
             f"{where}: mesh <{mesh}> has no skel:skeleton, so USD would not play its shapes; "
             "`usdface rig` writes a rig that has one"
         )
+    found = UsdSkel.Root.Find(prim)
+    root = found.GetPrim() if found else None
     animation = UsdSkel.BindingAPI(skeleton.GetPrim()).GetInheritedAnimationSource()
     names = UsdSkel.Animation(animation).GetBlendShapesAttr().Get() if animation else None
     return ShotPrims(
         retarget,
         str(skeleton.GetPath()),
-        _skel_root(prim),
+        str(root.GetPath()) if root else "",
         str(animation.GetPath()) if animation else "",
         fuzzy,
         tuple(str(name) for name in names or ()),
+        tuple(UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() or ()) if root else (),
+        np.array(UsdGeom.XformCache(Usd.TimeCode.EarliestTime()).GetLocalToWorldTransform(root))
+        if root
+        else np.eye(4),
     )

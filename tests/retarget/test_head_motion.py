@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from usdface.retarget.align import Pose, rigid_fit
+from usdface.retarget.head_motion import head_motion, smooth_motion
+
+RNG = np.random.default_rng(4)
+TIMES = np.arange(400) / 60
+FACE = 0.06 * RNG.normal(size=(30, 3)) + [0.0, 1.5, 0.1]
+SWING = 0.15 * np.sin(np.outer(TIMES, [1.1, 0.7, 0.9]))
+TURN = Rotation.from_rotvec(SWING)
+POSE = Pose(
+    TURN.as_matrix(),
+    FACE.mean(axis=0) - TURN.apply(FACE.mean(axis=0)) + 0.02 * np.sin(np.outer(TIMES, [1, 2, 3])),
+)
+
+
+def test_an_equal_character_moves_as_the_performer() -> None:
+    moved = head_motion(POSE, TIMES, FACE, FACE, 0.0)
+    np.testing.assert_allclose(moved.rotations, POSE.rotations, atol=1e-9)
+    np.testing.assert_allclose(moved.translations, POSE.translations, atol=1e-9)
+
+
+def test_the_motion_is_carried_over_in_size_and_place() -> None:
+    """Moving and carrying over change places, whatever the similarity."""
+    to_character = 2.5 * Rotation.from_rotvec([0.3, 1.2, -0.4]).as_matrix().T
+    character = FACE @ to_character + [3.0, -1.0, 2.0]
+    moved = head_motion(POSE, TIMES, FACE, character, 0.0)
+    performed = POSE.to_take(np.broadcast_to(FACE, (len(TIMES), *FACE.shape)))
+    ours = moved.to_take(np.broadcast_to(character, (len(TIMES), *character.shape)))
+    np.testing.assert_allclose(ours, performed @ to_character + [3.0, -1.0, 2.0], atol=1e-9)
+    identity = moved.rotations @ moved.rotations.transpose(0, 2, 1)
+    np.testing.assert_allclose(identity, np.broadcast_to(np.eye(3), identity.shape), atol=1e-12)
+
+
+@pytest.mark.parametrize("noise", [3e-4, 3e-3])
+def test_smoothing_brings_a_noisy_pose_nearer_to_the_truth(noise: float) -> None:
+    clean = POSE.to_take(np.broadcast_to(FACE, (len(TIMES), *FACE.shape)))
+    fitted, _ = rigid_fit(FACE, clean + noise * RNG.normal(size=clean.shape))
+
+    def off(pose: Pose) -> float:
+        moved = pose.to_take(np.broadcast_to(FACE, clean.shape))
+        return float(np.sqrt(np.mean((moved - clean) ** 2)))
+
+    assert off(smooth_motion(fitted, TIMES, FACE, noise)) < 0.6 * off(fitted)
+
+
+def test_a_head_that_rests_is_held_still() -> None:
+    resting = np.broadcast_to(FACE, (len(TIMES), *FACE.shape))
+    fitted, _ = rigid_fit(FACE, resting + 1e-3 * RNG.normal(size=resting.shape))
+    smooth = smooth_motion(fitted, TIMES, FACE, 1e-3)
+
+    def jitter(pose: Pose) -> float:
+        return float(np.abs(np.diff(pose.to_take(resting), 2, axis=0)).max())
+
+    assert jitter(smooth) < 0.01 * jitter(fitted)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_short_takes_are_fine(count: int) -> None:
+    pose = Pose(POSE.rotations[:count], POSE.translations[:count])
+    smooth = smooth_motion(pose, TIMES[:count], FACE, 1e-3)
+    assert np.isfinite(smooth.translations).all() and len(smooth.rotations) == count
+
+
+def test_without_noise_nothing_is_smoothed() -> None:
+    assert smooth_motion(POSE, TIMES, FACE, 0.0) is POSE
+
+
+def test_a_head_that_turns_all_around_is_left_as_it_is() -> None:
+    spin = Rotation.from_rotvec(np.outer(TIMES, [0.0, 1.0, 0.0])).as_matrix()
+    pose = Pose(spin, np.zeros((len(TIMES), 3)))
+    assert smooth_motion(pose, TIMES, FACE, 1e-3) is pose
