@@ -73,6 +73,12 @@ def test_names_are_mapped_and_losses_named() -> None:
     assert [f.code for f in certificate.findings("x")] == ["CONVERSION_INEXACT"]
 
 
+def test_names_count_before_places() -> None:
+    pair = [mesh(ANIMATED), mesh(ANIMATED + 1, name="n")]
+    certificate = certify(pair, pair[::-1], FRAMES)
+    assert certificate.vertex_largest == 0 and certificate.names == {}
+
+
 def test_without_normals_there_is_no_angle() -> None:
     bare = mesh(ANIMATED, normals_at=lambda frames: None)
     for pair in ((bare, mesh(ANIMATED)), (mesh(ANIMATED), bare)):

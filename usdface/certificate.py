@@ -215,7 +215,8 @@ class _Errors:
 def _paired(
     one: Sequence[str], other: Sequence[str], prefix: str
 ) -> tuple[list[tuple[int, int]], list[str]]:
-    if len(one) == len(other):
+    named = len(set(one)) == len(one) and set(one) == set(other)
+    if len(one) == len(other) and not named:
         return list(zip(range(len(one)), range(len(one)), strict=True)), []
     place = {name: k for k, name in reversed(list(enumerate(other)))}
     pairs = [(k, place[name]) for k, name in enumerate(one) if name in place]

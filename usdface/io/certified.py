@@ -7,7 +7,8 @@ import numpy as np
 from usdface.certificate import Certificate, EvaluatedMesh, certify, some_frames
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.gltf.evaluate import ShownMesh, evaluate_gltf
+from usdface.io.gltf.evaluate import evaluate_gltf
+from usdface.io.gltf.shown import ShownMesh
 from usdface.io.usd.errors import one_line, usd_errors
 from usdface.io.usd.evaluate import StagedMesh, evaluate_usd, keys_of_stage
 from usdface.io.usd.stage import Stage, metrics_of
