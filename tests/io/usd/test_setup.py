@@ -14,6 +14,7 @@ SETUPS = [
         Binding(("a", "b", "c"), np.array([3, 3, 0]), "/Head"),
         head="markers",
         head_markers=("a", "b", "c"),
+        move_head=True,
         neutral=(4, 40),
         nose_tip="a",
         roles={"lip_lower": "b", "chin": "c"},
@@ -42,7 +43,7 @@ def test_a_setup_survives_usd(setup: Setup) -> None:
     assert back.binding.markers == setup.binding.markers
     assert back.binding.mesh == setup.binding.mesh
     np.testing.assert_array_equal(back.binding.points, setup.binding.points)
-    for name in ("head", "head_markers", "neutral", "nose_tip", "map", "solve"):
+    for name in ("head", "head_markers", "move_head", "neutral", "nose_tip", "map", "solve"):
         assert getattr(back, name) == getattr(setup, name)
     assert dict(back.roles) == dict(setup.roles)
 

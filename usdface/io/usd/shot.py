@@ -1,7 +1,7 @@
 """The shot: a stage that brings a character, a take and their setup together."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +38,7 @@ _CAPTURE = "/Shot/Capture"
 _TAKE = "/Shot/Capture/Take"
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, slots=True)
 class ShotPrims:
     """Where things are on the stage: prim paths, "" = not there.
 
@@ -53,7 +53,7 @@ class ShotPrims:
     fuzzy: str
     tokens: tuple[str, ...]
     ops: tuple[str, ...]
-    to_world: FloatArray
+    to_world: FloatArray = field(compare=False)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
