@@ -314,7 +314,7 @@ def _certified(
 
 
 def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
-    """Convert a fuzzy system between MATLAB's .fis, FCL, FLL and USD; say what is doubtful."""
+    """Convert a fuzzy system between .fis, FCL, FLL and USD; say what is doubtful in it."""
     from usdface.fuzzy.doubts import rule_findings
     from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 
