@@ -13,12 +13,12 @@ from usdface.animate import design, express, features
 from usdface.cli import main
 from usdface.errors import InputError
 from usdface.fuzzy.dictionaries import expressions_for
-from usdface.fuzzy.features import MILLIMETRE
+from usdface.fuzzy.features import MILLIMETRE, smooth
 from usdface.fuzzy.paper import EMOTIONS, MEDIUM, paper_system
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.usd.fuzzy import write_fuzzy
-from usdface.options import CorrectionOptions
+from usdface.options import FEATURE_SMOOTHING, CorrectionOptions
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.setup import Binding, Expression, Setup
 from usdface.takes import WeightsTake
@@ -76,6 +76,11 @@ def test_both_spaces_agree_where_performer_and_character_are_one(
     moves = mesh.offsets_at(setup.binding.points)[..., 1]
     lowered = world.weights @ (moves[:, markers.index("chin")] - moves[:, markers.index("nose")])
     np.testing.assert_allclose(drawn[:, 0], lowered / MILLIMETRE, atol=1e-4)
+    noisy = replace(solution, noise=1.0)  # then, and only then, they are smoothed
+    expected = smooth(drawn, world.take.times, FEATURE_SMOOTHING)
+    found = features(chin("character"), *given[:-1], noisy)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert np.abs(expected - drawn).max() > 1.0
     assert lowered.min() < -0.01
 
 
@@ -103,7 +108,7 @@ def test_a_weights_take_has_no_markers_of_its_own(world: World, setup: Setup) ->
 
 
 def test_express_raises_the_pose_by_what_the_rule_says() -> None:
-    inputs = np.array([[0.0], [-10.0], [-40.0]])
+    inputs = np.array([[0.0], [-5.0], [-40.0]])
     weights = np.array([[0.0, 0.3], [0.0, 0.3], [0.9, 0.3]])
     joy = Expression("joy", ("smile", "squint"), np.array([0.8, 0.4]), gain=0.5)
     corrected, emotions, findings = express(
@@ -113,7 +118,9 @@ def test_express_raises_the_pose_by_what_the_rule_says() -> None:
         weights,
         [joy],
     )
-    np.testing.assert_allclose(emotions["joy"], [0.0, 0.5, 1.0])
+    np.testing.assert_allclose(
+        emotions["joy"], [0.0, 0.25, 1.0]
+    )  # 0.25: half-way through the response
     np.testing.assert_allclose(corrected, [[0.0, 0.3], [0.2, 0.3], [0.9, 0.3]])
     assert [(f.code, f.where) for f in findings] == [("SHAPE_UNKNOWN", "squint")]
 

@@ -394,7 +394,7 @@ def test_the_take_lost_the_nose_that_the_rules_need(place: Place, refused: Refus
     [
         (" IS raised THEN ", " IS high THEN ", "'high'"),
         (" IS raised THEN ", " THEN ", "/Shot/Fuzzy/rule_"),
-        ("IF corner_l_y", "IF corner_z_z", "corner_z_z"),
+        ("IF jaw_l_y", "IF corner_z_z", "corner_z_z"),
         ('usdface:head:mode = "solve"', 'usdface:head:mode = "guess"', "guess"),
         ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (30, 300)", "0 to 39"),
         ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (3, 0)", "0 to 39"),

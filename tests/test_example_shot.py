@@ -63,7 +63,7 @@ def test_each_emotion_is_heard_where_it_is_shown(
     for emotion, frame in shown.items():
         strengths = {name: float(curve[frame]) for name, curve in heard.items()}
         assert max(strengths, key=strengths.__getitem__) == emotion
-        assert strengths[emotion] > 0.35
+        assert strengths[emotion] > 0.3
 
 
 def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]) -> None:

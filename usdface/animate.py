@@ -12,13 +12,13 @@ from usdface.findings import Finding, finding
 from usdface.fuzzy.correct import correct
 from usdface.fuzzy.design import design_system
 from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.features import face_unit, measure
+from usdface.fuzzy.features import face_unit, measure, smooth
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.layers import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
-from usdface.options import CorrectionOptions, ProcessOptions
+from usdface.options import FEATURE_SMOOTHING, CorrectionOptions, ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.align import Pose
 from usdface.retarget.head_motion import head_motion
@@ -221,7 +221,7 @@ def features(
     weights: WeightsTake,
     solution: Solution | None,
 ) -> FloatArray:
-    """Measure the system's inputs in the space it asks for: (F, I).
+    """Measure the inputs in the space the system asks for, smoothed as noise demands: (F, I).
 
     Raises
     ------
@@ -242,7 +242,10 @@ def features(
         offsets = mesh.offsets_at(points).reshape(len(mesh.shapes), -1)
         positions = neutral + (weights.weights @ offsets).reshape(-1, *neutral.shape)
     unit = face_unit(system, neutral)
-    return measure(positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit)
+    read = measure(positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit)
+    # As in the solve: what was recorded without noise is read frame by frame.
+    noise = min(solution.noise / _MARKER_NOISE, 1.0) if solution else 0.0
+    return smooth(read, take.times, noise * FEATURE_SMOOTHING)
 
 
 def express(

@@ -12,6 +12,8 @@ from typing import Any, Literal, get_args
 from usdface.errors import InputError
 
 __all__ = [
+    "FEATURE_SMOOTHING",
+    "RESPONSE",
     "CleanOptions",
     "CorrectionMode",
     "CorrectionOptions",
@@ -29,6 +31,13 @@ MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
+
+# Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
+# expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
+RESPONSE = (0.05, 0.45)
+# Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
+# 0.3 mm of noise or more; less noise is smoothed less.
+FEATURE_SMOOTHING = 0.15
 
 
 def _check_choice(name: str, value: object, choices: Any) -> None:
@@ -141,7 +150,7 @@ class SolveOptions:
 class CorrectionOptions:
     """How the emotions are blended over the solved weights (`usdface.fuzzy.correct`).
 
-    A gain of 1 brings a face to the emotion it shows; an under-expressive one wants more.
+    A gain of 1 brings a face all the way to the emotion it half shows; less leaves it short.
     """
 
     mode: CorrectionMode = "raise"

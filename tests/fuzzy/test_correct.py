@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.fuzzy.correct import correct
+from usdface.fuzzy.correct import correct, respond
+from usdface.options import RESPONSE
 
 RNG = np.random.default_rng(4)
 F, E, S = 40, 3, 7
@@ -18,7 +19,7 @@ def test_both_formulas_by_hand():
     emotions = np.array([[0.5, 1.0]])
     poses = np.array([[1.0, 1.0, 0.0], [0.4, 0.0, 0.0]])
     gains = np.array([1.0, 2.0])
-    raised = correct(weights, emotions, poses, gains, "raise", 0.5)
+    raised = correct(weights, emotions, poses, gains, "raise", 0.5, (0.0, 1.0))
     np.testing.assert_allclose(raised, [[0.4, 0.9, 0.5]])
     added = correct(weights, emotions, poses, gains, "add", 0.5)
     np.testing.assert_allclose(added, [[0.2 + 0.25 + 0.4, 1.0, 0.5]])
@@ -39,7 +40,7 @@ def test_raising_twice_is_raising_once():
 
 
 def test_raise_does_not_push_a_face_that_already_shows_the_expression():
-    shown = EMOTIONS[:, :1] * POSES[0]
+    shown = respond(EMOTIONS[:, :1], RESPONSE) * POSES[0]
     alone = EMOTIONS * [1, 0, 0]
     np.testing.assert_array_equal(correct(shown, alone, POSES, np.ones(E)), shown)
     assert (correct(shown, alone, POSES, np.ones(E), "add") > shown).any()
@@ -86,3 +87,24 @@ def test_what_does_not_fit_is_refused():
         correct(WEIGHTS, EMOTIONS, POSES, GAINS[:-1])
     with pytest.raises(InputError, match="mode"):
         correct(WEIGHTS, EMOTIONS, POSES, GAINS, "lower")
+
+
+def test_half_an_expression_is_answered_by_all_of_it_and_a_trace_by_nothing():
+    onset, full = RESPONSE
+    grid = np.linspace(0, 1, 201)
+    answer = respond(grid, RESPONSE)
+    assert not answer[grid <= onset].any() and (answer[grid >= full] == 1).all()
+    assert (np.diff(answer) >= 0).all()
+    assert respond(np.array([(onset + full) / 2]), RESPONSE) == pytest.approx(0.5)
+    # It begins and ends level: no pop, no kink.
+    assert np.abs(np.diff(answer, 2)).max() < 0.004
+
+
+def test_a_weak_expression_comes_at_least_half_way_to_the_whole():
+    pose = np.array([[1.0, 0.6, 0.0]])
+    amounts = np.linspace(0.4, 0.7, 7)[:, None]
+    weak = amounts * pose
+    # The outputs of a real solve fall short by up to 0.05.
+    corrected = correct(weak, amounts - 0.05, pose, np.ones(1))
+    before, after = (np.linalg.norm(w - pose, axis=1) for w in (weak, corrected))
+    assert (after <= 0.5 * before).all()

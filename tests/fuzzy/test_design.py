@@ -10,8 +10,9 @@ from usdface.fuzzy.correct import correct
 from usdface.fuzzy.design import design_system
 from usdface.fuzzy.dictionaries import EMOTIONS, expressions_for
 from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.features import face_unit, measure
+from usdface.fuzzy.features import face_unit, measure, smooth
 from usdface.fuzzy.inference import evaluate
+from usdface.options import FEATURE_SMOOTHING
 from usdface.setup import Expression
 
 NOISE = 0.0003
@@ -51,6 +52,9 @@ class World:
             self.nose,
             unit,
         )
+        times = np.arange(len(inputs)) / 60.0
+        if jitter:
+            inputs = smooth(inputs, times, FEATURE_SMOOTHING)
         return evaluate(self.system, inputs).outputs
 
 
@@ -162,14 +166,14 @@ def test_a_pose_gives_its_own_emotion(world):
 def test_part_of_a_pose_gives_about_that_much(world, level):
     outputs = world.answer(level * world.poses)
     assert (outputs.argmax(axis=1) == np.arange(6)).all()
-    assert np.abs(np.diag(outputs) - level).max() < 0.12
+    assert np.abs(np.diag(outputs) - level).max() < 0.05
 
 
 def test_outputs_rise_with_the_pose(world):
     levels = np.linspace(0, 1, 41)
     for e, pose in enumerate(world.poses):
         curve = world.answer(levels[:, None] * pose)[:, e]
-        assert (np.diff(curve) > -1e-3).all()
+        assert (np.diff(curve) > -3e-3).all()
 
 
 def test_a_neutral_face_stays_neutral(world):
@@ -177,7 +181,7 @@ def test_a_neutral_face_stays_neutral(world):
     assert not world.answer(neutral[:1]).any()
     jittered = world.answer(neutral, NOISE)
     assert jittered.mean(axis=0).max() <= 0.02
-    assert jittered.max() <= 0.15
+    assert jittered.max() <= 0.1
 
 
 def test_noise_does_not_hide_half_an_expression(world):
@@ -199,7 +203,7 @@ def test_correction_of_a_weak_performance_goes_towards_its_expression(world):
 
 def test_rules_read_several_markers_by_name(world):
     for rule in world.system.rules:
-        assert 2 <= len(rule.antecedent) <= 4
+        assert 2 <= len(rule.antecedent) <= 6
         variables = [v for v, _ in rule.antecedent]
         assert len({name[:-2] for name in variables}) == len(variables)
     assert set(world.roles.values()) <= set(world.names)

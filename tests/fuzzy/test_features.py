@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.fuzzy.features import MILLIMETRE, face_unit, marker_spread, measure
+from usdface.fuzzy.features import MILLIMETRE, face_unit, marker_spread, measure, smooth
 from usdface.fuzzy.system import FuzzySystem, Variable
 
 NAMES = ("nose", "Lip L", "brow")
@@ -89,3 +89,40 @@ def test_missing_markers_are_named():
 
 def test_no_variables_are_no_columns():
     assert measure(NEUTRAL[None], NEUTRAL, NAMES, [], {}, "nose", 1.0).shape == (1, 0)
+
+
+TIMES = np.arange(200) / 100.0
+
+
+def test_smoothing_keeps_what_is_still_and_straight():
+    still = np.full((200, 2), 0.7)
+    np.testing.assert_allclose(smooth(still, TIMES, 0.1), still, atol=1e-12)
+    straight = TIMES[:, None] * [1.0, -2.0]
+    inner = slice(60, 140)
+    np.testing.assert_allclose(smooth(straight, TIMES, 0.1)[inner], straight[inner], atol=1e-9)
+    assert not smooth(np.zeros((200, 2)), TIMES, 0.1).any()
+
+
+def test_smoothing_does_not_lag_nor_depend_on_the_rate():
+    bump = np.exp(-(((TIMES - 1.0) / 0.2) ** 2))[:, None]
+    smoothed = smooth(bump, TIMES, 0.1)
+    assert smoothed.argmax() == bump.argmax()
+    # A Gaussian of a Gaussian is a Gaussian: 0.2^2 + 2 * 0.1^2.
+    wider = np.sqrt(0.06)
+    expected = 0.2 / wider * np.exp(-(((TIMES - 1.0) / wider) ** 2))
+    np.testing.assert_allclose(smoothed[:, 0], expected, atol=2e-3)
+    np.testing.assert_allclose(smooth(bump[::2], TIMES[::2], 0.1), smoothed[::2], atol=2e-3)
+
+
+def test_what_was_not_seen_stays_so_and_does_not_spread():
+    gaps = np.full((200, 1), 0.7)
+    gaps[50:60] = np.nan
+    smoothed = smooth(gaps, TIMES, 0.1)
+    np.testing.assert_array_equal(np.isnan(smoothed), np.isnan(gaps))
+    np.testing.assert_allclose(smoothed[~np.isnan(gaps)], 0.7, atol=1e-12)
+
+
+def test_no_width_or_a_single_frame_changes_nothing():
+    noise = np.random.default_rng(0).normal(size=(200, 2))
+    np.testing.assert_array_equal(smooth(noise, TIMES, 0.0), noise)
+    np.testing.assert_array_equal(smooth(noise[:1], TIMES[:1], 0.1), noise[:1])

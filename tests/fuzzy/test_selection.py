@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from usdface.fuzzy.selection import choose_features, movements
+from usdface.fuzzy.selection import choose_features as choose
+from usdface.fuzzy.selection import paired_movements, single_movements
 
 
 def features(*moves, markers=3):
@@ -10,6 +11,17 @@ def features(*moves, markers=3):
     for row, move in zip(rows, moves, strict=True):
         row[list(move)] = list(move.values())
     return rows
+
+
+def choose_features(index, poses, moves, basis, noise):
+    """No single movements, the same noise everywhere."""
+    noise = np.full(basis.shape[1], noise)
+    return choose(index, poses, np.zeros((0, len(basis))), moves, basis, noise)
+
+
+def movements(names, basis):
+    single = single_movements(names)
+    return np.concatenate([single, paired_movements(names, single, basis)])
 
 
 def test_movements_are_alone_both_sides_and_two_at_a_time():
@@ -40,7 +52,7 @@ def test_the_feature_that_tells_apart_goes_before_the_one_that_moves_most():
     basis = features({1: 0.02, 4: 0.006}, {1: 0.02})
     choice = choose_features(0, np.eye(2), np.zeros((0, 2)), basis, 0.0003)
     assert choice.ramps.keys() == {4}
-    assert choice.ramps[4][1] == 0.006
+    assert choice.ramps[4][1] == pytest.approx(0.95 * 0.006)
     assert choice.confused == ()
 
 
@@ -55,7 +67,7 @@ def test_together_where_neither_does_alone():
 def test_signs_are_kept_and_the_dead_zone_lies_between():
     basis = features({1: -0.01})
     foot, top = choose_features(0, np.eye(1), np.eye(1), basis, 0.001).ramps[1]
-    assert top == -0.01
+    assert top == pytest.approx(-0.0095)
     assert top < foot < 0
 
 
@@ -71,3 +83,21 @@ def test_one_pose_within_another_is_confused_with_it():
     poses = np.array([[1.0, 0.0], [1.0, 1.0]])
     assert choose_features(0, poses, np.eye(2), basis, 0.0003).confused == (1,)
     assert choose_features(1, poses, np.eye(2), basis, 0.0003).confused == ()
+
+
+def test_a_quiet_feature_goes_before_a_noisy_one_of_the_same_size():
+    basis = features({1: 0.01, 4: 0.01})
+    noise = np.full(9, 0.0001)
+    noise[1] = 0.001
+    none = np.zeros((0, 1))
+    assert choose(0, np.eye(1), none, none, basis, noise).ramps.keys() == {4}
+
+
+def test_the_worst_rival_counts_however_many_are_harmless():
+    """One movement that looks just like the expression, among a thousand that do not."""
+    basis = features({1: 0.01, 4: 0.01}, {1: 0.01}, {7: 0.01})
+    poses = np.array([[1.0, 0.0, 0.0]])
+    moves = np.concatenate([[[0.0, 1.0, 0.0]], np.tile([0.0, 0.0, 1.0], (1000, 1))])
+    noise = np.full(9, 0.0001)
+    noise[4] = 0.0003  # telling it apart costs noise
+    assert 4 in choose(0, poses, moves[:0], moves, basis, noise).ramps

@@ -5,10 +5,10 @@ from typing import get_args
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.options import CorrectionMode
+from usdface.options import RESPONSE, CorrectionMode
 from usdface.takes import FloatArray
 
-__all__ = ["correct"]
+__all__ = ["correct", "respond"]
 
 
 def correct(
@@ -18,6 +18,7 @@ def correct(
     gains: FloatArray,
     mode: CorrectionMode = "raise",
     gain: float = 1.0,
+    response: tuple[float, float] = RESPONSE,
 ) -> FloatArray:
     """Blend expression poses over weights; the result lies in [0, 1].
 
@@ -32,11 +33,15 @@ def correct(
     gains : (E,) float64
         One gain for each emotion; with `gain` it gives g.
     mode : {"raise", "add"}
-        "raise": max(w, max_e g o P). It never lowers a weight, and doing it twice is doing it
-        once: a face that is already expressive is not pushed again.
+        "raise": max(w, max_e g r(o) P) with r the response, see `respond`. It never
+        lowers a weight, and doing it twice is doing it once: a face that is already expressive
+        is not pushed again.
         "add": w + sum_e g o P (Zikky et al. 2013).
     gain : float
         Common factor.
+    response : (float, float)
+        Of "raise": the output below which nothing is corrected, and the one from which on the
+        whole pose is shown.
 
     Returns
     -------
@@ -57,10 +62,32 @@ def correct(
         raise InputError(f"there are {gains.size} gains for {len(poses)} emotions")
     if mode not in get_args(CorrectionMode):
         raise InputError(f"correction mode is {mode!r}; expected raise or add")
-    combine = np.maximum if mode == "raise" else np.add
-    driven = emotions * (gains * gain)
+    driven = emotions if mode == "add" else respond(emotions, response)
+    driven = driven * (gains * gain)
     corrected = np.array(weights, dtype=np.float64)
     for drive, pose in zip(driven.T, poses, strict=True):
         moved = np.flatnonzero(pose)
-        corrected[:, moved] = combine(corrected[:, moved], drive[:, None] * pose[moved])
+        shown = drive[:, None] * pose[moved]
+        if mode == "add":
+            corrected[:, moved] += shown
+        else:
+            corrected[:, moved] = np.maximum(corrected[:, moved], shown)
     return np.clip(corrected, 0.0, 1.0)
+
+
+def respond(emotions: FloatArray, response: tuple[float, float]) -> FloatArray:
+    """Return how much of its pose an emotion is given: a smooth step, 0 to 1.
+
+    A performer who shows little of an emotion means all of it; what is below the onset is
+    speech, or nothing. Both ends are level, so a correction begins and ends without a jerk.
+
+    Parameters
+    ----------
+    emotions : (...) float64
+        Fuzzy outputs.
+    response : (onset, full)
+        With 0 <= onset < full.
+    """
+    onset, full = response
+    x = np.clip((emotions - onset) / (full - onset), 0.0, 1.0)
+    return np.asarray(x * x * (3.0 - 2.0 * x))

@@ -17,7 +17,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.features import marker_spread
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.selection import Choice, choose_features, movements
+from usdface.fuzzy.selection import Choice, choose_features, paired_movements, single_movements
 from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
 from usdface.setup import Expression
 from usdface.takes import FloatArray
@@ -27,6 +27,8 @@ __all__ = ["design_system"]
 _AXES: tuple[Axis, ...] = ("x", "y", "z")
 # A marker this close to the midline, in face units, has no inward and outward.
 _MIDLINE = 0.1
+# Expected size of a weight, as the solve has it.
+_SPREAD = 0.5
 
 
 def design_system(
@@ -76,10 +78,11 @@ def design_system(
     features = (basis - basis[:, nose : nose + 1]).reshape(len(basis), 3 * len(names))
     poses = np.array([e.pose(tuple(shape_names)) for e in expressions])
     poses = poses.reshape(len(expressions), len(basis))
-    moves = movements(shape_names, features)
-    # A feature is the difference of two markers.
+    single = single_movements(shape_names)
+    paired = paired_movements(shape_names, single, features)
+    jitter = _jitter(basis.reshape(features.shape), features, noise)
     choices = {
-        expression.name: choose_features(i, poses, moves, features, np.sqrt(2) * noise)
+        expression.name: choose_features(i, poses, single, paired, features, jitter)
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)
@@ -95,6 +98,23 @@ def design_system(
     system = FuzzySystem((*inputs.values(), *outputs), tuple(rules))
     used = {roles[i // 3]: names[i // 3] for i in inputs}
     return system, used, _findings(choices)
+
+
+def _jitter(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:
+    """Return what is left of the markers' noise in each feature after the solve: (I,) [m].
+
+    The weights' covariance is that of ridge regression on the markers, for every frame alone.
+
+    Parameters
+    ----------
+    basis, features : (S, I) float64 [m]
+        Displacements as they are and relative to the nose tip.
+    noise : float [m]
+    """
+    ridge = (noise / _SPREAD) ** 2 * np.eye(len(basis))
+    inverse = np.linalg.pinv(basis @ basis.T + ridge, hermitian=True)
+    variance = np.einsum("si,st,ti->i", features, inverse, features, optimize=True)
+    return np.asarray(noise * np.sqrt(np.maximum(variance, 0.0)))
 
 
 def _roles(names: Sequence[str]) -> list[str]:

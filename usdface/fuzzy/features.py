@@ -8,12 +8,13 @@ section 4 ("absolute"); the signed form tells a lowered brow from a raised one.
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from usdface.errors import InputError
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.takes import FloatArray
 
-__all__ = ["MILLIMETRE", "face_unit", "marker_spread", "measure"]
+__all__ = ["MILLIMETRE", "face_unit", "marker_spread", "measure", "smooth"]
 
 MILLIMETRE = 0.001
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -111,3 +112,28 @@ def _marker(index: Mapping[str, int], roles: Mapping[str, str], variable: Variab
             f"marker {name!r}; give the role one of {', '.join(index)}"
         )
     return index[name]
+
+
+def smooth(features: FloatArray, times: FloatArray, width: float) -> FloatArray:
+    """Smooth features over time: a Gaussian, forwards and backwards alike, so nothing lags.
+
+    Parameters
+    ----------
+    features : (F, I) float64
+        NaN stays NaN and weighs nothing in its neighbours.
+    times : (F,) float64 [s]
+        Increasing; their median step counts.
+    width : float [s]
+        Standard deviation of the Gaussian; 0 changes nothing.
+    """
+    if width == 0 or len(times) < 2:
+        return features
+    frames = width / float(np.median(np.diff(times)))
+    seen = ~np.isnan(features)
+    total, share = (
+        gaussian_filter1d(values, frames, axis=0, mode="nearest")
+        for values in (np.where(seen, features, 0.0), seen.astype(np.float64))
+    )
+    smoothed = np.full(features.shape, np.nan)
+    np.divide(total, share, out=smoothed, where=seen)
+    return smoothed

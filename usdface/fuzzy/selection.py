@@ -14,29 +14,35 @@ import numpy as np
 
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["Choice", "choose_features", "movements"]
+__all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
 
 # What the names of a shape on either side differ in: mouthSmileLeft, mouthSmile_L, eye-left-slit.
 _SIDE = re.compile(r"(?i)left|right|(?<=[_.\- ])[lr]$|^[lr](?=[_.\- ])")
 # In standard deviations of a feature's noise.
-_DEAD_ZONE = 0.8
+_DEAD_ZONE = 0.2
 _LEAST_SIGNAL = 4.0
 # A dead zone of at least this share of the value at the pose, for markers without noise.
-_LEAST_DEAD_ZONE = 0.05
+_LEAST_DEAD_ZONE = 0.03
 # Nor does a feature that stays below this [m] count, however quiet the markers are.
 _LEAST_MOTION = 1e-6
-_CONDITIONS = 4
+_TOP = 0.95
+_CONDITIONS = 6
 # Candidates of which all pairs are tried.
 _SHORTLIST = 80
 # Movements, the largest first, that are also tried two at a time.
 _PAIRED = 100
-# Costs of a full false firing: by another expression's pose, and by all movements together.
+# Costs of a full false firing: by another expression's pose, by one movement alone, by all pairs
+# of movements together, and by the worst of all these.
 _OTHER_EXPRESSION = 20.0
-_MOVEMENT = 40.0
+_SINGLE_MOVEMENT = 20.0
+_PAIRED_MOVEMENTS = 40.0
+_WORST = 1.0
 # Cost of a feature whose signal is as small as its noise.
-_NOISE_COST = 30.0
+_NOISE_COST = 100.0
+# Costs are rounded: which of two mirrored markers is taken must not hang on the last bits.
+_DIGITS = 4
 # An additional condition has to take away this share of the cost.
-_LEAST_GAIN = 0.02
+_LEAST_GAIN = 0.01
 # Expressions that fire another's rule further than this cannot be told apart.
 _CONFUSED = 0.5
 
@@ -58,31 +64,42 @@ class Choice:
     confused: tuple[int, ...]
 
 
-def movements(shape_names: Sequence[str], features: FloatArray) -> FloatArray:
-    """Return what a face may do without meaning an emotion, as weights: (P, S).
-
-    Each blend shape alone; shapes that differ only in their side, together; two of these, of
-    those that move the markers most.
-
-    Parameters
-    ----------
-    shape_names : sequence of str, length S
-    features : (S, I) float64 [m]
-        Of each blend shape at weight 1.
-    """
+def single_movements(shape_names: Sequence[str]) -> FloatArray:
+    """Return each blend shape alone, and those that differ only in their side together: (N, S)."""
     alone = np.eye(len(shape_names))
     groups: dict[str, list[int]] = defaultdict(list)
     for i, name in enumerate(shape_names):
         groups[_SIDE.sub("*", name)].append(i)
-    both = np.array([alone[group].sum(axis=0) for group in groups.values()])
-    both = both.reshape(len(groups), len(alone))
-    paired = np.argsort(-np.abs(both @ features).sum(axis=1), kind="stable")[:_PAIRED]
+    both = [alone[group].sum(axis=0) for group in groups.values() if len(group) > 1]
+    return np.concatenate([alone, np.reshape(both, (len(both), len(alone)))])
+
+
+def paired_movements(
+    shape_names: Sequence[str], single: FloatArray, features: FloatArray
+) -> FloatArray:
+    """Return two of the `single_movements` at a time, of those that move the markers most: (P, S).
+
+    Parameters
+    ----------
+    shape_names : sequence of str, length S
+    single : (N, S) float64
+    features : (S, I) float64 [m]
+        Of each blend shape at weight 1.
+    """
+    sided = (single[len(shape_names) :] > 0).any(axis=0)
+    whole = single[~((single.sum(axis=1) == 1) & (single @ sided > 0))]
+    paired = np.argsort(-np.abs(whole @ features).sum(axis=1), kind="stable")[:_PAIRED]
     first, second = (paired[i] for i in np.triu_indices(len(paired), k=1))
-    return np.concatenate([alone, both, both[first] + both[second]])
+    return np.asarray(whole[first] + whole[second])
 
 
 def choose_features(
-    index: int, poses: FloatArray, moves: FloatArray, features: FloatArray, noise: float
+    index: int,
+    poses: FloatArray,
+    single: FloatArray,
+    paired: FloatArray,
+    features: FloatArray,
+    noise: FloatArray,
 ) -> Choice:
     """Choose the features that show one expression and none of its rivals.
 
@@ -92,28 +109,38 @@ def choose_features(
         Which expression.
     poses : (E, S) float64
         All expression poses.
-    moves : (P, S) float64
-        See `movements`; those that contain the whole expression are no rivals.
+    single, paired : (N, S), (P, S) float64
+        What a face may do without meaning an emotion, see `single_movements` and
+        `paired_movements`. What contains the whole expression is no rival.
     features : (S, I) float64 [m]
         Of each blend shape at weight 1.
-    noise : float [m]
-        Standard deviation of a feature.
+    noise : (I,) float64 [m]
+        Standard deviation of each feature.
     """
     own = poses[index] @ features
     full = np.abs(own)
     dead = np.maximum(_DEAD_ZONE * noise, _LEAST_DEAD_ZONE * full)
-    usable = np.flatnonzero(full > max(_LEAST_SIGNAL * noise, _LEAST_MOTION))
+    usable = np.flatnonzero(full > np.maximum(_LEAST_SIGNAL * noise, _LEAST_MOTION))
     if not usable.size:
         return Choice({}, ())
     others = np.delete(np.arange(len(poses)), index)
-    partial = moves[(moves < np.sign(poses[index])).any(axis=1)]
-    rivals = np.concatenate([poses[others], partial]) @ features[:, usable]
-    degrees = np.clip((rivals * np.sign(own[usable]) - dead[usable]) / (full - dead)[usable], 0, 1)
-    weights = np.full(len(rivals), _MOVEMENT / max(len(partial), 1))
-    weights[: len(others)] = _OTHER_EXPRESSION
-    chosen = _cheapest(degrees, weights, _NOISE_COST * (noise / full[usable]) ** 2, usable // 3)
+    alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
+    rivals = np.concatenate([poses[others], alone, both]) @ features[:, usable]
+    degrees = np.clip(
+        (rivals * np.sign(own[usable]) - dead[usable]) / (_TOP * full - dead)[usable], 0, 1
+    )
+    costs = (_OTHER_EXPRESSION, _SINGLE_MOVEMENT, _PAIRED_MOVEMENTS / max(len(both), 1))
+    weights = np.repeat(costs, (len(others), len(alone), len(both)))
+    chosen = _cheapest(
+        degrees,
+        weights,
+        np.round(_NOISE_COST * (noise[usable] / full[usable]) ** 2, _DIGITS),
+        usable // 3,
+    )
     firing = degrees[: len(others), chosen].min(axis=1)
-    ramps = {int(i): (float(np.sign(own[i]) * dead[i]), float(own[i])) for i in usable[chosen]}
+    ramps = {
+        int(i): (float(np.sign(own[i]) * dead[i]), _TOP * float(own[i])) for i in usable[chosen]
+    }
     return Choice(ramps, tuple(map(int, others[firing > _CONFUSED])))
 
 
@@ -134,10 +161,10 @@ def _cheapest(
     marker : (C,) int64
         A marker is used once.
     """
-    single = weights @ degrees**2 + cost
+    single = _cost(degrees, weights) + cost
     best = np.argsort(single, kind="stable")[:_SHORTLIST]
     short = degrees[:, best]
-    pairs = np.array([weights @ np.minimum(short, one[:, None]) ** 2 for one in short.T])
+    pairs = np.array([_cost(np.minimum(short, one[:, None]), weights) for one in short.T])
     pairs += np.maximum(cost[best][:, None], cost[best])
     pairs[marker[best][:, None] == marker[best]] = np.inf
     a, b = np.unravel_index(np.argmin(pairs), pairs.shape)
@@ -146,7 +173,7 @@ def _cheapest(
     chosen, total = [int(best[a]), int(best[b])], pairs[a, b]
     while len(chosen) < _CONDITIONS:
         met = degrees[:, chosen].min(axis=1)
-        totals = weights @ np.minimum(degrees, met[:, None]) ** 2
+        totals = _cost(np.minimum(degrees, met[:, None]), weights)
         totals += np.maximum(cost, cost[chosen].max())
         totals[np.isin(marker, marker[chosen])] = np.inf
         following = int(np.argmin(totals))
@@ -154,3 +181,10 @@ def _cheapest(
             break
         chosen, total = [*chosen, following], totals[following]
     return chosen
+
+
+def _cost(degrees: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return what the firing (P, C) of rivals costs: all together, and the worst of them."""
+    squares = degrees**2
+    cost = weights @ squares + _WORST * squares.max(axis=0, initial=0.0)
+    return np.asarray(np.round(cost, _DIGITS))

@@ -1,0 +1,99 @@
+"""What the expression layer hears and what it makes of it: `python benchmarks/expressions.py`.
+
+Four faces with markers; everything goes through the real solve with 0.3 mm of marker noise.
+Three tables: intensity sweep, specificity, under-expressive performers. See README.md.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = ROOT.parent / "shared" / "data"
+sys.path.insert(0, str(ROOT / "tests"))
+from faces import (  # noqa: E402
+    AMOUNTS,
+    FACES,
+    Face,
+    loudest_alone,
+    make_face,
+    range_of_motion,
+    sweep,
+    weak_expressions,
+)
+
+
+def table(title: str, columns: str) -> Table:
+    made = Table(title=title)
+    for column in columns.split(","):
+        made.add_column(column, justify="left" if column in ("face", "emotion") else "right")
+    return made
+
+
+def sweeps(faces: dict[str, Face]) -> Table:
+    columns = "face,emotion,strongest from 15 % on,largest error,largest fall,neutral after"
+    made = table("Each expression pose from 0 to 100 %", columns)
+    for kind, face in faces.items():
+        for emotion, heard in sweep(face).items():
+            figures = (heard.error, heard.fall, heard.rest)
+            cells = [f"{figure:.3f}" for figure in figures]
+            made.add_row(kind, emotion, f"{100 * heard.right:.1f} %", *cells)
+    return made
+
+
+def specificity(faces: dict[str, Face]) -> Table:
+    columns = (
+        "face,jitter: mean,largest,shapes alone above 0.35,range of motion: above 0.5,moved by"
+    )
+    made = table("What is no emotion", columns)
+    for kind, face in faces.items():
+        jitter = face.play(np.zeros((3000, len(face.mesh.shapes)))).emotions
+        alone = [
+            f"{shape}: {emotion} {output:.2f}"
+            for shape, heard in loudest_alone(face).items()
+            for emotion, output in heard.items()
+            if output > 0.35
+        ]
+        motion = ["", ""]
+        if kind != "makehuman":  # the recorded curves are ARKit's
+            played = face.play(*range_of_motion(face, SHARED))
+            often = (played.emotions > 0.5).mean(axis=0)
+            loudest = face.expressions[int(often.argmax())].name
+            moved = np.abs(played.corrected - played.solved).mean()
+            motion = [f"{loudest} in {100 * often.max():.1f} %", f"{moved:.4f}"]
+        mean, largest = jitter.mean(axis=0).max(), jitter.max()
+        made.add_row(kind, f"{mean:.4f}", f"{largest:.3f}", "\n".join(alone) or "none", *motion)
+    return made
+
+
+def weak(faces: dict[str, Face]) -> tuple[Table, Table]:
+    amounts = ",".join(f"at {100 * amount:.0f} %" for amount in AMOUNTS)
+    title = "Distance to the whole expression, after the correction by before"
+    shares = table(title, f"face,emotion,{amounts}")
+    curves = table(
+        "The correction itself", "face,neutral moves by,roughness by solve's,largest jump"
+    )
+    for kind, face in faces.items():
+        corrected = weak_expressions(face)
+        for emotion, parts in corrected.share.items():
+            shares.add_row(kind, emotion, *(f"{part:.2f}" for part in parts))
+        rough, jump = f"{corrected.roughness:.2f}", f"{corrected.jump:.3f}"
+        curves.add_row(kind, f"{corrected.neutral:.4f}", rough, jump)
+    return shares, curves
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--faces", nargs="+", choices=FACES, default=FACES)
+    faces = {kind: make_face(kind, SHARED) for kind in parser.parse_args().faces}
+    console = Console(width=None if sys.stdout.isatty() else 110)
+    for made in (sweeps(faces), specificity(faces), *weak(faces)):
+        console.print(made)
+
+
+if __name__ == "__main__":
+    main()
