@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.cleanup.gaps import fill, runs
-from usdface.cleanup.model import predict, restore
+from usdface.cleanup.model import fit_model, predict, restore
 from usdface.cleanup.repairs import Kind, Repair, repair_findings
 from usdface.cleanup.spikes import spikes
 from usdface.cleanup.steady import Steady, steady
@@ -23,8 +23,12 @@ __all__ = ["Cleaned", "clean_take"]
 _FEWEST_MARKERS = 6
 _FEWEST_FRAMES = 16
 _ROUNDS = 4
+# What a long gap hides is learned slowly.
+_LONG = 20
 # Gaps [s] that a marker's own motion bridges where the other markers are lost as well.
 _SHORT = 0.2
+# Larger coordinates are no face, and their squares would overflow.
+_LARGEST = 1e60
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -107,9 +111,11 @@ def clean_take(
 
 
 def _spacing(positions: FloatArray, seen: BoolArray) -> float:
-    """Return the usual distance between neighbouring markers; 0 if they coincide."""
+    """Return the usual distance between neighbouring markers; 0 if there is no such thing."""
     place = positions[int(seen.sum(axis=1).argmax())]
     place = place[~np.isnan(place[:, 0])]
+    if np.nanmax(np.abs(positions)) > _LARGEST:
+        return 0.0
     apart = np.linalg.norm(place[:, None] - place, axis=2)
     np.fill_diagonal(apart, np.inf)
     return float(np.median(apart.min(axis=1))) if len(place) > 1 else 0.0
@@ -169,8 +175,9 @@ def _filled(
     held: Steady, believed: BoolArray, times: FloatArray, positions: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Fill gaps in take space (F, M, 3); also return where."""
-    told = predict(held.model, held.filled, believed)
-    known = np.asarray(believed.mean(axis=1) >= 0.5)
+    model, whole_face = fit_model(held.still, believed, held.filled, _LONG)
+    told = predict(model, whole_face, believed)
+    known = np.asarray(believed.mean(axis=1) > 0.5)
     whole = np.asarray(believed.all(axis=1))
     error = np.where(believed[..., None], held.still - told, 0.0).reshape(len(told), -1)
     noise = marker_noise(error, whole)
@@ -185,7 +192,8 @@ def _bridgeable(believed: BoolArray, known: BoolArray, times: FloatArray) -> Boo
     after = len(believed) - 1 - last_seen(believed[::-1])[::-1]
     rows = np.arange(believed.shape[1])
     ends = believed[before, rows] & believed[after, rows]
-    return np.asarray(known[:, None] | (ends & (times[after] - times[before] <= _SHORT)))
+    often = believed.sum(axis=0) >= _FEWEST_FRAMES
+    return np.asarray(often & (known[:, None] | (ends & (times[after] - times[before] <= _SHORT))))
 
 
 def _repairs(names: tuple[str, ...], where: BoolArray, kind: Kind) -> list[Repair]:

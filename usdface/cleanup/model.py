@@ -19,8 +19,8 @@ __all__ = ["FaceModel", "fit_model", "predict", "restore"]
 _MODES = 8
 # As many frames for each mode, or it follows them instead of the face.
 _FRAMES_PER_MODE = 8
-_ROUNDS = 25
-# Patterns of visible markers that are inverted together: bounds the memory.
+_ROUNDS = 6
+# Frames that are worked on together: bounds the memory.
 _TOGETHER = 4096
 
 
@@ -46,7 +46,7 @@ class FaceModel:
 
 
 def fit_model(
-    still: FloatArray, seen: BoolArray, filled: FloatArray
+    still: FloatArray, seen: BoolArray, filled: FloatArray, rounds: int = _ROUNDS
 ) -> tuple[FaceModel, FloatArray]:
     """Fit the model to the entries that are `seen`.
 
@@ -58,6 +58,8 @@ def fit_model(
         The entries to learn from; each marker in one frame at least.
     filled : (F, M, D) float64
         A first guess of all entries; only those that are not seen count.
+    rounds : int
+        Of expectation and maximisation, where something is not seen.
 
     Returns
     -------
@@ -68,11 +70,17 @@ def fit_model(
     shape, entries = still.shape, seen[..., None]
     filled = np.where(entries, still, filled)
     gappy = np.flatnonzero(~seen.all(axis=1))
-    for _ in range(_ROUNDS if len(gappy) else 1):
-        flat = filled.reshape(len(still), -1)
-        mean = flat.mean(axis=0)
-        centred = flat - mean
-        values, vectors = np.linalg.eigh(centred.T @ centred / len(flat))
+    flat = filled.reshape(len(still), -1)
+    # About a fixed place, so that frames without gaps are summed once.
+    place = flat.mean(axis=0)
+    whole = np.delete(flat, gappy, axis=0) - place
+    total, squares = whole.sum(axis=0), whole.T @ whole
+    for _ in range(rounds if len(gappy) else 1):
+        part = flat[gappy] - place
+        shift = (total + part.sum(axis=0)) / len(flat)
+        mean = place + shift
+        covariance = (squares + part.T @ part) / len(flat) - np.outer(shift, shift)
+        values, vectors = np.linalg.eigh(covariance)
         count = min(_MODES, len(flat) // _FRAMES_PER_MODE, len(values) - 1)
         rest = float(values[: len(values) - count].clip(min=0.0).mean())
         floor = max(rest, 1e-12 * float(values[-1]), 1e-300)
@@ -129,7 +137,7 @@ def predict(model: FaceModel, still: FloatArray, seen: BoolArray) -> FloatArray:
 
 def _said(model: FaceModel, still: FloatArray, seen: BoolArray, spread: FloatArray) -> FloatArray:
     away = np.where(seen[..., None], still - model.mean, 0.0).reshape(len(still), -1)
-    modes = model.modes.reshape(len(model.modes), -1)
+    modes = model.modes.reshape(len(model.modes), away.shape[1])
     pulls = away @ modes.T / model.variance
     scores = np.einsum("fkl,fl->fk", spread, pulls)
     return np.asarray((scores @ modes).reshape(still.shape))
@@ -141,10 +149,9 @@ def _spreads(model: FaceModel, seen: BoolArray) -> Iterator[tuple[IntArray, Floa
     patterns, which = np.unique(seen, axis=0, return_inverse=True)
     which = which.reshape(-1)
     order = np.argsort(which, kind="stable")
-    edges = np.searchsorted(which[order], np.arange(len(patterns) + 1))
-    for start in range(0, len(patterns), _TOGETHER):
-        stop = min(start + _TOGETHER, len(patterns))
-        precision = np.tensordot(patterns[start:stop].astype(np.float64), says, 1)
+    for start in range(0, len(order), _TOGETHER):
+        rows = order[start : start + _TOGETHER]
+        first, last = which[rows[0]], which[rows[-1]] + 1
+        precision = np.tensordot(patterns[first:last].astype(np.float64), says, 1)
         spread = np.linalg.inv(precision + np.diag(1.0 / model.powers))
-        rows = order[edges[start] : edges[stop]]
-        yield rows, spread, which[rows] - start
+        yield rows, spread, which[rows] - first

@@ -11,13 +11,13 @@ __all__ = ["spikes"]
 # a share of its size (as `face_unit`, some 60 mm) and a share per second. Real optical takes at
 # 60 Hz stay below 0.023, real weight curves at 30 Hz on a rig below 0.05.
 _USUAL = 6.0
-_SHARE = 0.013
-_SPEED = 1.2
+_SHARE = 0.02
+_SPEED = 1.5
 # Steps of a marker's error that are slower than this window [s] are the face, not the marker.
 _WINDOW = 0.5
 # A piece of a marker's path is wrong if it is so many jumps off its surroundings, or off its take.
 _OFF = 0.6
-_FAR = 3.0
+_FAR = 4.0
 
 
 def spikes(
@@ -56,7 +56,8 @@ def spikes(
         mine = error[frames, m]
         slow = np.stack([median_filter(c, window, mode="nearest") for c in mine.T], axis=1)
         off = np.linalg.norm(mine - slow, axis=1) > _OFF * limit
-        off |= np.linalg.norm(mine - np.median(mine, axis=0), axis=1) > _FAR * limit
+        away = np.linalg.norm(mine - np.median(mine, axis=0), axis=1)
+        off |= away > _FAR * max(limit, float(np.median(away)))
         # Pieces of the path between jumps and gaps; one that a jump bounds can be a spike.
         breaks = cut[frames[1:] - 1] | (np.diff(frames) > 1)
         piece = np.concatenate([[0], np.cumsum(breaks)])

@@ -1,0 +1,19 @@
+from usdface.cleanup.repairs import Repair, repair_findings
+
+
+def test_there_is_one_finding_for_each_marker_and_kind() -> None:
+    repairs = [
+        Repair("chin", 3, 5, "spike"),
+        Repair("chin", 9, 9, "spike"),
+        Repair("chin", 3, 5, "fill"),
+        Repair("nose", 7, 7, "swap"),
+    ]
+    findings = repair_findings(repairs)
+    assert [(f.code, f.where) for f in findings] == [
+        ("MARKER_SPIKE", "chin"),
+        ("MARKER_FILLED", "chin"),
+        ("MARKER_SWAPPED", "nose"),
+    ]
+    assert "4 frames in 2 places, the first of them frame 3" in findings[0].message
+    assert "frames 3 to 5" in findings[1].message
+    assert repair_findings([]) == []
