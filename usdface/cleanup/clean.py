@@ -158,7 +158,12 @@ def _without_spikes(
     rate = 1.0 / float(np.median(np.diff(times)))
     mean = held.model.mean
     size = float(np.sqrt(((mean - mean.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    off = np.zeros_like(seen)
+    # A spike also turns the head a little, from which the others could tell it: those that jump
+    # by their own path alone are not believed at first.
+    off = spikes(held.still, np.zeros_like(held.still), seen, size, rate)
+    off[:, (seen & ~off).sum(axis=0) == 0] = False
+    if off.any():
+        held = steady(positions, seen & ~off, moving, held.pose, rounds=2)
     for _ in range(_ROUNDS):
         told = predict(held.model, held.filled, seen & ~off)
         found = spikes(held.still, told, seen, size, rate)
