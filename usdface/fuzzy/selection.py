@@ -33,7 +33,7 @@ _SHORTLIST = 80
 _PAIRED = 100
 # Costs of a full false firing: by another expression's pose, by one movement alone, by all pairs
 # of movements together, and by the worst of all these.
-_OTHER_EXPRESSION = 20.0
+_OTHER_EXPRESSION = 60.0
 _SINGLE_MOVEMENT = 20.0
 _PAIRED_MOVEMENTS = 40.0
 _WORST = 1.0
