@@ -212,7 +212,8 @@ def apply(
         shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved = animate(stage, shot, options, steps)
     with steps("write"):
-        final = replace(solved.final, solution=solved.solve.solution, motion=None)
+        solve = solved.solve
+        final = replace(solved.final, solution=solve.solution, repairs=solve.repairs, motion=None)
         apply_animation(stage, shot, final)
     return Outcome(
         (), tuple(findings + solved.findings), solved.summary, steps.seconds, solved.details
