@@ -146,12 +146,22 @@ def _said(model: FaceModel, still: FloatArray, seen: BoolArray, spread: FloatArr
 def _spreads(model: FaceModel, seen: BoolArray) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
     """Yield frames, the covariances of scores that their markers leave, and which is whose."""
     says = np.einsum("kmd,lmd->mkl", model.modes, model.modes) / model.variance
-    patterns, which = np.unique(seen, axis=0, return_inverse=True)
-    which = which.reshape(-1)
-    order = np.argsort(which, kind="stable")
+    order, which = _by_pattern(seen)
     for start in range(0, len(order), _TOGETHER):
-        rows = order[start : start + _TOGETHER]
-        first, last = which[rows[0]], which[rows[-1]] + 1
-        precision = np.tensordot(patterns[first:last].astype(np.float64), says, 1)
+        rows, mine = order[start : start + _TOGETHER], which[start : start + _TOGETHER]
+        _, examples = np.unique(mine, return_index=True)
+        precision = np.tensordot(seen[rows[examples]].astype(np.float64), says, 1)
         spread = np.linalg.inv(precision + np.diag(1.0 / model.powers))
-        yield rows, spread, which[rows] - first
+        yield rows, spread, mine - mine[0]
+
+
+def _by_pattern(seen: BoolArray) -> tuple[IntArray, IntArray]:
+    """Order frames by which markers they show; return the order and each place's pattern."""
+    # As few words a frame: numpy's own unique compares rows marker by marker.
+    packed = np.packbits(seen, axis=1)
+    words = np.zeros((len(seen), -(-packed.shape[1] // 8) * 8), dtype=np.uint8)
+    words[:, : packed.shape[1]] = packed
+    keys = words.view(np.uint64)
+    order = np.lexsort(keys.T)
+    changes = (keys[order[1:]] != keys[order[:-1]]).any(axis=1)
+    return order, np.concatenate([[0], np.cumsum(changes)])

@@ -70,13 +70,14 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
     usable: BoolArray = np.asarray(seen.sum(axis=1) >= 3)
     if not usable.any():
         raise SolveError("no frame shows three head markers at once; the head pose is unknown")
-    weight = seen / np.maximum(seen.sum(axis=1, keepdims=True), 1)
-    a, b = np.where(seen[..., None], source, 0.0), np.where(seen[..., None], target, 0.0)
-    centre_a = np.einsum("fm,fmi->fi", weight, a)
-    centre_b = np.einsum("fm,fmi->fi", weight, b)
-    a = (a - centre_a[:, None]) * seen[..., None]
+    weight = (seen / np.maximum(seen.sum(axis=1, keepdims=True), 1))[:, None]
+    a, b = source, target
+    if not seen.all():
+        a, b = np.where(seen[..., None], source, 0.0), np.where(seen[..., None], target, 0.0)
+    centre_a, centre_b = (weight @ a)[:, 0], (weight @ b)[:, 0]
+    # Hidden markers are zero in both, so one centred side is enough.
     b = (b - centre_b[:, None]) * seen[..., None]
-    rotations = _rotation(np.einsum("fmi,fmj->fij", b, a))
+    rotations = _rotation(b.transpose(0, 2, 1) @ a)
     translations = centre_b - np.einsum("fij,fj->fi", rotations, centre_a)
     frames = np.arange(len(target))
     known = frames[usable]
