@@ -116,13 +116,15 @@ def test_a_resting_face_rests_and_no_weight_saturates_for_long(
 
 
 def test_the_jaw_opens_where_the_chin_goes_down(jaw: Performance) -> None:
-    """Of 142 frames in which the chin is down by 40 % of its way, 92 %: else it slides forward."""
+    """Of 142 frames in which the chin is down by 40 % of its way, 89 %: else it slides forward."""
     down = -jaw.moved("Chin")[:, 1]
     opened = down > 0.4 * down.max()
     lower_face = [n for n in jaw.solved.names if n.startswith(("jaw", "mouth"))]
     strongest = jaw.solved.reordered(tuple(lower_face)).weights.argmax(axis=1)
     assert opened.sum() > 100
-    assert (strongest[opened] == lower_face.index("jawOpen")).mean() >= 0.8
+    share = (strongest[opened] == lower_face.index("jawOpen")).mean()
+    print(f"jawOpen is the strongest in {100 * share:.0f} % of {opened.sum()} jaw-open frames")
+    assert share >= 0.8
     assert np.corrcoef(jaw.solved.column("jawOpen"), down)[0, 1] > 0.9
 
 
