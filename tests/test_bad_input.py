@@ -379,8 +379,10 @@ def test_the_take_lost_the_rigid_markers(place: Place, refused: Refused) -> None
     assert "temple_l" in said and "take.trc" in said
 
 
-def test_the_take_lost_the_nose_that_the_rules_need(place: Place, refused: Refused) -> None:
-    place.replace("shot.usda", 'usdface:space = "character"', 'usdface:space = "take"')
+@pytest.mark.parametrize("space", ["character", "take"])
+def test_the_take_lost_the_nose(place: Place, refused: Refused, space: str) -> None:
+    if space != "character":
+        place.replace("shot.usda", 'usdface:space = "character"', f'usdface:space = "{space}"')
     names = [n.replace("nose", "snout") for n in place.world.take.names]
     marker_take(place, "usdface:markers:names", names)
     assert "'nose'" in refused(place.process)

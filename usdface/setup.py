@@ -158,6 +158,8 @@ def fit_setup(
             f"{', '.join(binding.markers)}"
         )
     if setup.nose_tip:
+        if isinstance(take, MarkerTake):
+            take.select((setup.nose_tip,))
         return setup, []
     foremost = binding.markers[int(np.argmax(mesh.points[binding.points, 2]))]
     return replace(setup, nose_tip=foremost), [
