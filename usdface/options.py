@@ -22,6 +22,7 @@ __all__ = [
     "MapOptions",
     "ProcessOptions",
     "RigOptions",
+    "SolveMode",
     "SolveOptions",
     "TakeOptions",
 ]
@@ -29,6 +30,7 @@ __all__ = [
 Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric"]
 MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
+SolveMode = Literal["take", "frame"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 
@@ -119,6 +121,8 @@ class SolveOptions:
 
     Attributes
     ----------
+    mode : {"take", "frame"}
+        "take": all frames together, smooth in time. "frame": each frame alone, exactly.
     smoothness : float
         Multiplies the smoothness that the solve derives from the markers' own noise;
         0 solves each frame alone.
@@ -128,20 +132,31 @@ class SolveOptions:
     spread : float [1]
         Expected size of a weight, for the ridge term (relative to the error of the markers):
         0.5 gave the best weights back on real range-of-motion curves.
+    sparsity : float [1]
+        L1 penalty on the weights, relative to the error of the markers: few shapes are used
+        rather than many. 1 / `sparsity` is the mean of a weight that it expects; 0 = none.
+    symmetry : float [1]
+        Penalty on the difference of left and right shapes, relative to the error of the
+        markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
     iterations : int
         Upper bound on the iterations of the whole-take solve.
     tolerance : float [1]
         The solve stops when no weight changes by more.
     """
 
+    mode: SolveMode = "take"
     smoothness: float = 1.0
     agility: float = 27.0
     spread: float = 0.5
+    sparsity: float = 0.0
+    symmetry: float = 0.0
     iterations: int = 300
     tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
-        _check_number("smoothness", self.smoothness)
+        _check_choice("mode", self.mode, SolveMode)
+        for name in ("smoothness", "sparsity", "symmetry"):
+            _check_number(name, getattr(self, name))
         for name in ("agility", "spread", "iterations", "tolerance"):
             _check_number(name, getattr(self, name), above_zero=True)
 

@@ -3,7 +3,8 @@ import pytest
 
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of, weight_deviations
-from usdface.retarget.solve import curvature_bands, error_variance, solve_weights
+from usdface.retarget.solve import error_variance, solve_weights
+from usdface.retarget.spacetime import curvature_bands
 
 RNG = np.random.default_rng(21)
 OPTIONS = SolveOptions()

@@ -4,7 +4,8 @@ from scipy.linalg import solveh_banded
 from scipy.optimize import minimize
 
 from usdface.options import SolveOptions
-from usdface.retarget.solve import curvature_bands, solve_weights
+from usdface.retarget.solve import solve_weights
+from usdface.retarget.spacetime import curvature_bands
 
 RNG = np.random.default_rng(6)
 EXACT = SolveOptions(tolerance=1e-9, iterations=20_000)

@@ -4,21 +4,50 @@ Block principal pivoting (Portugal, Judice and Vicente 1994) with both bounds: g
 unknowns sit on a bound, solve for the others, exchange all that disagree; when that stops
 making progress in a problem, exchange its last disagreeing unknown only (Murty's rule), which
 ends after finitely many steps for a positive definite matrix.
+
+Inequalities join as more unknowns: their multipliers, which are 0 or more. The matrix is no
+longer symmetric but stays positive definite if a multiplier gives way a little, which a few
+proximal steps (Rockafellar 1976) take back.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.errors import SolveError
+from usdface.retarget.bounds import UNIT, Bounds
 from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["solve_box"]
 
 _BATCH_ELEMENTS = 2_000_000
 _PATIENCE = 5
+# How far a row of unit size gives way to a multiplier of 1. This is taken back until a row is
+# kept so well, or as long as that halves what it is broken by: a row without room stays broken.
+_GIVE = 1e-8
+_KEPT = 1e-12
 
 
-def solve_box(normal: FloatArray, right: FloatArray, start: FloatArray | None = None) -> FloatArray:
-    """Minimise ``w' N w / 2 - b' w`` over ``0 <= w <= 1`` for every row b of `right`.
+@dataclass(frozen=True, eq=False, slots=True)
+class _Problem:
+    """``F(z) = z M - q`` is 0, or z rests on a bound with F pointing outwards.
+
+    The first `size` of the unknowns are weights divided by `scale`, the others multipliers.
+    """
+
+    matrix: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    right: FloatArray
+
+
+def solve_box(
+    normal: FloatArray,
+    right: FloatArray,
+    start: FloatArray | None = None,
+    bounds: Bounds = UNIT,
+) -> FloatArray:
+    """Minimise ``w' N w / 2 - b' w`` within `bounds` for every row b of `right`.
 
     Parameters
     ----------
@@ -27,11 +56,14 @@ def solve_box(normal: FloatArray, right: FloatArray, start: FloatArray | None = 
     right : (F, S) float64
     start : (F, S) float64, optional
         A guess; only which of its entries lie on a bound counts.
+    bounds : Bounds, optional
+        0 to 1, if left out.
 
     Returns
     -------
     (F, S) float64
-        The unique minimisers, in [0, 1].
+        The unique minimisers, never outside the lower and upper bounds. Where these leave a
+        row of the bounds no room, the row is broken.
 
     Raises
     ------
@@ -39,43 +71,105 @@ def solve_box(normal: FloatArray, right: FloatArray, start: FloatArray | None = 
         If `normal` is not positive definite enough to solve with.
     """
     size = len(normal)
-    diagonal = np.diag(normal)
-    if not (diagonal > 0).all():
+    if not (np.diag(normal) > 0).all():
         raise SolveError("the solve's normal matrix is singular: a blend shape moves no marker")
-    scale = 1.0 / np.sqrt(diagonal)
-    # Unit diagonal: in the unknowns v = w / scale, with upper bound 1 / scale.
-    unit = normal * scale * scale[:, None]
-    upper = 1.0 / scale
-    result = np.empty_like(right)
-    batch = max(1, _BATCH_ELEMENTS // size**2)
+    scale, matrix, row_scale = _scaled(normal, bounds.rows)
+    lower, upper = bounds.over(*right.shape)
+    limits = bounds.limits_over(len(right))
+    result = np.empty(right.shape)
+    batch = max(1, _BATCH_ELEMENTS // len(matrix) ** 2)
     for first in range(0, len(right), batch):
-        rows = slice(first, first + batch)
-        guess = start[rows] if start is not None else None
-        result[rows] = _pivot(unit, right[rows] * scale, upper, guess) * scale
-    return np.clip(result, 0.0, 1.0)
+        frames = slice(first, first + batch)
+        low, high = lower[frames], upper[frames]
+        rows = np.zeros((len(low), len(row_scale)))
+        problem = _Problem(
+            matrix,
+            np.hstack([low / scale, rows]),
+            np.hstack([high / scale, rows + np.inf]),
+            np.hstack([right[frames] * scale, -limits[frames] * row_scale]),
+        )
+        guess = start[frames] if start is not None else _unbounded(normal, right[frames])
+        solution = _pivot(problem, *_resting(problem, guess / scale))
+        if len(row_scale):
+            solution = _kept_rows(problem, solution, size)
+        # What rests on a bound is there to the last bit, though scaled and back.
+        on_low = solution[:, :size] <= problem.lower[:, :size]
+        on_high = solution[:, :size] >= problem.upper[:, :size]
+        weights = np.clip(solution[:, :size] * scale, low, high)
+        result[frames] = np.where(on_low, low, np.where(on_high, high, weights))
+    return result
 
 
-def _pivot(
-    unit: FloatArray, right: FloatArray, upper: FloatArray, start: FloatArray | None
-) -> FloatArray:
+def _unbounded(normal: FloatArray, right: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.solve(normal, right.T).T)
+
+
+def _scaled(normal: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the scale of the weights, the matrix of the unknowns, and the scale of the rows.
+
+    In the unknowns v = w / scale the diagonal is 1; a row's size is what it is worth in the
+    metric of the normal matrix.
+    """
+    scale = 1.0 / np.sqrt(np.diag(normal))
+    unit = normal * scale * scale[:, None]
+    if not len(rows):
+        return scale, unit, np.zeros(0)
+    scaled = rows * scale
+    worth = np.einsum("cs,sc->c", scaled, np.linalg.solve(unit, scaled.T))
+    row_scale = 1.0 / np.sqrt(np.maximum(worth, 1e-300))
+    scaled *= row_scale[:, None]
+    # Transposed: unknowns are rows, from the left.
+    matrix = np.block([[unit, -scaled.T], [scaled, _GIVE * np.eye(len(rows))]])
+    return scale, matrix, row_scale
+
+
+def _resting(problem: _Problem, guess: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Return which unknowns a guess of the weights puts on the lower and the upper bound."""
+    rows = problem.right.shape[1] - guess.shape[1]
+    guess = np.pad(guess, ((0, 0), (0, rows)))
+    at_lower = guess <= problem.lower
+    return at_lower, (guess >= problem.upper) & ~at_lower
+
+
+def _kept_rows(problem: _Problem, solution: FloatArray, size: int) -> FloatArray:
+    """Solve again where a row is broken, giving way only to what its multiplier still changes."""
+    result = solution.copy()
+    broken = np.arange(len(solution))
+    before = np.full(len(solution), np.inf)
+    while len(broken):
+        here = result[broken]
+        excess = problem.right[broken, size:] - here[:, :size] @ problem.matrix[:size, size:]
+        worst = excess.max(axis=1)
+        again = (worst > _KEPT) & (worst < 0.5 * before)
+        broken, before, here = broken[again], worst[again], here[again]
+        right = problem.right[broken].copy()
+        right[:, size:] += _GIVE * here[:, size:]
+        easier = _Problem(problem.matrix, problem.lower[broken], problem.upper[broken], right)
+        on_low = here <= easier.lower
+        result[broken] = _pivot(easier, on_low, (here >= easier.upper) & ~on_low)
+    return result
+
+
+def _pivot(problem: _Problem, at_lower: BoolArray, at_upper: BoolArray) -> FloatArray:
+    matrix, lower, upper, right = problem.matrix, problem.lower, problem.upper, problem.right
     count, size = right.shape
-    if start is None:
-        start = np.linalg.solve(unit, right.T).T / upper
-    at_zero, at_upper = start <= 0.0, start >= 1.0
+    pinned = lower == upper
+    at_lower, at_upper = at_lower | pinned, at_upper & ~pinned
     solution = np.zeros((count, size))
     tolerance = 1e-12 * (1.0 + np.abs(right).max(axis=1, initial=0.0, keepdims=True))
     best = np.full(count, size + 1)
     patience = np.full(count, _PATIENCE)
     open_rows = np.arange(count)
     for _ in range(100 * size):
-        zero, full, rows_right = at_zero[open_rows], at_upper[open_rows], right[open_rows]
-        values, gradient = _solve_free(unit, rows_right, upper, zero, full)
-        bound = tolerance[open_rows]
-        below = ~zero & ~full & (values < -bound)
-        above = ~zero & ~full & (values > upper + bound)
-        leave_zero = zero & (gradient < -bound)
-        leave_upper = full & (gradient > bound)
-        wrong = below | above | leave_zero | leave_upper
+        low, high, bound = lower[open_rows], upper[open_rows], tolerance[open_rows]
+        on_low, on_high = at_lower[open_rows], at_upper[open_rows]
+        fixed = np.where(on_high, high, np.where(on_low, low, 0.0))
+        free = ~(on_low | on_high)
+        values, gradient = _solve_free(matrix, right[open_rows], fixed, free)
+        below = free & (values < low - bound)
+        above = free & (values > high + bound)
+        leave = (on_low & (gradient < -bound)) | (on_high & (gradient > bound))
+        wrong = below | above | (leave & ~pinned[open_rows])
         disagreeing = wrong.sum(axis=1)
         solution[open_rows] = values
         left = disagreeing > 0
@@ -87,21 +181,20 @@ def _pivot(
         single = patience[open_rows] < 0
         last = size - 1 - np.argmax(wrong[:, ::-1], axis=1)
         exchange = wrong & (~single[:, None] | (np.arange(size) == last[:, None]))
-        at_zero[open_rows] = (zero & ~exchange) | (below & exchange)
-        at_upper[open_rows] = (full & ~exchange) | (above & exchange)
+        at_lower[open_rows] = (on_low & ~exchange) | (below & exchange)
+        at_upper[open_rows] = (on_high & ~exchange) | (above & exchange)
         open_rows = open_rows[left]
     raise SolveError("the box-constrained solve did not settle; the rig's shapes are degenerate")
 
 
 def _solve_free(
-    unit: FloatArray, right: FloatArray, upper: FloatArray, zero: BoolArray, full: BoolArray
+    matrix: FloatArray, right: FloatArray, fixed: FloatArray, free: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Solve for the free unknowns of each row; return values and gradient, both (N, S)."""
-    size = len(unit)
-    fixed = np.where(full, upper, 0.0)
-    free = ~(zero | full)
-    masked = unit * free[:, None, :] * free[:, :, None]
-    masked[:, np.arange(size), np.arange(size)] = 1.0
-    reduced = np.where(free, right - fixed @ unit, fixed)
+    size = len(matrix)
+    # Unknowns are rows: the systems to solve are those of the transpose.
+    masked = matrix.T * free[:, None, :] * free[:, :, None]
+    masked[:, np.arange(size), np.arange(size)] += ~free
+    reduced = np.where(free, right - fixed @ matrix, fixed)
     values: FloatArray = np.linalg.solve(masked, reduced[..., None])[..., 0].astype(np.float64)
-    return values, values @ unit - right
+    return values, values @ matrix - right

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from usdface.retarget.align import Pose, similarity_fit
 from usdface.retarget.joint import small_motions
-from usdface.retarget.solve import curvature_bands
+from usdface.retarget.spacetime import curvature_bands
 from usdface.takes import FloatArray
 
 __all__ = ["head_motion", "smooth_motion"]

@@ -65,8 +65,11 @@ __all__ = [
     "SAMPLING",
     "SHAPES",
     "SOLVE_AGILITY",
+    "SOLVE_MODE",
     "SOLVE_SMOOTHNESS",
+    "SOLVE_SPARSITY",
     "SOLVE_SPREAD",
+    "SOLVE_SYMMETRY",
     "SOURCE",
     "SOURCE_RATE",
     "SPACE",
@@ -137,9 +140,12 @@ MAP_FORM: Final = "usdface:map:form"
 MAP_CHOICE: Final = "usdface:map:choice"
 MAP_RADIUS: Final = "usdface:map:radius"
 MAP_SMOOTHING: Final = "usdface:map:smoothing"
+SOLVE_MODE: Final = "usdface:solve:mode"
 SOLVE_SMOOTHNESS: Final = "usdface:solve:smoothness"
 SOLVE_AGILITY: Final = "usdface:solve:agility"
 SOLVE_SPREAD: Final = "usdface:solve:spread"
+SOLVE_SPARSITY: Final = "usdface:solve:sparsity"
+SOLVE_SYMMETRY: Final = "usdface:solve:symmetry"
 CLEAN_SWAPS: Final = "usdface:clean:swaps"
 CLEAN_SPIKES: Final = "usdface:clean:spikes"
 CLEAN_GAPS: Final = "usdface:clean:gaps"

@@ -19,7 +19,9 @@ SETUPS = [
         nose_tip="a",
         roles={"lip_lower": "b", "chin": "c"},
         map=MapOptions(kernel="inverse_quadratic", form="paper", radius=2.0, smoothing=0.25),
-        solve=SolveOptions(smoothness=0.5, agility=20.0, spread=0.25),
+        solve=SolveOptions(
+            mode="frame", smoothness=0.5, agility=20.0, spread=0.25, sparsity=0.1, symmetry=2.0
+        ),
         clean=CleanOptions(swaps=False),
     ),
     Setup(Binding(("a",), np.array([1]), "/Head"), head="stabilised", neutral=None),

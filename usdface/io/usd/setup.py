@@ -22,9 +22,12 @@ _MAP = {
     tokens.MAP_SMOOTHING: ("smoothing", _NAMES.Double),
 }
 _SOLVE = {
+    tokens.SOLVE_MODE: ("mode", _NAMES.Token),
     tokens.SOLVE_SMOOTHNESS: ("smoothness", _NAMES.Double),
     tokens.SOLVE_AGILITY: ("agility", _NAMES.Double),
     tokens.SOLVE_SPREAD: ("spread", _NAMES.Double),
+    tokens.SOLVE_SPARSITY: ("sparsity", _NAMES.Double),
+    tokens.SOLVE_SYMMETRY: ("symmetry", _NAMES.Double),
 }
 _CLEAN = {
     tokens.CLEAN_SWAPS: ("swaps", _NAMES.Bool),
