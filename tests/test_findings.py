@@ -53,3 +53,10 @@ def test_every_code_is_used() -> None:
 def test_every_used_code_is_in_the_table() -> None:
     used = set(re.findall(r'\bfinding\(\s*"([A-Z_]+)"', TEXT))
     assert used and used <= set(CODES)
+
+
+def test_the_documented_table_is_the_table() -> None:
+    page = PACKAGE.parent / "docs" / "findings.md"
+    rows = [f"| `{code}` | {severity} | {says} |" for code, (severity, says) in CODES.items()]
+    shown = [line for line in page.read_text(encoding="utf-8").splitlines() if "| `" in line]
+    assert shown == sorted(rows)

@@ -47,6 +47,8 @@ CODES: dict[str, tuple[Severity, str]] = {
     "SHAPE_NAME_REPEATED": ("warning", "two blend shapes of a mesh share one name"),
     "SHAPE_NAMES_MISSING": ("warning", "morph targets have no names"),
     "TARGETS_UNEQUAL": ("error", "primitives of a mesh differ in their number of morph targets"),
+    "TOPOLOGY_DIFFERS": ("error", "faces and points do not belong together"),
+    "NORMALS_MISSING": ("info", "normals are missing or do not follow a shape; shading may differ"),
     "INBETWEEN_WRONG": ("error", "an inbetween has no place of its own between 0 and 1"),
     "BINDING_TARGET_MISSING": ("error", "a skeleton or animation that is bound does not exist"),
     "WEIGHTS_LENGTH_WRONG": ("error", "the number of weights is not that of the blend shapes"),

@@ -180,3 +180,17 @@ def test_we_find_what_the_khronos_validator_finds_in_morph_targets(shared_data):
 def test_good_samples_have_no_errors(shared_data):
     for path in (shared_data / "gltf_morph").rglob("*.gltf"):
         assert [f for f in check_gltf(path) if f.severity == "error"] == []
+
+
+def test_targets_that_leave_the_normals_behind_are_found(tmp_path):
+    changed = sound()
+    primitive = changed["meshes"][0]["primitives"][0]
+    primitive["attributes"]["NORMAL"] = 0
+    (found,) = findings_of(tmp_path, changed)
+    assert (found.code, found.message) == (
+        "NORMALS_MISSING",
+        "target 0 and 1 more morphs no NORMAL",
+    )
+    for target in primitive["targets"]:
+        target["NORMAL"] = target["POSITION"]
+    assert findings_of(tmp_path, changed) == []

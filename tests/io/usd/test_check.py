@@ -72,6 +72,46 @@ BROKEN = {
 }
 
 
+FACES = {
+    "corners": {"counts": [3, 3], "corners": [0, 1, 2]},
+    "beyond": {"counts": [3], "corners": [0, 1, 3]},
+    "negative": {"counts": [3], "corners": [0, -1, 2]},
+}
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_faces_that_do_not_fit_the_points_are_found(name):
+    stage = stage_with()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    mesh.CreateFaceVertexCountsAttr(FACES[name]["counts"])
+    mesh.CreateFaceVertexIndicesAttr(FACES[name]["corners"])
+    assert [f.code for f in check_stage(stage)] == ["TOPOLOGY_DIFFERS"]
+
+
+def test_points_whose_number_changes_are_found():
+    stage = stage_with()
+    points = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).GetPointsAttr()
+    points.Set([(0, 0, 0), (1, 0, 0), (0, 2, 3)], 1)
+    points.Set([(0, 0, 0), (1, 0, 0)], 2)
+    (found,) = check_stage(stage)
+    assert found.code == "TOPOLOGY_DIFFERS"
+    assert found.message == "points change in number over time, 2 to 3"
+
+
+def test_a_polygonal_face_needs_normals_that_follow_its_shapes():
+    stage = stage_with()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    assert check_stage(stage) == []  # subdivision makes its own
+    mesh.CreateSubdivisionSchemeAttr("none")
+    (found,) = check_stage(stage)
+    assert (found.code, found.where) == ("NORMALS_MISSING", "/R/M")
+    mesh.CreateNormalsAttr([(0, 0, 1)] * 3)
+    (found,) = check_stage(stage)
+    assert found.message == "no normalOffsets: up"
+    UsdSkel.BlendShape(stage.GetPrimAtPath("/R/M/up")).CreateNormalOffsetsAttr([(0, 1, 0)])
+    assert check_stage(stage) == []
+
+
 @pytest.mark.parametrize("name", BROKEN)
 def test_each_fault_is_found(name):
     changes, code = BROKEN[name]
@@ -106,6 +146,7 @@ def test_what_we_write_is_sound(face_rig, skinned_rig, tmp_path):
 def test_real_exports_have_the_faults_they_are_known_for(shared_data):
     found = check_usd(shared_data / "mayausd_morpher" / "morpher_box.usd")
     assert [f.code for f in found] == [
+        "NORMALS_MISSING",
         "POINT_INDICES_UNSORTED",
         "WEIGHTS_LENGTH_WRONG",
         "WEIGHTS_OUT_OF_RANGE",

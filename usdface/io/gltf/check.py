@@ -122,6 +122,18 @@ def _targets_move_something(of: _Mesh) -> Findings:
             yield finding("SHAPE_EMPTY", f"{of.where}, target {place}")
 
 
+def _normals_follow(of: _Mesh) -> Findings:
+    for number, primitive in enumerate(of.mesh.primitives):
+        if primitive.attributes.NORMAL is None:
+            continue  # flat, and made from the points that are shown (section 3.7.2.1)
+        without = [place for place, t in enumerate(primitive.targets or []) if "NORMAL" not in t]
+        if without:
+            where = f"{of.where}, primitive {number}"
+            more = f" and {len(without) - 1} more" if without[1:] else ""
+            message = f"target {without[0]}{more} morphs no NORMAL"
+            yield finding("NORMALS_MISSING", where, message)
+
+
 def _moves(reader: AccessorReader, target: dict[str, Any]) -> bool:
     for accessor in target.values():
         try:
@@ -139,6 +151,7 @@ _MESH_RULES: tuple[Callable[[_Mesh], Findings], ...] = (
     _mesh_weights_fit,
     _targets_can_be_read,
     _targets_move_something,
+    _normals_follow,
 )
 
 

@@ -110,30 +110,73 @@ def _targets_exist(prim: Usd.Prim) -> Findings:
             yield finding("SHAPE_TARGET_MISSING", str(target), message)
 
 
+def _faces_fit_points(prim: Usd.Prim) -> Findings:
+    mesh = UsdGeom.Mesh(prim)
+    where, codes = str(prim.GetPath()), mesh.GetPointsAttr().GetTimeSamples()
+    counts = {len(mesh.GetPointsAttr().Get(code) or ()) for code in codes or [_START]}
+    if len(counts) > 1:
+        message = f"points change in number over time, {min(counts)} to {max(counts)}"
+        yield finding("TOPOLOGY_DIFFERS", where, message)
+    sizes = np.asarray(mesh.GetFaceVertexCountsAttr().Get(_START) or [], np.int64)
+    corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(_START) or [], np.int64)
+    if sizes.sum() != len(corners):
+        message = f"{len(corners)} faceVertexIndices for faces with {sizes.sum()} corners"
+        yield finding("TOPOLOGY_DIFFERS", where, message)
+    outside = corners[(corners < 0) | (corners >= min(counts))]
+    if len(outside):
+        message = f"a face names point {outside[0]} of a mesh with {min(counts)} points"
+        yield finding("TOPOLOGY_DIFFERS", where, message)
+
+
+def _normals_are_there(prim: Usd.Prim) -> Findings:
+    mesh = UsdGeom.Mesh(prim)
+    if mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none:
+        return  # subdivision makes them
+    primvar = UsdGeom.PrimvarsAPI(prim).HasPrimvar("normals")
+    shapes = _shapes_of(prim)
+    if shapes and not (primvar or mesh.GetNormalsAttr().HasAuthoredValue()):
+        message = "a polygonal mesh with blend shapes has no normals"
+        yield finding("NORMALS_MISSING", str(prim.GetPath()), message)
+        return
+    without = [
+        s.GetPrim().GetName() for s in shapes if not len(s.GetNormalOffsetsAttr().Get() or ())
+    ]
+    if without:
+        message = f"no normalOffsets: {without[0]}{_more(without)}"
+        yield finding("NORMALS_MISSING", str(prim.GetPath()), message)
+
+
 _MESH_RULES: tuple[Callable[[Usd.Prim], Findings], ...] = (
     _names_match_targets,
     _names_are_unique,
     _targets_exist,
+    _faces_fit_points,
+    _normals_are_there,
 )
+
+
+def _shapes_of(prim: Usd.Prim) -> list[UsdSkel.BlendShape]:
+    """Return the blend shapes of a mesh that exist, each once."""
+    targets = dict.fromkeys(_names_and_targets(prim)[1])
+    shapes = (UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target)) for target in targets)
+    return [shape for shape in shapes if shape]
 
 
 def _shapes(prim: Usd.Prim) -> Iterator[_Shape]:
     count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
-    for target in dict.fromkeys(_names_and_targets(prim)[1]):
-        shape = UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target))
-        if shape:
-            indices = np.asarray(shape.GetPointIndicesAttr().Get() or [], np.int64)
-            vectors = {
-                "offsets": _vectors(shape.GetOffsetsAttr().Get()),
-                "normalOffsets": _vectors(shape.GetNormalOffsetsAttr().Get()),
-            }
-            inbetweens: dict[str, float | None] = {}
-            for between in shape.GetAuthoredInbetweens():
-                name = between.GetAttr().GetName()
-                inbetweens[name] = between.GetWeight()
-                vectors[name] = _vectors(between.GetOffsets())
-                vectors[f"{name}:normalOffsets"] = _vectors(between.GetNormalOffsets())
-            yield _Shape(str(target), count, indices, vectors, inbetweens)
+    for shape in _shapes_of(prim):
+        indices = np.asarray(shape.GetPointIndicesAttr().Get() or [], np.int64)
+        vectors = {
+            "offsets": _vectors(shape.GetOffsetsAttr().Get()),
+            "normalOffsets": _vectors(shape.GetNormalOffsetsAttr().Get()),
+        }
+        inbetweens: dict[str, float | None] = {}
+        for between in shape.GetAuthoredInbetweens():
+            name = between.GetAttr().GetName()
+            inbetweens[name] = between.GetWeight()
+            vectors[name] = _vectors(between.GetOffsets())
+            vectors[f"{name}:normalOffsets"] = _vectors(between.GetNormalOffsets())
+        yield _Shape(str(shape.GetPath()), count, indices, vectors, inbetweens)
 
 
 def _vectors(values: object) -> NDArray[np.float64]:
