@@ -83,6 +83,9 @@ CODES: dict[str, tuple[Severity, str]] = {
     # expressions
     "EXPRESSION_UNKNOWN": ("warning", "the rig has no shapes for an expression"),
     "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),
+    "MARKERS_CANNOT_SEPARATE": ("warning", "no marker motion tells two emotions apart"),
+    "FIT_CONFUSED": ("warning", "a fitted system takes an emotion for another"),
+    "FIT_UNTESTED": ("info", "an emotion was learned from one recording and could not be tested"),
     "RULE_FIRES_AT_NEUTRAL": ("warning", "a rule fires on a neutral face"),
     "RULE_UNREACHABLE": ("warning", "a rule can never fire or is disabled"),
     "RULES_CONTRADICT": ("warning", "two rules ask for the same and say different values"),

@@ -7,7 +7,6 @@ neutral, 1 from its value at the pose on. Features are signed, so no rule fires 
 face, and since blend shapes are linear, half a pose fires its rule by about a half.
 """
 
-import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 
@@ -16,17 +15,15 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.features import marker_spread
+from usdface.fuzzy.naming import AXES, degrees, direction, marker_sides, role_names
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.selection import Choice, choose_features, paired_movements, single_movements
 from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
 from usdface.setup import Expression
 from usdface.takes import FloatArray
 
-__all__ = ["design_system"]
+__all__ = ["design_system", "solved_noise"]
 
-_AXES: tuple[Axis, ...] = ("x", "y", "z")
-# A marker this close to the midline, in face units, has no inward and outward.
-_MIDLINE = 0.1
 # Expected size of a weight, as the solve has it.
 _SPREAD = 0.5
 
@@ -80,14 +77,14 @@ def design_system(
     poses = poses.reshape(len(expressions), len(basis))
     single = single_movements(shape_names)
     paired = paired_movements(shape_names, single, features)
-    jitter = _jitter(basis.reshape(features.shape), features, noise)
+    jitter = solved_noise(basis.reshape(features.shape), features, noise)
     choices = {
         expression.name: choose_features(i, poses, single, paired, features, jitter)
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)
-    roles = _roles(names)
-    sides = _sides(neutral, nose, _MIDLINE * unit)
+    roles = role_names(names)
+    sides = marker_sides(neutral, nose)
     inputs = _inputs(choices.values(), roles, sides, unit)
     rules = [
         parse_rule(_text(emotion, choice, inputs, unit))
@@ -100,7 +97,7 @@ def design_system(
     return system, used, _findings(choices)
 
 
-def _jitter(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:
+def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:
     """Return what is left of the markers' noise in each feature after the solve: (I,) [m].
 
     The weights' covariance is that of ridge regression on the markers, for every frame alone.
@@ -117,24 +114,6 @@ def _jitter(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray
     return np.asarray(noise * np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _roles(names: Sequence[str]) -> list[str]:
-    """Return a role for each marker: its label as a lower-case identifier, unique."""
-    roles: list[str] = []
-    for name in names:
-        role = re.sub(r"\W", "_", name).lower()
-        role = role if role[:1].isalpha() else f"m_{role}"
-        while role in roles:
-            role += "_"
-        roles.append(role)
-    return roles
-
-
-def _sides(neutral: FloatArray, nose: int, midline: float) -> list[int]:
-    """Return 1 for a marker on the character's left, -1 on its right, 0 near the midline."""
-    offsets = neutral[:, 0] - neutral[nose, 0]
-    return [int(s) for s in np.sign(np.where(np.abs(offsets) > midline, offsets, 0.0))]
-
-
 def _inputs(
     choices: Iterable[Choice], roles: Sequence[str], sides: Sequence[int], unit: float
 ) -> dict[int, Variable]:
@@ -145,7 +124,7 @@ def _inputs(
             ramps[feature].add((foot / unit, top / unit))
     inputs = {}
     for feature in sorted(ramps):
-        role, axis = roles[feature // 3], _AXES[feature % 3]
+        role, axis = roles[feature // 3], AXES[feature % 3]
         terms = _terms(ramps[feature], axis, sides[feature // 3])
         inputs[feature] = Variable(f"{role}_{axis}", "input", role, axis, "signed", terms)
     return inputs
@@ -156,25 +135,12 @@ def _terms(ramps: set[tuple[float, float]], axis: Axis, side: int) -> tuple[Term
     terms = []
     for sign in (1, -1):
         reaching = sorted((r for r in ramps if r[1] * sign > 0), key=lambda ramp: abs(ramp[1]))
-        word = _direction(axis, sign, side)
-        degrees = {1: [""], 2: ["slightly_", ""], 3: ["slightly_", "", "far_"]}.get(
-            len(reaching), [f"step_{i + 1}_" for i in range(len(reaching))]
-        )
+        word = direction(axis, sign, side)
         terms += [
             Term(f"{degree}{word}", "ramp", ramp)
-            for degree, ramp in zip(degrees, reaching, strict=True)
+            for degree, ramp in zip(degrees(len(reaching)), reaching, strict=True)
         ]
     return tuple(terms)
-
-
-def _direction(axis: Axis, sign: int, side: int) -> str:
-    if axis == "y":
-        return "raised" if sign > 0 else "lowered"
-    if axis == "z":
-        return "forward" if sign > 0 else "back"
-    if side:
-        return "outward" if sign == side else "inward"
-    return "left" if sign > 0 else "right"
 
 
 def _text(emotion: str, choice: Choice, inputs: dict[int, Variable], unit: float) -> str:

@@ -1,0 +1,114 @@
+"""Labelled examples: what markers did in stretches of takes of which the emotion is known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.fuzzy.system import Variable
+from usdface.takes import BoolArray, FloatArray, frozen
+
+__all__ = ["NO_EMOTION", "Examples"]
+
+NO_EMOTION = ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Examples:
+    """One row for each labelled stretch.
+
+    Attributes
+    ----------
+    variables : tuple of Variable, length I
+        Signed inputs without terms: what the columns of `features` measure.
+    words : tuple of (str, str), length I
+        What a negative and a positive value of each is called, e.g. ("lowered", "raised").
+    features : (N, I) float64 [face unit]
+        Where the expression is at its height. NaN = occluded.
+    emotions : tuple of str, length N
+        `NO_EMOTION` = a face that means none: neutral, speech.
+    variants : tuple of str, length N
+        Ways to show one emotion, as with open and with closed mouth; "" = not told apart.
+    recordings : tuple of str, length N
+        Which take each comes from.
+    intensities : (N,) float64
+        In (0, 1]: how strongly the emotion is shown. 1 where nobody said.
+    noise : (I,) float64 [face unit]
+        Standard deviation of each feature on a face at rest.
+    movements : (P, I) float64 [face unit]
+        What a face may do without meaning an emotion, e.g. single blend shapes.
+
+    Raises
+    ------
+    InputError
+        If lengths disagree, or an intensity is not in (0, 1].
+    """
+
+    variables: tuple[Variable, ...]
+    words: tuple[tuple[str, str], ...]
+    features: FloatArray
+    emotions: tuple[str, ...]
+    variants: tuple[str, ...]
+    recordings: tuple[str, ...]
+    intensities: FloatArray
+    noise: FloatArray
+    movements: FloatArray
+
+    def __post_init__(self) -> None:
+        for field in ("features", "intensities", "noise", "movements"):
+            object.__setattr__(self, field, frozen(getattr(self, field)))
+        count, width = len(self.emotions), len(self.variables)
+        expected = {
+            "features": (count, width),
+            "variants": (count,),
+            "recordings": (count,),
+            "intensities": (count,),
+            "words": (width, 2),
+            "noise": (width,),
+            "movements": (len(self.movements), width),
+        }
+        for field, shape in expected.items():
+            found = np.shape(getattr(self, field))
+            if found != shape and shape[0]:
+                raise InputError(f"{field} of the examples have shape {found}; expected {shape}")
+        if not ((self.intensities > 0) & (self.intensities <= 1)).all():
+            raise InputError("an intensity of the examples is not above 0 and at most 1")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The emotions, in the order in which they first occur."""
+        return tuple(dict.fromkeys(e for e in self.emotions if e != NO_EMOTION))
+
+    @property
+    def whole(self) -> FloatArray:
+        """Features brought to full intensity: (N, I)."""
+        return np.asarray(self.features / self.intensities[:, None])
+
+    def rows(self, emotion: str, variant: str | None = None) -> BoolArray:
+        """Return which examples show an emotion, in one variant or in any: (N,) bool."""
+        right = [
+            e == emotion and variant in (None, v)
+            for e, v in zip(self.emotions, self.variants, strict=True)
+        ]
+        return np.array(right, dtype=bool)
+
+    def variants_of(self, emotion: str) -> tuple[str, ...]:
+        """Return the variants of an emotion, the most frequent first."""
+        shown = [v for e, v in zip(self.emotions, self.variants, strict=True) if e == emotion]
+        return tuple(sorted(set(shown), key=lambda v: (-shown.count(v), v)))
+
+    def subset(self, rows: BoolArray) -> "Examples":
+        """Return the examples of some rows (N,) bool."""
+        return replace(
+            self,
+            features=self.features[rows],
+            emotions=_picked(self.emotions, rows),
+            variants=_picked(self.variants, rows),
+            recordings=_picked(self.recordings, rows),
+            intensities=self.intensities[rows],
+        )
+
+
+def _picked(values: Sequence[str], rows: BoolArray) -> tuple[str, ...]:
+    return tuple(v for v, kept in zip(values, rows.tolist(), strict=True) if kept)
