@@ -31,10 +31,10 @@ from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup, fit_setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
-__all__ = ["Animated", "animate", "design", "express", "features"]
+__all__ = ["MARKER_NOISE", "Animated", "animate", "design", "express", "features", "retarget"]
 
 # What optical markers jitter by [m]; features that move less tell nothing.
-_MARKER_NOISE = 0.0003
+MARKER_NOISE = 0.0003
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,9 +77,10 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
     """Solve the take's weights on the shot's rig, and correct them unless told not to."""
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
     with steps("clean"):
-        shot, cleaned, findings = _clean(shot)
+        take, cleaned, findings = _clean(shot.take, shot.setup)
+        shot = replace(shot, take=take)
     with steps("solve"):
-        weights, solution, more = _solve(shot, mesh, cleaned)
+        weights, solution, more = _solve(take, shot.setup, mesh, shot.rig.shape_names, cleaned)
         findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
         repairs = cleaned.repairs if cleaned else ()
@@ -95,25 +96,57 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
     return _animated(shot, solved, expressed, findings + more)
 
 
-def _clean(shot: Shot) -> tuple[Shot, Cleaned | None, list[Finding]]:
-    if isinstance(shot.take, WeightsTake):
-        return shot, None, []
-    setup = shot.setup
+def retarget(
+    take: MarkerTake | WeightsTake, setup: Setup, mesh: Mesh, shape_names: tuple[str, ...]
+) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
+    """Clean a take and solve its weights on the bound mesh.
+
+    Parameters
+    ----------
+    take : MarkerTake or WeightsTake
+    setup : Setup
+    mesh : Mesh
+        The one that the markers are bound to.
+    shape_names : tuple of str
+        Blend shapes of the whole rig, for a take of weights.
+
+    Returns
+    -------
+    take : MarkerTake or WeightsTake
+        Its markers cleaned.
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights.
+    findings : list of Finding
+    """
+    take, cleaned, findings = _clean(take, setup)
+    weights, solution, more = _solve(take, setup, mesh, shape_names, cleaned)
+    return take, weights, solution, findings + more
+
+
+def _clean(
+    take: MarkerTake | WeightsTake, setup: Setup
+) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
+    if isinstance(take, WeightsTake):
+        return take, None, []
     on_the_face = (*setup.binding.markers, *setup.head_markers)
     moving = setup.head != "stabilised"
-    cleaned, findings = clean_take(shot.take, on_the_face, setup.clean, moving)
-    return replace(shot, take=cleaned.take), cleaned, findings
+    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving)
+    return cleaned.take, cleaned, findings
 
 
 def _solve(
-    shot: Shot, mesh: Mesh, cleaned: Cleaned | None
+    take: MarkerTake | WeightsTake,
+    setup: Setup,
+    mesh: Mesh,
+    shape_names: tuple[str, ...],
+    cleaned: Cleaned | None,
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
-    if isinstance(shot.take, WeightsTake):
-        weights, findings = rename_weights(shot.take, shot.rig.shape_names)
+    if isinstance(take, WeightsTake):
+        weights, findings = rename_weights(take, shape_names)
         return weights, None, findings
-    setup, findings = fit_setup(shot.setup, mesh, shot.take)
+    setup, findings = fit_setup(setup, mesh, take)
     points = setup.binding.points
-    take = shot.take
     if cleaned is not None:
         # What was filled in is no observation: the rig knows better what is hidden.
         take = replace(
@@ -207,7 +240,7 @@ def design(
         mesh.shape_names,
         expressions,
         setup.nose_tip,
-        _MARKER_NOISE,
+        MARKER_NOISE,
     )
     system = replace(system, mode=correction.mode, gain=correction.gain)
     return system, replace(setup, roles=roles | dict(setup.roles)), findings
@@ -244,7 +277,7 @@ def features(
     unit = face_unit(system, neutral)
     read = measure(positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit)
     # As in the solve: what was recorded without noise is read frame by frame.
-    noise = min(solution.noise / _MARKER_NOISE, 1.0) if solution else 0.0
+    noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
     return smooth(read, take.times, noise * FEATURE_SMOOTHING)
 
 
