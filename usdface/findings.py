@@ -66,6 +66,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TEXTURE_MISSING": ("warning", "a texture file cannot be read and is left out"),
     "INFLUENCES_REDUCED": ("warning", "more skin influences than the format holds; the weakest go"),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
+    "SCALE_ROUNDED": ("info", "UsdSkel holds scales of joints as 16-bit numbers"),
     "ANIMATION_DROPPED": ("warning", "an animation was left out"),
     "ANIMATION_CREATED": ("info", "the rig has no SkelAnimation; the solve layer adds one"),
     "CONVERSION_INEXACT": ("warning", "what was written is not what was read"),

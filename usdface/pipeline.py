@@ -156,6 +156,7 @@ def process(
         One clear line; nothing is half-written.
     """
     from usdface.animate import animate
+    from usdface.clips import Clip
     from usdface.io.usd.layers import layer_paths, write_layers
     from usdface.io.usd.shot import read_shot
     from usdface.io.usd.stage import files_of, open_stage
@@ -177,7 +178,8 @@ def process(
     findings += solved.findings
     if gltf:
         with steps("gltf"):
-            findings += write_gltf(shot.rig, gltf, solved.weights)
+            clip = Clip(Path(solved.weights.source).stem or "take", solved.weights)
+            findings += write_gltf(shot.rig, gltf, (clip,))
         if solved.solve.motion is not None:
             message = "the motion of the head is left out of glTF"
             findings.append(finding("FEATURE_DROPPED", str(gltf), message))
@@ -237,7 +239,7 @@ def explain(path: Path, on_step: OnStep | None = None) -> "Explanation":
 def export_scene(
     source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
 ) -> Outcome:
-    """Write the face of a USD scene, with its weights animation, as glTF or USDZ.
+    """Write the face of a USD scene, with all of its clips, as glTF or USDZ.
 
     A certificate says by how much the glTF is off; its vertices are compared in as many frames
     as take a fraction of a second, or in every frame.
@@ -251,22 +253,25 @@ def export_scene(
             return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
     from usdface.io.certified import certified
     from usdface.io.gltf.write import write_gltf
-    from usdface.io.usd.rig import rig_of_stage, weights_of_stage
+    from usdface.io.usd.clips import clips_of_stage
+    from usdface.io.usd.rig import rig_of_stage
     from usdface.io.usd.stage import open_stage
 
     _register_schemas()
     with steps("read"):
         stage = open_stage(source)
         rig, findings = rig_of_stage(stage)
-        weights = weights_of_stage(stage)
+        clips, more = clips_of_stage(stage, rig)
+        findings += more
     with steps("write"):
-        findings += write_gltf(rig, output, weights)
+        findings += write_gltf(rig, output, clips)
     with steps("certify"):
         certificate, more = certified(stage, output, exported=True, every_frame=every_frame)
     summary = {
         "meshes": len(rig.meshes),
         "morph targets": len(rig.shape_names),
-        "frames": len(weights.times) if weights else 0,
+        "clips": len(clips),
+        "frames": sum(len(clip.times) for clip in clips),
     }
     return _certified((output,), findings + more, summary, steps, certificate)
 
@@ -274,7 +279,7 @@ def export_scene(
 def import_scene(
     source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
 ) -> Outcome:
-    """Write a glTF as USD: meshes, blend shapes, skin, materials and weights animation.
+    """Write a glTF as USD: meshes, blend shapes, skin, materials and all of its animations.
 
     A certificate says by how much the USD is off (see `export_scene`).
     """
@@ -286,16 +291,17 @@ def import_scene(
     steps = Steps(on_step)
     check_place(output, source)
     with steps("read"):
-        rig, weights, findings = read_gltf(source)
+        rig, clips, findings = read_gltf(source)
     with steps("write"):
-        findings += write_rig(rig, output, weights)
+        findings += write_rig(rig, output, clips)
     with steps("certify"):
         stage = open_stage(output)
         certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
     summary = {
         "meshes": len(rig.meshes),
         "blend shapes": len(rig.shape_names),
-        "frames": len(weights.times) if weights else 0,
+        "clips": len(clips),
+        "frames": sum(len(clip.times) for clip in clips),
     }
     return _certified((output,), findings + more, summary, steps, certificate)
 

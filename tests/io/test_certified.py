@@ -3,10 +3,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import plays, read_one
 
 from usdface.cli import main
 from usdface.io.certified import certified
-from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
@@ -26,10 +26,10 @@ def take_for(rig: Rig, keys: int = 30) -> WeightsTake:
 def test_equal_animations_are_certified(tmp_path: Path, request, which: str, exported) -> None:
     rig = request.getfixturevalue(which)
     if exported:
-        write_rig(rig, tmp_path / "a.usdc", take_for(rig))
+        write_rig(rig, tmp_path / "a.usdc", plays(take_for(rig)))
         export_scene(tmp_path / "a.usdc", tmp_path / "a.glb")
     else:
-        write_gltf(rig, tmp_path / "a.glb", take_for(rig))
+        write_gltf(rig, tmp_path / "a.glb", plays(take_for(rig)))
         import_scene(tmp_path / "a.glb", tmp_path / "a.usdc")
     stage = open_stage(tmp_path / "a.usdc")
     certificate, found = certified(stage, tmp_path / "a.glb", exported=exported, every_frame=True)
@@ -44,9 +44,9 @@ def test_equal_animations_are_certified(tmp_path: Path, request, which: str, exp
 
 def test_another_animation_is_not(tmp_path: Path, face_rig: Rig) -> None:
     take = take_for(face_rig)
-    write_rig(face_rig, tmp_path / "a.usdc", take)
+    write_rig(face_rig, tmp_path / "a.usdc", plays(take))
     slower = WeightsTake(take.names, take.times * 2, take.weights)
-    write_gltf(face_rig, tmp_path / "slow.glb", slower)
+    write_gltf(face_rig, tmp_path / "slow.glb", plays(slower))
     write_gltf(face_rig, tmp_path / "still.glb")
     for name, drift in (("slow.glb", 0.24), ("still.glb", -1)):
         stage = open_stage(tmp_path / "a.usdc")
@@ -79,8 +79,8 @@ def test_steps_keep_their_times(tmp_path: Path, write_glb) -> None:
         "animations": [{"samplers": [sampler], "channels": [channel]}],
     }
     path = write_glb(tmp_path / "a.glb", document, arrays)
-    rig, take, _ = read_gltf(path)
-    write_rig(rig, tmp_path / "a.usdc", take)
+    rig, take, _ = read_one(path)
+    write_rig(rig, tmp_path / "a.usdc", plays(take))
     stage = open_stage(tmp_path / "a.usdc")
     certificate, found = certified(stage, path, exported=False, every_frame=True)
     assert found == [] and certificate is not None
@@ -88,7 +88,7 @@ def test_steps_keep_their_times(tmp_path: Path, write_glb) -> None:
 
 
 def test_the_command_line_reports_it(tmp_path: Path, face_rig: Rig, capfd) -> None:
-    write_rig(face_rig, tmp_path / "a.usdc", take_for(face_rig))
+    write_rig(face_rig, tmp_path / "a.usdc", plays(take_for(face_rig)))
     usd, glb, back = (str(tmp_path / name) for name in ("a.usdc", "a.glb", "b.usdc"))
     report = tmp_path / "r.json"
     for command in (["export", usd, "-o", glb], ["import", glb, "-o", back]):

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import plays, read_one, weights_of_stage
 
-from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
-from usdface.io.usd.rig import rig_of_stage, weights_of_stage
+from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.pipeline import export_scene, import_scene
@@ -89,7 +89,7 @@ def read_usd(path: Path) -> tuple[Rig, WeightsTake | None]:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_usd_to_gltf_to_usd(tmp_path: Path, seed: int) -> None:
-    write_rig(*(rig := a_rig(seed))[:1], tmp_path / "a.usdc", rig[1])
+    write_rig(*(rig := a_rig(seed))[:1], tmp_path / "a.usdc", plays(rig[1]))
     one, take = read_usd(tmp_path / "a.usdc")
     assert_same(*rig, one, take)
     there = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, True)
@@ -102,13 +102,13 @@ def test_usd_to_gltf_to_usd(tmp_path: Path, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(12, 24))
 def test_gltf_to_usd_to_gltf(tmp_path: Path, seed: int) -> None:
-    write_gltf(*(rig := a_rig(seed))[:1], tmp_path / "a.glb", rig[1])
-    one, take, _ = read_gltf(tmp_path / "a.glb")
+    write_gltf(*(rig := a_rig(seed))[:1], tmp_path / "a.glb", plays(rig[1]))
+    one, take, _ = read_one(tmp_path / "a.glb")
     assert_same(*rig, one, take)
     there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", None, True)
     back = export_scene(tmp_path / "b.usda", tmp_path / "c.glb", None, True)
     assert [f for f in there.findings + back.findings if f.severity != "info"] == []
-    other, again, _ = read_gltf(tmp_path / "c.glb")
+    other, again, _ = read_one(tmp_path / "c.glb")
     assert take is not None
     assert_same(one, take, other, again)
 
@@ -117,7 +117,7 @@ def test_gltf_to_usd_to_gltf(tmp_path: Path, seed: int) -> None:
 def test_meshes_may_share_a_name(tmp_path: Path, suffix: str) -> None:
     rig, take = a_rig(1)
     twice = replace(rig, meshes=tuple(replace(rig.meshes[0], name="Mesh") for _ in range(3)))
-    write_rig(twice, tmp_path / "a.usdc", take)
+    write_rig(twice, tmp_path / "a.usdc", plays(take))
     export_scene(tmp_path / "a.usdc", tmp_path / f"b{suffix}")
     import_scene(tmp_path / f"b{suffix}", tmp_path / "c.usdc")
     other, again = read_usd(tmp_path / "c.usdc")

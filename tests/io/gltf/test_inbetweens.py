@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import plays, read_one
 
 from usdface.io.gltf.evaluate import evaluate_gltf
 from usdface.io.gltf.inbetweens import (
@@ -120,7 +121,7 @@ def take_for(rig: Rig) -> WeightsTake:
 
 def test_a_player_shows_the_inbetweens_at_all_times(tmp_path: Path, face_rig: Rig, posed) -> None:
     take, path = take_for(face_rig), tmp_path / "a.glb"
-    found = write_gltf(face_rig, path, take)
+    found = write_gltf(face_rig, path, plays(take))
     assert not any(f.code.startswith("INBETWEEN") for f in found)
     moments = np.linspace(0, take.times[-1], 301)
     for mesh, shown in zip(face_rig.meshes, evaluate_gltf(path), strict=True):
@@ -135,8 +136,8 @@ def test_a_player_shows_the_inbetweens_at_all_times(tmp_path: Path, face_rig: Ri
 
 def test_round_trip(tmp_path: Path, face_rig: Rig, validate_gltf) -> None:
     take, path = take_for(face_rig), tmp_path / "a.glb"
-    write_gltf(face_rig, path, take)
-    rig, same, found = read_gltf(path)
+    write_gltf(face_rig, path, plays(take))
+    rig, same, found = read_one(path)
     assert found == []
     assert same is not None and same.names == take.names and same.rate == 60.0
     np.testing.assert_allclose(same.times, take.times, atol=1e-6)
@@ -155,7 +156,7 @@ def test_round_trip(tmp_path: Path, face_rig: Rig, validate_gltf) -> None:
 
 def test_without_animation_too(tmp_path: Path, face_rig: Rig) -> None:
     write_gltf(face_rig, tmp_path / "a.glb")
-    rig, take, _ = read_gltf(tmp_path / "a.glb")
+    rig, take, _ = read_one(tmp_path / "a.glb")
     assert take is None
     assert [len(s.inbetweens) for s in rig.meshes[0].shapes] == [2, 0, 0, 0]
 
@@ -163,15 +164,17 @@ def test_without_animation_too(tmp_path: Path, face_rig: Rig) -> None:
 @pytest.mark.parametrize("keys", [[0], [2], [7, -1], [1, "x"], "1", {}])
 def test_keys_are_only_taken_out_where_it_changes_nothing(tmp_path: Path, keys: object) -> None:
     path = tmp_path / "a.gltf"
-    write_gltf(Rig("r", (curved(0.5),)), path, WeightsTake(("s",), [0.0, 1.0], [[0.0], [1.0]]))
+    write_gltf(
+        Rig("r", (curved(0.5),)), path, plays(WeightsTake(("s",), [0.0, 1.0], [[0.0], [1.0]]))
+    )
     document = json.loads(path.read_text())
     ours = document["animations"][0]["extras"]["usdface"]
     assert ours == {"insertedKeys": [1]}
-    take = read_gltf(path)[1]
+    take = read_one(path)[1]
     assert take is not None and take.times.tolist() == [0, 1]
     ours["insertedKeys"] = keys
     path.write_text(json.dumps(document))
-    take = read_gltf(path)[1]
+    take = read_one(path)[1]
     assert take is not None and take.times.tolist() == [0, 0.5, 1]
 
 

@@ -3,7 +3,7 @@ import pygltflib
 import pytest
 
 from usdface.errors import InputError
-from usdface.io.gltf.nodes import compose, decompose, node_tree
+from usdface.io.gltf.nodes import node_tree
 
 HALF = np.sqrt(0.5)
 
@@ -11,13 +11,6 @@ HALF = np.sqrt(0.5)
 def document(nodes: list[pygltflib.Node], scene: list[int] | None = None) -> pygltflib.GLTF2:
     scenes = [] if scene is None else [pygltflib.Scene(nodes=scene)]
     return pygltflib.GLTF2(nodes=nodes, scenes=scenes)
-
-
-def test_scale_then_rotation_then_translation() -> None:
-    # A quarter turn about z takes x to y.
-    matrix = compose(np.array([10.0, 0, 0]), np.array([0, 0, HALF, HALF]), np.array([2.0, 3, 4]))
-    np.testing.assert_allclose([1, 0, 0, 1] @ matrix, [10, 2, 0, 1], atol=1e-15)
-    np.testing.assert_allclose([0, 1, 0, 1] @ matrix, [7, 0, 0, 1], atol=1e-15)
 
 
 def test_children_stand_in_their_parents() -> None:
@@ -79,20 +72,3 @@ def test_deep_hierarchies_need_no_recursion() -> None:
     nodes = [pygltflib.Node(translation=[1, 0, 0], children=[k + 1]) for k in range(count - 1)]
     tree = node_tree(document([*nodes, pygltflib.Node()]))
     assert tree.worlds[-1][3, 0] == count - 1
-
-
-def test_decompose_undoes_compose() -> None:
-    rng = np.random.default_rng(3)
-    for _ in range(50):
-        translation, rotation = rng.normal(size=3), rng.normal(size=4)
-        rotation *= np.sign(rotation[3]) / np.linalg.norm(rotation)
-        scale = rng.uniform(0.1, 3, 3) * (rng.choice([1, -1]), 1, 1)
-        back = decompose(compose(translation, rotation, scale))
-        np.testing.assert_allclose(
-            np.concatenate(back), [*translation, *rotation, *scale], atol=1e-12
-        )
-
-
-def test_decompose_of_a_flattened_transform() -> None:
-    translation, rotation, scale = decompose(np.diag([2.0, 0, 1, 1]))
-    np.testing.assert_array_equal(compose(translation, rotation, scale), np.diag([2.0, 0, 1, 1]))

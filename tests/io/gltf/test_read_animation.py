@@ -3,6 +3,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from clips import read_one
 
 from usdface.errors import InputError
 from usdface.io.gltf.read import read_gltf
@@ -44,7 +45,7 @@ class World:
         )
 
     def read(self, write_glb, folder: Path):
-        return read_gltf(write_glb(folder / "a.glb", self.document, self.arrays))
+        return read_one(write_glb(folder / "a.glb", self.document, self.arrays))
 
 
 def test_linear_keys_are_kept(write_glb, tmp_path: Path) -> None:
@@ -55,7 +56,6 @@ def test_linear_keys_are_kept(write_glb, tmp_path: Path) -> None:
     assert found == []
     assert take is not None
     assert take.names == ("jaw open", "口")
-    assert take.source == "a.glb"
     np.testing.assert_array_equal(take.times, [0, 0.5, 2])
     np.testing.assert_array_equal(take.weights, [[0, 1], [0.25, 5], [1, -2]])
 
@@ -177,22 +177,55 @@ def test_mesh_weights_count_where_the_node_has_none(write_glb, tmp_path: Path) -
     assert take.weights.tolist() == [[0.5, 0.75]]
 
 
-def test_other_animations_are_announced(write_glb, tmp_path: Path) -> None:
+def test_every_animation_is_a_clip(write_glb, tmp_path: Path) -> None:
+    world = World()
+    world.mesh("a", "b", weights=[0, 0.5])
+    for name, last in (("Kopf ü", 1.0), ("口", 0.25)):
+        world.animate(n0=world.curve([0, last], [[0, 0], [1, last]]))
+        world.document["animations"][-1]["name"] = name
+    _, clips, found = read_gltf(write_glb(tmp_path / "a.glb", world.document, world.arrays))
+    assert found == []
+    assert [clip.name for clip in clips] == ["Kopf ü", "口"]
+    for clip, last in zip(clips, (1.0, 0.25), strict=True):
+        assert clip.joints is None and clip.weights is not None
+        assert clip.weights.times.tolist() == [0, last]
+        assert clip.weights.weights.tolist() == [[0, 0], [1, last]]
+
+
+def test_a_name_is_shared_only_where_it_may_be_in_all_clips(write_glb, tmp_path: Path) -> None:
+    world = World()
+    world.mesh("a", "b")
+    world.mesh("a", "b")
+    same, other = world.curve([0, 1], [[0, 0], [1, 1]]), world.curve([0, 1], [[0, 1], [1, 1]])
+    world.animate(n0=same, n1=same)
+    world.animate(n0=same, n1=other)
+    rig, clips, _ = read_gltf(write_glb(tmp_path / "a.glb", world.document, world.arrays))
+    assert rig.meshes[1].shape_names == ("a", "M1:b")
+    first, second = (clip.weights for clip in clips)
+    assert first is not None and second is not None
+    np.testing.assert_array_equal(first.column("M1:b"), first.column("b"))
+    np.testing.assert_array_equal(second.column("M1:b"), [1, 1])
+
+
+def test_what_moves_nothing_is_announced(write_glb, tmp_path: Path) -> None:
     world = World()
     world.mesh("a")
+    world.mesh()
+    world.document["nodes"].append({"name": "empty"})
     curve = world.curve([0, 1], [0, 1])
     world.document["animations"].append({"name": "walk", "channels": [], "samplers": []})
-    world.animate(n0=curve)
-    world.animate(n0=curve)
-    moving = {"sampler": 0, "target": {"node": 0, "path": "translation"}}
-    world.document["animations"][1]["channels"].append(moving)
-    _, take, found = world.read(write_glb, tmp_path)
-    assert take is not None
+    world.animate(n0=curve, n1=curve)
+    world.animate(n2=world.curve([0, 1], np.zeros((2, 3))))
+    world.document["animations"][2]["channels"][0]["target"]["path"] = "translation"
+    path = write_glb(tmp_path / "a.glb", world.document, world.arrays)
+    _, clips, found = read_gltf(path)
+    assert [clip.name for clip in clips] == ["clip"]
     assert [(f.code, f.where) for f in found] == [
         ("ANIMATION_DROPPED", "walk"),
         ("ANIMATION_DROPPED", "clip"),
         ("ANIMATION_DROPPED", "clip"),
     ]
+    assert "weights of node 1" in found[1].message
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from clips import plays, read_one
 from scipy.spatial.transform import Rotation
 
 from usdface.errors import OutputError
@@ -117,7 +118,7 @@ def plain_rig(face_rig: Rig) -> Rig:
 def test_another_player_shows_what_the_rig_shows(tmp_path: Path, plain_rig: Rig) -> None:
     take = take_for(plain_rig)
     path = tmp_path / "a.glb"
-    write_gltf(plain_rig, path, take)
+    write_gltf(plain_rig, path, plays(take))
     player = Player(path)
     for node, mesh in enumerate(plain_rig.meshes):
         for frame in (0, 7, 49):
@@ -150,8 +151,8 @@ def test_another_player_skins_as_the_rig_does(tmp_path: Path, skinned_rig: Rig) 
 def test_round_trip(tmp_path: Path, plain_rig: Rig, suffix: str) -> None:
     take = take_for(plain_rig)
     path = tmp_path / f"face{suffix}"
-    write_gltf(plain_rig, path, take)
-    rig, same, found = read_gltf(path)
+    write_gltf(plain_rig, path, plays(take))
+    rig, same, found = read_one(path)
     assert found == []
     assert rig.name == plain_rig.name
     assert rig.materials == plain_rig.materials
@@ -171,8 +172,8 @@ def test_round_trip(tmp_path: Path, plain_rig: Rig, suffix: str) -> None:
 
 
 def test_the_second_round_trip_changes_nothing(tmp_path: Path, skinned_rig: Rig) -> None:
-    write_gltf(skinned_rig, tmp_path / "1.glb", take_for(skinned_rig))
-    rig, take, _ = read_gltf(tmp_path / "1.glb")
+    write_gltf(skinned_rig, tmp_path / "1.glb", plays(take_for(skinned_rig)))
+    rig, take, _ = read_one(tmp_path / "1.glb")
     assert take is not None
     assert rig.skeleton is not None
     assert skinned_rig.skeleton is not None
@@ -180,8 +181,8 @@ def test_the_second_round_trip_changes_nothing(tmp_path: Path, skinned_rig: Rig)
     assert rig.skeleton.names == skinned_rig.skeleton.names
     np.testing.assert_allclose(rig.skeleton.bind, skinned_rig.skeleton.bind, atol=1e-6)
     np.testing.assert_allclose(rig.skeleton.rest, skinned_rig.skeleton.rest, atol=1e-6)
-    write_gltf(rig, tmp_path / "2.glb", take)
-    again, same, _ = read_gltf(tmp_path / "2.glb")
+    write_gltf(rig, tmp_path / "2.glb", plays(take))
+    again, same, _ = read_one(tmp_path / "2.glb")
     assert same is not None
     np.testing.assert_allclose(take.weights, same.weights, atol=2e-7)  # through inbetweens
     np.testing.assert_array_equal(take.times, same.times)
@@ -196,7 +197,7 @@ def test_the_khronos_validator_finds_nothing(
 ) -> None:
     for rig in (face_rig, skinned_rig):
         path = tmp_path / f"{rig.name}{suffix}"
-        write_gltf(rig, path, take_for(rig))
+        write_gltf(rig, path, plays(take_for(rig)))
         report = validate_gltf(path)
         severe = [m for m in report["issues"]["messages"] if m["severity"] < 2]
         assert severe == []
@@ -205,14 +206,14 @@ def test_the_khronos_validator_finds_nothing(
 
 def test_equal_input_gives_equal_bytes(tmp_path: Path, skinned_rig: Rig) -> None:
     for name in ("a", "b"):
-        write_gltf(skinned_rig, tmp_path / name / "x.glb", take_for(skinned_rig))
+        write_gltf(skinned_rig, tmp_path / name / "x.glb", plays(take_for(skinned_rig)))
     assert (tmp_path / "a/x.glb").read_bytes() == (tmp_path / "b/x.glb").read_bytes()
 
 
 def test_columns_travel_by_name(tmp_path: Path, plain_rig: Rig) -> None:
     times = [0.0, 1.0]
     take = WeightsTake(("not there", "口", "jawOpen"), times, [[9, 0.1, 0.2], [9, 0.3, 0.4]])
-    found = write_gltf(plain_rig, tmp_path / "a.glb", take)
+    found = write_gltf(plain_rig, tmp_path / "a.glb", plays(take))
     assert ("SHAPE_UNKNOWN", "not there") in [(f.code, f.where) for f in found]
     player = Player(tmp_path / "a.glb")
     np.testing.assert_allclose(player.weights(0, 1.0), [0.4, 0, 0, 0.3], atol=1e-7)
@@ -222,10 +223,10 @@ def test_columns_travel_by_name(tmp_path: Path, plain_rig: Rig) -> None:
 
 
 def test_a_mesh_that_the_take_does_not_name_is_not_animated(tmp_path: Path, plain_rig: Rig) -> None:
-    write_gltf(plain_rig, tmp_path / "a.glb", WeightsTake(("口",), [0.0], [[1.0]]))
+    write_gltf(plain_rig, tmp_path / "a.glb", plays(WeightsTake(("口",), [0.0], [[1.0]])))
     channels = Player(tmp_path / "a.glb").json["animations"][0]["channels"]
     assert [channel["target"]["node"] for channel in channels] == [0]
-    write_gltf(plain_rig, tmp_path / "b.glb", WeightsTake(("?",), [0.0], [[1.0]]))
+    write_gltf(plain_rig, tmp_path / "b.glb", plays(WeightsTake(("?",), [0.0], [[1.0]])))
     assert "animations" not in Player(tmp_path / "b.glb").json
 
 
@@ -240,7 +241,7 @@ def test_a_mesh_that_the_take_does_not_name_is_not_animated(tmp_path: Path, plai
 )
 def test_times_are_what_gltf_wants(tmp_path: Path, plain_rig: Rig, times: list[float]) -> None:
     take = WeightsTake(("jawOpen",), times, np.arange(len(times))[:, None])
-    found = write_gltf(plain_rig, tmp_path / "a.glb", take)
+    found = write_gltf(plain_rig, tmp_path / "a.glb", plays(take))
     player = Player(tmp_path / "a.glb")
     index = player.json["animations"][0]["samplers"][0]["input"]
     clock = player.accessor(index)[:, 0]
@@ -256,8 +257,8 @@ def test_times_are_what_gltf_wants(tmp_path: Path, plain_rig: Rig, times: list[f
 def test_steps_survive_the_round_trip(tmp_path: Path, plain_rig: Rig) -> None:
     jump = float(np.nextafter(np.float32(1), np.float32(0)))
     take = WeightsTake(("jawOpen",), [0.0, jump, 1.0, 2.0], [[0.0], [0], [1], [1]])
-    write_gltf(plain_rig, tmp_path / "a.glb", take)
-    same = read_gltf(tmp_path / "a.glb")[1]
+    write_gltf(plain_rig, tmp_path / "a.glb", plays(take))
+    same = read_one(tmp_path / "a.glb")[1]
     assert same is not None
     np.testing.assert_array_equal(same.times, take.times)
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from clips import plays
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.errors import InputError
@@ -139,7 +140,7 @@ def test_what_we_write_is_sound(face_rig, skinned_rig, tmp_path):
     for rig in (face_rig, skinned_rig):
         weights = np.linspace(0, 1, 3 * len(rig.shape_names)).reshape(3, -1)
         path = tmp_path / "rig.usda"
-        write_rig(rig, path, WeightsTake(rig.shape_names, [0, 1, 2], weights, 1.0))
+        write_rig(rig, path, plays(WeightsTake(rig.shape_names, [0, 1, 2], weights, 1.0)))
         assert check_usd(path) == []
 
 

@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import plays
 
 from usdface.io.usd.evaluate import evaluate_usd, keys_of_stage
 from usdface.io.usd.rig_write import write_rig
@@ -19,7 +20,7 @@ def take_for(rig: Rig) -> WeightsTake:
 def test_it_is_what_baking_gives(tmp_path: Path, face_rig: Rig, skinned_rig: Rig, baked) -> None:
     for rig in (face_rig, skinned_rig):
         path = tmp_path / f"{rig.name}.usda"
-        write_rig(rig, path, take_for(rig))
+        write_rig(rig, path, plays(take_for(rig)))
         stage = open_stage(path)
         codes, times = keys_of_stage(stage)
         np.testing.assert_allclose(times, take_for(rig).times, atol=1e-12)

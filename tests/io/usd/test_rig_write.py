@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import plays
 from pxr import Usd, UsdGeom, UsdShade, UsdSkel
 
 from usdface.errors import InputError, OutputError
@@ -22,7 +23,7 @@ def take(rig, rate=60.0, frames=5):
 def test_usd_finds_no_error(face_rig, skinned_rig, tmp_path, assert_valid_usd, suffix):
     for number, rig in enumerate((face_rig, skinned_rig)):
         path = tmp_path / f"rig{number}{suffix}"
-        write_rig(rig, path, take(rig))
+        write_rig(rig, path, plays(take(rig)))
         assert_valid_usd(path)
 
 
@@ -31,7 +32,7 @@ def test_usdskel_poses_what_was_written(which, request, tmp_path, posed, baked):
     rig = request.getfixturevalue(which)
     weights = take(rig)
     path = tmp_path / "rig.usdc"
-    write_rig(rig, path, weights)
+    write_rig(rig, path, plays(weights))
     result = baked(path, range(5))
     for mesh, points in zip(rig.meshes, result.values(), strict=True):
         columns = weights.reordered(mesh.shape_names).weights
@@ -79,7 +80,7 @@ def test_time_codes_carry_seconds_at_the_rate_of_the_take(face_rig, tmp_path):
     path = tmp_path / "rig.usdc"
     times = np.array([0.5, 1.0, 1.1])
     values = np.eye(3, 4)
-    write_rig(face_rig, path, WeightsTake(face_rig.shape_names, times, values, 60.0))
+    write_rig(face_rig, path, plays(WeightsTake(face_rig.shape_names, times, values, 60.0)))
     stage = Usd.Stage.Open(str(path))
     weights = UsdSkel.Animation(stage.GetPrimAtPath("/Asset/Face/Anim")).GetBlendShapeWeightsAttr()
     assert weights.GetTimeSamples() == [30, 60, 66]
@@ -90,7 +91,7 @@ def test_time_codes_carry_seconds_at_the_rate_of_the_take(face_rig, tmp_path):
 def test_columns_travel_by_name(face_rig, tmp_path):
     path = tmp_path / "rig.usda"
     given = WeightsTake(("口", "nobody", "jawOpen"), [0.0], [[0.25, 9, 0.75]], 24)
-    findings = write_rig(face_rig, path, given)
+    findings = write_rig(face_rig, path, plays(given))
     stage = Usd.Stage.Open(str(path))
     anim = UsdSkel.Animation(stage.GetPrimAtPath("/Asset/Face/Anim"))
     assert list(anim.GetBlendShapeWeightsAttr().Get(0)) == [0.75, 0, 0, 0.25]
@@ -100,7 +101,7 @@ def test_columns_travel_by_name(face_rig, tmp_path):
 def test_the_extent_holds_the_moving_face(face_rig, skinned_rig, tmp_path, baked):
     for rig in (face_rig, skinned_rig):
         path = tmp_path / "rig.usdc"
-        write_rig(rig, path, take(rig))
+        write_rig(rig, path, plays(take(rig)))
         stage = Usd.Stage.Open(str(path))
         low, high = UsdSkel.Root(stage.GetPrimAtPath("/Asset/Face")).GetExtentAttr().Get()
         points = np.concatenate([p.reshape(-1, 3) for p in baked(path, range(5)).values()])
@@ -151,7 +152,7 @@ def test_faces_keep_their_materials(face_rig, tmp_path):
 @pytest.mark.parametrize("suffix", [".usda", ".usdc"])
 def test_same_rig_same_bytes(face_rig, tmp_path, suffix):
     for name in ("one", "two"):
-        write_rig(face_rig, tmp_path / f"{name}{suffix}", take(face_rig))
+        write_rig(face_rig, tmp_path / f"{name}{suffix}", plays(take(face_rig)))
     first, second = ((tmp_path / f"{n}{suffix}").read_bytes() for n in ("one", "two"))
     assert first == second
 

@@ -3,6 +3,7 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
+from clips import plays
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError, OutputError
@@ -18,7 +19,7 @@ def scene(folder: Path) -> Path:
     shape = BlendShape("jawOpen", np.array([2]), np.array([[0, 0, 0.5]]))
     mesh = Mesh("Head", points, np.array([3]), np.array([0, 1, 2]), shapes=(shape,))
     take = WeightsTake(("jawOpen",), np.arange(3) / 30, np.array([[0], [0.5], [1.0]]), 30.0)
-    write_rig(Rig("Head", (mesh,)), folder / "rig.usda", take)
+    write_rig(Rig("Head", (mesh,)), folder / "rig.usda", plays(take))
     root = Usd.Stage.CreateNew(str(folder / "scene.usda"))
     root.GetRootLayer().subLayerPaths = ["./rig.usda"]
     root.SetTimeCodesPerSecond(30)

@@ -23,7 +23,7 @@ __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
 _MAX_BYTES = 2**32 - 1  # what a GLB header can announce
 _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
 # Without these the file can still be read truly, or at worst looks plainer.
-_DECODED = ("KHR_mesh_quantization",)
+_DECODED = ("KHR_animation_pointer", "KHR_mesh_quantization")
 _LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pygltflib import GLTF2, Node
-from scipy.spatial.transform import Rotation
 
 from usdface.errors import InputError
 from usdface.io.gltf.document import item
+from usdface.io.transforms import compose
 from usdface.takes import FloatArray
 
-__all__ = ["NodeTree", "compose", "decompose", "node_tree"]
+__all__ = ["NodeTree", "node_tree"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -29,14 +29,25 @@ class NodeTree:
         Nodes of the default scene.
     parents : tuple of int, length N
         Parent of each node, -1 for a root.
+    locals : (N, 4, 4) float64
+        Node to parent; row vectors, metres.
     worlds : (N, 4, 4) float64
-        Node to scene space; row vectors, metres.
+        Node to scene space.
     """
 
     order: tuple[int, ...]
     scene: frozenset[int]
     parents: tuple[int, ...]
+    locals: FloatArray = field(repr=False)
     worlds: FloatArray = field(repr=False)
+
+    def below(self, node: int, above: int) -> FloatArray:
+        """Return the transform (4, 4) from `node` to a node `above` it, -1 for the scene."""
+        matrix: FloatArray = np.eye(4)
+        while node != above:
+            matrix = matrix @ self.locals[node]
+            node = self.parents[node]
+        return matrix
 
 
 def node_tree(document: GLTF2) -> NodeTree:
@@ -62,13 +73,14 @@ def node_tree(document: GLTF2) -> NodeTree:
     order = scene + _depth_first(nodes, [root for root in roots if root not in first])
     if len(order) < len(nodes):
         raise InputError("the nodes form a cycle")
-    worlds = np.broadcast_to(np.eye(4), (len(nodes), 4, 4)).copy()
+    steps = np.array([_local(node, index) for index, node in enumerate(nodes)]).reshape(-1, 4, 4)
+    worlds = steps.copy()
     for index in order:
-        local = _local(nodes[index], index)
-        worlds[index] = local if parents[index] < 0 else local @ worlds[parents[index]]
+        if parents[index] >= 0:
+            worlds[index] = steps[index] @ worlds[parents[index]]
     if not np.isfinite(worlds).all():
         raise InputError("the transform of a node is not finite")
-    return NodeTree(tuple(order), frozenset(scene), tuple(parents), worlds)
+    return NodeTree(tuple(order), frozenset(scene), tuple(parents), steps, worlds)
 
 
 def _scene_roots(document: GLTF2, parents: list[int]) -> list[int]:
@@ -105,34 +117,3 @@ def _numbers(values: object, count: int, index: int) -> FloatArray:
     if array.shape != (count,) or not np.isfinite(array).all():
         raise InputError(f"the transform of node {index} is malformed")
     return array
-
-
-def compose(translation: FloatArray, rotation: FloatArray, scale: FloatArray) -> FloatArray:
-    """Return the row-vector matrix (4, 4) that scales, rotates (x, y, z, w), then moves.
-
-    Raises
-    ------
-    InputError
-        If the quaternion is zero.
-    """
-    if not rotation.any():
-        raise InputError("a rotation is the zero quaternion")
-    matrix = np.eye(4)
-    matrix[:3, :3] = scale[:, None] * Rotation.from_quat(rotation).as_matrix().T
-    matrix[3, :3] = translation
-    return matrix
-
-
-def decompose(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return translation (3,), rotation (4,) as x, y, z, w with w >= 0, and scale (3,).
-
-    The inverse of `compose` where the matrix has no shear; a mirror becomes a negative
-    scale along x.
-    """
-    scale = np.linalg.norm(matrix[:3, :3], axis=1)
-    if np.linalg.det(matrix[:3, :3]) < 0:
-        scale[0] = -scale[0]
-    axes = matrix[:3, :3] / np.where(scale == 0, 1.0, scale)[:, None]
-    if np.linalg.det(axes) <= 0:  # flattened by a zero scale: any rotation will do
-        return matrix[3, :3], np.array([0.0, 0.0, 0.0, 1.0]), scale
-    return matrix[3, :3], Rotation.from_matrix(axes.T).as_quat(canonical=True), scale

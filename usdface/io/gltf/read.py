@@ -1,4 +1,4 @@
-"""glTF 2.0 to a rig and a take."""
+"""glTF 2.0 to a rig and its clips."""
 
 import struct
 from dataclasses import replace
@@ -8,6 +8,7 @@ import numpy as np
 from pygltflib import GLTF2
 from pygltflib import Mesh as GltfMesh
 
+from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
@@ -15,25 +16,26 @@ from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
-from usdface.io.gltf.read_animation import PlacedMesh, weights_take
+from usdface.io.gltf.read_animation import clips_of, moved_nodes
 from usdface.io.gltf.read_mesh import mesh_of_primitives, placed
 from usdface.io.gltf.read_skin import Armature, armature_of
+from usdface.io.gltf.read_weights import PlacedMesh
 from usdface.rigs import Mesh, Rig, Skin
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import FloatArray
 
 __all__ = ["read_gltf"]
 
 _MOST_NUMBERS = 2**29  # in all vertex attributes and morph targets of a scene, 4 GiB as float64
 
 
-def read_gltf(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
+def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Read the default scene of a .glb or .gltf file.
 
     Node transforms are baked into meshes without a skin; skinned meshes stand as they were
-    bound. All skins become one skeleton (`usdface.io.gltf.read_skin`), and a mesh without
-    a skin that hangs on a joint is bound to it. Primitives of a mesh become one mesh with
-    material subsets (`usdface.io.gltf.read_mesh`). The first animation of weights becomes
-    the take (`usdface.io.gltf.read_animation`).
+    bound. All skins and all animated nodes become one skeleton (`usdface.io.gltf.read_skin`),
+    and a mesh without a skin that hangs on a joint is bound to it. Primitives of a mesh become
+    one mesh with material subsets (`usdface.io.gltf.read_mesh`). Every animation becomes a clip
+    (`usdface.io.gltf.read_animation`).
 
     Parameters
     ----------
@@ -44,8 +46,8 @@ def read_gltf(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
     Rig
         Metres, Y up; blend shapes are named by ``mesh.extras.targetNames``, else
         ``target_0``, ``target_1``, ...
-    WeightsTake or None
-        None where no weights are animated and all are zero.
+    tuple of Clip
+        One without a name where nothing is animated but some weights are not zero.
     list of Finding
 
     Raises
@@ -55,7 +57,7 @@ def read_gltf(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
         that is not decoded.
     """
     try:
-        rig, take, found = _read(path)
+        return _read(path)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     except (
@@ -70,12 +72,9 @@ def read_gltf(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
     ) as error:
         # A wrong JSON type in one of the many fields that pygltflib does not check.
         raise InputError(f"{path}: the file does not follow the glTF schema: {error}") from error
-    if take is not None:
-        take = replace(take, source=path.name)
-    return rig, take, found
 
 
-def _read(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
+def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     file = load_document(path)
     document = file.document
     reader = AccessorReader(file)
@@ -86,18 +85,18 @@ def _read(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
     names, found = _unique(given, "material")
     materials, news = read_materials(file, names)
     found += news
-    armature, news = armature_of(document, tree, reader)
+    armature, news = armature_of(document, tree, reader, moved_nodes(file, tree))
     found += news
     meshes, news = _meshes(file, carriers, names, reader)
     found += news
     standing = [
         replace(m, mesh=_in_rig_space(m.mesh, m.node, document, tree, armature)) for m in meshes
     ]
-    finished, take, news = weights_take(document.animations or [], standing, reader)
+    finished, clips, news = clips_of(file, standing, tree, armature, reader)
     found += news
     scene = item(document.scenes, document.scene or 0, "scene").name if document.scenes else ""
     rig = Rig(_text(scene or path.stem), finished, armature.skeleton, materials, path.name)
-    return rig, take, found
+    return rig, clips, found
 
 
 def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) -> None:
@@ -190,15 +189,14 @@ def _in_rig_space(
             raise InputError(f"mesh {mesh.name!r} is skinned to a joint that skin {skin} lacks")
         bound = replace(mesh, skin=Skin(joints[own], mesh.skin.weights))
         return placed(bound, armature.geometry[skin])
-    world = tree.worlds[node]
     joint = node
     while joint >= 0 and joint not in armature.nodes:
         joint = tree.parents[joint]
     if joint < 0 or armature.skeleton is None:
-        return placed(replace(mesh, skin=None), world)
+        return placed(replace(mesh, skin=None), tree.worlds[node])
     place = armature.nodes[joint]
     # The joint may stand elsewhere than where it was bound: go back there with it.
-    world = world @ np.linalg.inv(tree.worlds[joint]) @ armature.skeleton.bind[place]
+    world = tree.below(node, joint) @ armature.skeleton.bind[place]
     count = len(mesh.points)
     rigid = Skin(np.full((count, 1), place), np.ones((count, 1)))
     return placed(replace(mesh, skin=rigid), world)

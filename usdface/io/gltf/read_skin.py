@@ -1,8 +1,12 @@
 """Skins of glTF as one skeleton: joints, bind and rest transforms.
 
+Other nodes that an animation moves are joints, too: in USD a joint is what moves things in
+several clips.
+
 Source: glTF 2.0 specification, section 3.7.3 (skins).
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +22,8 @@ from usdface.rigs import Skeleton
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Armature", "armature_of"]
+
+_FLAT = 1e-12  # of a determinant
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,11 +47,15 @@ class Armature:
     geometry: tuple[FloatArray, ...]
     nodes: dict[int, int]
 
+    def to_parent(self, node: int, tree: NodeTree) -> FloatArray:
+        """Return the transform (4, 4) from a joint's parent node to its parent joint."""
+        return _to_parent(tree, node, self.nodes)
+
 
 def armature_of(
-    document: GLTF2, tree: NodeTree, reader: AccessorReader
+    document: GLTF2, tree: NodeTree, reader: AccessorReader, moved: Collection[int] = ()
 ) -> tuple[Armature, list[Finding]]:
-    """Merge all skins into one skeleton.
+    """Merge all skins, and the nodes in `moved`, into one skeleton.
 
     A glTF skin binds its meshes in a space of its own. With B the bind transform of a joint
     in the rig's space, a skin's inverse bind matrix is G B^-1 for a fixed G (row vectors);
@@ -82,6 +92,10 @@ def armature_of(
                         f"node {joint} is bound differently by two skins; the first one counts",
                     )
                 )
+    for node in moved:
+        world = tree.worlds[node]
+        # What is scaled to nothing at rest cannot be bound there.
+        bind.setdefault(node, world if abs(np.linalg.det(world)) > _FLAT else np.eye(4))
     order = [node for node in tree.order if node in bind]
     nodes = {node: place for place, node in enumerate(order)}
     places = tuple(np.array([nodes[j] for j in skin.joints], np.int64) for skin in skins)
@@ -118,13 +132,8 @@ def _skeleton(
         siblings = prim_names([names[k] for k in children])
         legal.update({order[k]: name for k, name in zip(children, siblings, strict=True)})
     for node, parent in zip(order, parents, strict=True):
-        world = tree.worlds[node]
-        if parent < 0:
-            paths[node] = legal[node]
-        else:
-            paths[node] = f"{paths[parent]}/{legal[node]}"
-            world = world @ _inverse(tree.worlds[parent], parent)
-        rest.append(world)
+        paths[node] = legal[node] if parent < 0 else f"{paths[parent]}/{legal[node]}"
+        rest.append(tree.locals[node] @ _to_parent(tree, node, bind))
     return Skeleton(
         tuple(paths[node] for node in order),
         tuple(names),
@@ -133,16 +142,13 @@ def _skeleton(
     )
 
 
-def _parent_joint(tree: NodeTree, node: int, joints: dict[int, FloatArray]) -> int:
+def _parent_joint(tree: NodeTree, node: int, joints: Collection[int]) -> int:
     parent = tree.parents[node]
     while parent >= 0 and parent not in joints:
         parent = tree.parents[parent]
     return parent
 
 
-def _inverse(matrix: FloatArray, node: int) -> FloatArray:
-    try:
-        inverse: FloatArray = np.linalg.inv(matrix).astype(np.float64)
-    except np.linalg.LinAlgError as error:
-        raise InputError(f"node {node} is a joint with a singular transform") from error
-    return inverse
+def _to_parent(tree: NodeTree, node: int, joints: Collection[int]) -> FloatArray:
+    above = tree.parents[node]
+    return np.eye(4) if above < 0 else tree.below(above, _parent_joint(tree, node, joints))

@@ -1,4 +1,4 @@
-"""A rig and a take to glTF 2.0."""
+"""A rig and its clips to glTF 2.0."""
 
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -7,37 +7,36 @@ from pathlib import Path
 import numpy as np
 import pygltflib
 
+from usdface.clips import Clip
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
 from usdface.io.gltf.document import save_document
-from usdface.io.gltf.inbetweens import crossings, flat_weights
+from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.materials import write_materials
-from usdface.io.gltf.nodes import compose, decompose
+from usdface.io.gltf.write_animation import written_clip
 from usdface.io.gltf.write_mesh import written_mesh
+from usdface.io.transforms import compose, decompose
 from usdface.rigs import Mesh, Rig, Skeleton
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 __all__ = ["write_gltf"]
 
 
-def write_gltf(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list[Finding]:
-    """Write a rig, and a take that moves its blend shapes, as .glb or .gltf with a .bin.
+def write_gltf(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]:
+    """Write a rig and its clips as .glb or .gltf with a .bin.
 
     Every mesh becomes one node with one glTF mesh (`usdface.io.gltf.write_mesh`); blend
-    shapes become morph targets named by ``mesh.extras.targetNames``. The take becomes one
-    LINEAR animation, a channel for each mesh that it moves, all on the same times, with keys
-    inserted where a weight passes an inbetween (`usdface.io.gltf.inbetweens`). The
-    skeleton becomes nodes and one skin, unless it is a single joint that stands where it
-    was bound: that moves nothing, and would only cost bytes and a skinning pass.
+    shapes become morph targets named by ``mesh.extras.targetNames``. Every clip becomes an
+    animation (`usdface.io.gltf.write_animation`); a still one becomes the weights of the nodes.
+    The skeleton becomes nodes and one skin, unless it is a single joint that always stands where
+    it was bound: that moves nothing, and would only cost bytes and a skinning pass.
 
     Parameters
     ----------
     rig : Rig
     path : Path
         Ends in .glb or .gltf.
-    weights : WeightsTake, optional
-        A blend shape that it does not name stays at 0. Times below 0 are moved to start
-        at 0; keys closer than float32 resolves are one unit in the last place apart.
+    clips : sequence of Clip
 
     Returns
     -------
@@ -64,7 +63,7 @@ def write_gltf(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list
         images=list(materials.images),
         scene=0,
     )
-    skeleton = _moving(rig)
+    skeleton = _moving(rig, clips)
     roots: list[int] = []
     carriers: list[tuple[int, Mesh]] = []
     for mesh in rig.meshes:
@@ -79,10 +78,18 @@ def write_gltf(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list
             pygltflib.Node(name=mesh.name, mesh=len(document.meshes), skin=0 if skinned else None)
         )
         document.meshes.append(made)
+    joints: dict[str, tuple[int, pygltflib.Node]] = {}
     if skeleton is not None:
+        first = len(document.nodes)
         roots += _write_skeleton(skeleton, document, builder, found)
-    if weights is not None:
-        found += _write_weights(weights, carriers, document, builder)
+        joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
+    for clip in clips:
+        if clip.still and clip.weights is not None:
+            _pose(clip.weights, carriers, document)
+            continue
+        animation, news = written_clip(clip, carriers, joints, builder)
+        found += news
+        document.animations += [animation] if animation else []
     document.scenes = [pygltflib.Scene(name=rig.name, nodes=roots)]
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, materials.beside, path)
@@ -96,13 +103,23 @@ def _version() -> str:
         return "(source)"
 
 
-def _moving(rig: Rig) -> Skeleton | None:
+def _pose(
+    still: WeightsTake, carriers: Sequence[tuple[int, Mesh]], document: pygltflib.GLTF2
+) -> None:
+    for node, mesh in carriers:
+        if mesh.shapes:
+            weights = flat_weights(mesh, still.reordered(mesh.shape_names).weights[:1])
+            document.meshes[document.nodes[node].mesh].weights = weights[0].tolist()
+
+
+def _moving(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:
     """Return the rig's skeleton if it can change what is seen."""
     skeleton = rig.skeleton
     if skeleton is None or not any(mesh.skin is not None for mesh in rig.meshes):
         return None
-    trivial = len(skeleton.joints) == 1 and np.allclose(skeleton.bind, skeleton.rest, atol=1e-9)
-    return None if trivial else skeleton
+    alone = len(skeleton.joints) == 1 and np.allclose(skeleton.bind, skeleton.rest, atol=1e-9)
+    moved = any(clip.joints is not None for clip in clips)
+    return None if alone and not moved else skeleton
 
 
 def _write_skeleton(
@@ -139,57 +156,3 @@ def _write_skeleton(
         )
     ]
     return roots
-
-
-def _write_weights(
-    take: WeightsTake,
-    carriers: Sequence[tuple[int, Mesh]],
-    document: pygltflib.GLTF2,
-    builder: BufferBuilder,
-) -> list[Finding]:
-    found = []
-    known = {name for _, mesh in carriers for name in mesh.shape_names}
-    for name in take.names:
-        if name not in known:
-            found.append(finding("SHAPE_UNKNOWN", name, "no mesh has it; its curve is left out"))
-    moved = [(n, m) for n, m in carriers if not set(take.names).isdisjoint(m.shape_names)]
-    if not moved:
-        return found
-    times, shift = _times(take.times)
-    keys = WeightsTake(take.names, times, take.weights)
-    if shift:
-        message = f"glTF has no times below 0; all are {shift:g} s later"
-        found.append(finding("FEATURE_DROPPED", take.source or "weights take", message))
-    passed = [crossings(m, times, keys.reordered(m.shape_names).weights) for _, m in moved]
-    moments = np.unique(np.concatenate([times, *passed]).astype(np.float32)).astype(np.float64)
-    clock = builder.array(moments[:, None], bounds=True)
-    animation = pygltflib.Animation(name=Path(take.source).stem or "weights")
-    inserted = np.flatnonzero(~np.isin(moments, times))
-    if len(inserted):
-        animation.extras = {"usdface": {"insertedKeys": inserted.tolist()}}
-    for number, (node, mesh) in enumerate(moved):
-        own = keys.reordered(mesh.shape_names).weights
-        values = flat_weights(mesh, _at(moments, times, own))
-        animation.samplers.append(
-            pygltflib.AnimationSampler(input=clock, output=builder.array(values.reshape(-1, 1)))
-        )
-        target = pygltflib.AnimationChannelTarget(node=node, path=pygltflib.WEIGHTS)
-        animation.channels.append(pygltflib.AnimationChannel(sampler=number, target=target))
-    document.animations = [animation]
-    return found
-
-
-def _at(moments: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
-    if len(moments) == len(times):
-        return values
-    return np.stack([np.interp(moments, times, column) for column in values.T], 1)
-
-
-def _times(times: FloatArray) -> tuple[FloatArray, float]:
-    """Return times that stay distinct as float32, and by how much they are later [s]."""
-    shift = max(0.0, -float(times[0]))
-    single = (times + shift).astype(np.float32)
-    # The bit patterns of non-negative floats count upwards like the floats.
-    steps = np.arange(len(single))
-    bits = np.maximum.accumulate(single.view(np.int32).astype(np.int64) - steps) + steps
-    return bits.astype(np.int32).view(np.float32).astype(np.float64), shift

@@ -1,12 +1,16 @@
 """Any rig source as a `Rig`: the one place that knows which reader reads what."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from usdface.clips import Clip
 from usdface.errors import InputError
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.io.rigs.makehuman import is_makehuman, read_makehuman
 from usdface.io.rigs.shape_folder import read_shape_folder
+from usdface.io.usd.clips import clips_of_stage
 from usdface.io.usd.rig import read_rig
+from usdface.io.usd.stage import open_stage
 from usdface.options import RigOptions
 from usdface.rigs import Rig
 
@@ -35,12 +39,19 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     elif kind in _GLTF:
         from usdface.io.gltf.read import read_gltf  # loads glTF's libraries only here
 
-        rig, _, findings = read_gltf(path)
+        rig, clips, findings = read_gltf(path)
+        findings += _dropped(clips)
     elif kind in _USD:
         rig, findings = read_rig(path)
+        findings += _dropped(clips_of_stage(open_stage(path), rig)[0])
     else:
         known = ", ".join((*_GLTF, *_USD))
         raise InputError(f"{path} is not a rig that usdface reads; use a folder or {known}")
     if not rig.shape_names:
         raise InputError(f"{path} has no blend shapes; a rig needs at least one")
     return rig, findings
+
+
+def _dropped(clips: Sequence[Clip]) -> list[Finding]:
+    message = "a rig stands still; `usdface import` and `export` keep animations"
+    return [finding("ANIMATION_DROPPED", clip.name, message) for clip in clips if not clip.still]

@@ -14,9 +14,9 @@ from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import FloatArray
 
-__all__ = ["read_rig", "rig_of_stage", "weights_of_stage"]
+__all__ = ["read_rig", "rig_of_stage", "skel_roots"]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
@@ -75,12 +75,11 @@ def _source(stage: Usd.Stage) -> str:
 
 
 def _rig(stage: Usd.Stage, root: str) -> tuple[Rig, list[Finding]]:
-    roots = _skel_roots(stage, root)
-    bound, skeletons, findings = _bindings(roots)
+    roots = skel_roots(stage, root)
+    bound, skeletons = _bindings(roots)
     si = to_si(metrics_of(stage))
     xforms = UsdGeom.XformCache(_START)
-    skeleton, used, notes = _pick_skeleton(skeletons, xforms, si)
-    findings += notes
+    skeleton, used, findings = _pick_skeleton(skeletons, xforms, si)
     below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
     meshes: list[Mesh] = []
     for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL)):
@@ -105,7 +104,14 @@ def _rig(stage: Usd.Stage, root: str) -> tuple[Rig, list[Finding]]:
     return Rig(name, named, skeleton, materials, source), findings + notes
 
 
-def _skel_roots(stage: Usd.Stage, root: str) -> list[Usd.Prim]:
+def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
+    """Return the SkelRoots under `root`, or the one that it is under.
+
+    Raises
+    ------
+    InputError
+        If there is no such prim or SkelRoot.
+    """
     top = stage.GetPseudoRoot()
     if root:
         top = stage.GetPrimAtPath(root) if Sdf.Path.IsValidPathString(root)[0] else None
@@ -125,8 +131,7 @@ def _skel_roots(stage: Usd.Stage, root: str) -> list[Usd.Prim]:
 
 def _bindings(
     roots: list[Usd.Prim],
-) -> tuple[dict[Sdf.Path, _Bound], list[Usd.Prim], list[Finding]]:
-    findings: list[Finding] = []
+) -> tuple[dict[Sdf.Path, _Bound], list[Usd.Prim]]:
     cache = UsdSkel.Cache()
     bound: dict[Sdf.Path, _Bound] = {}
     skeletons: dict[Usd.Prim, None] = {}
@@ -135,17 +140,12 @@ def _bindings(
         for binding in cache.ComputeSkelBindings(root, _ALL):
             skeleton = binding.GetSkeleton()
             skeletons[skeleton.GetPrim()] = None
-            moves = cache.GetSkelQuery(skeleton).GetAnimQuery()
-            if moves and len(moves.GetJointTransformTimeSamples()) > 1:
-                message = "the animation of joints is not kept; that of blend shapes is"
-                where = str(moves.GetPrim().GetPath())
-                findings.append(finding("ANIMATION_DROPPED", where, message))
             has_joints = bool(skeleton.GetJointsAttr().Get())
             for query in binding.GetSkinningTargets():
                 skinned = has_joints and query.HasJointInfluences()
                 path = query.GetPrim().GetPath()
                 bound[path] = _Bound(skeleton.GetPrim(), query, skinned)
-    return bound, list(skeletons), findings
+    return bound, list(skeletons)
 
 
 def _pick_skeleton(
@@ -157,7 +157,7 @@ def _pick_skeleton(
     findings: list[Finding] = []
     for prim in skeletons:
         to_rig = _matrix(xforms.GetLocalToWorldTransform(prim)) @ si
-        skeleton, notes = read_skeleton(UsdSkel.Skeleton(prim), to_rig)
+        skeleton, notes = read_skeleton(UsdSkel.Skeleton(prim), to_rig, _is_moved(prim))
         findings += notes
         if skeleton and picked:
             message = "a rig keeps one skeleton; meshes bound to this one are not skinned"
@@ -165,6 +165,18 @@ def _pick_skeleton(
         elif skeleton:
             picked, used = skeleton, prim
     return picked, used, findings
+
+
+def _is_moved(skeleton: Usd.Prim) -> bool:
+    """Whether some SkelAnimation beside the skeleton, bound or not, moves one of its joints."""
+    joints = set(UsdSkel.Skeleton(skeleton).GetJointsAttr().Get() or ())
+    root = UsdSkel.Root.Find(skeleton)
+    for animation in map(UsdSkel.Animation, Usd.PrimRange(root.GetPrim(), _ALL) if root else ()):
+        if animation and joints & set(animation.GetJointsAttr().Get() or ()):
+            moves = animation.GetTranslationsAttr(), animation.GetRotationsAttr()
+            if any(a.GetNumTimeSamples() > 1 for a in (*moves, animation.GetScalesAttr())):
+                return True
+    return False
 
 
 def _matrix(value: object) -> FloatArray:
@@ -179,49 +191,3 @@ def _bind_space(prim: Usd.Prim, bound: _Bound | None, xforms: UsdGeom.XformCache
         return _matrix(xforms.GetLocalToWorldTransform(prim))
     skeleton = _matrix(xforms.GetLocalToWorldTransform(bound.skeleton))
     return _matrix(bound.query.GetGeomBindTransform(_START)) @ skeleton
-
-
-def weights_of_stage(stage: Usd.Stage, root: str = "") -> WeightsTake | None:
-    """Return the animated weights of the first bound SkelAnimation that has any.
-
-    Times are seconds from the stage's start time code where it has one before the first
-    sample, else from that sample. The clock is timeCodesPerSecond.
-
-    Raises
-    ------
-    InputError
-        If there is no SkelRoot, a sample does not have one weight for each name, or a name
-        occurs twice.
-    """
-    with usd_errors(_source(stage)):
-        cache = UsdSkel.Cache()
-        for skel_root in map(UsdSkel.Root, _skel_roots(stage, root)):
-            cache.Populate(skel_root, _ALL)
-            for binding in cache.ComputeSkelBindings(skel_root, _ALL):
-                query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
-                if query and query.GetBlendShapeWeightTimeSamples():
-                    return _weights(stage, query)
-    return None
-
-
-def _weights(stage: Usd.Stage, query: UsdSkel.AnimQuery) -> WeightsTake:
-    names = tuple(str(token) for token in query.GetBlendShapeOrder())
-    codes = np.array(query.GetBlendShapeWeightTimeSamples())
-    where = query.GetPrim().GetPath()
-    values = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr()
-    rows = []
-    for code in codes:
-        row = np.asarray(values.Get(float(code)), np.float64)
-        if row.shape != (len(names),):
-            raise InputError(
-                f"{where} has {row.size} blendShapeWeights for {len(names)} blendShapes "
-                f"at time code {code:g}"
-            )
-        rows.append(row)
-    metrics = metrics_of(stage)
-    start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
-    times = (codes - min(start, codes[0])) / metrics.time_codes_per_second
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    rate = round(1 / step, 6) if step > 0 else metrics.time_codes_per_second
-    source = stage.GetRootLayer().realPath
-    return WeightsTake(names, times, np.array(rows), rate, source=source)

@@ -1,38 +1,68 @@
 """The space that a character fills while its blend shapes move."""
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.clips import Clip, JointsTake
+from usdface.io.transforms import compose
 from usdface.rigs import BlendShape, Mesh, Skeleton, Skin
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import FloatArray
 
 __all__ = ["posed_bounds"]
 
 
-def posed_bounds(mesh: Mesh, skeleton: Skeleton | None, curves: WeightsTake | None) -> FloatArray:
-    """Return a box (2, 3) around the mesh at rest for all weights in [0, 1] and in `curves`."""
+def posed_bounds(mesh: Mesh, skeleton: Skeleton | None, clips: Sequence[Clip]) -> FloatArray:
+    """Return a box (2, 3) around the mesh for all weights in [0, 1], and in all of `clips`."""
     if not len(mesh.points):
         return np.zeros((2, 3))
     box = np.array([mesh.points, mesh.points])
+    takes = [clip.weights for clip in clips if clip.weights is not None]
     for shape in mesh.shapes:
-        low, high = 0.0, 1.0
-        if curves is not None:
-            column = curves.column(shape.name)
-            low, high = min(low, column.min()), max(high, column.max())
+        columns = [take.column(shape.name) for take in takes if shape.name in take.names]
+        low = min(0.0, *(column.min() for column in columns), 0.0)
+        high = max(1.0, *(column.max() for column in columns), 1.0)
         reached = _reached(shape, float(low), float(high))
         box[0, shape.indices] += reached.min(axis=0)
         box[1, shape.indices] += reached.max(axis=0)
     if skeleton is None or mesh.skin is None:
         return np.array([box[0].min(axis=0), box[1].max(axis=0)])
-    moves = _skinning_at_rest(skeleton)
+    moves = _skinning(skeleton, skeleton.rest)
     corners = [
         _skinned(
             np.stack([box[side, :, axis] for axis, side in enumerate(sides)], 1), mesh.skin, moves
         )
         for sides in itertools.product((0, 1), repeat=3)
     ]
-    return np.array([np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))])
+    boxes = [np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))]
+    for clip in clips:
+        if clip.joints is not None:
+            boxes += _moving_box(box, mesh.skin, skeleton, clip.joints)
+    return np.array([np.min(boxes, axis=0), np.max(boxes, axis=0)])
+
+
+def _moving_box(
+    box: FloatArray, skin: Skin, skeleton: Skeleton, take: JointsTake
+) -> list[FloatArray]:
+    """Return the corners of a box around all frames.
+
+    A skinned point lies between the places to which its joints would bring it, so the boxes
+    around the points of each joint, moved with it, hold them all.
+    """
+    local = np.tile(skeleton.rest, (len(take.times), 1, 1, 1))
+    place = {joint: k for k, joint in enumerate(skeleton.joints)}
+    own = [place[joint] for joint in take.joints]
+    local[:, own] = compose(take.translations, take.rotations, take.scales)
+    moves = _skinning(skeleton, local)
+    result = []
+    for joint in np.unique(skin.joints[skin.weights > 0]).tolist():
+        held = ((skin.joints == joint) & (skin.weights > 0)).any(axis=1)
+        low, high = box[0, held].min(axis=0), box[1, held].max(axis=0)
+        corners = np.array(list(itertools.product(*zip(low, high, strict=True), (1.0,))))
+        corners = corners @ moves[:, joint]
+        result += [corners[..., :3].min(axis=(0, 1)), corners[..., :3].max(axis=(0, 1))]
+    return result
 
 
 def _reached(shape: BlendShape, low: float, high: float) -> FloatArray:
@@ -53,13 +83,14 @@ def _reached(shape: BlendShape, low: float, high: float) -> FloatArray:
     return np.array(corners)
 
 
-def _skinning_at_rest(skeleton: Skeleton) -> FloatArray:
-    world = skeleton.rest.copy()
+def _skinning(skeleton: Skeleton, local: FloatArray) -> FloatArray:
+    """Return what joints do to points (..., J, 4, 4), of their transforms to their parents."""
+    world = local.copy()
     places = {joint: i for i, joint in enumerate(skeleton.joints)}
     for i, joint in enumerate(skeleton.joints):
         parent = places.get(joint.rpartition("/")[0], -1)
         if parent >= 0:
-            world[i] = skeleton.rest[i] @ world[parent]
+            world[..., i, :, :] = local[..., i, :, :] @ world[..., parent, :, :]
     return np.linalg.pinv(skeleton.bind) @ world
 
 

@@ -1,55 +1,58 @@
 """A rig as UsdSkel: one stage that usdview, Blender, Maya and AR viewers play."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
+from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
+from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
 from usdface.io.usd.errors import usd_message
+from usdface.io.usd.joint_frames import unit_scaled
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
 from usdface.io.usd.stage import (
     Metrics,
     matrices,
     new_stage,
-    rate_of,
     save_layer,
     vec2f_array,
     vec3f_array,
 )
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import FloatArray
 
 __all__ = ["write_rig"]
 
 _FACE = "/Asset/Face"
-_SAME_TIME = 5e-7  # [s]
 _SUFFIXES = (".usd", ".usda", ".usdc")
 # Without any joint Hydra 2 and some AR viewers lose shape-only skeletons (OpenUSD#3873, #2425).
 _DUMMY = Skeleton(("root",), ("root",), np.eye(4)[None], np.eye(4)[None])
 
 
-def write_rig(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list[Finding]:
-    """Write `rig` as UsdSkel, in metres, Y up, with its weights animation if there is one.
+def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]:
+    """Write `rig` as UsdSkel, in metres, Y up, with its clips.
 
     Layout: `/Asset` (default prim) holds the SkelRoot `Face` with `Skel`, `Anim` and the
-    meshes, and `Materials`. The tokens of `skel:blendShapes` are the original names; prim
-    names are their legal, unique forms. A rig without a skeleton gets one joint that does
-    nothing. Normals and normal offsets that the rig lacks are computed.
+    meshes, and `Materials`; several clips lie in the scope `Animations`, and the variant set
+    `animation` of the SkelRoot chooses one (`usdface.io.usd.clips_write`). The tokens of
+    `skel:blendShapes` are the original names; prim names are their legal, unique forms. A rig
+    without a skeleton gets one joint that does nothing. Normals and normal offsets that the rig
+    lacks are computed.
 
     Parameters
     ----------
     rig : Rig
     path : Path
         `.usda` text, `.usdc` or `.usd` binary; replaced only when all is written.
-    weights : WeightsTake, optional
-        Time samples of the blend shape weights; time code = time * rate, and the stage's
-        timeCodesPerSecond is that rate. Shapes that it does not name stay at 0.
+    clips : sequence of Clip
+        Time code = time * rate, and the stage's timeCodesPerSecond is the highest of their rates.
 
     Raises
     ------
@@ -68,38 +71,41 @@ def write_rig(rig: Rig, path: Path, weights: WeightsTake | None = None) -> list[
     if not rig.meshes:
         raise InputError(f"the rig {rig.source or rig.name!r} has no meshes to write")
     try:
-        stage, findings = _stage_of(rig, path, weights)
+        stage, findings = _stage_of(rig, path, clips)
     except Tf.ErrorException as error:
         raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
     save_layer(stage.GetRootLayer(), path)
     return findings
 
 
-def _stage_of(rig: Rig, path: Path, weights: WeightsTake | None) -> tuple[Usd.Stage, list[Finding]]:
-    curves = weights.reordered(rig.shape_names) if weights else None
-    rate = _rate(curves)
-    codes = _time_codes(curves, rate)
-    span = (float(min(codes[0], 0.0)), float(codes[-1])) if len(codes) else (0.0, 0.0)
-    stage = new_stage(Metrics(1.0, "Y", rate, rate, *span), "Asset")
+def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, list[Finding]]:
+    skeleton, clips, findings = unit_scaled(rig.skeleton or _DUMMY, clips)
+    rig = replace(rig, skeleton=skeleton if rig.skeleton else None)
+    rate = clock_of(clips)
+    codes = time_codes(np.unique(np.concatenate([np.zeros(1), *(c.times for c in clips)])), rate)
+    stage = new_stage(Metrics(1.0, "Y", rate, rate, float(codes[0]), float(codes[-1])), "Asset")
     asset = stage.GetDefaultPrim()
     Usd.ModelAPI(asset).SetKind(Kind.Tokens.component)
     if rig.name and rig.name != asset.GetName():
         asset.SetDisplayName(rig.name)
-    materials, findings = (
-        write_materials(stage, _scope(stage), rig.materials, path) if rig.materials else ({}, [])
-    )
+    if rig.materials:
+        materials, news = write_materials(stage, _scope(stage), rig.materials, path)
+        findings += news
+    else:
+        materials = {}
+    named = dict.fromkeys(name for clip in clips if clip.weights for name in clip.weights.names)
     findings += [
         finding("SHAPE_UNKNOWN", name, "the weights name a blend shape that the rig lacks")
-        for name in (weights.names if weights else ())
+        for name in named
         if name not in rig.shape_names
     ]
     root = UsdSkel.Root.Define(stage, _FACE)
-    _write_skeleton(stage, rig, curves, codes)
-    names = prim_names((mesh.name for mesh in rig.meshes), ("Skel", "Anim"))
+    write_clips(root, _write_skeleton(stage, skeleton), skeleton, rig.shape_names, clips, rate)
+    names = prim_names((mesh.name for mesh in rig.meshes), ("Skel", "Anim", "Animations"))
     sided = {m.name for m in rig.materials if m.double_sided}
     for name, mesh in zip(names, rig.meshes, strict=True):
         findings += _write_mesh(stage, f"{_FACE}/{name}", mesh, rig, materials, sided)
-    bounds = np.array([posed_bounds(mesh, rig.skeleton, curves) for mesh in rig.meshes])
+    bounds = np.array([posed_bounds(mesh, rig.skeleton, clips) for mesh in rig.meshes])
     root.CreateExtentAttr(vec3f_array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)]))
     return stage, findings
 
@@ -108,46 +114,13 @@ def _scope(stage: Usd.Stage) -> str:
     return str(UsdGeom.Scope.Define(stage, "/Asset/Materials").GetPath())
 
 
-def _rate(curves: WeightsTake | None) -> float:
-    if curves is None:
-        return 24.0
-    return curves.rate or rate_of(curves.times)
-
-
-def _time_codes(curves: WeightsTake | None, rate: float) -> FloatArray:
-    if curves is None:
-        return np.zeros(0)
-    codes = curves.times * rate
-    whole = np.round(codes)
-    # 1/60 s * 60 is not quite 1; a whole frame should have a whole time code, if that is the
-    # same time as far as float32 can tell. Of two keys at a step the earlier keeps its own.
-    same = np.maximum(_SAME_TIME, np.spacing(np.abs(curves.times).astype(np.float32)))
-    near = np.abs(codes - whole) < same * rate
-    stepped = np.append(near[1:] & (whole[1:] == whole[:-1]), False)
-    return np.where(near & ~stepped, whole, codes)
-
-
-def _write_skeleton(
-    stage: Usd.Stage, rig: Rig, curves: WeightsTake | None, codes: FloatArray
-) -> None:
-    skeleton = rig.skeleton or _DUMMY
+def _write_skeleton(stage: Usd.Stage, skeleton: Skeleton) -> UsdSkel.Skeleton:
     skel = UsdSkel.Skeleton.Define(stage, f"{_FACE}/Skel")
     skel.CreateJointsAttr(skeleton.joints)
     skel.CreateJointNamesAttr(skeleton.names)
     skel.CreateBindTransformsAttr(matrices(skeleton.bind))
     skel.CreateRestTransformsAttr(matrices(skeleton.rest))
-    anim = UsdSkel.Animation.Define(stage, f"{_FACE}/Anim")
-    anim.CreateJointsAttr(skeleton.joints)
-    anim.SetTransforms(matrices(skeleton.rest))
-    anim.CreateBlendShapesAttr(rig.shape_names)
-    values = anim.CreateBlendShapeWeightsAttr(Vt.FloatArray(len(rig.shape_names)))
-    if curves is not None:
-        for code, row in zip(codes, curves.weights.astype(np.float32), strict=True):
-            values.Set(Vt.FloatArray.FromNumpy(row), float(code))
-    for prim in (skel.GetPrim(), stage.GetPrimAtPath(_FACE)):
-        binding = UsdSkel.BindingAPI.Apply(prim)
-        binding.CreateAnimationSourceRel().SetTargets([anim.GetPath()])
-    binding.CreateSkeletonRel().SetTargets([skel.GetPath()])
+    return skel
 
 
 def _write_mesh(

@@ -7,18 +7,18 @@ from usdface.findings import Finding, finding
 from usdface.rigs import Skeleton, Skin
 from usdface.takes import FloatArray
 
-__all__ = ["read_skeleton", "read_skin"]
+__all__ = ["read_skeleton", "read_skin", "to_parents"]
 
 
 def read_skeleton(
-    prim: UsdSkel.Skeleton, to_rig: FloatArray
+    prim: UsdSkel.Skeleton, to_rig: FloatArray, moved: bool = False
 ) -> tuple[Skeleton | None, list[Finding]]:
     """Return the skeleton with its joints in rig space; None where it moves nothing.
 
     `to_rig` (4, 4) leads from skeleton space to rig space. A unit of a joint's own frame is
     a metre afterwards, so that joints carry no scale that only came from the stage's units.
     A skeleton without joints, or with one joint that stays at the identity (what writers add
-    for programs that want a joint), is None.
+    for programs that want a joint) and is not `moved` by an animation, is None.
     """
     where = str(prim.GetPath())
     joints = tuple(str(joint) for joint in prim.GetJointsAttr().Get() or ())
@@ -39,15 +39,26 @@ def read_skeleton(
     if not (np.isfinite(bind).all() and np.isfinite(rest).all()):
         message = "the skeleton is left out: its transforms are not finite numbers"
         return None, [finding("FEATURE_DROPPED", where, message)]
-    if count == 1 and np.allclose(bind, np.eye(4)) and np.allclose(rest, np.eye(4)):
+    if count == 1 and not moved and np.allclose(bind, np.eye(4)) and np.allclose(rest, np.eye(4)):
         return None, []
-    scale = np.cbrt(abs(np.linalg.det(to_rig[:3, :3]))) or 1.0
-    shrink, grow = np.diag([1 / scale] * 3 + [1.0]), np.diag([scale] * 3 + [1.0])
-    below = np.where((parents >= 0)[:, None, None], grow, to_rig)
+    scale, below = to_parents(joints, to_rig)
+    shrink = np.diag([1 / scale] * 3 + [1.0])
     names = tuple(str(name) for name in prim.GetJointNamesAttr().Get() or ())
     if len(names) != count:
         names = tuple(joint.rpartition("/")[2] for joint in joints)
     return Skeleton(joints, names, shrink @ bind @ to_rig, shrink @ rest @ below), []
+
+
+def to_parents(joints: tuple[str, ...], to_rig: FloatArray) -> tuple[float, FloatArray]:
+    """Return a unit of skeleton space in metres, and what leads to parents' frames: (J, 4, 4).
+
+    A joint's transform in the rig is its transform on the stage, followed by that, and divided
+    by the unit, so that a unit of each joint's own frame is a metre.
+    """
+    scale = float(np.cbrt(abs(np.linalg.det(to_rig[:3, :3])))) or 1.0
+    topology = UsdSkel.Topology(joints)
+    below = np.array([topology.GetParent(joint) >= 0 for joint in range(len(joints))])
+    return scale, np.where(below[:, None, None], np.diag([scale] * 3 + [1.0]), to_rig)
 
 
 def _matrices(values: object) -> FloatArray:

@@ -1,0 +1,30 @@
+"""Files with one clip that moves weights only, which is what most tests need."""
+
+from pathlib import Path
+
+from usdface.clips import Clip
+from usdface.findings import Finding
+from usdface.io.gltf.read import read_gltf
+from usdface.io.usd.clips import clips_of_stage
+from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.stage import Stage
+from usdface.rigs import Rig
+from usdface.takes import WeightsTake
+
+
+def plays(take: WeightsTake | None, name: str = "clip") -> tuple[Clip, ...]:
+    return () if take is None else (Clip(name, take),)
+
+
+def weights_in(clips: tuple[Clip, ...]) -> WeightsTake | None:
+    assert len(clips) < 2
+    return clips[0].weights if clips else None
+
+
+def read_one(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
+    rig, clips, found = read_gltf(path)
+    return rig, weights_in(clips), found
+
+
+def weights_of_stage(stage: Stage) -> WeightsTake | None:
+    return weights_in(clips_of_stage(stage, rig_of_stage(stage)[0])[0])

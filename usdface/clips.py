@@ -1,0 +1,96 @@
+"""Clips: the animations of a rig, as immutable arrays in SI units, Y up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.takes import FloatArray, WeightsTake, frozen
+
+__all__ = ["Clip", "JointsTake"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JointsTake:
+    """Joint transforms over time, each relative to the joint's parent.
+
+    A point goes from a joint's frame to its parent's by scale, rotation, translation. Between
+    two times translations and scales go straight and rotations along the shortest arc.
+
+    Attributes
+    ----------
+    joints : tuple of str, length J
+        Joint paths of the rig's `Skeleton`; a joint that is not named stays at rest.
+    times : (F,) float64 [s]
+        Strictly increasing.
+    translations : (F, J, 3) float64 [m]
+    rotations : (F, J, 4) float64 [1]
+        Unit quaternions x, y, z, w.
+    scales : (F, J, 3) float64 [1]
+    rate : float [Hz]
+        Nominal frame rate; 0 where unknown.
+    """
+
+    joints: tuple[str, ...]
+    times: FloatArray
+    translations: FloatArray
+    rotations: FloatArray
+    scales: FloatArray
+    rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field, width in (("translations", 3), ("rotations", 4), ("scales", 3)):
+            values = frozen(getattr(self, field))
+            object.__setattr__(self, field, values)
+            if values.shape != (len(self.times), len(self.joints), width):
+                raise InputError(
+                    f"the {field} of joints have shape {values.shape}; expected "
+                    f"({len(self.times)} times, {len(self.joints)} joints, {width})"
+                )
+            if not np.isfinite(values).all():
+                raise InputError(f"the {field} of joints must be finite")
+        object.__setattr__(self, "times", frozen(self.times))
+        if len(set(self.joints)) != len(self.joints):
+            raise InputError("an animation names a joint twice")
+        if not len(self.times) or not np.isfinite(self.times).all():
+            raise InputError("the animation of joints has no frames, or times that are not finite")
+        if (np.diff(self.times) <= 0).any():
+            raise InputError("the times of the animation of joints must increase strictly")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Clip:
+    """One animation of a rig: its blend shapes, its joints, or both, on one clock.
+
+    A clip without a name and with one frame of weights is how the face stands without animation.
+
+    Attributes
+    ----------
+    name : str
+        Any text.
+    weights : WeightsTake or None
+        A blend shape that it does not name stays at 0.
+    joints : JointsTake or None
+        None: the skeleton stays at rest.
+    """
+
+    name: str
+    weights: WeightsTake | None = None
+    joints: JointsTake | None = None
+
+    @property
+    def still(self) -> bool:
+        """Whether this is no animation but the weights of a face that does not move."""
+        return not self.name and self.joints is None and len(self.times) <= 1
+
+    @property
+    def times(self) -> FloatArray:
+        """All times at which weights or joints have keys: (F,) [s]."""
+        parts = [part.times for part in (self.weights, self.joints) if part is not None]
+        return np.unique(np.concatenate([np.zeros(0), *parts]))
+
+    @property
+    def rate(self) -> float:
+        """Nominal frame rate [Hz]; 0 where unknown."""
+        parts = [part.rate for part in (self.weights, self.joints) if part is not None]
+        return max(parts, default=0.0)

@@ -1,0 +1,136 @@
+"""Weights of glTF, which each node has for itself, as one weight for each name."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.findings import Finding, finding
+from usdface.io.gltf.curves import Curve
+from usdface.io.gltf.inbetweens import Step, folded
+from usdface.rigs import Mesh
+from usdface.takes import FloatArray, WeightsTake
+
+__all__ = ["PlacedMesh", "WeightsMotion", "grid_rate", "shared_weights"]
+
+_SAME = 1e-6  # of a weight: what float32 leaves of equal curves
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlacedMesh:
+    """A mesh, its node, its weights without animation (S,), and which targets are inbetweens."""
+
+    mesh: Mesh
+    node: int
+    weights: FloatArray
+    steps: tuple[Step, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WeightsMotion:
+    """How one animation moves weights: a curve by place of a mesh.
+
+    `inserted` are times [s] of keys that an export added for inbetweens.
+    """
+
+    curves: Mapping[int, Curve]
+    inserted: FloatArray
+
+
+def shared_weights(
+    meshes: Sequence[PlacedMesh], motions: Sequence[WeightsMotion]
+) -> tuple[tuple[Mesh, ...], list[WeightsTake | None], list[Finding]]:
+    """Give every blend shape of a rig one weight, in all animations.
+
+    glTF gives every node weights of its own, a rig has one weight for each name. Where
+    equal names move differently in any animation, the later mesh's shape is renamed
+    ``mesh:name``. Inbetweens that were exported as targets are inbetweens again, and keys that
+    were inserted for them go. Keys of several curves are united, which changes no curve.
+
+    Returns
+    -------
+    tuple of Mesh
+        The meshes, some shapes renamed.
+    list of WeightsTake or None
+        For each motion; None where it moves no weights and all are zero.
+    list of Finding
+    """
+    clocks = [
+        np.unique(np.concatenate([c.times for c in m.curves.values()])) if m.curves else np.zeros(1)
+        for m in motions
+    ]
+    # All animations one after the other: a name is shared only if it may be in each of them.
+    ends = np.cumsum([len(clock) for clock in clocks])
+    columns: dict[str, FloatArray] = {}
+    renamed = []
+    found: list[Finding] = []
+    for place, placed in enumerate(meshes):
+        values = np.concatenate(
+            [
+                m.curves[place].at(clock)
+                if place in m.curves
+                else np.broadcast_to(placed.weights, (len(clock), len(placed.weights)))
+                for m, clock in zip(motions, clocks, strict=True)
+            ]
+        )
+        whole, values, news = folded(placed.mesh, placed.steps, values)
+        mesh, changed = _shared(whole, values, columns)
+        renamed.append(mesh)
+        found += news + changed
+    takes: list[WeightsTake | None] = []
+    still = not any(placed.weights.any() for placed in meshes)
+    for motion, clock, end in zip(motions, clocks, ends.tolist(), strict=True):
+        if not motion.curves and (still or not columns):
+            takes.append(None)
+            continue
+        weights = np.stack([c[end - len(clock) : end] for c in columns.values()], 1)
+        times, weights = _without(motion.inserted, clock, weights)
+        takes.append(WeightsTake(tuple(columns), times, weights, grid_rate(times)))
+    return tuple(renamed), takes, found
+
+
+def _without(
+    inserted: FloatArray, times: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Leave those times out, if the weights are then still the same lines."""
+    kept = ~np.isin(times, inserted)
+    if kept.all() or not (kept[0] and kept[-1]):
+        return times, weights
+    lines = np.stack([np.interp(times, times[kept], c) for c in weights[kept].T], 1)
+    same = (np.abs(lines - weights) <= _SAME * np.maximum(1.0, np.abs(weights))).all()
+    return (times[kept], weights[kept]) if same else (times, weights)
+
+
+def _shared(
+    mesh: Mesh, values: FloatArray, columns: dict[str, FloatArray]
+) -> tuple[Mesh, list[Finding]]:
+    """Enter a mesh's curves into `columns`; rename shapes whose name is taken by another."""
+    found, shapes = [], []
+    own: set[str] = set()
+    for shape, curve in zip(mesh.shapes, values.T, strict=True):
+        name, number = shape.name, 1
+        while name in own or (name in columns and not _equal(columns[name], curve)):
+            name = f"{mesh.name}:{shape.name}" + (f"_{number}" if number > 1 else "")
+            number += 1
+        columns[name] = curve
+        own.add(name)
+        if name != shape.name:
+            message = f"moves unlike the shape of that name on another mesh; now {name!r}"
+            found.append(finding("NAME_CHANGED", shape.name, message))
+        shapes.append(replace(shape, name=name))
+    return replace(mesh, shapes=tuple(shapes)), found
+
+
+def _equal(one: FloatArray, other: FloatArray) -> bool:
+    return np.allclose(one, other, rtol=_SAME, atol=_SAME)
+
+
+def grid_rate(times: FloatArray) -> float:
+    """Return the frame rate [Hz] whose frames all times fall on, 0 where there is none."""
+    if len(times) < 2:
+        return 0.0
+    steps = np.diff(times)
+    frames = np.round(steps / np.median(steps))
+    rate = float(np.round(frames.sum() / (times[-1] - times[0]), 3))
+    off = np.abs((times - times[0]) * rate - np.cumsum([0, *frames]))
+    return rate if 0 < rate <= 1000 and off.max() < 0.02 else 0.0

@@ -1,0 +1,238 @@
+"""Clips out of USD: what the SkelAnimations of a character do, for each variant that picks one."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdface.clips import Clip, JointsTake
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.transforms import decompose, followed_by
+from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.rig import skel_roots
+from usdface.io.usd.skeleton import to_parents
+from usdface.io.usd.stage import metrics_of, to_si
+from usdface.rigs import Rig, Skeleton
+from usdface.takes import FloatArray, WeightsTake
+
+__all__ = ["clips_of_stage", "playing"]
+
+_SAME_SCALE = 1e-5
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+
+
+def clips_of_stage(
+    stage: Usd.Stage, rig: Rig, root: str = ""
+) -> tuple[tuple[Clip, ...], list[Finding]]:
+    """Return what the SkelAnimations that are bound under the SkelRoots do.
+
+    Times are seconds from the stage's start time code where it has one before the first
+    sample, else from that sample. The clock is timeCodesPerSecond. A clip has the display name
+    of its SkelAnimation, else the prim's name; the one that the stage shows comes first.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+    rig : Rig
+        As `usdface.io.usd.rig.rig_of_stage` reads it off the stage.
+    root : str
+        Path of a prim that the SkelRoots are under; "" = the whole stage.
+
+    Raises
+    ------
+    InputError
+        If there is no SkelRoot, a sample does not have one weight for each name, or a name
+        occurs twice.
+    """
+    clips: list[Clip] = []
+    found: list[Finding] = []
+    with usd_errors(stage.GetRootLayer().realPath or "the stage"):
+        for variation in playing(stage, root):
+            clip, news = _clip(variation, rig, root)
+            found += news
+            if clip is not None:
+                clips.append(clip)
+    if len(clips) > 1:
+        clips = [clip for clip in clips if not clip.still]
+    return tuple(clips), list(dict.fromkeys(found))
+
+
+def playing(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
+    """Yield the stage as it plays each of its clips; the one that it shows comes first.
+
+    A variant set of a SkelRoot whose variants bind different SkelAnimations chooses between
+    clips; where there is none the stage itself is all. The stage is not changed.
+    """
+    yield stage
+    seen = {_bound(stage)}
+    places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
+    others: dict[tuple[Sdf.Path, ...], Usd.Stage] = {}
+    for prim in skel_roots(stage, root):
+        if prim.IsInstanceProxy():
+            continue
+        sets = prim.GetVariantSets()
+        for name in sets.GetNames():
+            for variant in sets.GetVariantSet(name).GetVariantNames():
+                session = Sdf.Layer.CreateAnonymous(".usda")
+                session.TransferContent(stage.GetSessionLayer())
+                spec = Sdf.CreatePrimInLayer(session, prim.GetPath())
+                spec.variantSelections[name] = variant
+                other = Usd.Stage.Open(stage.GetRootLayer(), session)
+                others.setdefault(_bound(other), other)
+    order = sorted(others, key=lambda paths: [places.get(path, len(places)) for path in paths])
+    for paths in order:
+        if paths and paths not in seen:
+            yield others[paths]
+
+
+@dataclass(frozen=True, slots=True)
+class _Binding:
+    """A skeleton and the SkelAnimation that moves it."""
+
+    skeleton: UsdSkel.SkeletonQuery
+    animation: UsdSkel.AnimQuery
+
+
+def _bindings(stage: Usd.Stage, root: str = "") -> list[_Binding]:
+    cache = UsdSkel.Cache()
+    bound: dict[Sdf.Path, _Binding] = {}
+    for skel_root in map(UsdSkel.Root, skel_roots(stage, root)):
+        cache.Populate(skel_root, _ALL)
+        for binding in cache.ComputeSkelBindings(skel_root, _ALL):
+            query = cache.GetSkelQuery(binding.GetSkeleton())
+            if query.GetAnimQuery():
+                path = binding.GetSkeleton().GetPath()
+                bound.setdefault(path, _Binding(query, query.GetAnimQuery()))
+    return list(bound.values())
+
+
+def _bound(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
+    return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in _bindings(stage)))
+
+
+def _clip(stage: Usd.Stage, rig: Rig, root: str) -> tuple[Clip | None, list[Finding]]:
+    bindings = _bindings(stage, root)
+    animations = {b.animation.GetPrim(): b.animation for b in bindings}
+    weighted = [q for q in animations.values() if q.GetBlendShapeWeightTimeSamples()]
+    jointed = [
+        b
+        for b in bindings
+        if rig.skeleton is not None
+        and tuple(map(str, b.skeleton.GetJointOrder())) == rig.skeleton.joints
+        and b.animation.GetJointTransformTimeSamples()
+    ]
+    codes = np.unique(
+        [
+            *(code for q in weighted[:1] for code in q.GetBlendShapeWeightTimeSamples()),
+            *(code for b in jointed[:1] for code in b.animation.GetJointTransformTimeSamples()),
+        ]
+    )
+    found = [
+        finding(
+            "ANIMATION_DROPPED", str(q.GetPrim().GetPath()), "a rig has one animation at a time"
+        )
+        for q in weighted[1:]
+    ]
+    if not len(codes):
+        still = [q for q in animations.values() if _still(q)]
+        return (Clip("", _still(still[0])) if still else None), found
+    metrics = metrics_of(stage)
+    start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
+    clock = _Clock(min(start, float(codes[0])), metrics.time_codes_per_second)
+    weights = _weights(weighted[0], clock) if weighted else None
+    joints = None
+    if jointed and rig.skeleton is not None:
+        joints, news = _joints(jointed[0], rig.skeleton, to_si(metrics), clock)
+        found += news
+    prim = (weighted or [jointed[0].animation])[0].GetPrim()
+    return Clip(prim.GetDisplayName() or prim.GetName(), weights, joints), found
+
+
+@dataclass(frozen=True, slots=True)
+class _Clock:
+    start: float
+    rate: float
+
+    def times(self, codes: FloatArray) -> FloatArray:
+        return np.asarray((codes - self.start) / self.rate)
+
+    def grid(self, times: FloatArray) -> float:
+        """Return the frame rate [Hz] of samples at `times`."""
+        step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+        return round(1 / step, 6) if step > 0 else self.rate
+
+
+def _names(query: UsdSkel.AnimQuery) -> tuple[str, ...]:
+    return tuple(str(token) for token in query.GetBlendShapeOrder())
+
+
+def _still(query: UsdSkel.AnimQuery) -> WeightsTake | None:
+    """Return weights that do not move, if some are not zero."""
+    row = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr().Get()
+    names = _names(query)
+    if row is None or len(row) != len(names) or not any(row):
+        return None
+    return WeightsTake(names, np.zeros(1), np.array([row], np.float64))
+
+
+def _weights(query: UsdSkel.AnimQuery, clock: _Clock) -> WeightsTake:
+    names = _names(query)
+    codes = np.array(query.GetBlendShapeWeightTimeSamples())
+    values = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr()
+    rows = []
+    for code in codes:
+        row = np.asarray(values.Get(float(code)), np.float64)
+        if row.shape != (len(names),):
+            raise InputError(
+                f"{query.GetPrim().GetPath()} has {row.size} blendShapeWeights for {len(names)} "
+                f"blendShapes at time code {code:g}"
+            )
+        rows.append(row)
+    times = clock.times(codes)
+    return WeightsTake(names, times, np.array(rows), clock.grid(times))
+
+
+def _joints(
+    binding: _Binding, skeleton: Skeleton, si: FloatArray, clock: _Clock
+) -> tuple[JointsTake | None, list[Finding]]:
+    """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
+    where = str(binding.animation.GetPrim().GetPath())
+    order = tuple(map(str, binding.animation.GetJointOrder()))
+    known = [k for k, joint in enumerate(order) if joint in skeleton.joints]
+    found = []
+    if len(known) < len(order):
+        message = f"{len(order) - len(known)} animated joints are not in the skeleton"
+        found.append(finding("ANIMATION_DROPPED", where, message))
+    codes = np.array(binding.animation.GetJointTransformTimeSamples())
+    rows = [binding.animation.ComputeJointLocalTransformComponents(float(c)) for c in codes]
+    if not known or any(row is None or any(len(p) != len(order) for p in row) for row in rows):
+        message = "translations, rotations and scales do not fit the joints"
+        return None, [*found, finding("ANIMATION_DROPPED", where, message)]
+    moves, turns, sizes = (
+        np.array([np.asarray(row[k], np.float64) for row in rows]) for k in range(3)
+    )
+    turns = _unit(turns)
+    xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
+    world = xforms.GetLocalToWorldTransform(binding.skeleton.GetPrim())
+    scale, below = to_parents(skeleton.joints, np.array(world, np.float64) @ si)
+    _, _, rests = decompose(skeleton.rest)
+    parts = []
+    for k in known:
+        place = skeleton.joints.index(order[k])
+        move, turn, size = followed_by(moves[:, k], turns[:, k], sizes[:, k], below[place])
+        size = size / scale
+        # 16 bits hold few scales: next to that at rest, the joint is at rest.
+        size = np.where(np.abs(size - rests[place]) < _SAME_SCALE, rests[place], size)
+        parts.append((move, turn, size))
+    times = clock.times(codes)
+    moves, turns, sizes = (np.stack(values, 1) for values in zip(*parts, strict=True))
+    joints = tuple(order[k] for k in known)
+    return JointsTake(joints, times, moves, turns, sizes, clock.grid(times)), found
+
+
+def _unit(rotations: FloatArray) -> FloatArray:
+    length = np.linalg.norm(rotations, axis=-1, keepdims=True)
+    identity = np.array([0.0, 0.0, 0.0, 1.0])
+    return np.where(length > 0, rotations / np.where(length > 0, length, 1.0), identity)

@@ -1,0 +1,139 @@
+"""Clips as SkelAnimations, and the variant set that chooses one of them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdSkel, Vt
+
+from usdface.clips import Clip, JointsTake
+from usdface.io.prim_names import prim_names
+from usdface.io.transforms import decompose
+from usdface.io.usd.stage import matrices, rate_of, vec3f_array
+from usdface.rigs import Skeleton
+from usdface.takes import FloatArray
+
+__all__ = ["CLIPS", "clock_of", "time_codes", "write_clips"]
+
+CLIPS = "animation"  # the variant set
+_SAME_TIME = 5e-7  # [s]
+
+
+def clock_of(clips: Sequence[Clip]) -> float:
+    """Return the timeCodesPerSecond for some clips: the highest of their rates."""
+    if not any(len(clip.times) for clip in clips):
+        return 24.0
+    rate = max(clip.rate for clip in clips)
+    return rate or rate_of(max((clip.times for clip in clips), key=len))
+
+
+def time_codes(times: FloatArray, rate: float) -> FloatArray:
+    """Return the time codes of `times` (F,) [s].
+
+    1/60 s * 60 is not quite 1; a whole frame should have a whole time code, if that is the
+    same time as far as float32 can tell. Of two keys at a step the earlier keeps its own.
+    """
+    codes = times * rate
+    whole = np.round(codes)
+    same = np.maximum(_SAME_TIME, np.spacing(np.abs(times).astype(np.float32)))
+    near = np.abs(codes - whole) < same * rate
+    stepped = np.append(near[1:] & (whole[1:] == whole[:-1]), False)
+    return np.where(near & ~stepped, whole, codes)
+
+
+def write_clips(
+    root: UsdSkel.Root,
+    skel: UsdSkel.Skeleton,
+    skeleton: Skeleton,
+    shapes: tuple[str, ...],
+    clips: Sequence[Clip],
+    rate: float,
+) -> None:
+    """Author a SkelAnimation for each clip, and bind the first.
+
+    One alone is `Anim`; several lie in the scope `Animations`, and a variant set of the SkelRoot
+    chooses. Without any, `Anim` holds the rest.
+
+    Parameters
+    ----------
+    root, skel : of UsdSkel
+        Prims on the stage; `skel` has the joints of `skeleton`.
+    skeleton : Skeleton
+    shapes : tuple of str, length S
+        Tokens of all SkelAnimations.
+    clips : sequence of Clip
+    rate : float
+        The stage's timeCodesPerSecond.
+    """
+    stage = root.GetPrim().GetStage()
+    for prim in (skel.GetPrim(), root.GetPrim()):
+        UsdSkel.BindingAPI.Apply(prim)
+    UsdSkel.BindingAPI(root).CreateSkeletonRel().SetTargets([skel.GetPath()])
+    if len(clips) < 2:
+        clip = clips[0] if clips else Clip("")
+        made = _write_clip(stage, f"{root.GetPath()}/Anim", skeleton, shapes, clip, rate)
+        _bind(root, skel, made)
+        return
+    scope = UsdGeom.Scope.Define(stage, root.GetPath().AppendChild("Animations")).GetPath()
+    variants = root.GetPrim().GetVariantSets().AddVariantSet(CLIPS)
+    names = prim_names(clip.name for clip in clips)
+    for name, clip in zip(names, clips, strict=True):
+        made = _write_clip(stage, f"{scope}/{name}", skeleton, shapes, clip, rate)
+        variants.AddVariant(name)
+        variants.SetVariantSelection(name)
+        with variants.GetVariantEditContext():
+            _bind(root, skel, made)
+    variants.SetVariantSelection(names[0])
+
+
+def _bind(root: UsdSkel.Root, skel: UsdSkel.Skeleton, anim: UsdSkel.Animation) -> None:
+    # Some programs look for it on the one, some on the other (OpenUSD#2621).
+    for prim in (skel, root):
+        UsdSkel.BindingAPI(prim).CreateAnimationSourceRel().SetTargets([anim.GetPath()])
+
+
+def _write_clip(
+    stage: Usd.Stage,
+    path: str,
+    skeleton: Skeleton,
+    shapes: tuple[str, ...],
+    clip: Clip,
+    rate: float,
+) -> UsdSkel.Animation:
+    anim = UsdSkel.Animation.Define(stage, path)
+    if clip.name and clip.name != anim.GetPrim().GetName():
+        anim.GetPrim().SetDisplayName(clip.name)
+    anim.CreateJointsAttr(skeleton.joints)
+    anim.SetTransforms(matrices(skeleton.rest))
+    anim.CreateBlendShapesAttr(shapes)
+    values = anim.CreateBlendShapeWeightsAttr(Vt.FloatArray(len(shapes)))
+    if clip.weights is not None:
+        rows = clip.weights.reordered(shapes).weights.astype(np.float32)
+        if clip.still:
+            values.Set(Vt.FloatArray.FromNumpy(rows[0]))
+        else:
+            codes = time_codes(clip.weights.times, rate).tolist()
+            for code, row in zip(codes, rows, strict=True):
+                values.Set(Vt.FloatArray.FromNumpy(row), code)
+    if clip.joints is not None:
+        _write_joints(anim, skeleton, clip.joints, rate)
+    return anim
+
+
+def _write_joints(
+    anim: UsdSkel.Animation, skeleton: Skeleton, take: JointsTake, rate: float
+) -> None:
+    """Author all joints: programs differ in what they make of some of them."""
+    place = {joint: k for k, joint in enumerate(skeleton.joints)}
+    own = [place[joint] for joint in take.joints]
+    moves, turns, sizes = (np.tile(p, (len(take.times), 1, 1)) for p in decompose(skeleton.rest))
+    moves[:, own], turns[:, own], sizes[:, own] = take.translations, take.rotations, take.scales
+    attributes = anim.GetTranslationsAttr(), anim.GetRotationsAttr(), anim.GetScalesAttr()
+    codes = time_codes(take.times, rate).tolist()
+    for code, move, turn, size in zip(codes, moves, turns, sizes, strict=True):
+        values = (
+            vec3f_array(move),
+            Vt.QuatfArray.FromNumpy(turn.astype(np.float32)),
+            Vt.Vec3hArray.FromNumpy(size.astype(np.float16)),
+        )
+        for attribute, value in zip(attributes, values, strict=True):
+            attribute.Set(value, code)
