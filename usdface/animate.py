@@ -29,7 +29,7 @@ from usdface.retarget.solve_report import solve_report
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup, fit_setup
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import FloatArray, MarkerTake, WeightsTake, visible
 
 __all__ = ["MARKER_NOISE", "Animated", "animate", "design", "express", "features", "retarget"]
 
@@ -84,7 +84,9 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
         repairs = cleaned.repairs if cleaned else ()
-        solved = Animation(names, complete, solution, {}, repairs, _motion(shot, mesh, solution))
+        solved = Animation(
+            names, complete, solution, {}, repairs, _motion(shot, mesh, solution, options)
+        )
     if not options.express:
         return _animated(shot, solved, None, findings)
     if shot.system is None or not shot.expressions:
@@ -161,14 +163,21 @@ def _solve(
     return solution.weights, solution, findings + more
 
 
-def _motion(shot: Shot, mesh: Mesh, solution: Solution | None) -> Pose | None:
+def _motion(
+    shot: Shot, mesh: Mesh, solution: Solution | None, options: ProcessOptions
+) -> Pose | None:
     setup = shot.setup
-    if solution is None or not (setup.move_head and solution.in_space):
+    wanted = options.head and setup.move_head and setup.head != "stabilised"
+    if solution is None or not (wanted and solution.in_space):
         return None
     vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     target = mesh.points[[vertex[name] for name in solution.markers]]
     times = solution.weights.times
-    return head_motion(solution.pose, times, solution.neutral, target, solution.noise)
+    seen = ~np.isnan(solution.distances)
+    if setup.head == "markers" and isinstance(shot.take, MarkerTake):
+        rigid = visible(shot.take.select(setup.head_markers)).sum(axis=1) >= 3
+        seen = np.broadcast_to(rigid[:, None], seen.shape)
+    return head_motion(solution.pose, times, solution.neutral, target, solution.noise, seen)
 
 
 def _animated(

@@ -176,6 +176,9 @@ def _process(commands: Any) -> None:
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
     command.add_argument("--no-express", dest="express", action="store_false")
+    command.add_argument(
+        "--no-head", dest="head", action="store_false", help="the character's head stays still"
+    )
     result = command.add_mutually_exclusive_group()
     result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
     result.add_argument(

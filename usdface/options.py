@@ -183,4 +183,5 @@ class ProcessOptions:
     output: str = ""
     gltf: str = ""
     express: bool = True
+    head: bool = True
     in_place: bool = False

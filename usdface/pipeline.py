@@ -197,8 +197,6 @@ def apply(
     """Do the main job on a stage that a host holds open: author on its edit target.
 
     The final weights, emotion curves and residual go onto the edit target; nothing is saved.
-    The character stays in its place, whatever `usdface:head:apply` says: a rig that moves could
-    not be read again as it is at rest.
 
     Raises
     ------
@@ -215,7 +213,9 @@ def apply(
     solved = animate(stage, shot, options, steps)
     with steps("write"):
         solve = solved.solve
-        final = replace(solved.final, solution=solve.solution, repairs=solve.repairs, motion=None)
+        final = replace(
+            solved.final, solution=solve.solution, repairs=solve.repairs, motion=solve.motion
+        )
         apply_animation(stage, shot, final)
     return Outcome(
         (), tuple(findings + solved.findings), solved.summary, steps.seconds, solved.details

@@ -73,6 +73,9 @@ class Setup:
         on `head_markers`, which sit on something truly rigid. "stabilised": no head motion.
     move_head : bool
         The character's head moves as the performer's; else the face stays in its place.
+    head_joint : str
+        Path or name of the joint that carries the face; "" = found by the skin of the face, and
+        the whole character moves if there is none.
     neutral : (int, int) or None
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
@@ -85,7 +88,8 @@ class Setup:
     binding: Binding
     head: HeadMode = "solve"
     head_markers: tuple[str, ...] = ()
-    move_head: bool = False
+    move_head: bool = True
+    head_joint: str = ""
     neutral: tuple[int, int] | None = (0, 0)
     nose_tip: str = ""
     roles: Mapping[str, str] = field(default_factory=dict)

@@ -8,6 +8,7 @@ from usdface.retarget.head_motion import head_motion, smooth_motion
 RNG = np.random.default_rng(4)
 TIMES = np.arange(400) / 60
 FACE = 0.06 * RNG.normal(size=(30, 3)) + [0.0, 1.5, 0.1]
+ALL = np.ones((len(TIMES), len(FACE)), dtype=bool)
 SWING = 0.15 * np.sin(np.outer(TIMES, [1.1, 0.7, 0.9]))
 TURN = Rotation.from_rotvec(SWING)
 POSE = Pose(
@@ -17,7 +18,7 @@ POSE = Pose(
 
 
 def test_an_equal_character_moves_as_the_performer() -> None:
-    moved = head_motion(POSE, TIMES, FACE, FACE, 0.0)
+    moved = head_motion(POSE, TIMES, FACE, FACE, 0.0, ALL)
     np.testing.assert_allclose(moved.rotations, POSE.rotations, atol=1e-9)
     np.testing.assert_allclose(moved.translations, POSE.translations, atol=1e-9)
 
@@ -26,7 +27,7 @@ def test_the_motion_is_carried_over_in_size_and_place() -> None:
     """Moving and carrying over change places, whatever the similarity."""
     to_character = 2.5 * Rotation.from_rotvec([0.3, 1.2, -0.4]).as_matrix().T
     character = FACE @ to_character + [3.0, -1.0, 2.0]
-    moved = head_motion(POSE, TIMES, FACE, character, 0.0)
+    moved = head_motion(POSE, TIMES, FACE, character, 0.0, ALL)
     performed = POSE.to_take(np.broadcast_to(FACE, (len(TIMES), *FACE.shape)))
     ours = moved.to_take(np.broadcast_to(character, (len(TIMES), *character.shape)))
     np.testing.assert_allclose(ours, performed @ to_character + [3.0, -1.0, 2.0], atol=1e-9)
@@ -43,13 +44,13 @@ def test_smoothing_brings_a_noisy_pose_nearer_to_the_truth(noise: float) -> None
         moved = pose.to_take(np.broadcast_to(FACE, clean.shape))
         return float(np.sqrt(np.mean((moved - clean) ** 2)))
 
-    assert off(smooth_motion(fitted, TIMES, FACE, noise)) < 0.6 * off(fitted)
+    assert off(smooth_motion(fitted, TIMES, FACE, noise, ALL)) < 0.6 * off(fitted)
 
 
 def test_a_head_that_rests_is_held_still() -> None:
     resting = np.broadcast_to(FACE, (len(TIMES), *FACE.shape))
     fitted, _ = rigid_fit(FACE, resting + 1e-3 * RNG.normal(size=resting.shape))
-    smooth = smooth_motion(fitted, TIMES, FACE, 1e-3)
+    smooth = smooth_motion(fitted, TIMES, FACE, 1e-3, ALL)
 
     def jitter(pose: Pose) -> float:
         return float(np.abs(np.diff(pose.to_take(resting), 2, axis=0)).max())
@@ -60,15 +61,52 @@ def test_a_head_that_rests_is_held_still() -> None:
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_short_takes_are_fine(count: int) -> None:
     pose = Pose(POSE.rotations[:count], POSE.translations[:count])
-    smooth = smooth_motion(pose, TIMES[:count], FACE, 1e-3)
+    smooth = smooth_motion(pose, TIMES[:count], FACE, 1e-3, ALL[:count])
     assert np.isfinite(smooth.translations).all() and len(smooth.rotations) == count
 
 
 def test_without_noise_nothing_is_smoothed() -> None:
-    assert smooth_motion(POSE, TIMES, FACE, 0.0) is POSE
+    assert smooth_motion(POSE, TIMES, FACE, 0.0, ALL) is POSE
 
 
 def test_a_head_that_turns_all_around_is_left_as_it_is() -> None:
     spin = Rotation.from_rotvec(np.outer(TIMES, [0.0, 1.0, 0.0])).as_matrix()
     pose = Pose(spin, np.zeros((len(TIMES), 3)))
-    assert smooth_motion(pose, TIMES, FACE, 1e-3) is pose
+    assert smooth_motion(pose, TIMES, FACE, 1e-3, ALL) is pose
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-4])
+def test_what_no_marker_shows_is_bridged_smoothly(noise: float) -> None:
+    """A quarter of a second without markers, in which the fit keeps its last pose."""
+    moved = POSE.to_take(np.broadcast_to(FACE, (len(TIMES), *FACE.shape)))
+    hidden = slice(200, 215)
+    seen = ALL.copy()
+    seen[hidden] = False
+    shown = np.where(seen[..., None], moved + noise * RNG.normal(size=moved.shape), np.nan)
+    fitted, _ = rigid_fit(FACE, shown)
+
+    def off(pose: Pose) -> float:
+        return float(np.abs(pose.to_take(np.broadcast_to(FACE, moved.shape)) - moved)[hidden].max())
+
+    smooth = smooth_motion(fitted, TIMES, FACE, noise, seen)
+    assert off(smooth) < 0.15 * off(fitted)
+    rest = np.broadcast_to(FACE, moved.shape)
+    change = np.abs(smooth.to_take(rest) - fitted.to_take(rest))
+    assert np.delete(change, range(195, 220), axis=0).max() < 1e-6 + 5 * noise
+
+
+def test_a_frame_counts_by_the_markers_it_shows() -> None:
+    """Every third frame shows three neighbouring markers only, which fix a pose badly."""
+    moved = POSE.to_take(np.broadcast_to(FACE, (len(TIMES), *FACE.shape)))
+    near = np.argsort(np.linalg.norm(FACE - FACE[0], axis=1))[:3]
+    seen = ALL.copy()
+    seen[::3] = False
+    seen[::3, near] = True
+    noisy = np.where(seen[..., None], moved + 5e-4 * RNG.normal(size=moved.shape), np.nan)
+    fitted, _ = rigid_fit(FACE, noisy)
+
+    def off(pose: Pose) -> float:
+        return float(np.sqrt(np.mean((pose.to_take(moved * 0 + FACE) - moved) ** 2)))
+
+    weighed = smooth_motion(fitted, TIMES, FACE, 5e-4, seen)
+    assert off(weighed) < 0.5 * off(smooth_motion(fitted, TIMES, FACE, 5e-4, ALL))

@@ -1,13 +1,13 @@
 """The performer's head motion as the character's: carried over in size, smooth over the take."""
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.spatial.transform import Rotation
 
 from usdface.retarget.align import Pose, similarity_fit
 from usdface.retarget.joint import small_motions
 from usdface.retarget.spacetime import curvature_bands
-from usdface.takes import FloatArray
+from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["head_motion", "smooth_motion"]
 
@@ -15,10 +15,18 @@ __all__ = ["head_motion", "smooth_motion"]
 _FAR = 2.5
 # Variance of the noise over that of a step's second difference: what is tried.
 _WEIGHTS = np.logspace(-4, 8, 25)
+# Markers that fix a pose; and the least noise [m] that gaps are bridged with.
+_FEWEST = 3
+_FINEST = 1e-7
 
 
 def head_motion(
-    pose: Pose, times: FloatArray, neutral: FloatArray, target: FloatArray, noise: float
+    pose: Pose,
+    times: FloatArray,
+    neutral: FloatArray,
+    target: FloatArray,
+    noise: float,
+    seen: BoolArray,
 ) -> Pose:
     """Return how the character's head moves from its place at rest.
 
@@ -33,6 +41,8 @@ def head_motion(
         Where they sit on the character.
     noise : float [m]
         Standard deviation of a marker coordinate on the character.
+    seen : (F, M) bool
+        Which markers the pose rests on.
 
     Returns
     -------
@@ -43,15 +53,18 @@ def head_motion(
     # A point c = x L + o of the character moves to (x R' + t) L + o.
     turned = np.linalg.inv(linear) @ pose.rotations.transpose(0, 2, 1) @ linear
     moved = pose.translations @ linear + offset - offset @ turned
-    return smooth_motion(Pose(turned.transpose(0, 2, 1), moved), times, target, noise)
+    return smooth_motion(Pose(turned.transpose(0, 2, 1), moved), times, target, noise, seen)
 
 
-def smooth_motion(pose: Pose, times: FloatArray, points: FloatArray, noise: float) -> Pose:
-    """Take out of a pose what the noise of its markers put in.
+def smooth_motion(
+    pose: Pose, times: FloatArray, points: FloatArray, noise: float, seen: BoolArray
+) -> Pose:
+    """Take out of a pose what the noise of its markers put in, and bridge what none showed.
 
     Each of the three angles and three coordinates of the face's centre is the most probable
     curve if its second derivative is white; how strong that is, is what makes the take itself
-    most probable (Whittaker 1923, the weight by marginal likelihood).
+    most probable (Whittaker 1923, the weight by marginal likelihood). A frame counts by how
+    well the markers seen in it fix the pose; with fewer than three it does not count.
 
     Parameters
     ----------
@@ -60,33 +73,58 @@ def smooth_motion(pose: Pose, times: FloatArray, points: FloatArray, noise: floa
     points : (M, 3) float64 [m]
         The markers, before the pose.
     noise : float [m]
-        Standard deviation of a coordinate; 0 changes nothing.
+        Standard deviation of a coordinate; 0 changes nothing where markers show the pose.
+    seen : (F, M) bool
+        Which markers each frame shows.
     """
     rotations = Rotation.from_matrix(pose.rotations)
     angles, centre = rotations.as_rotvec(), points.mean(axis=0)
-    if noise <= 0.0 or len(times) < 3 or np.linalg.norm(angles, axis=1).max() > _FAR:
+    known = seen.sum(axis=1) >= _FEWEST
+    if len(times) < 3 or not known.any() or np.linalg.norm(angles, axis=1).max() > _FAR:
+        return pose
+    if noise <= 0.0 and known.all():
         return pose
     places = pose.translations + rotations.apply(centre)
-    motions = small_motions(points, False).reshape(6, -1)
-    variances = noise**2 * np.diag(np.linalg.pinv(motions @ motions.T))
+    variances = max(noise, _FINEST) ** 2 * _uncertainties(points, seen)
+    precisions = np.where(known[:, None], 1.0 / variances, 0.0)
     curves = np.concatenate([places, angles], axis=1)
     smooth = np.stack(
-        [_smooth(c, times, v) for c, v in zip(curves.T, variances, strict=True)], axis=1
+        [_smooth(c, times, p) for c, p in zip(curves.T, precisions.T, strict=True)], axis=1
     )
     turned = Rotation.from_rotvec(smooth[:, 3:])
     return Pose(turned.as_matrix(), smooth[:, :3] - turned.apply(centre))
 
 
-def _smooth(curve: FloatArray, times: FloatArray, variance: float) -> FloatArray:
+def _uncertainties(points: FloatArray, seen: BoolArray) -> FloatArray:
+    """Return the variances of the three coordinates and angles for unit noise: (F, 6)."""
+    motions = small_motions(points, False).transpose(1, 0, 2)
+    each = (motions @ motions.transpose(0, 2, 1)).reshape(len(points), 36)
+    patterns, which = np.unique(seen, axis=0, return_inverse=True)
+    whole = (patterns @ each).reshape(-1, 6, 6)
+    # Markers in a line leave a turn about it open: a tiny prior, of angles and of metres.
+    whole += 1e-6 * each.sum(axis=0).reshape(6, 6).diagonal() * np.eye(6)
+    inverse = np.diagonal(np.linalg.inv(whole), axis1=1, axis2=2)
+    return np.asarray(inverse[which.ravel()], np.float64)
+
+
+def _smooth(curve: FloatArray, times: FloatArray, precisions: FloatArray) -> FloatArray:
     bands = curvature_bands(times) * float(np.median(np.diff(times))) ** 3
+    unit = float(precisions.max())
+    trust = precisions / unit
+    count = int((trust > 0.0).sum())
+    if count < 3:
+        return np.interp(times, times[trust > 0.0], curve[trust > 0.0])
     best, answer = np.inf, curve
     for weight in _WEIGHTS:
         system = weight * bands
-        system[2] += 1.0
-        factor = cholesky_banded(system, overwrite_ab=True, check_finite=False)
-        smooth = cho_solve_banded((factor, False), curve, check_finite=False)
+        system[2] += trust
+        try:
+            factor = cholesky_banded(system, overwrite_ab=True, check_finite=False)
+        except LinAlgError:  # too weak a curve over too long a gap
+            continue
+        smooth = cho_solve_banded((factor, False), trust * curve, check_finite=False)
         # Twice the negative log likelihood; straight lines are free.
-        misfit = curve @ (curve - smooth) / variance
+        misfit = (trust * curve) @ (curve - smooth) * unit
         volume = 2.0 * np.log(factor[2]).sum() - (len(curve) - 2) * np.log(weight)
         if misfit + volume < best:
             best, answer = misfit + volume, smooth

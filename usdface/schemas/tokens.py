@@ -32,6 +32,7 @@ __all__ = [
     "FUZZY_VARIABLE",
     "GAIN",
     "HEAD_APPLY",
+    "HEAD_JOINT",
     "HEAD_MARKERS",
     "HEAD_MODE",
     "HEAD_TRANSFORM",
@@ -129,6 +130,7 @@ BIND_MARKERS: Final = "usdface:bind:markers"
 BIND_POINTS: Final = "usdface:bind:points"
 HEAD_MODE: Final = "usdface:head:mode"
 HEAD_APPLY: Final = "usdface:head:apply"
+HEAD_JOINT: Final = "usdface:head:joint"
 HEAD_MARKERS: Final = "usdface:head:markers"
 NOSE_TIP: Final = "usdface:noseTip"
 ROLES_NAMES: Final = "usdface:roles:names"

@@ -13,6 +13,7 @@ from pxr import Gf, Sdf, Usd, UsdSkel, Vt
 
 from usdface.cleanup.repairs import Repair
 from usdface.errors import InputError, OutputError
+from usdface.io.usd.head import author_head
 from usdface.io.usd.shot import Shot, ShotPrims
 from usdface.io.usd.stage import (
     Metrics,
@@ -23,6 +24,7 @@ from usdface.io.usd.stage import (
     to_si,
 )
 from usdface.retarget.align import Pose
+from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.transfer import Solution
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import FloatArray
@@ -37,7 +39,6 @@ __all__ = [
 ]
 
 _ANIMATION = "UsdFaceAnim"
-_HEAD_OP = "xformOp:transform:usdfaceHead"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -109,11 +110,11 @@ def apply_animation(stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
     # USD stretches what lies on a layer by the ratio of its clock to the stage's.
     offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
     codes = np.array([offset * code for code in shot.codes.tolist()])
-    author(layer, replace(shot, codes=codes), animation)
+    author(layer, stage, replace(shot, codes=codes), animation)
 
 
-def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:
-    """Author one animation as overs on a layer."""
+def author(layer: Sdf.Layer, stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
+    """Author one animation of a stage's shot as overs on a layer."""
     prims, codes = shot.prims, shot.codes.tolist()
     with Sdf.ChangeBlock():
         anim = Sdf.CreatePrimInLayer(layer, prims.animation or f"{prims.skel_root}/{_ANIMATION}")
@@ -128,8 +129,10 @@ def author(layer: Sdf.Layer, shot: Shot, animation: Animation) -> None:
         _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution)
-        if animation.motion is not None and prims.skel_root:
-            _author_head(layer, shot, animation.motion)
+        if animation.motion is not None and prims.head is not None:
+            author_head(
+                layer, stage, (prims.skel_root, str(anim.path)), prims.head, animation.motion, codes
+            )
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:
@@ -183,26 +186,6 @@ def _floats(values: FloatArray) -> list[float]:
     return [float(v) for v in values.astype(np.float32)]
 
 
-def _author_head(layer: Sdf.Layer, shot: Shot, motion: Pose) -> None:
-    """Move the SkelRoot below its own transform ops, so that it may stand anywhere."""
-    prims, si = shot.prims, to_si(shot.metrics)
-    root = Sdf.CreatePrimInLayer(layer, prims.skel_root)
-    in_stage = si @ _matrices(motion) @ np.linalg.inv(si)
-    local = prims.to_world @ in_stage @ np.linalg.inv(prims.to_world)
-    _attribute(root, _HEAD_OP, Sdf.ValueTypeNames.Matrix4d)
-    _samples(layer, root, _HEAD_OP, shot.codes.tolist(), matrices(local))
-    order = _attribute(root, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, uniform=True)
-    order.default = Vt.TokenArray([*prims.ops, _HEAD_OP])
-
-
-def _matrices(pose: Pose) -> FloatArray:
-    """Return a pose as matrices for row vectors: (F, 4, 4)."""
-    result = np.tile(np.eye(4), (len(pose.rotations), 1, 1))
-    result[:, :3, :3] = pose.rotations.transpose(0, 2, 1)
-    result[:, 3, :3] = pose.translations
-    return result
-
-
 def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     codes = shot.codes.tolist()
@@ -210,7 +193,7 @@ def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
     _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
     to_stage = np.linalg.inv(to_si(shot.metrics))
-    pose = _matrices(solution.pose)
+    pose = matrices_of(solution.pose)
     if solution.in_space:
         pose = to_si(shot.metrics) @ pose @ to_stage
     _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
@@ -277,7 +260,7 @@ def write_layers(
     for path, animation in ((paths.solve, solve), (paths.express, express)):
         if animation is not None:
             overs = new_layer(metrics)
-            author(overs, shot, animation)
+            author(overs, stage, shot, animation)
             layers.append((path, overs))
     stronger_first = [path for path, _ in reversed(layers)]
     if in_place:

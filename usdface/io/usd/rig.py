@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.head import without_head
 from usdface.io.usd.materials import with_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.skeleton import read_skeleton, read_skin
@@ -42,7 +43,9 @@ def read_rig(path: Path) -> tuple[Rig, list[Finding]]:
     return rig_of_stage(open_stage(path))
 
 
-def rig_of_stage(stage: Usd.Stage, root: str = "") -> tuple[Rig, list[Finding]]:
+def rig_of_stage(
+    stage: Usd.Stage, root: str = "", joints: bool = False
+) -> tuple[Rig, list[Finding]]:
     """Return all meshes under the SkelRoots of an open stage as one rig.
 
     Points are where USD puts the bind pose: a skinned mesh in its skeleton's space by its
@@ -55,6 +58,8 @@ def rig_of_stage(stage: Usd.Stage, root: str = "") -> tuple[Rig, list[Finding]]:
     stage : Usd.Stage
     root : str
         Path of a prim that the meshes are under; "" = the whole stage.
+    joints : bool
+        Keep a skeleton that nothing moves yet.
 
     Raises
     ------
@@ -67,19 +72,19 @@ def rig_of_stage(stage: Usd.Stage, root: str = "") -> tuple[Rig, list[Finding]]:
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
     with usd_errors(_source(stage)):
-        return _rig(stage, root)
+        return _rig(stage, root, joints)
 
 
 def _source(stage: Usd.Stage) -> str:
     return stage.GetRootLayer().realPath or "the stage"
 
 
-def _rig(stage: Usd.Stage, root: str) -> tuple[Rig, list[Finding]]:
+def _rig(stage: Usd.Stage, root: str, joints: bool) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
     bound, skeletons = _bindings(roots)
     si = to_si(metrics_of(stage))
     xforms = UsdGeom.XformCache(_START)
-    skeleton, used, findings = _pick_skeleton(skeletons, xforms, si)
+    skeleton, used, findings = _pick_skeleton(skeletons, xforms, si, joints)
     below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
     meshes: list[Mesh] = []
     for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL)):
@@ -149,15 +154,16 @@ def _bindings(
 
 
 def _pick_skeleton(
-    skeletons: list[Usd.Prim], xforms: UsdGeom.XformCache, si: FloatArray
+    skeletons: list[Usd.Prim], xforms: UsdGeom.XformCache, si: FloatArray, joints: bool
 ) -> tuple[Skeleton | None, Usd.Prim | None, list[Finding]]:
     """Return the first skeleton that moves anything: a rig has one."""
     picked: Skeleton | None = None
     used: Usd.Prim | None = None
     findings: list[Finding] = []
     for prim in skeletons:
-        to_rig = _matrix(xforms.GetLocalToWorldTransform(prim)) @ si
-        skeleton, notes = read_skeleton(UsdSkel.Skeleton(prim), to_rig, _is_moved(prim))
+        to_rig = _world(prim, xforms) @ si
+        moved = joints or _is_moved(prim)
+        skeleton, notes = read_skeleton(UsdSkel.Skeleton(prim), to_rig, moved)
         findings += notes
         if skeleton and picked:
             message = "a rig keeps one skeleton; meshes bound to this one are not skinned"
@@ -179,6 +185,13 @@ def _is_moved(skeleton: Usd.Prim) -> bool:
     return False
 
 
+def _world(prim: Usd.Prim, xforms: UsdGeom.XformCache) -> FloatArray:
+    """Return where a prim stands, whatever the head's motion of ours is."""
+    root = UsdSkel.Root.Find(prim)
+    matrix = _matrix(xforms.GetLocalToWorldTransform(prim))
+    return matrix @ without_head(root.GetPrim()) if root else matrix
+
+
 def _matrix(value: object) -> FloatArray:
     matrix = np.array(value, np.float64).reshape(4, 4)
     if not np.isfinite(matrix).all():
@@ -188,6 +201,6 @@ def _matrix(value: object) -> FloatArray:
 
 def _bind_space(prim: Usd.Prim, bound: _Bound | None, xforms: UsdGeom.XformCache) -> FloatArray:
     if bound is None or not bound.skinned:
-        return _matrix(xforms.GetLocalToWorldTransform(prim))
-    skeleton = _matrix(xforms.GetLocalToWorldTransform(bound.skeleton))
+        return _world(prim, xforms)
+    skeleton = _world(bound.skeleton, xforms)
     return _matrix(bound.query.GetGeomBindTransform(_START)) @ skeleton

@@ -46,6 +46,7 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
     _author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
     _author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
     _author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
+    _author(prim, tokens.HEAD_JOINT, _NAMES.Token, setup.head_joint)
     _author(prim, tokens.NOSE_TIP, _NAMES.Token, setup.nose_tip)
     _author(prim, tokens.ROLES_NAMES, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles)))
     _author(
@@ -91,7 +92,8 @@ def read_setup(prim: Usd.Prim) -> Setup:
             Binding(markers, points, str(mesh[0]) if mesh else ""),
             head=head,
             head_markers=_strings(prim, tokens.HEAD_MARKERS),
-            move_head=bool(_value(prim, tokens.HEAD_APPLY, False)),
+            move_head=bool(_value(prim, tokens.HEAD_APPLY, True)),
+            head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
             neutral=None if neutral == "rig" else (int(start), int(end)),
             nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
             roles=dict(zip(roles, playing, strict=True)),

@@ -12,6 +12,7 @@ from usdface.findings import Finding, finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
+from usdface.io.usd.head import HeadCarrier, find_carrier
 from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.setup import read_expressions, read_setup, write_expressions, write_setup
 from usdface.io.usd.stage import (
@@ -42,8 +43,8 @@ _TAKE = "/Shot/Capture/Take"
 class ShotPrims:
     """Where things are on the stage: prim paths, "" = not there.
 
-    `tokens` are the blend shape names of the animation, in its order; `ops` and `to_world` are
-    the SkelRoot's own transform ops and its local-to-world matrix.
+    `tokens` are the blend shape names of the animation, in its order; `head` is what moves where
+    the head does.
     """
 
     retarget: str
@@ -52,8 +53,7 @@ class ShotPrims:
     animation: str
     fuzzy: str
     tokens: tuple[str, ...]
-    ops: tuple[str, ...]
-    to_world: FloatArray = field(compare=False)
+    head: HeadCarrier | None = field(compare=False)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -180,7 +180,7 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     take_prim = _target(stage, prim, tokens.TAKE, where)
     take, codes = read_take_prim(take_prim)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
-    rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "")
+    rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", joints=True)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
     system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
     expressions = read_expressions(
@@ -191,9 +191,12 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     )
     mesh = rig.mesh(setup.binding.mesh)
     prims = _animated(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
+    metrics = metrics_of(stage)
+    there = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
+    head = find_carrier(mesh, rig.skeleton, setup, *there, to_si(metrics))
     if not prims.animation:
         findings.append(finding("ANIMATION_CREATED", prims.skeleton))
-    shot = Shot(take, codes, rig, setup, system, expressions, prims, metrics_of(stage))
+    shot = Shot(take, codes, rig, setup, system, expressions, replace(prims, head=head), metrics)
     return shot, findings
 
 
@@ -239,8 +242,5 @@ def _animated(stage: Usd.Stage, mesh: str, retarget: str, fuzzy: str, where: str
         str(animation.GetPath()) if animation else "",
         fuzzy,
         tuple(str(name) for name in names or ()),
-        tuple(UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() or ()) if root else (),
-        np.array(UsdGeom.XformCache(Usd.TimeCode.EarliestTime()).GetLocalToWorldTransform(root))
-        if root
-        else np.eye(4),
+        None,
     )

@@ -1,0 +1,85 @@
+"""Which joint of a skeleton carries the face, and how it moves when the head does."""
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.retarget.align import Pose
+from usdface.rigs import Skeleton, Skin
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["carrying_joint", "joint_track", "matrices_of", "named_joint"]
+
+# A joint carries the face if so much of the markers' skin weight hangs on it and what is below it:
+# lids, lips and jaw may have joints of their own.
+_CARRIED = 0.9
+
+
+def carrying_joint(skeleton: Skeleton, skin: Skin, points: IntArray) -> int | None:
+    """Return the deepest joint that carries the vertices `points` (M,); None if none does.
+
+    A joint carries what is bound to it or to a joint below it.
+    """
+    count = len(skeleton.joints)
+    shares = np.zeros(count)
+    np.add.at(shares, skin.joints[points].ravel(), skin.weights[points].ravel())
+    if shares.sum() <= 0.0:
+        return None
+    parents = _parents(skeleton)
+    for joint in range(count - 1, -1, -1):  # parents come before children
+        if parents[joint] >= 0:
+            shares[parents[joint]] += shares[joint]
+    whole = sum(shares[joint] for joint in range(count) if parents[joint] < 0)
+    carrying = [joint for joint in range(count) if shares[joint] >= _CARRIED * whole]
+    return max(carrying, key=lambda joint: skeleton.joints[joint].count("/"), default=None)
+
+
+def named_joint(skeleton: Skeleton, name: str) -> int:
+    """Return the joint of that path, or the only one of that name.
+
+    Raises
+    ------
+    InputError
+        If there is none, or several.
+    """
+    if name in skeleton.joints:
+        return skeleton.joints.index(name)
+    ends = (joint.rpartition("/")[2] for joint in skeleton.joints)
+    pairs = zip(ends, skeleton.names, strict=True)
+    found = [joint for joint, names in enumerate(pairs) if name in names]
+    if len(found) != 1:
+        raise InputError(
+            f"the skeleton has {len(found) or 'no'} joints named {name!r}; name the head's by its "
+            f"path, one of {', '.join(skeleton.joints[:12])}"
+        )
+    return found[0]
+
+
+def _parents(skeleton: Skeleton) -> list[int]:
+    place = {joint: i for i, joint in enumerate(skeleton.joints)}
+    return [place.get(joint.rpartition("/")[0], -1) for joint in skeleton.joints]
+
+
+def joint_track(skeleton: Skeleton, joint: int, motion: Pose) -> FloatArray:
+    """Return the joint's transforms to its parent that move its skin as `motion`: (F, 4, 4).
+
+    Row vectors, metres. The skin moves as bound, then goes where the skeleton rests, so that
+    the motion stays the head's own under a neck that something else bends.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    joint : int
+    motion : Pose
+        In rig space, for points as they are bound.
+    """
+    bind = skeleton.bind[joint]
+    moved = bind @ matrices_of(motion) @ np.linalg.inv(bind) @ skeleton.rest[joint]
+    return np.asarray(moved, np.float64)
+
+
+def matrices_of(pose: Pose) -> FloatArray:
+    """Return a pose as matrices for row vectors: (F, 4, 4)."""
+    result = np.tile(np.eye(4), (len(pose.rotations), 1, 1))
+    result[:, :3, :3] = pose.rotations.transpose(0, 2, 1)
+    result[:, 3, :3] = pose.translations
+    return result
