@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.io.atomic import check_place
 from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
 from usdface.outcome import OnStep, Outcome, Steps
@@ -166,6 +166,7 @@ def process(
     gltf = Path(options.gltf) if options.gltf else None
     if gltf:
         from usdface.io.gltf.write import write_gltf
+        from usdface.io.head_clip import head_clip
     _register_schemas()
     steps = Steps(on_step)
     with steps("read"):
@@ -178,11 +179,12 @@ def process(
     findings += solved.findings
     if gltf:
         with steps("gltf"):
-            clip = Clip(Path(solved.weights.source).stem or "take", solved.weights)
-            findings += write_gltf(shot.rig, gltf, (clip,))
-        if solved.solve.motion is not None:
-            message = "the motion of the head is left out of glTF"
-            findings.append(finding("FEATURE_DROPPED", str(gltf), message))
+            rig, clip = shot.rig, Clip(Path(solved.weights.source).stem or "take", solved.weights)
+            if solved.solve.motion is not None and shot.prims.head is not None:
+                head = shot.prims.head.joint, solved.solve.motion, shot.take.times
+                rig, joints = head_clip(rig, *head)
+                clip = replace(clip, joints=joints)
+            findings += write_gltf(rig, gltf, (clip,))
     with steps("write"):
         written = write_layers(
             path, stage, shot, solved.solve, solved.express, root, options.in_place
