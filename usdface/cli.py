@@ -4,6 +4,7 @@ Nothing heavy is imported until a command runs, so that `usdface --help` answers
 """
 
 import argparse
+import json
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import fields
@@ -34,7 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UsdFaceError as error:
         if parsed.debug:
             raise
-        print(f"usdface: {error}", file=sys.stderr)
+        print(f"usdface: {error} [{error.code}]", file=sys.stderr)
+        if getattr(parsed, "format", "") == "json":
+            print(json.dumps({"error": {"code": error.code, "message": str(error)}}))
         return FAILED
     except BrokenPipeError:
         return FAILED

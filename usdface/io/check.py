@@ -35,6 +35,6 @@ def check_file(path: Path) -> list[Finding]:
         try:
             return check_gltf(path)
         except InputError as error:
-            raise InputError(f"{path}: {error}") from error
+            raise InputError(f"{path}: {error}", error.code) from error
     known = ", ".join((*_USD, *_GLTF))
     raise InputError(f"{path} cannot be checked; expected one of {known}")

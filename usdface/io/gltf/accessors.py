@@ -40,7 +40,9 @@ class AccessorReader:
         """Return how many elements accessor `index` announces."""
         count = item(self.file.document.accessors or [], index, "accessor").count
         if not isinstance(count, int) or count < 1:
-            raise InputError(f"accessor {index} has count {count!r}; expected at least 1")
+            raise InputError(
+                f"accessor {index} has count {count!r}; expected at least 1", "ACCESSOR_WRONG"
+            )
         return count
 
     def floats(self, index: object, kind: str) -> FloatArray:
@@ -58,7 +60,7 @@ class AccessorReader:
         """Return an accessor of integers as (count, width) int64."""
         raw = self._dense(index, kind)
         if raw.dtype.kind == "f":
-            raise InputError(f"accessor {index} holds floats; expected integers")
+            raise InputError(f"accessor {index} holds floats; expected integers", "ACCESSOR_WRONG")
         return raw.astype(np.int64)
 
     def offsets(self, index: object, count: int) -> tuple[IntArray, FloatArray]:
@@ -72,7 +74,8 @@ class AccessorReader:
         if self.count(index) != count:
             raise InputError(
                 f"morph target accessor {index} has {self.count(index)} elements "
-                f"for {count} vertices"
+                f"for {count} vertices",
+                "TARGETS_UNEQUAL",
             )
         accessor = item(self.file.document.accessors, index, "accessor")
         if accessor.bufferView is None:  # zeros need no memory
@@ -87,7 +90,7 @@ class AccessorReader:
     def _dequantised(self, index: object, raw: NDArray[Any]) -> FloatArray:
         accessor = self.file.document.accessors[index]
         if not np.isfinite(raw).all():
-            raise InputError(f"accessor {index} holds NaN or infinite numbers")
+            raise InputError(f"accessor {index} holds NaN or infinite numbers", "VALUES_WRONG")
         values = raw.astype(np.float64)
         if accessor.normalized and raw.dtype.kind != "f":
             values = np.maximum(values / np.iinfo(raw.dtype).max, -1.0)
@@ -102,7 +105,8 @@ class AccessorReader:
             if count > held:
                 raise InputError(
                     f"accessor {index} announces {count} elements, but the whole file holds "
-                    f"only {held} bytes"
+                    f"only {held} bytes",
+                    "TOO_LARGE",
                 )
             values = np.zeros((count, _WIDTHS[kind]), dtype)
         else:
@@ -117,9 +121,13 @@ class AccessorReader:
 
     def _dtype(self, accessor: Accessor, index: object, kind: str) -> np.dtype[Any]:
         if accessor.type != kind:
-            raise InputError(f"accessor {index} is of type {accessor.type!r}; expected {kind}")
+            raise InputError(
+                f"accessor {index} is of type {accessor.type!r}; expected {kind}", "ACCESSOR_WRONG"
+            )
         if accessor.componentType not in _DTYPES:
-            raise InputError(f"accessor {index} has component type {accessor.componentType!r}")
+            raise InputError(
+                f"accessor {index} has component type {accessor.componentType!r}", "ACCESSOR_WRONG"
+            )
         return np.dtype(_DTYPES[accessor.componentType])
 
     def _sparse(
@@ -131,16 +139,21 @@ class AccessorReader:
             return np.zeros(0, np.int64), np.zeros((0, width), dtype)
         count, places, values = sparse.count, sparse.indices, sparse.values
         if not isinstance(count, int) or not 0 < count <= accessor.count:
-            raise InputError(f"sparse accessor {index} has count {count!r} of {accessor.count}")
+            raise InputError(
+                f"sparse accessor {index} has count {count!r} of {accessor.count}", "ACCESSOR_WRONG"
+            )
         if places is None or values is None or places.componentType not in (5121, 5123, 5125):
-            raise InputError(f"sparse accessor {index} has no valid indices and values")
+            raise InputError(
+                f"sparse accessor {index} has no valid indices and values", "ACCESSOR_WRONG"
+            )
         index_type = np.dtype(_DTYPES[places.componentType])
         rows = self._elements(places.bufferView, places.byteOffset, count, index_type, 1, index)
         indices = rows[:, 0].astype(np.int64)
         if (np.diff(indices) <= 0).any() or indices[-1] >= accessor.count:
             raise InputError(
                 f"the indices of sparse accessor {index} must increase and stay below "
-                f"{accessor.count}"
+                f"{accessor.count}",
+                "ACCESSOR_WRONG",
             )
         return indices, self._elements(
             values.bufferView, values.byteOffset, count, dtype, width, index
@@ -159,12 +172,14 @@ class AccessorReader:
         data = item(self.file.buffers, view.buffer, "buffer")
         start, length = view.byteOffset or 0, view.byteLength or 0
         if start < 0 or length < 0 or start + length > len(data):
-            raise InputError(f"bufferView {view_index} reaches beyond its buffer")
+            raise InputError(f"bufferView {view_index} reaches beyond its buffer", "ACCESSOR_WRONG")
         size = dtype.itemsize * width
         stride = view.byteStride or size
         offset = offset or 0
         if stride < size or offset < 0 or offset + (count - 1) * stride + size > length:
-            raise InputError(f"accessor {index} reaches beyond its bufferView {view_index}")
+            raise InputError(
+                f"accessor {index} reaches beyond its bufferView {view_index}", "ACCESSOR_WRONG"
+            )
         return np.ndarray(
             (count, width), dtype, data, start + offset, strides=(stride, dtype.itemsize)
         )

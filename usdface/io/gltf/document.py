@@ -56,7 +56,9 @@ def item(items: Sequence[Any], index: object, what: str) -> Any:
         If there is no such item.
     """
     if not isinstance(index, int) or not 0 <= index < len(items) or items[index] is None:
-        raise InputError(f"there is no {what} {index!r}; the file has {len(items)}")
+        raise InputError(
+            f"there is no {what} {index!r}; the file has {len(items)}", "SCHEMA_BROKEN"
+        )
     return items[index]
 
 
@@ -71,10 +73,12 @@ def load_document(path: Path) -> GltfFile:
     """
     try:
         if path.stat().st_size > _MAX_BYTES:
-            raise InputError("the file is larger than 4 GiB, the most that GLB can hold")
+            raise InputError(
+                "the file is larger than 4 GiB, the most that GLB can hold", "TOO_LARGE"
+            )
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}") from error
+        raise InputError(f"cannot be read: {error.strerror or error}", "FILE_UNREADABLE") from error
     text, chunk = _split_glb(data) if data[:4] == b"glTF" else (data, None)
     document, node_weights = _parse(text)
     _check_extensions(document)
@@ -88,22 +92,25 @@ def load_document(path: Path) -> GltfFile:
 
 def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:
     if len(data) < 20:
-        raise InputError(f"the GLB header is cut off after {len(data)} bytes")
+        raise InputError(f"the GLB header is cut off after {len(data)} bytes", "FILE_CUT_OFF")
     version, length = struct.unpack_from("<II", data, 4)
     if version != 2:
-        raise InputError(f"this is GLB version {version}; expected 2")
+        raise InputError(f"this is GLB version {version}; expected 2", "FILE_UNREADABLE")
     if length > len(data):
-        raise InputError(f"the GLB is cut off: its header says {length} bytes, it has {len(data)}")
+        raise InputError(
+            f"the GLB is cut off: its header says {length} bytes, it has {len(data)}",
+            "FILE_CUT_OFF",
+        )
     chunks: list[tuple[int, bytes]] = []
     offset = 12
     while offset + 8 <= length:
         size, kind = struct.unpack_from("<II", data, offset)
         if offset + 8 + size > length:
-            raise InputError(f"the GLB chunk at byte {offset} is cut off")
+            raise InputError(f"the GLB chunk at byte {offset} is cut off", "FILE_CUT_OFF")
         chunks.append((kind, data[offset + 8 : offset + 8 + size]))
         offset += 8 + size
     if not chunks or chunks[0][0] != _JSON_CHUNK:
-        raise InputError("the first chunk of the GLB is not JSON")
+        raise InputError("the first chunk of the GLB is not JSON", "SCHEMA_BROKEN")
     binary = chunks[1][1] if len(chunks) > 1 and chunks[1][0] == _BIN_CHUNK else None
     return chunks[0][1], binary
 
@@ -115,16 +122,20 @@ def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...]]:
         document = GLTF2.from_json(text, infer_missing=True, object_hook=_plain_extras)
         node_weights = tuple(node.get("weights") for node in raw.get("nodes") or [])
     except UnicodeDecodeError as error:
-        raise InputError("the file is neither GLB nor UTF-8 text") from error
+        raise InputError("the file is neither GLB nor UTF-8 text", "FILE_UNREADABLE") from error
     except json.JSONDecodeError as error:
-        raise InputError(f"not glTF, or its JSON is malformed: {error}") from error
+        raise InputError(
+            f"not glTF, or its JSON is malformed: {error}", "FILE_UNREADABLE"
+        ) from error
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
-        raise InputError(f"the JSON does not follow the glTF schema: {error}") from error
+        raise InputError(
+            f"the JSON does not follow the glTF schema: {error}", "SCHEMA_BROKEN"
+        ) from error
     except RecursionError as error:
-        raise InputError("the JSON is nested too deeply") from error
+        raise InputError("the JSON is nested too deeply", "SCHEMA_BROKEN") from error
     version = getattr(document.asset, "version", None)
     if not isinstance(version, str) or not version.startswith("2."):
-        raise InputError(f"asset.version is {version!r}; expected '2.0'")
+        raise InputError(f"asset.version is {version!r}; expected '2.0'", "FILE_UNREADABLE")
     return document, node_weights
 
 
@@ -144,13 +155,14 @@ def _check_extensions(document: GLTF2) -> None:
         if name not in _DECODED and not str(name).startswith(_LOOKS):
             raise InputError(
                 f"the file requires the extension {name}, which usdface does not decode; "
-                "export it without"
+                "export it without",
+                "EXTENSION_UNSUPPORTED",
             )
 
 
 def _buffer_bytes(buffer: Buffer | None, chunk: bytes | None, index: int, folder: Path) -> bytes:
     if buffer is None or not isinstance(buffer.byteLength, int) or buffer.byteLength < 0:
-        raise InputError(f"buffer {index} has no valid byteLength")
+        raise InputError(f"buffer {index} has no valid byteLength", "SCHEMA_BROKEN")
     if buffer.uri is not None:
         data = resource(buffer.uri, folder)
     elif chunk is not None:
@@ -158,10 +170,11 @@ def _buffer_bytes(buffer: Buffer | None, chunk: bytes | None, index: int, folder
     elif buffer.extensions:  # the fallback of a compression extension: never read
         data = b""
     else:
-        raise InputError(f"buffer {index} has neither a URI nor a binary chunk")
+        raise InputError(f"buffer {index} has neither a URI nor a binary chunk", "SCHEMA_BROKEN")
     if len(data) < buffer.byteLength and not (buffer.extensions and not data):
         raise InputError(
-            f"buffer {index} is cut off: it should have {buffer.byteLength} bytes, has {len(data)}"
+            f"buffer {index} is cut off: it should have {buffer.byteLength} bytes, has {len(data)}",
+            "FILE_CUT_OFF",
         )
     return data[: buffer.byteLength]
 
@@ -177,25 +190,29 @@ def resource(uri: str, folder: Path) -> bytes:
     if uri.startswith("data:"):
         header, _, body = uri.partition(",")
         if not header.endswith(";base64"):
-            raise InputError("a data URI is not base64")
+            raise InputError("a data URI is not base64", "SCHEMA_BROKEN")
         try:
             return base64.b64decode(body, validate=True)
         except (binascii.Error, ValueError) as error:
-            raise InputError(f"a data URI is malformed: {error}") from error
+            raise InputError(f"a data URI is malformed: {error}", "SCHEMA_BROKEN") from error
     name = unquote(uri)
     try:
         place = (folder / name).resolve()
         inside = place.is_relative_to(folder.resolve())
     except (OSError, ValueError) as error:
-        raise InputError(f"the URI {uri!r} is not a file name") from error
+        raise InputError(f"the URI {uri!r} is not a file name", "URI_OUTSIDE") from error
     if ":" in name.split("/")[0] or "\\" in name or not inside:
-        raise InputError(f"the URI {uri!r} leads outside the file's own folder; that is not read")
+        raise InputError(
+            f"the URI {uri!r} leads outside the file's own folder; that is not read", "URI_OUTSIDE"
+        )
     try:
         if place.stat().st_size > _MAX_BYTES:
-            raise InputError(f"{uri!r} is larger than 4 GiB")
+            raise InputError(f"{uri!r} is larger than 4 GiB", "TOO_LARGE")
         return place.read_bytes()
     except OSError as error:
-        raise InputError(f"{uri!r} cannot be read: {error.strerror or error}") from error
+        raise InputError(
+            f"{uri!r} cannot be read: {error.strerror or error}", "FILE_UNREADABLE"
+        ) from error
 
 
 def save_document(document: GLTF2, blob: bytes, beside: Mapping[str, bytes], path: Path) -> None:

@@ -65,21 +65,21 @@ def node_tree(document: GLTF2) -> NodeTree:
         for child in (node.children if node else None) or []:
             item(nodes, child, "node")
             if parents[child] != -1:
-                raise InputError(f"node {child} has two parents")
+                raise InputError(f"node {child} has two parents", "NODES_CYCLIC")
             parents[child] = index
     roots = [index for index, parent in enumerate(parents) if parent == -1]
     first = _scene_roots(document, parents) if document.scenes else roots
     scene = _depth_first(nodes, first)
     order = scene + _depth_first(nodes, [root for root in roots if root not in first])
     if len(order) < len(nodes):
-        raise InputError("the nodes form a cycle")
+        raise InputError("the nodes form a cycle", "NODES_CYCLIC")
     steps = np.array([_local(node, index) for index, node in enumerate(nodes)]).reshape(-1, 4, 4)
     worlds = steps.copy()
     for index in order:
         if parents[index] >= 0:
             worlds[index] = steps[index] @ worlds[parents[index]]
     if not np.isfinite(worlds).all():
-        raise InputError("the transform of a node is not finite")
+        raise InputError("the transform of a node is not finite", "VALUES_WRONG")
     return NodeTree(tuple(order), frozenset(scene), tuple(parents), steps, worlds)
 
 
@@ -88,7 +88,9 @@ def _scene_roots(document: GLTF2, parents: list[int]) -> list[int]:
     for root in roots:
         item(document.nodes or [], root, "node")
         if parents[root] != -1:
-            raise InputError(f"node {root} is a root of the scene and a child of another node")
+            raise InputError(
+                f"node {root} is a root of the scene and a child of another node", "NODES_CYCLIC"
+            )
     return roots
 
 
@@ -115,5 +117,5 @@ def _local(node: Node, index: int) -> FloatArray:
 def _numbers(values: object, count: int, index: int) -> FloatArray:
     array = np.asarray(values, np.float64)
     if array.shape != (count,) or not np.isfinite(array).all():
-        raise InputError(f"the transform of node {index} is malformed")
+        raise InputError(f"the transform of node {index} is malformed", "VALUES_WRONG")
     return array

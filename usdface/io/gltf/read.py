@@ -59,7 +59,7 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     try:
         return _read(path)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{path}: {error}", error.code) from error
     except (
         ArithmeticError,
         AttributeError,
@@ -71,7 +71,8 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
         np.linalg.LinAlgError,
     ) as error:
         # A wrong JSON type in one of the many fields that pygltflib does not check.
-        raise InputError(f"{path}: the file does not follow the glTF schema: {error}") from error
+        message = f"{path}: the file does not follow the glTF schema: {error}"
+        raise InputError(message, "SCHEMA_BROKEN") from error
 
 
 def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
@@ -117,7 +118,8 @@ def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) ->
         if total > _MOST_NUMBERS:
             raise InputError(
                 f"the scene unfolds into more than {_MOST_NUMBERS} numbers; "
-                "split it or leave out what is not the character"
+                "split it or leave out what is not the character",
+                "TOO_LARGE",
             )
 
 

@@ -187,7 +187,8 @@ def _weights(query: UsdSkel.AnimQuery, clock: _Clock) -> WeightsTake:
         if row.shape != (len(names),):
             raise InputError(
                 f"{query.GetPrim().GetPath()} has {row.size} blendShapeWeights for {len(names)} "
-                f"blendShapes at time code {code:g}"
+                f"blendShapes at time code {code:g}",
+                "WEIGHTS_LENGTH_WRONG",
             )
         rows.append(row)
     times = clock.times(codes)

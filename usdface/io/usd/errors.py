@@ -41,13 +41,17 @@ def usd_errors(source: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise error if source in str(error) else InputError(f"{source}: {error}") from error
+        raise (
+            error if source in str(error) else InputError(f"{source}: {error}", error.code)
+        ) from error
     except Tf.ErrorException as error:
-        raise InputError(f"{source} cannot be read as USD: {usd_message(error)}") from error
+        raise InputError(
+            f"{source} cannot be read as USD: {usd_message(error)}", "FILE_UNREADABLE"
+        ) from error
     except UnicodeError as error:
-        raise InputError(f"{source} holds a name that is not UTF-8") from error
+        raise InputError(f"{source} holds a name that is not UTF-8", "SCHEMA_BROKEN") from error
     except (MemoryError, OverflowError, RuntimeError, TypeError, ValueError) as error:
         message = f"{source} does not follow USD's schemas: {usd_message(error)}"
-        raise InputError(message) from error
+        raise InputError(message, "SCHEMA_BROKEN") from error
     finally:
         del delegate

@@ -48,11 +48,13 @@ def read_mesh(
     if not len(points):
         return None, [finding("FEATURE_DROPPED", path, "a mesh without points is left out")]
     if not np.isfinite(points).all():
-        raise InputError(f"{path}: points must be finite numbers")
+        raise InputError(f"{path}: points must be finite numbers", "VALUES_WRONG")
     linear = space[:3, :3]
     determinant = float(np.linalg.det(linear))
     if not np.isfinite(determinant) or determinant == 0:
-        raise InputError(f"{path}: the transform of the mesh flattens it; give it a scale")
+        raise InputError(
+            f"{path}: the transform of the mesh flattens it; give it a scale", "VALUES_WRONG"
+        )
     turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
     counts, indices = _faces(mesh, len(points))
     normals, findings = _normals(mesh, counts, indices, len(points))
@@ -87,10 +89,13 @@ def _faces(mesh: UsdGeom.Mesh, count: int) -> tuple[IntArray, IntArray]:
     if (counts < 0).any() or counts.sum() != len(indices):
         raise InputError(
             f"{mesh.GetPath()}: faceVertexCounts add up to {counts.sum()}, "
-            f"but there are {len(indices)} faceVertexIndices"
+            f"but there are {len(indices)} faceVertexIndices",
+            "SCHEMA_BROKEN",
         )
     if len(indices) and not 0 <= indices.min() <= indices.max() < count:
-        raise InputError(f"{mesh.GetPath()}: a faceVertexIndex is outside 0 to {count - 1}")
+        raise InputError(
+            f"{mesh.GetPath()}: a faceVertexIndex is outside 0 to {count - 1}", "SCHEMA_BROKEN"
+        )
     return counts, indices
 
 

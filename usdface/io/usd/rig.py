@@ -101,7 +101,7 @@ def _rig(stage: Usd.Stage, root: str, joints: bool) -> tuple[Rig, list[Finding]]
         findings += notes
         meshes += [mesh] if mesh else []
     if not meshes:
-        raise InputError(f"no mesh with points under {root or roots[0].GetPath()}")
+        raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
     named, materials, notes = with_materials(stage, tuple(meshes))
     top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
     name = top.GetDisplayName() or top.GetName()
@@ -129,7 +129,8 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
     if not roots:
         raise InputError(
             f"no SkelRoot{f' under {root}' if root else ''}; "
-            "UsdSkel moves blend shapes only below one"
+            "UsdSkel moves blend shapes only below one",
+            "FACE_MISSING",
         )
     return roots
 
@@ -195,7 +196,7 @@ def _world(prim: Usd.Prim, xforms: UsdGeom.XformCache) -> FloatArray:
 def _matrix(value: object) -> FloatArray:
     matrix = np.array(value, np.float64).reshape(4, 4)
     if not np.isfinite(matrix).all():
-        raise InputError("a transform has numbers that are not finite")
+        raise InputError("a transform has numbers that are not finite", "VALUES_WRONG")
     return matrix
 
 

@@ -69,7 +69,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         If it, or a file that it brings in, is missing or cannot be read as USD.
     """
     if not path.is_file():
-        raise InputError(f"no such USD file: {path}")
+        raise InputError(f"no such USD file: {path}", "FILE_UNREADABLE")
     left_out = {str(layer.resolve()) for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
@@ -79,7 +79,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
                 stage.MuteLayer(layer.identifier)
     for error in broken:
         if not any(f"@{layer}@" in error for layer in left_out):
-            raise InputError(f"{path} does not compose: {error}")
+            raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
     return stage
 
 
