@@ -9,10 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdface.errors import InputError
+from usdface.materials import Material, Texture
 from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = [
     "BlendShape",
+    "CornerValues",
     "Inbetween",
     "Material",
     "MaterialSubset",
@@ -110,6 +112,21 @@ class MaterialSubset:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class CornerValues:
+    """Numbers at the face corners of a mesh: `values` (C, K) float64 under a primvar's name.
+
+    Texture coordinates have K = 2; ``displayColor`` 3, or 4 with its opacity (linear, 0 to 1);
+    ``tangents`` 4: a unit vector and the sign of the bitangent.
+    """
+
+    name: str
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", frozen(self.values))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Mesh:
     """A polygon mesh with blend shapes, in the rig's space at rest.
 
@@ -133,6 +150,10 @@ class Mesh:
     subsets : tuple of MaterialSubset
     path : str
         Prim path where the mesh came from a USD stage, else "".
+    uv_name : str
+        Name of the texture coordinates `uvs`.
+    corner_values : tuple of CornerValues
+        Further texture coordinates, vertex colours, tangents; names are unique.
     """
 
     name: str
@@ -146,6 +167,8 @@ class Mesh:
     material: str = ""
     subsets: tuple[MaterialSubset, ...] = ()
     path: str = ""
+    uv_name: str = "st"
+    corner_values: tuple[CornerValues, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", frozen(self.points))
@@ -169,6 +192,12 @@ class Mesh:
             self.face_indices.min() >= 0 and self.face_indices.max() < count
         ):
             raise InputError(f"mesh {self.name!r}: a face index is outside 0 to {count - 1}")
+        for given in self.corner_values:
+            if given.values.ndim != 2 or len(given.values) != len(self.face_indices):
+                raise InputError(
+                    f"mesh {self.name!r}: {given.name!r} has {len(given.values)} values for "
+                    f"{len(self.face_indices)} face corners"
+                )
         names = [shape.name for shape in self.shapes]
         for shape in self.shapes:
             if len(shape.indices) and not (shape.indices[0] >= 0 and shape.indices[-1] < count):
@@ -188,6 +217,16 @@ class Mesh:
     def shape_names(self) -> tuple[str, ...]:
         """Names of the blend shapes, in order."""
         return tuple(shape.name for shape in self.shapes)
+
+    def corners(self, name: str) -> FloatArray | None:
+        """Return the corner values (C, K) of a name, None where there are none."""
+        return next((c.values for c in self.corner_values if c.name == name), None)
+
+    @property
+    def uv_sets(self) -> dict[str, FloatArray]:
+        """All texture coordinates (C, 2) by name, those of `uvs` first."""
+        first = {} if self.uvs is None else {self.uv_name: self.uvs}
+        return first | {c.name: c.values for c in self.corner_values if c.values.shape[1] == 2}
 
     def offsets_at(self, vertices: IntArray) -> FloatArray:
         """Return the offsets of all shapes at some vertices: (S, len(vertices), 3) [m].
@@ -237,33 +276,6 @@ class Skeleton:
         shape = (len(self.joints), 4, 4)
         if self.bind.shape != shape or self.rest.shape != shape:
             raise InputError(f"the skeleton's transforms must have shape {shape}")
-
-
-@dataclass(frozen=True, slots=True)
-class Texture:
-    """An image: a file on disk, or bytes that came inside a container."""
-
-    path: str = ""
-    data: bytes | None = None
-    suffix: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Material:
-    """The part of UsdPreviewSurface and glTF metallic-roughness that both hold."""
-
-    name: str
-    base_color: tuple[float, float, float] = (0.8, 0.8, 0.8)
-    opacity: float = 1.0
-    metallic: float = 0.0
-    roughness: float = 0.5
-    emissive: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    double_sided: bool = False
-    base_color_texture: Texture | None = None
-    normal_texture: Texture | None = None
-    metallic_roughness_texture: Texture | None = None
-    occlusion_texture: Texture | None = None
-    emissive_texture: Texture | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

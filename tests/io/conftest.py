@@ -100,7 +100,7 @@ def face_rig() -> Rig:
     head = Mesh("Head", points, counts, faces, None, uvs, shapes, None, "", subsets)
     jaw = Mesh("Teeth.1", points[[0, 1, 7]], [3], [0, 1, 2], shapes=(shape("jawOpen", [0, 2]),))
     materials = (
-        Material("skin", (0.5, 0.4, 0.3), 0.9, 0.1, 0.7, (0.0, 0.1, 0.0)),
+        Material("skin", (0.5, 0.4, 0.3), 0.9, 0.1, 0.7, (0.0, 0.1, 0.0), alpha_mode="blend"),
         Material("lips", (0.9, 0.1, 0.1), double_sided=True),
     )
     return Rig("small face", (head, jaw), None, materials)

@@ -38,6 +38,7 @@ def bytes_of(texture: Texture | None) -> bytes:
 @pytest.mark.parametrize("suffix", [".glb", ".gltf"])
 def test_materials_come_back(tmp_path: Path, suffix: str, validate_gltf) -> None:
     first, second = png(tmp_path / "a.png", 0.2), png(tmp_path / "b.png", 0.9)
+    shine = Texture(data=second, suffix=".png", space="raw", channel="g")
     full = Material(
         "skin é",
         (0.5, 0.25, 0.125),
@@ -46,11 +47,13 @@ def test_materials_come_back(tmp_path: Path, suffix: str, validate_gltf) -> None
         0.25,
         (0.5, 0.0, 1.0),
         True,
-        Texture(data=first, suffix=".png"),
-        Texture(str(tmp_path / "b.png")),
-        Texture(data=second, suffix=".png"),
-        Texture(data=first, suffix=".png"),
-        Texture(data=second, suffix=".png"),
+        alpha_mode="blend",
+        base_color_texture=Texture(data=first, suffix=".png"),
+        normal_texture=Texture(str(tmp_path / "b.png")),
+        metallic_texture=replace(shine, channel="b"),
+        roughness_texture=shine,
+        occlusion_texture=Texture(data=first, suffix=".png"),
+        emissive_texture=Texture(data=second, suffix=".png"),
     )
     plain = Material("plain", opacity=1.0)
     path = tmp_path / f"out dir/a b{suffix}"
@@ -60,7 +63,8 @@ def test_materials_come_back(tmp_path: Path, suffix: str, validate_gltf) -> None
     assert found == []
     assert rig.materials[1] == plain
     back = rig.materials[0]
-    slots = [slot for slot in Material.__slots__ if slot.endswith("_texture")]
+    slots = list(full.textures)
+    assert slots == list(back.textures)
     for slot in slots:
         assert bytes_of(getattr(back, slot)) == bytes_of(getattr(full, slot))
     none = dict.fromkeys(slots)
@@ -93,10 +97,10 @@ def test_a_missing_texture_is_left_out(tmp_path: Path, validate_gltf) -> None:
 
 
 def test_values_outside_gltfs_range_are_clamped(tmp_path: Path, validate_gltf) -> None:
-    found = write_gltf(rig_with(Material("m", emissive=(5.0, 0, 0))), tmp_path / "a.glb")
+    found = write_gltf(rig_with(Material("m", (5.0, 0, 0))), tmp_path / "a.glb")
     assert [f.code for f in found] == ["FEATURE_DROPPED"]
     assert validate_gltf(tmp_path / "a.glb")["issues"]["numErrors"] == 0
-    assert read_gltf(tmp_path / "a.glb")[0].materials[0].emissive == (1, 0, 0)
+    assert read_gltf(tmp_path / "a.glb")[0].materials[0].base_color == (1, 0, 0)
 
 
 def textured(tmp_path: Path, **parts: object) -> GltfFile:
@@ -148,13 +152,16 @@ def test_references_must_exist(tmp_path: Path, parts: dict[str, object]) -> None
 def test_what_a_rig_cannot_hold_is_announced(tmp_path: Path) -> None:
     png(tmp_path / "a.png", 1.0, channels=4)
     file = textured(tmp_path)
-    material = file.document.materials[0]
-    material.alphaMode = "MASK"
-    material.extensions = {"KHR_materials_clearcoat": {}}
-    material.pbrMetallicRoughness.baseColorTexture.texCoord = 1
-    material.normalTexture = pygltflib.NormalMaterialTexture(index=0, scale=0.5)
-    found = read_materials(file, ("m",))[1]
-    assert [f.code for f in found] == ["FEATURE_DROPPED"] * 4
+    file.document.materials[0].extensions = {
+        "KHR_materials_sheen": {"sheenRoughnessFactor": 0.5},
+        "KHR_materials_clearcoat": {"clearcoatFactor": 1.0, "clearcoatTexture": {"index": 0}},
+    }
+    materials, found = read_materials(file, ("m",))
+    assert [(f.code, f.message) for f in found] == [
+        ("FEATURE_DROPPED", "KHR_materials_sheen is left out"),
+        ("FEATURE_DROPPED", "clearcoatTexture of KHR_materials_clearcoat is left out"),
+    ]
+    assert materials[0].clearcoat == 1.0
 
 
 def test_gltf_defaults_are_white_metal(tmp_path: Path) -> None:

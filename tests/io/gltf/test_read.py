@@ -50,8 +50,13 @@ def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:
 
 
 def test_material_names_are_made_unique(write_glb, tmp_path: Path) -> None:
-    document = {"materials": [{"name": "m"}, {"name": "m"}, {}]}
-    rig, _, _ = read_gltf(write_glb(tmp_path / "x.glb", document, []))
+    document = {
+        "materials": [{"name": "m"}, {"name": "m"}, {}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    }
+    triangle = np.eye(3, dtype="<f4")
+    rig, _, _ = read_gltf(write_glb(tmp_path / "x.glb", document, [triangle]))
     assert [material.name for material in rig.materials] == ["m", "m_2", "Material"]
 
 

@@ -74,7 +74,10 @@ def test_v_is_flipped() -> None:
 
 
 def test_a_primitive_for_each_material_and_one_for_the_rest(face_rig: Rig) -> None:
-    names = {name: pygltflib.Material(name=name) for name in ("skin", "lips")}
+    pbr = pygltflib.PbrMetallicRoughness()
+    names = {
+        name: pygltflib.Material(name=name, pbrMetallicRoughness=pbr) for name in ("skin", "lips")
+    }
     mesh = replace(
         face_rig.meshes[0],
         subsets=(

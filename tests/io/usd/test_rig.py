@@ -120,7 +120,8 @@ def test_materials_and_textures_come_back(face_rig, tmp_path):
         True,
         base_color_texture=Texture(str(tmp_path / "near" / "skin.png"), None, ".png"),
         normal_texture=Texture("", b"bumps", ".png"),
-        metallic_roughness_texture=Texture("", b"orm", ".jpg"),
+        metallic_texture=Texture("", b"orm", ".jpg", "b"),
+        roughness_texture=Texture("", b"orm", ".jpg", "g"),
         occlusion_texture=Texture("", b"orm", ".jpg"),
         emissive_texture=Texture("", b"glow", ".png"),
     )
@@ -133,12 +134,13 @@ def test_materials_and_textures_come_back(face_rig, tmp_path):
     assert (back.roughness, back.emissive, back.double_sided) == (0.75, (0.125, 0.5, 1.0), True)
     read = {
         role: Path(getattr(back, f"{role}_texture").path).read_bytes()
-        for role in ("base_color", "normal", "metallic_roughness", "occlusion", "emissive")
+        for role in ("base_color", "normal", "metallic", "roughness", "occlusion", "emissive")
     }
     assert read == {
         "base_color": b"near",
         "normal": b"bumps",
-        "metallic_roughness": b"orm",
+        "metallic": b"orm",
+        "roughness": b"orm",
         "occlusion": b"orm",
         "emissive": b"glow",
     }

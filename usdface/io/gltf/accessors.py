@@ -4,6 +4,7 @@ Source: glTF 2.0 specification, section 3.6.2 (accessors, sparse accessors, alig
 the extension KHR_mesh_quantization.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,6 +45,13 @@ class AccessorReader:
                 f"accessor {index} has count {count!r}; expected at least 1", "ACCESSOR_WRONG"
             )
         return count
+
+    def kind(self, index: object, kinds: Sequence[str]) -> str:
+        """Return which of `kinds` accessor `index` is; the first where it is None or none."""
+        if index is None:
+            return kinds[0]
+        given = item(self.file.document.accessors or [], index, "accessor").type
+        return given if given in kinds else kinds[0]
 
     def floats(self, index: object, kind: str) -> FloatArray:
         """Return an accessor as (count, width) float64, normalised integers as their values.

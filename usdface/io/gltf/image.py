@@ -1,6 +1,7 @@
 """Images as glTF holds them: PNG or JPEG, eight bits, sRGB for colours and linear for data."""
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,11 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.rigs import Texture
+from usdface.materials import Texture
 
-__all__ = ["has_alpha", "image_type", "to_gltf_image"]
+__all__ = ["GltfImage", "channels_image", "has_alpha", "image_type", "to_gltf_image"]
+
+GltfImage = tuple[bytes, str]  # data and MIME type
 
 _PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
 _MAX_BYTES = 2**30
@@ -31,14 +34,13 @@ def has_alpha(data: bytes) -> bool:
     return image_type(data) == "image/png" and data[25:26] in (b"\x04", b"\x06")
 
 
-def to_gltf_image(
-    texture: Texture, colour: bool = True
-) -> tuple[tuple[bytes, str] | None, list[Finding]]:
+def to_gltf_image(texture: Texture, colour: bool = True) -> tuple[GltfImage | None, list[Finding]]:
     """Return a texture as (bytes, MIME type) for glTF.
 
-    JPEG and eight-bit PNG pass unchanged. Anything else that OpenImageIO reads becomes an
-    eight-bit PNG: of a colour, floating-point values are taken as linear light and encoded
-    with the sRGB curve, integers as encoded already; data keep their numbers.
+    JPEG and eight-bit PNG pass unchanged, unless they hold a colour in linear light. Anything
+    else that OpenImageIO reads becomes an eight-bit PNG: of a colour that does not name its
+    space, floating-point values are taken as linear light and encoded with the sRGB curve,
+    integers as encoded already; data keep their numbers.
 
     Parameters
     ----------
@@ -58,18 +60,95 @@ def to_gltf_image(
     Source: glTF 2.0 specification, sections 3.8.3 (images) and 3.9 (colour spaces);
     IEC 61966-2-1 (sRGB).
     """
-    where = Path(texture.path).name if texture.path else f"embedded {texture.suffix} image"
+    where = _name(texture)
     try:
         data = _bytes_of(texture)
         mime = image_type(data)
         deep = mime == "image/png" and len(data) > 24 and data[24] == 16  # IHDR bit depth
-        if mime and not deep:
+        if mime and not deep and not (colour and texture.space == "raw"):
             return (data, mime), []
-        pixels, linear = _pixels(texture, data)
-        encoded = _png(_eight_bit(pixels, encode=colour and linear))
+        encoded = _png(_as_eight_bit(texture, data, colour))
     except InputError as error:
         return None, [finding("TEXTURE_MISSING", where, f"left out: {error}")]
     return (encoded, "image/png"), [finding("TEXTURE_CONVERTED", where)]
+
+
+def channels_image(
+    planes: Sequence[Texture | None], colour: bool = False
+) -> tuple[GltfImage | None, list[Finding]]:
+    """Return one PNG made of the channels that textures name; None stands for 1 everywhere.
+
+    Parameters
+    ----------
+    planes : sequence of Texture or None
+        Red, green and blue; or, of a `colour`, the texture of all three and that of alpha
+        (None for no alpha channel).
+    colour : bool
+
+    Returns
+    -------
+    (bytes, str) or None
+        None where no texture can be read. Textures of different sizes are repeated to the
+        largest.
+    list of Finding
+    """
+    found: list[Finding] = []
+    read: dict[Texture, NDArray[np.uint8] | None] = {}
+    for plane in dict.fromkeys(plane for plane in planes if plane is not None):
+        try:
+            coloured = colour and plane is planes[0]
+            read[plane] = _as_eight_bit(plane, _bytes_of(plane), coloured)
+        except InputError as error:
+            read[plane] = None
+            found.append(finding("TEXTURE_MISSING", _name(plane), f"left out: {error}"))
+    known = [pixels for pixels in read.values() if pixels is not None]
+    if not known:
+        return None, found
+    size = max(p.shape[0] for p in known), max(p.shape[1] for p in known)
+    blank = np.full((*size, 3), 255, np.uint8)
+    parts: list[NDArray[np.uint8]] = []
+    for place, texture in enumerate(planes):
+        pixels = None if texture is None else read[texture]
+        whole = colour and place == 0
+        if texture is None or pixels is None:
+            if whole or not colour:
+                parts.append(blank if whole else blank[..., :1])
+            continue
+        pixels = _sized(pixels, size)
+        parts.append(_colours(pixels) if whole else _channel(pixels, texture.channel))
+    names = " and ".join(_name(texture) for texture in read)
+    message = "channels were put into one PNG, as glTF wants them"
+    found.append(finding("TEXTURE_CONVERTED", names, message))
+    return (_png(np.concatenate(parts, axis=2)), "image/png"), found
+
+
+def _sized(pixels: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    rows, columns = (np.arange(n) * pixels.shape[k] // n for k, n in enumerate(size))
+    return np.asarray(pixels[rows][:, columns])
+
+
+def _colours(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return three channels of an image that may be grey."""
+    return pixels[..., :3] if pixels.shape[2] > 2 else np.repeat(pixels[..., :1], 3, axis=2)
+
+
+def _channel(pixels: NDArray[np.uint8], name: str) -> NDArray[np.uint8]:
+    """Return one channel (height, width, 1); a grey image has its grey in r, g and b."""
+    count = pixels.shape[2]
+    if name == "a":
+        return pixels[..., -1:] if count in (2, 4) else np.full_like(pixels[..., :1], 255)
+    place = "rgb".find(name) if count > 2 else 0
+    return pixels[..., place : place + 1] if place >= 0 else pixels[..., :1]
+
+
+def _name(texture: Texture) -> str:
+    return Path(texture.path).name if texture.path else f"embedded {texture.suffix} image"
+
+
+def _as_eight_bit(texture: Texture, data: bytes, colour: bool) -> NDArray[np.uint8]:
+    pixels, floating = _pixels(texture, data)
+    linear = texture.space == "raw" or (texture.space == "auto" and floating)
+    return _eight_bit(pixels, encode=colour and linear)
 
 
 def _bytes_of(texture: Texture) -> bytes:

@@ -16,10 +16,13 @@ from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
+from usdface.io.gltf.placed import placed
 from usdface.io.gltf.read_animation import clips_of, moved_nodes
-from usdface.io.gltf.read_mesh import mesh_of_primitives, placed
+from usdface.io.gltf.read_mesh import mesh_of_primitives
 from usdface.io.gltf.read_skin import Armature, armature_of
 from usdface.io.gltf.read_weights import PlacedMesh
+from usdface.io.gltf.textures import uv_names_in
+from usdface.io.gltf.vertex_colours import tinted
 from usdface.rigs import Mesh, Rig, Skin
 from usdface.takes import FloatArray
 
@@ -84,12 +87,17 @@ def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     _check_size(document, carriers, reader)
     given = [material.name or "Material" for material in document.materials or []]
     names, found = _unique(given, "material")
-    materials, news = read_materials(file, names)
+    uv_names = uv_names_in(document.asset.extras)
+    materials, news = read_materials(file, names, uv_names)
     found += news
     armature, news = armature_of(document, tree, reader, moved_nodes(file, tree))
     found += news
-    meshes, news = _meshes(file, carriers, names, reader)
+    meshes, news = _meshes(file, carriers, names, uv_names, reader)
     found += news
+    if not meshes:
+        why = "; ".join(f"{f.where}: {f.message}" for f in news) or "no node of its scene has one"
+        raise InputError(f"there is no mesh with triangles to read: {why}")
+    meshes = [replace(m, mesh=tinted(m.mesh, materials)) for m in meshes]
     standing = [
         replace(m, mesh=_in_rig_space(m.mesh, m.node, document, tree, armature)) for m in meshes
     ]
@@ -124,7 +132,11 @@ def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) ->
 
 
 def _meshes(
-    file: GltfFile, carriers: list[int], materials: tuple[str, ...], reader: AccessorReader
+    file: GltfFile,
+    carriers: list[int],
+    materials: tuple[str, ...],
+    uv_names: tuple[str, ...],
+    reader: AccessorReader,
 ) -> tuple[list[PlacedMesh], list[Finding]]:
     """Decode the mesh of each node that carries one; a mesh used twice is decoded once."""
     document = file.document
@@ -142,7 +154,7 @@ def _meshes(
         if index not in decoded:
             shape_names, news = _shape_names(source, name)
             decoded[index], lost = mesh_of_primitives(
-                name, source.primitives or [], shape_names, materials, reader
+                name, source.primitives or [], shape_names, materials, reader, uv_names
             )
             found += [*news, *lost]
             between = steps_in(source.extras, shape_names)

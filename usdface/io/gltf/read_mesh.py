@@ -1,4 +1,4 @@
-"""Meshes of glTF: primitives merged into one polygon mesh, welded, placed in the scene.
+"""Meshes of glTF: primitives merged into one polygon mesh and welded.
 
 Source: glTF 2.0 specification, section 3.7.2 (meshes, morph targets, primitive modes).
 """
@@ -14,11 +14,17 @@ from pygltflib import TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, Primitive
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.placed import TANGENTS, unit_rows
+from usdface.io.gltf.textures import uv_name
+from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.weld import Rows, rows_at, welded
-from usdface.rigs import BlendShape, MaterialSubset, Mesh, Skin
+from usdface.rigs import BlendShape, CornerValues, MaterialSubset, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["mesh_of_primitives", "placed"]
+__all__ = ["mesh_of_primitives"]
+
+
+_DEFAULTS = {COLOURS: np.ones(4), TANGENTS: np.array([1.0, 0.0, 0.0, 1.0])}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -27,7 +33,7 @@ class _Block:
 
     points: FloatArray
     normals: FloatArray | None
-    uvs: FloatArray | None
+    corners: dict[str, FloatArray]
     joints: IntArray
     weights: FloatArray
     offsets: tuple[Rows, ...]
@@ -40,6 +46,7 @@ def mesh_of_primitives(
     shape_names: tuple[str, ...],
     materials: tuple[str, ...],
     reader: AccessorReader,
+    uv_names: Sequence[str] = (),
 ) -> tuple[Mesh | None, list[Finding]]:
     """Merge the primitives of one glTF mesh.
 
@@ -57,6 +64,8 @@ def mesh_of_primitives(
     materials : tuple of str
         Names of the file's materials.
     reader : AccessorReader
+    uv_names : sequence of str
+        What TEXCOORD_0, TEXCOORD_1, ... are called; else st, st1, ...
 
     Returns
     -------
@@ -87,10 +96,10 @@ def mesh_of_primitives(
                 f"mesh {name!r}: a primitive has {len(targets)} morph targets, "
                 f"another {len(shape_names)}"
             )
-        found += _unread(attributes, name)
+        found += _unread(attributes, targets, name)
         key = (tuple(sorted(attributes.items())), *(tuple(sorted(t.items())) for t in targets))
         if key not in blocks:
-            blocks[key] = (count, _block(attributes, targets, reader))
+            blocks[key] = (count, _block(attributes, targets, reader, uv_names))
             count += len(blocks[key][1].points)
         start, block = blocks[key]
         corners = _triangles(primitive, len(block.points), reader)
@@ -102,10 +111,16 @@ def mesh_of_primitives(
     return _with_materials(mesh, np.concatenate(labels), materials), found
 
 
-def _unread(attributes: dict[str, Any], name: str) -> list[Finding]:
-    read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_0", "JOINTS_", "WEIGHTS_")
+def _unread(
+    attributes: dict[str, Any], targets: Sequence[dict[str, Any]], name: str
+) -> list[Finding]:
+    read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_0", "JOINTS_", "WEIGHTS_")
     left = sorted(a for a in attributes if not a.startswith(read))
-    return [finding("FEATURE_DROPPED", name, f"vertex attribute {a} is left out") for a in left]
+    found = [finding("FEATURE_DROPPED", name, f"vertex attribute {a} is left out") for a in left]
+    for moved in sorted({a for target in targets for a in target} - {"POSITION", "NORMAL"}):
+        message = f"what blend shapes change of {moved} is left out"
+        found.append(finding("FEATURE_DROPPED", name, message))
+    return found
 
 
 def _material(primitive: Primitive, materials: tuple[str, ...]) -> int:
@@ -135,7 +150,10 @@ def _triangles(primitive: Primitive, count: int, reader: AccessorReader) -> IntA
 
 
 def _block(
-    attributes: dict[str, Any], targets: Sequence[dict[str, Any]], reader: AccessorReader
+    attributes: dict[str, Any],
+    targets: Sequence[dict[str, Any]],
+    reader: AccessorReader,
+    uv_names: Sequence[str],
 ) -> _Block:
     points = reader.floats(attributes["POSITION"], "VEC3")
     count = len(points)
@@ -158,11 +176,20 @@ def _block(
             raise InputError(f"JOINTS_{place} has no WEIGHTS_{place} for each vertex")
         joints.append(joint)
         weights.append(weight)
+    corners: dict[str, FloatArray] = {}
+    while (uvs := rows(f"TEXCOORD_{len(corners)}", "VEC2")) is not None:
+        corners[uv_name(len(corners), uv_names)] = uvs * (1, -1) + (0, 1)
+    colours = rows("COLOR_0", reader.kind(attributes.get("COLOR_0"), ("VEC3", "VEC4")))
+    tangents = rows("TANGENT", "VEC4")
+    if colours is not None:
+        corners[COLOURS] = colours
+    if tangents is not None:
+        corners[TANGENTS] = tangents
     empty = np.zeros(0, np.int64), np.zeros((0, 3))
     return _Block(
         points,
         rows("NORMAL", "VEC3"),
-        rows("TEXCOORD_0", "VEC2"),
+        corners,
         np.concatenate(joints, 1),
         np.concatenate(weights, 1),
         tuple(reader.offsets(t["POSITION"], count) if "POSITION" in t else empty for t in targets),
@@ -196,25 +223,43 @@ def _merged(
     place = np.full(len(first), -1)
     place[used] = np.arange(len(used))
     first = first[used]
-    uvs = None
-    if any(b.uvs is not None for b in blocks):
-        uvs = np.concatenate(
-            [np.zeros((len(b.points), 2)) if b.uvs is None else b.uvs for b in blocks]
-        )
-        uvs = uvs[triangles.ravel()] * (1, -1) + (0, 1)
+    corners = _corners(blocks, triangles)
+    first_uvs = next((c.name for c in corners if c.values.shape[1] == 2), "st")
     return Mesh(
         name,
         points[first],
         np.full(len(triangles), 3),
         place[of_vertex[triangles.ravel()]],
-        None if normals is None else _unit(normals[first]),
-        uvs,
+        None if normals is None else unit_rows(normals[first]),
+        next((c.values for c in corners if c.name == first_uvs), None),
         tuple(
             _shape(n, move, turn, first)
             for n, move, turn in zip(shape_names, moves, turns, strict=True)
         ),
         Skin(joints[first], weights[first]) if influences else None,
+        uv_name=first_uvs,
+        corner_values=tuple(c for c in corners if c.name != first_uvs),
     )
+
+
+def _corners(blocks: Sequence[_Block], triangles: IntArray) -> list[CornerValues]:
+    """Return what vertices hold at the corners of faces; blocks without it have a default."""
+    widths: dict[str, int] = {}
+    for block in blocks:
+        for name, values in block.corners.items():
+            widths[name] = max(widths.get(name, 0), values.shape[1])
+
+    def of(block: _Block, name: str) -> FloatArray:
+        filler = np.tile(_DEFAULTS.get(name, np.zeros(2))[: widths[name]], (len(block.points), 1))
+        given = block.corners.get(name)
+        if given is not None:
+            filler[:, : given.shape[1]] = given
+        return filler
+
+    return [
+        CornerValues(name, np.concatenate([of(b, name) for b in blocks])[triangles.ravel()])
+        for name in widths
+    ]
 
 
 def _wider(array: NDArray[Any], width: int) -> NDArray[Any]:
@@ -237,12 +282,6 @@ def _shape(name: str, move: Rows, turn: Rows | None, vertices: IntArray) -> Blen
     return BlendShape(name, indices, offsets[indices], turned[indices])
 
 
-def _unit(normals: FloatArray) -> FloatArray:
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit: FloatArray = normals / np.where(length > 0, length, 1.0)
-    return unit
-
-
 def _with_materials(mesh: Mesh, labels: IntArray, materials: tuple[str, ...]) -> Mesh:
     present = list(dict.fromkeys(labels.tolist()))
     if len(present) == 1:
@@ -253,36 +292,3 @@ def _with_materials(mesh: Mesh, labels: IntArray, materials: tuple[str, ...]) ->
         if label >= 0
     ]
     return replace(mesh, subsets=tuple(subsets))
-
-
-def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
-    """Return the mesh with a row-vector transform (4, 4) baked into points, offsets, normals.
-
-    Where the transform mirrors, faces are turned around; where it flattens, the normals
-    are left out. Normal offsets are scaled with the normals that they belong to.
-    """
-    linear = matrix[:3, :3]
-    determinant = np.linalg.det(linear)
-    normals, shapes = mesh.normals if determinant else None, list(mesh.shapes)
-    turning: FloatArray = np.eye(3)
-    lengths: FloatArray = np.ones(len(mesh.points))
-    if normals is not None:
-        turning = np.linalg.inv(linear).T.astype(np.float64)
-        normals = normals @ turning
-        lengths = np.sqrt((normals**2).sum(axis=1))
-        lengths[lengths == 0] = 1.0
-        normals = normals / lengths[:, None]
-    for place, shape in enumerate(shapes):
-        turned = shape.normal_offsets
-        if turned is not None:
-            scale = lengths[shape.indices, None]
-            turned = None if normals is None else turned @ turning / scale
-        shapes[place] = replace(shape, offsets=shape.offsets @ linear, normal_offsets=turned)
-    indices, uvs = mesh.face_indices, mesh.uvs
-    if determinant < 0:  # every face is a triangle here
-        indices = indices.reshape(-1, 3)[:, ::-1].ravel()
-        uvs = None if uvs is None else uvs.reshape(-1, 3, 2)[:, ::-1].reshape(-1, 2)
-    points = mesh.points @ linear + matrix[3, :3]
-    return replace(
-        mesh, points=points, normals=normals, shapes=tuple(shapes), face_indices=indices, uvs=uvs
-    )

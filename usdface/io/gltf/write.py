@@ -10,12 +10,16 @@ import pygltflib
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.corners import uv_order
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.inbetweens import flat_weights
-from usdface.io.gltf.materials import write_materials
+from usdface.io.gltf.textures import TextureBuilder, uv_notes
+from usdface.io.gltf.vertex_colours import whitened
 from usdface.io.gltf.write_animation import written_clip
+from usdface.io.gltf.write_materials import written_materials
 from usdface.io.gltf.write_mesh import written_mesh
 from usdface.io.transforms import compose, decompose
+from usdface.io.udim import untiled
 from usdface.rigs import Mesh, Rig, Skeleton
 from usdface.takes import WeightsTake
 
@@ -54,20 +58,26 @@ def write_gltf(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding
     (animations). Equal input gives equal bytes.
     """
     builder = BufferBuilder()
-    materials, found = write_materials(rig.materials, builder, path)
-    by_name = {material.name: material for material in materials.materials}
+    rig, found = untiled(rig)
+    uv_names = uv_order(rig)
+    textures = TextureBuilder(uv_names)
+    materials, news = written_materials(whitened(rig), textures)
+    found += news
+    by_name = {material.name: material for material in materials}
+    coloured = {"", *(m.name for m in rig.materials if m.vertex_colours)}
     document = pygltflib.GLTF2(
-        asset=pygltflib.Asset(generator=f"usdface {_version()}"),
-        materials=list(materials.materials),
-        textures=list(materials.textures),
-        images=list(materials.images),
+        asset=pygltflib.Asset(generator=f"usdface {_version()}", extras=uv_notes(uv_names)),
+        materials=materials,
         scene=0,
+        extensionsUsed=sorted({key for material in materials for key in material.extensions}),
     )
+    beside = textures.into(document, builder, path)
     skeleton = _moving(rig, clips)
     roots: list[int] = []
     carriers: list[tuple[int, Mesh]] = []
     for mesh in rig.meshes:
-        made, news = written_mesh(mesh, by_name, builder, len(skeleton.joints) if skeleton else 0)
+        held = len(skeleton.joints) if skeleton else 0
+        made, news = written_mesh(mesh, by_name, builder, held, uv_names, coloured)
         found += news
         if made is None:
             continue
@@ -92,7 +102,7 @@ def write_gltf(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding
         document.animations += [animation] if animation else []
     document.scenes = [pygltflib.Scene(name=rig.name, nodes=roots)]
     document.accessors, document.bufferViews = builder.accessors, builder.views
-    save_document(document, builder.blob, materials.beside, path)
+    save_document(document, builder.blob, beside, path)
     return found
 
 

@@ -1,7 +1,6 @@
 """Polygon meshes as glTF wants them: triangles, one uv per vertex, dense vertex attributes."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,15 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.corners import (
+    split_vertices,
+    turned_tangents,
+    wanted_sets,
+    written_colours,
+    written_corners,
+)
 from usdface.io.gltf.inbetweens import flat_mesh
+from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.normals import normals_of_faces, unit
 from usdface.rigs import BlendShape, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
@@ -21,19 +28,6 @@ __all__ = ["triangulated", "written_mesh"]
 
 _INFLUENCES = 4
 _LEAST_TURN = 1e-6  # of a computed unit normal, far below what 8-bit shading shows
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Split:
-    """Vertices of glTF: one for each pair of point and texture coordinate that a face uses.
-
-    `source` (N,) is the point of each vertex, increasing; `vertex` (C,) the vertex of each
-    face corner; `corner` (N,) a corner of each vertex.
-    """
-
-    source: IntArray
-    vertex: IntArray
-    corner: IntArray
 
 
 def triangulated(face_counts: IntArray) -> tuple[IntArray, IntArray]:
@@ -60,7 +54,12 @@ def triangulated(face_counts: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def written_mesh(
-    mesh: Mesh, materials: Mapping[str, pygltflib.Material], builder: BufferBuilder, joints: int
+    mesh: Mesh,
+    materials: Mapping[str, pygltflib.Material],
+    builder: BufferBuilder,
+    joints: int,
+    uv_names: Sequence[str] = ("st",),
+    coloured: Collection[str] = ("",),
 ) -> tuple[pygltflib.Mesh | None, list[Finding]]:
     """Append a mesh's accessors to `builder` and return the glTF mesh.
 
@@ -77,6 +76,10 @@ def written_mesh(
     builder : BufferBuilder
     joints : int
         Joints of the skeleton; 0 leaves the skin out.
+    uv_names : sequence of str
+        What TEXCOORD_0, TEXCOORD_1, ... hold (`usdface.io.gltf.corners.uv_order`).
+    coloured : collection of str
+        Materials that show vertex colours; "" is the lack of one.
 
     Returns
     -------
@@ -95,7 +98,14 @@ def written_mesh(
     found = _announced(mesh)
     mesh, inbetweens, news = flat_mesh(mesh)
     found += news
-    split = _split(mesh, corners)
+    shows = {*(s.material for s in mesh.subsets), mesh.material} & set(coloured)
+    colours = mesh.corners(COLOURS)
+    if colours is not None and not shows:
+        message = "displayColor is left out: its material does not show it"
+        found.append(finding("CHANNEL_IGNORED", mesh.name, message))
+    held = [c.values for c in mesh.corner_values if shows or c.name != COLOURS]
+    held += [] if mesh.uvs is None else [mesh.uvs]
+    split = split_vertices(mesh, corners, held)
     primitives = _primitives(mesh, split.vertex[corners], faces, materials, builder, found)
     shared = pygltflib.Attributes(
         POSITION=builder.array(mesh.points[split.source], ARRAY_BUFFER, bounds=True)
@@ -103,11 +113,9 @@ def written_mesh(
     moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
     normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
     shared.NORMAL = builder.array(unit(normals[split.source]), ARRAY_BUFFER)
-    if mesh.uvs is not None:
-        uvs = mesh.uvs[split.corner] * (1, -1) + (0, 1)
-        shared.TEXCOORD_0 = builder.array(uvs, ARRAY_BUFFER)
-    elif any(_textured(materials, p.material) for p in primitives):
-        shared.TEXCOORD_0 = builder.zeros(len(split.source), 2)  # textures must have some
+    wanted = wanted_sets(primitives, materials)
+    for attribute, accessor in written_corners(mesh, split, uv_names, wanted, builder).items():
+        setattr(shared, attribute, accessor)
     if joints and mesh.skin is not None:
         places, weights, reduced = _influences(mesh.skin, len(mesh.points), joints, mesh.name)
         found += reduced
@@ -118,9 +126,17 @@ def written_mesh(
         {"POSITION": move, "NORMAL": _target(*turn, split.source, builder)}
         for move, turn in zip(moves, turns, strict=True)
     ]
+    if shared.TANGENT is not None:
+        for target, turn in zip(targets, turns, strict=True):
+            turned = turned_tangents(mesh, split, normals, turn)
+            target["TANGENT"] = builder.offsets(*turned, len(split.source))
+    tint = written_colours(mesh, split, builder) if shows else None
+    names = ["", *materials]
     for primitive in primitives:
-        primitive.attributes = shared
-        primitive.targets = targets
+        primitive.attributes, primitive.targets = shared, targets
+        place = 0 if primitive.material is None else primitive.material + 1
+        if tint is not None and names[place] in shows:
+            primitive.attributes = pygltflib.Attributes(**vars(shared) | {"COLOR_0": tint})
     extras: dict[str, Any] = {"targetNames": list(mesh.shape_names)} if mesh.shapes else {}
     if inbetweens:
         extras["usdface"] = {"inbetweens": inbetweens}
@@ -137,21 +153,6 @@ def _announced(mesh: Mesh) -> list[Finding]:
     if mesh.normals is None:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
     return found
-
-
-def _split(mesh: Mesh, corners: IntArray) -> _Split:
-    used = np.unique(corners)
-    point = mesh.face_indices[used]
-    if mesh.uvs is None:
-        key = point
-    else:
-        pair = np.ascontiguousarray(mesh.uvs[used].astype(np.float32) + np.float32(0))
-        kinds, kind = np.unique(pair.view(np.uint64)[:, 0], return_inverse=True)
-        key = point * len(kinds) + kind
-    _, first, vertex = np.unique(key, return_index=True, return_inverse=True)
-    of_corner = np.full(len(mesh.face_indices), -1)
-    of_corner[used] = vertex
-    return _Split(point[first], of_corner, used[first])
 
 
 def _primitives(
@@ -184,15 +185,6 @@ def _primitives(
         corners = builder.array(chosen.reshape(-1, 1).astype(width), ELEMENT_ARRAY_BUFFER)
         primitives.append(pygltflib.Primitive(indices=corners, material=index.get(name)))
     return primitives
-
-
-def _textured(materials: Mapping[str, pygltflib.Material], index: int | None) -> bool:
-    if index is None:
-        return False
-    material = list(materials.values())[index]
-    pbr = material.pbrMetallicRoughness
-    maps = (material.normalTexture, material.occlusionTexture, material.emissiveTexture)
-    return any(m is not None for m in (*maps, pbr.baseColorTexture, pbr.metallicRoughnessTexture))
 
 
 def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]:

@@ -1,28 +1,40 @@
-"""Materials of a USD stage: the simple part of UsdPreviewSurface."""
+"""Materials of a USD stage: UsdPreviewSurface.
+
+Source: OpenUSD, "UsdPreviewSurface Specification" 2.6.
+"""
 
 import itertools
-import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
-from pxr import Ar, Sdf, Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
-from usdface.rigs import Material, MaterialSubset, Mesh, Texture
+from usdface.io.usd.notes import our_notes
+from usdface.io.usd.textures import read_texture, scale_of, value_of
+from usdface.materials import AlphaMode, Material, Texture
+from usdface.rigs import MaterialSubset, Mesh
 
 __all__ = ["with_materials"]
 
-_LARGEST_TEXTURE = 256 * 1024 * 1024
+# What a glTF material has a place for.
+_READ = {
+    *("diffuseColor", "emissiveColor", "metallic", "roughness", "opacity", "opacityMode"),
+    *("opacityThreshold", "normal", "occlusion", "ior", "clearcoat", "clearcoatRoughness"),
+    *("useSpecularWorkflow", "specularColor"),
+}
+Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """What drives one input of a surface: a value, or a channel of a texture shader."""
+    """What drives one input of a surface: a value, a channel of a texture shader, a primvar."""
 
     value: Any = None
     texture: UsdShade.Shader | None = None
     channel: str = ""
+    primvar: str = ""
 
 
 def with_materials(
@@ -73,104 +85,113 @@ def _read_material(material: UsdShade.Material, name: str) -> tuple[Material, li
     if not surface or surface.GetShaderId() != "UsdPreviewSurface":
         message = "the material is not a UsdPreviewSurface; a grey one stands for it"
         return Material(name), [finding("FEATURE_DROPPED", where, message)]
-    findings: list[Finding] = []
-    sources = {
-        given.GetBaseName(): _source(given, where, findings) for given in surface.GetInputs()
-    }
+    found: list[Finding] = []
+    sources = {given.GetBaseName(): _source(given, where, found) for given in surface.GetInputs()}
+    known: dict[Sdf.Path, Texture | None] = {}
+
+    def source(role: str) -> _Source:
+        return sources.get(role, _Source())
 
     def texture(role: str) -> Texture | None:
-        shader = sources.get(role, _Source()).texture
-        return _texture(shader, findings) if shader else None
+        shader, channel = source(role).texture, source(role).channel
+        if shader is None:
+            return None
+        if shader.GetPath() not in known:
+            known[shader.GetPath()] = read_texture(shader, found)
+        image = known[shader.GetPath()]
+        return replace(image, channel="" if channel == "rgb" else channel) if image else None
 
-    def color(role: str, default: tuple[float, float, float]) -> tuple[float, float, float]:
-        source = sources.get(role, _Source())
-        value = _scale(source.texture) if source.texture else source.value
+    def color(role: str, default: Colour) -> Colour:
+        shader, value = source(role).texture, source(role).value
+        if shader is not None:
+            _no_bias(shader, (0.0, 0.0, 0.0), found)
+            value = scale_of(shader)
         return default if value is None else (float(value[0]), float(value[1]), float(value[2]))
 
-    def number(role: str, default: float, channel: str) -> float:
-        source = sources.get(role, _Source())
-        if source.texture and source.channel == channel:
-            return _scale(source.texture)["rgb".index(channel)]
-        if source.texture:
-            findings.append(finding("FEATURE_DROPPED", where, f"the texture of {role} is not kept"))
-            return default
-        return default if source.value is None else float(source.value)
+    def number(role: str, default: float) -> float:
+        shader, value = source(role).texture, source(role).value
+        if shader is not None:
+            place = "rgba".find(source(role).channel)
+            if role != "occlusion":
+                _no_bias(shader, (0.0, 0.0, 0.0), found)
+            return scale_of(shader)[max(place, 0)]
+        return default if value is None else float(value)
 
-    rough, metal = sources.get("roughness", _Source()), sources.get("metallic", _Source())
-    packed = rough.texture and metal.texture and _file(rough.texture) == _file(metal.texture)
+    kept = our_notes(material)
+    colours = source("diffuseColor")
+    threshold = number("opacityThreshold", 0.0)
+    opacity, seen_through = number("opacity", 1.0), texture("opacity")
+    mode: AlphaMode = "opaque"
+    if threshold > 0:
+        mode = "mask"
+    elif opacity < 1 or seen_through or source("opacity").primvar or _is_present(source):
+        mode = "blend"
+    if source("useSpecularWorkflow").value:
+        message = "the specular workflow is read as a dielectric of that colour"
+        found.append(finding("FEATURE_APPROXIMATED", where, message))
+    for role in sorted(set(sources) - _READ):
+        if source(role).texture or source(role).value:
+            found.append(finding("FEATURE_DROPPED", where, f"{role} is not kept"))
+    for role in ("clearcoat", "clearcoatRoughness", "ior"):
+        if source(role).texture:
+            found.append(finding("FEATURE_DROPPED", where, f"the texture of {role} is not kept"))
+    bump = source("normal").texture
+    unlit = bool(kept.get("unlit"))
+    shown, glow = ("emissiveColor", "") if unlit else ("diffuseColor", "emissiveColor")
     result = Material(
         name,
-        color("diffuseColor", Material("").base_color),
-        number("opacity", 1.0, "-"),
-        number("metallic", 0.0, "b" if packed else "-"),
-        number("roughness", 0.5, "g" if packed else "-"),
-        color("emissiveColor", Material("").emissive),
-        base_color_texture=texture("diffuseColor"),
+        color(shown, Material("").base_color),
+        opacity,
+        number("metallic", 0.0),
+        number("roughness", 0.5),
+        color(glow, Material("").emissive),
+        alpha_mode=mode,
+        alpha_cutoff=threshold if mode == "mask" else 0.5,
+        ior=number("ior", 1.5),
+        clearcoat=number("clearcoat", 0.0),
+        clearcoat_roughness=number("clearcoatRoughness", 0.01),
+        normal_scale=float(kept.get("normalScale", scale_of(bump)[0] / 2)) if bump else 1.0,
+        occlusion_strength=number("occlusion", 1.0) if source("occlusion").texture else 1.0,
+        vertex_colours=colours.primvar == "displayColor" or bool(kept.get("vertexColors")),
+        unlit=unlit,
+        base_color_texture=texture(shown),
+        opacity_texture=seen_through,
+        metallic_texture=texture("metallic"),
+        roughness_texture=texture("roughness"),
         normal_texture=texture("normal"),
-        metallic_roughness_texture=texture("roughness") if packed else None,
         occlusion_texture=texture("occlusion"),
-        emissive_texture=texture("emissiveColor"),
+        emissive_texture=texture(glow),
     )
-    return result, findings
+    return result, found
 
 
-def _source(given: UsdShade.Input, where: str, findings: list[Finding]) -> _Source:
+def _is_present(source: Callable[[str], _Source]) -> bool:
+    return bool(source("opacityMode").value == "presence")
+
+
+def _no_bias(shader: UsdShade.Shader, wanted: Colour, found: list[Finding]) -> None:
+    given = shader.GetInput("bias")
+    bias = given.Get() if given else None
+    if bias is not None and tuple(bias)[:3] != wanted:
+        message = "glTF has no bias of textures; it is left out"
+        found.append(finding("FEATURE_DROPPED", str(shader.GetPath()), message))
+
+
+def _source(given: UsdShade.Input, where: str, found: list[Finding]) -> _Source:
     producers = given.GetValueProducingAttributes()
     if not producers:
         return _Source()
     if not UsdShade.Output.IsOutput(producers[0]):
         return _Source(producers[0].Get())
     shader = UsdShade.Shader(producers[0].GetPrim())
-    if shader.GetShaderId() == "UsdUVTexture":
+    kind = str(shader.GetShaderId())
+    if kind == "UsdUVTexture":
         return _Source(None, shader, UsdShade.Output(producers[0]).GetBaseName())
+    if kind.startswith("UsdPrimvarReader_") and given.GetBaseName() in ("diffuseColor", "opacity"):
+        primvar = str(value_of(shader, "varname"))
+        if primvar in ("displayColor", "displayOpacity"):
+            fallback = value_of(shader, "fallback")
+            return _Source(fallback, primvar=primvar)
     message = f"{given.GetBaseName()} comes from a shader node that is not kept"
-    findings.append(finding("FEATURE_DROPPED", where, message))
+    found.append(finding("FEATURE_DROPPED", where, message))
     return _Source()
-
-
-def _scale(shader: UsdShade.Shader) -> tuple[float, ...]:
-    given = shader.GetInput("scale")
-    value = given.Get() if given else None
-    return (1.0, 1.0, 1.0, 1.0) if value is None else tuple(float(v) for v in value)
-
-
-def _file(shader: UsdShade.Shader) -> Sdf.AssetPath | None:
-    given = shader.GetInput("file")
-    producers = given.GetValueProducingAttributes() if given else []
-    value = producers[0].Get() if producers else None
-    return value if isinstance(value, Sdf.AssetPath) else None
-
-
-def _texture(shader: UsdShade.Shader, findings: list[Finding]) -> Texture | None:
-    where = str(shader.GetPath())
-
-    def missing(why: str) -> Texture | None:
-        findings.append(finding("TEXTURE_MISSING", where, f"{why}; the texture is left out"))
-        return None
-
-    asset = _file(shader)
-    if asset is None or not asset.path:
-        return missing("it names no file")
-    if not asset.resolvedPath:
-        return missing(f"{asset.path} does not exist")
-    outer, inner = Ar.SplitPackageRelativePathOuter(asset.resolvedPath)
-    attribute = shader.GetInput("file").GetValueProducingAttributes()[0]
-    if not any(Path(outer).resolve().is_relative_to(folder) for folder in _folders(attribute)):
-        return missing(f"{asset.path} is outside the folder of the file that names it")
-    if not inner:
-        return Texture(outer, None, Path(outer).suffix)
-    try:
-        with zipfile.ZipFile(outer) as package:
-            if package.getinfo(inner).file_size > _LARGEST_TEXTURE:
-                return missing(f"{inner} is larger than {_LARGEST_TEXTURE >> 20} MiB")
-            return Texture("", package.read(inner), Path(inner).suffix)
-    except (OSError, KeyError, zipfile.BadZipFile) as error:
-        return missing(f"{asset.path} cannot be read from its package ({error})")
-
-
-def _folders(attribute: Usd.Attribute) -> list[Path]:
-    """Return the folders that textures may come from: the naming and the root layers'."""
-    layers = [spec.layer for spec in attribute.GetPropertyStack(Usd.TimeCode.Default())]
-    layers.append(attribute.GetStage().GetRootLayer())
-    paths = [Ar.SplitPackageRelativePathOuter(layer.realPath)[0] for layer in layers]
-    return [Path(path).resolve().parent for path in paths if path]

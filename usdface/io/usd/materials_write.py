@@ -1,8 +1,9 @@
 """Materials into USD: UsdPreviewSurface with textures beside the file."""
 
 import hashlib
+import math
 import re
-from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pxr import Gf, Sdf, Usd, UsdShade
@@ -10,13 +11,27 @@ from pxr import Gf, Sdf, Usd, UsdShade
 from usdface.findings import Finding, finding
 from usdface.io.atomic import write_bytes
 from usdface.io.prim_names import prim_names
-from usdface.rigs import Material, Texture
+from usdface.io.udim import udim_tiles
+from usdface.io.usd.notes import note
+from usdface.materials import Material, Texture
 
 __all__ = ["write_materials"]
 
 _FLOAT = Sdf.ValueTypeNames.Float
+_FLOAT2, _FLOAT3 = Sdf.ValueTypeNames.Float2, Sdf.ValueTypeNames.Float3
 _COLOR = Sdf.ValueTypeNames.Color3f
-_RAW, _SRGB = "raw", "sRGB"
+_KINDS = {"diffuseColor": _COLOR, "emissiveColor": _COLOR, "normal": Sdf.ValueTypeNames.Normal3f}
+
+
+@dataclass(frozen=True, slots=True)
+class _Node:
+    """One texture shader: the inputs of the surface that it drives, each by a channel."""
+
+    role: str
+    texture: Texture
+    inputs: list[tuple[str, str]]
+    scale: tuple[float, ...]
+    bias: tuple[float, ...] | None = None
 
 
 def write_materials(
@@ -41,7 +56,7 @@ def write_materials(
         if name != material.name:
             prim.GetPrim().SetDisplayName(material.name)
             findings.append(finding("NAME_CHANGED", str(prim.GetPath()), f"was {material.name!r}"))
-        _write_surface(prim, material, files)
+        _write_surface(prim, material, files, findings)
         made.setdefault(material.name, prim)
     return made, findings
 
@@ -56,6 +71,8 @@ class _TextureFiles:
 
     def asset(self, texture: Texture, name: str) -> str:
         """Return the asset path, "" where the file cannot be read."""
+        if "<UDIM>" in texture.path:
+            return self._tiles(texture, name)
         folder = self._target.parent.resolve()
         data, suffix = texture.data, texture.suffix
         if data is None:
@@ -76,71 +93,174 @@ class _TextureFiles:
             self._written[key] = f"./{place}"
         return self._written[key]
 
+    def _tiles(self, texture: Texture, name: str) -> str:
+        """Return the asset path of a UDIM; its tiles are copied as `asset` copies files."""
+        folder, path = self._target.parent.resolve(), Path(texture.path).resolve()
+        tiles = udim_tiles(texture)
+        if not tiles:
+            message = f"{texture.path} has no tiles; the texture is left out"
+            self._findings.append(finding("TEXTURE_MISSING", name, message))
+            return ""
+        if path.is_relative_to(folder):
+            return f"./{path.relative_to(folder).as_posix()}"
+        place = f"{self._target.stem}_textures/{name}.<UDIM>{path.suffix}"
+        for number, tile in tiles.items():
+            data = Path(tile.path).read_bytes()
+            write_bytes(folder / place.replace("<UDIM>", str(number)), data)
+        return f"./{place}"
 
-def _write_surface(prim: UsdShade.Material, material: Material, files: _TextureFiles) -> None:
+
+def _write_surface(
+    prim: UsdShade.Material, material: Material, files: _TextureFiles, found: list[Finding]
+) -> None:
     stage, path = prim.GetPrim().GetStage(), prim.GetPath()
     surface = UsdShade.Shader.Define(stage, path.AppendChild("Surface"))
     surface.CreateIdAttr("UsdPreviewSurface")
     prim.CreateSurfaceOutput().ConnectToSource(
         surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
     )
-    for name, kind, value in (
-        ("diffuseColor", _COLOR, Gf.Vec3f(*material.base_color)),
-        ("emissiveColor", _COLOR, Gf.Vec3f(*material.emissive)),
-        ("metallic", _FLOAT, material.metallic),
-        ("roughness", _FLOAT, material.roughness),
-        ("opacity", _FLOAT, material.opacity),
-    ):
+    shown, glow = ("emissiveColor", "") if material.unlit else ("diffuseColor", "emissiveColor")
+    values: dict[str, tuple[Sdf.ValueTypeName, object]] = {
+        "diffuseColor": (_COLOR, Gf.Vec3f(0.0)),
+        "emissiveColor": (_COLOR, Gf.Vec3f(*material.emissive)),
+        shown: (_COLOR, Gf.Vec3f(*material.base_color)),
+        "metallic": (_FLOAT, material.metallic),
+        "roughness": (_FLOAT, material.roughness),
+        "opacity": (_FLOAT, material.opacity),
+    }
+    standard = Material("")
+    if material.ior != standard.ior:
+        values["ior"] = (_FLOAT, material.ior)
+    if material.clearcoat != standard.clearcoat:
+        values["clearcoat"] = (_FLOAT, material.clearcoat)
+        values["clearcoatRoughness"] = (_FLOAT, material.clearcoat_roughness)
+    if material.alpha_mode != "opaque":  # coverage, as in glTF, not glass
+        values["opacityMode"] = (Sdf.ValueTypeNames.Token, "presence")
+    if material.alpha_mode == "mask":
+        values["opacityThreshold"] = (_FLOAT, material.alpha_cutoff)
+    for name, (kind, value) in values.items():
         surface.CreateInput(name, kind).Set(value)
-    one = (1.0, 1.0, 1.0)
-    factors = (1.0, material.roughness, material.metallic)
-    # Packed channels as in glTF: occlusion in r, roughness in g, metallic in b.
-    for role, texture, scale, space, inputs in (
-        ("baseColor", material.base_color_texture, material.base_color, _SRGB,
-         (("diffuseColor", _COLOR, "rgb"),)),
-        ("emissive", material.emissive_texture, material.emissive, _SRGB,
-         (("emissiveColor", _COLOR, "rgb"),)),
-        ("metallicRoughness", material.metallic_roughness_texture, factors, _RAW,
-         (("roughness", _FLOAT, "g"), ("metallic", _FLOAT, "b"))),
-        ("occlusion", material.occlusion_texture, one, _RAW, (("occlusion", _FLOAT, "r"),)),
-        ("normal", material.normal_texture, (2.0, 2.0, 2.0), _RAW,
-         (("normal", Sdf.ValueTypeNames.Normal3f, "rgb"),)),
-    ):  # fmt: skip
-        asset = files.asset(texture, f"{path.name}_{role}") if texture else ""
+    if material.unlit:
+        note(prim.GetPrim(), "unlit", True)
+        message = "unlit is written as a surface that glows and reflects little"
+        found.append(finding("FEATURE_APPROXIMATED", str(path), message))
+    if material.normal_scale != 1 and material.normal_texture:
+        # USD's validators want the scale of a normal map to be 2.
+        note(prim.GetPrim(), "normalScale", material.normal_scale)
+        message = "the strength of the normal map is kept for glTF only; USD shows all of it"
+        found.append(finding("FEATURE_APPROXIMATED", str(path), message))
+    for node in _nodes(material, shown, glow):
+        asset = files.asset(node.texture, f"{path.name}_{node.role}")
         if asset:
-            reader = _texture_reader(prim, role, asset, scale, space)
-            for name, kind, channel in inputs:
-                _connect(surface, name, kind, reader, channel)
+            reader = _texture_reader(prim, node, asset)
+            for name, channel in node.inputs:
+                kind = _KINDS.get(name, _FLOAT)
+                output = _FLOAT if len(channel) == 1 else Sdf.ValueTypeNames.Float3
+                surface.CreateInput(name, kind).ConnectToSource(
+                    reader.CreateOutput(channel, output)
+                )
+    if material.vertex_colours:
+        _write_vertex_colours(prim, surface, material, found)
 
 
-def _connect(
-    surface: UsdShade.Shader,
-    name: str,
-    kind: Sdf.ValueTypeName,
-    reader: UsdShade.Shader,
-    channel: str,
-) -> None:
-    output = Sdf.ValueTypeNames.Float3 if channel == "rgb" else _FLOAT
-    surface.CreateInput(name, kind).ConnectToSource(reader.CreateOutput(channel, output))
+def _nodes(material: Material, shown: str, glow: str) -> list[_Node]:
+    """Return the textures that a material reads, each with all that it drives."""
+    m, nodes = material, []
+    base, seen = m.base_color_texture, m.opacity_texture
+    tint = (*m.base_color, m.opacity)
+    if base is not None:
+        inputs = [(shown, "rgb")]
+        if seen is not None and seen == replace(base, channel="a"):
+            inputs.append(("opacity", "a"))
+            seen = None
+        nodes.append(_Node("baseColor", base, inputs, tint))
+    if seen is not None:
+        nodes.append(_single("opacity", seen, m.opacity))
+    rough, metal = m.roughness_texture, m.metallic_texture
+    if rough and metal and metal == replace(rough, channel="b") and rough.channel == "g":
+        scale = (1.0, m.roughness, m.metallic, 1.0)
+        inputs = [("roughness", "g"), ("metallic", "b")]
+        nodes.append(_Node("metallicRoughness", rough, inputs, scale))
+    else:
+        nodes += [_single("roughness", rough, m.roughness)] if rough else []
+        nodes += [_single("metallic", metal, m.metallic)] if metal else []
+    if m.occlusion_texture:
+        node = _single("occlusion", m.occlusion_texture, m.occlusion_strength)
+        if m.occlusion_strength != 1:  # 1 + strength * (texture - 1)
+            node = replace(node, bias=(1 - m.occlusion_strength,) * 4)
+        nodes.append(node)
+    if m.normal_texture:  # stored 0 to 1, meant -1 to 1
+        scale, bias = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)
+        nodes.append(_Node("normal", m.normal_texture, [("normal", "rgb")], scale, bias))
+    if m.emissive_texture and glow:
+        nodes.append(_Node("emissive", m.emissive_texture, [(glow, "rgb")], (*m.emissive, 1.0)))
+    return nodes
 
 
-def _texture_reader(
-    prim: UsdShade.Material, role: str, asset: str, scale: Iterable[float], space: str
-) -> UsdShade.Shader:
-    stage, path = prim.GetPrim().GetStage(), prim.GetPath()
-    st = UsdShade.Shader.Define(stage, path.AppendChild("st"))
-    st.CreateIdAttr("UsdPrimvarReader_float2")
-    st.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
-    reader = UsdShade.Shader.Define(stage, path.AppendChild(role))
+def _single(role: str, texture: Texture, value: float) -> _Node:
+    return _Node(role, texture, [(role, texture.channel or "r")], (value,) * 4)
+
+
+def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShade.Shader:
+    stage, path, placed = prim.GetPrim().GetStage(), prim.GetPath(), node.texture.placed
+    reader = UsdShade.Shader.Define(stage, path.AppendChild(node.role))
     reader.CreateIdAttr("UsdUVTexture")
     reader.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(asset))
-    reader.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(
-        st.CreateOutput("result", Sdf.ValueTypeNames.Float2)
-    )
-    for wrap in ("wrapS", "wrapT"):
-        reader.CreateInput(wrap, Sdf.ValueTypeNames.Token).Set("repeat")
+    source = _primvar_reader(prim, placed.uv, 2)
+    if placed.moved:
+        moved = UsdShade.Shader.Define(stage, path.AppendChild(f"{node.role}_transform"))
+        moved.CreateIdAttr("UsdTransform2d")
+        moved.CreateInput("in", _FLOAT2).ConnectToSource(source)
+        moved.CreateInput("scale", _FLOAT2).Set(Gf.Vec2f(*placed.scale))
+        moved.CreateInput("rotation", _FLOAT).Set(math.degrees(placed.rotation))
+        moved.CreateInput("translation", _FLOAT2).Set(Gf.Vec2f(*placed.offset))
+        source = moved.CreateOutput("result", _FLOAT2)
+    reader.CreateInput("st", _FLOAT2).ConnectToSource(source)
+    for name, wrap in zip(("wrapS", "wrapT"), placed.wrap, strict=True):
+        reader.CreateInput(name, Sdf.ValueTypeNames.Token).Set(wrap)
+    for name, number in zip(("magFilter", "minFilter"), placed.filters, strict=True):
+        if number:
+            note(reader.GetPrim(), name, number)
+    space = node.texture.space
+    if space == "auto":
+        space = "sRGB" if node.role in ("baseColor", "emissive") else "raw"
     reader.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set(space)
-    reader.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*scale, 1.0))
-    if role == "normal":  # stored 0 to 1, meant -1 to 1
-        reader.CreateInput("bias", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(-1, -1, -1, 0))
+    reader.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*node.scale))
+    if node.bias is not None:
+        reader.CreateInput("bias", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*node.bias))
     return reader
+
+
+def _primvar_reader(prim: UsdShade.Material, name: str, width: int) -> UsdShade.Output:
+    """Return what reads a primvar of one to three floats; there is one reader for each."""
+    (legal,) = prim_names([name])
+    reader = UsdShade.Shader.Define(
+        prim.GetPrim().GetStage(), prim.GetPath().AppendChild(f"{legal}_reader")
+    )
+    suffix, kind = {1: ("", _FLOAT), 2: ("2", _FLOAT2), 3: ("3", _FLOAT3)}[width]
+    reader.CreateIdAttr(f"UsdPrimvarReader_float{suffix}")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set(name)
+    return reader.CreateOutput("result", kind)
+
+
+def _write_vertex_colours(
+    prim: UsdShade.Material, surface: UsdShade.Shader, material: Material, found: list[Finding]
+) -> None:
+    """Let the mesh's displayColor drive the base colour, as far as UsdPreviewSurface can."""
+    where = str(prim.GetPath())
+    note(prim.GetPrim(), "vertexColors", True)
+    if material.base_color_texture is not None:
+        message = "vertex colours do not multiply a texture in UsdPreviewSurface; the texture shows"
+        found.append(finding("FEATURE_APPROXIMATED", where, message))
+        return
+    reader = _primvar_reader(prim, "displayColor", 3)
+    node = UsdShade.Shader(reader.GetPrim())
+    # What meshes without vertex colours show.
+    node.CreateInput("fallback", _FLOAT3).Set(Gf.Vec3f(*material.base_color))
+    name = "emissiveColor" if material.unlit else "diffuseColor"
+    surface.CreateInput(name, _COLOR).ConnectToSource(reader)
+    if material.alpha_mode != "opaque" and material.opacity_texture is None:
+        reader = _primvar_reader(prim, "displayOpacity", 1)
+        node = UsdShade.Shader(reader.GetPrim())
+        node.CreateInput("fallback", _FLOAT).Set(material.opacity)
+        surface.CreateInput("opacity", _FLOAT).ConnectToSource(reader)

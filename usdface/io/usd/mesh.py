@@ -1,14 +1,14 @@
 """One mesh of a USD stage as arrays in rig space."""
 
 import numpy as np
-from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.normals import unit
 from usdface.io.usd.blend_shapes import read_shapes
-from usdface.rigs import MaterialSubset, Mesh, Skin
+from usdface.io.usd.corners import at_corners, read_corners
+from usdface.rigs import CornerValues, MaterialSubset, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["read_mesh"]
@@ -58,15 +58,17 @@ def read_mesh(
     turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
     counts, indices = _faces(mesh, len(points))
     normals, findings = _normals(mesh, counts, indices, len(points))
-    uvs = _uvs(mesh, counts, indices, len(points))
+    uv_name, uvs, others, notes = read_corners(mesh, counts, indices, len(points), linear)
+    findings += notes
     left = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
     if left != (determinant < 0):
         order = _turned_corners(counts)
         indices, uvs = indices[order], None if uvs is None else uvs[order]
+        others = tuple(CornerValues(c.name, c.values[order]) for c in others)
     shapes, notes = read_shapes(prim, len(points), linear, turn)
     findings += notes
     subsets, notes = _subsets(prim, len(counts))
-    findings += notes + _left_out(mesh)
+    findings += notes + _left_out(mesh, {uv_name, *(c.name for c in others)})
     result = Mesh(
         prim.GetDisplayName() or prim.GetName(),
         points @ linear + space[3, :3],
@@ -79,6 +81,8 @@ def read_mesh(
         _material(prim),
         subsets,
         path,
+        uv_name,
+        others,
     )
     return result, findings
 
@@ -108,21 +112,6 @@ def _turned_corners(counts: IntArray) -> IntArray:
     return order
 
 
-def _at_corners(
-    values: NDArray[np.float64], interpolation: str, counts: IntArray, indices: IntArray, count: int
-) -> NDArray[np.float64] | None:
-    """Return a primvar's values at the face corners; None where the length does not fit."""
-    if interpolation in ("vertex", "varying") and len(values) == count:
-        return values[indices]
-    if interpolation == "faceVarying" and len(values) == len(indices):
-        return values
-    if interpolation == "uniform" and len(values) == len(counts):
-        return np.repeat(values, counts, axis=0)
-    if interpolation == "constant" and len(values) == 1:
-        return np.repeat(values, len(indices), axis=0)
-    return None
-
-
 def _normals(
     mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int
 ) -> tuple[FloatArray | None, list[Finding]]:
@@ -136,7 +125,7 @@ def _normals(
     if not given:
         return None, []
     values = np.asarray(given, np.float64)
-    corners = _at_corners(values, interpolation, counts, indices, count)
+    corners = at_corners(values, interpolation, counts, indices, count)
     if corners is None or not np.isfinite(values).all():
         message = f"{len(values)} {interpolation} normals do not fit the mesh; they are left out"
         return None, [finding("FEATURE_DROPPED", path, message)]
@@ -147,27 +136,6 @@ def _normals(
     hard = (np.abs(unit(corners) - normals[indices]) > _HARD_EDGE).any()
     message = "normals are kept per point; hard edges become smooth"
     return normals, [finding("FEATURE_DROPPED", path, message)] if hard else []
-
-
-def _uvs(
-    mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int
-) -> NDArray[np.float64] | None:
-    primvar = _uv_primvar(mesh)
-    values = primvar.ComputeFlattened(_START) if primvar else None
-    if primvar is None or not values:
-        return None
-    array = np.asarray(values, np.float64)
-    return _at_corners(array, primvar.GetInterpolation(), counts, indices, count)
-
-
-def _uv_primvar(mesh: UsdGeom.Mesh) -> UsdGeom.Primvar | None:
-    """Return `st`, or else the first texture coordinates (Blender 4 names them UVMap)."""
-    found = {
-        primvar.GetPrimvarName(): primvar
-        for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithValues()
-        if primvar.GetTypeName().cppTypeName == "VtArray<GfVec2f>"
-    }
-    return found.get("st") or (found[min(found)] if found else None)
 
 
 def _material(prim: Usd.Prim) -> str:
@@ -191,11 +159,10 @@ def _subsets(prim: Usd.Prim, count: int) -> tuple[tuple[MaterialSubset, ...], li
     return tuple(subsets), findings
 
 
-def _left_out(mesh: UsdGeom.Mesh) -> list[Finding]:
+def _left_out(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
     path = str(mesh.GetPath())
     scheme = mesh.GetSubdivisionSchemeAttr()
-    used = _uv_primvar(mesh)
-    kept = _KEPT_PRIMVARS | ({used.GetPrimvarName()} if used else set())
+    kept = _KEPT_PRIMVARS | read
     others = [
         primvar.GetPrimvarName()
         for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()

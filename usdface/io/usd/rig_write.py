@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
+from pxr import Gf, Kind, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
@@ -13,6 +13,7 @@ from usdface.findings import Finding, finding
 from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
+from usdface.io.usd.corners import write_corners
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.joint_frames import unit_scaled
 from usdface.io.usd.materials_write import write_materials
@@ -22,7 +23,6 @@ from usdface.io.usd.stage import (
     matrices,
     new_stage,
     save_layer,
-    vec2f_array,
     vec3f_array,
 )
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
@@ -144,10 +144,7 @@ def _write_mesh(
     prim.CreateNormalsAttr(vec3f_array(normals))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     findings = [finding("NORMALS_COMPUTED", path)] if mesh.normals is None else []
-    if mesh.uvs is not None:
-        UsdGeom.PrimvarsAPI(prim).CreatePrimvar(
-            "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
-        ).Set(vec2f_array(mesh.uvs))
+    write_corners(prim, mesh)
     if prim.GetPrim().GetName() != mesh.name:
         prim.GetPrim().SetDisplayName(mesh.name)
         findings.append(finding("NAME_CHANGED", path, f"was {mesh.name!r}"))

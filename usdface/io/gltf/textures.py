@@ -1,0 +1,214 @@
+"""Textures of glTF: images, samplers, texture coordinates and their transforms; in and out.
+
+Source: glTF 2.0 specification, sections 3.8.2 to 3.8.4; KHR_texture_transform, whose rotation is
+that of the implementations (KhronosGroup/glTF#1563): counter-clockwise where v points up.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote, unquote
+
+import numpy as np
+import pygltflib
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.document import GltfFile, item, resource
+from usdface.io.gltf.image import GltfImage, image_type
+from usdface.materials import Placement, Texture, Wrap
+
+__all__ = ["TextureBuilder", "read_texture", "uv_name", "uv_names_in", "uv_notes"]
+
+_TRANSFORM = "KHR_texture_transform"
+_SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
+_WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+_WRAP_NUMBERS = {name: number for number, name in _WRAPS.items()}
+_NAME, _MOST_SETS = re.compile(r"[^\W\d]\w{0,62}(:\w{1,62})*"), 64
+_TAKEN = ("displayColor", "displayOpacity", "normals", "tangents")
+_MAG, _MIN = (9728, 9729), (9728, 9729, 9984, 9985, 9986, 9987)
+
+
+def uv_name(index: int, names: Sequence[str] = ()) -> str:
+    """Return the name of TEXCOORD_`index`: of `names`, else st, st1, st2, ..."""
+    return names[index] if index < len(names) else f"st{index or ''}"
+
+
+def uv_notes(names: Sequence[str]) -> dict[str, Any]:
+    """Return the extras that tell how texture coordinates are called, where that is not plain."""
+    plain = all(name == uv_name(place) for place, name in enumerate(names))
+    return {} if plain else {"usdface": {"uvNames": list(names)}}
+
+
+def uv_names_in(extras: Any) -> tuple[str, ...]:
+    """Return the names that `uv_notes` wrote; none where they make no sense."""
+    ours = extras.get("usdface") if isinstance(extras, dict) else None
+    names = ours.get("uvNames") if isinstance(ours, dict) else None
+    if not isinstance(names, list) or len(names) > _MOST_SETS:
+        return ()
+    sound = all(isinstance(n, str) and _NAME.fullmatch(n) and n not in _TAKEN for n in names)
+    return tuple(names) if sound and len(set(names)) == len(names) else ()
+
+
+# -- in ------------------------------------------------------------------------------------
+
+
+def read_texture(file: GltfFile, info: Any, uv_names: Sequence[str]) -> tuple[Texture | None, str]:
+    """Return the texture of a ``textureInfo``, or why there is none.
+
+    Embedded images come as bytes, images beside the file as its path.
+
+    Raises
+    ------
+    InputError
+        If a texture, image or sampler does not exist, or its data lie outside the file.
+    """
+    texture = item(file.document.textures or [], info.index, "texture")
+    if texture.source is None:
+        return None, "its image is in a format that only an extension defines"
+    image, missing = _image(file, texture.source)
+    if image is None:
+        return None, missing
+    return replace(image, placed=_placement(file, texture, info, uv_names)), ""
+
+
+def _image(file: GltfFile, index: object) -> tuple[Texture | None, str]:
+    image = item(file.document.images or [], index, "image")
+    if image.bufferView is not None:
+        view = item(file.document.bufferViews or [], image.bufferView, "bufferView")
+        buffer = item(file.buffers, view.buffer, "buffer")
+        start, length = view.byteOffset or 0, view.byteLength or 0
+        if start < 0 or length < 0 or start + length > len(buffer):
+            raise InputError(f"bufferView {image.bufferView} reaches beyond its buffer")
+        data = buffer[start : start + length]
+    elif image.uri is None:
+        return None, f"image {index} has neither a URI nor data"
+    else:
+        try:
+            data = resource(image.uri, file.folder)
+        except InputError as error:
+            return None, str(error)
+        if not image.uri.startswith("data:"):
+            place = file.folder / unquote(image.uri)
+            return Texture(path=str(place), suffix=place.suffix), ""
+    return Texture(data=data, suffix=_SUFFIXES.get(image_type(data), "")), ""
+
+
+def _placement(file: GltfFile, texture: Any, info: Any, uv_names: Sequence[str]) -> Placement:
+    sampler = pygltflib.Sampler()
+    if texture.sampler is not None:
+        sampler = item(file.document.samplers or [], texture.sampler, "sampler")
+    transform = (info.extensions or {}).get(_TRANSFORM) or {}
+    number = transform.get("texCoord", info.texCoord or 0)
+    if isinstance(number, bool) or not isinstance(number, int) or number < 0:
+        raise InputError(f"a texture has texture coordinates {number!r}")
+    scale = _pair(transform.get("scale", (1.0, 1.0)))
+    across, down = _pair(transform.get("offset", (0.0, 0.0)))
+    rotation = _pair((transform.get("rotation", 0.0), 0.0))[0]
+    # In glTF v points down: turn about the other corner of the image.
+    offset = (
+        across + scale[1] * float(np.sin(rotation)),
+        1 - down - scale[1] * float(np.cos(rotation)),
+    )
+    return Placement(
+        uv_name(number, uv_names),
+        (_WRAPS.get(sampler.wrapS, "repeat"), _WRAPS.get(sampler.wrapT, "repeat")),
+        (
+            sampler.magFilter if sampler.magFilter in _MAG else 0,
+            sampler.minFilter if sampler.minFilter in _MIN else 0,
+        ),
+        scale,
+        rotation,
+        offset if transform else (0.0, 0.0),
+    )
+
+
+def _pair(values: Any) -> tuple[float, float]:
+    array = np.asarray(values, np.float64)
+    if array.shape != (2,) or not np.isfinite(array).all():
+        raise InputError(f"a texture transform is malformed: {values!r}")
+    return float(array[0]), float(array[1])
+
+
+# -- out -----------------------------------------------------------------------------------
+
+
+class TextureBuilder:
+    """Images, samplers and textures of a file that is being written; equal ones are stored once.
+
+    Parameters
+    ----------
+    uv_names : sequence of str
+        What TEXCOORD_0, TEXCOORD_1, ... of the file hold.
+    """
+
+    def __init__(self, uv_names: Sequence[str]) -> None:
+        self._uv_names = list(uv_names)
+        self._images: dict[GltfImage, int] = {}
+        self._samplers: dict[tuple[int | None, ...], int] = {}
+        self._textures: dict[tuple[int, int | None], int] = {}
+        self.transformed = False
+        self.findings: list[Finding] = []
+
+    def info(self, kind: Any, image: GltfImage, placed: Placement, where: str) -> Any:
+        """Return a ``textureInfo`` of a pygltflib `kind` for an image and its placement."""
+        source = self._images.setdefault(image, len(self._images))
+        key = (source, self._sampler(placed))
+        coordinates = 0
+        if placed.uv in self._uv_names:
+            coordinates = self._uv_names.index(placed.uv)
+        elif placed.uv != "st" and self._uv_names:
+            message = f"no mesh has the texture coordinates {placed.uv!r}; others are used"
+            self.findings.append(finding("FEATURE_APPROXIMATED", where, message))
+        info = kind(index=self._textures.setdefault(key, len(self._textures)))
+        info.texCoord = coordinates or None
+        if placed.moved:
+            self.transformed = True
+            info.extensions = {_TRANSFORM: _transform(placed)}
+        return info
+
+    def _sampler(self, placed: Placement) -> int | None:
+        wraps = tuple(_WRAP_NUMBERS[wrap] for wrap in placed.wrap)
+        if (*wraps, *placed.filters) == (10497, 10497, 0, 0):
+            return None
+        key = (*(number or None for number in placed.filters), *wraps)
+        return self._samplers.setdefault(key, len(self._samplers))
+
+    def into(
+        self, document: pygltflib.GLTF2, builder: BufferBuilder, path: Path
+    ) -> dict[str, bytes]:
+        """Put all into a document at `path`; return the files that belong beside it.
+
+        Images go into a GLB, beside a .gltf.
+        """
+        beside = {}
+        for number, (data, mime) in enumerate(self._images):
+            if path.suffix.lower() == ".glb":
+                image = pygltflib.Image(mimeType=mime, bufferView=builder.view(data))
+            else:
+                name = f"{path.stem}_textures/{number}{_SUFFIXES[mime]}"
+                beside[name] = data
+                image = pygltflib.Image(uri=quote(name))
+            document.images.append(image)
+        document.samplers = [
+            pygltflib.Sampler(magFilter=mag, minFilter=min_, wrapS=s, wrapT=t)
+            for mag, min_, s, t in self._samplers
+        ]
+        document.textures = [
+            pygltflib.Texture(source=source, sampler=sampler) for source, sampler in self._textures
+        ]
+        if self.transformed:
+            document.extensionsUsed = [*document.extensionsUsed, _TRANSFORM]
+        return beside
+
+
+def _transform(placed: Placement) -> dict[str, Any]:
+    sine, cosine = float(np.sin(placed.rotation)), float(np.cos(placed.rotation))
+    offset = (
+        placed.offset[0] - placed.scale[1] * sine,
+        1 - placed.offset[1] - placed.scale[1] * cosine,
+    )
+    return {"offset": list(offset), "rotation": placed.rotation, "scale": list(placed.scale)}

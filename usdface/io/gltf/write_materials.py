@@ -1,0 +1,166 @@
+"""Materials into glTF: factors, packed textures, extensions for what the core lacks.
+
+Source: glTF 2.0 specification, section 3.9; KHR_materials_emissive_strength, _ior, _unlit and
+_clearcoat.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import pygltflib
+
+from usdface.findings import Finding, finding
+from usdface.io.gltf.image import GltfImage, channels_image, has_alpha, to_gltf_image
+from usdface.io.gltf.textures import TextureBuilder
+from usdface.materials import Material, Placement, Texture
+
+__all__ = ["written_materials"]
+
+Placed = tuple[GltfImage, Placement]
+
+
+def written_materials(
+    materials: Iterable[Material], textures: TextureBuilder
+) -> tuple[list[pygltflib.Material], list[Finding]]:
+    """Return materials for a document, their images put into `textures`.
+
+    Roughness and metallic become the green and blue of one image, opacity the alpha of the base
+    colour's; images that are so already pass unchanged. Values outside glTF's ranges are clamped.
+    """
+    found: list[Finding] = []
+    made: dict[Any, GltfImage | None] = {}
+    written = [_written(material, textures, made, found) for material in materials]
+    return written, found + textures.findings
+
+
+def _written(
+    material: Material,
+    textures: TextureBuilder,
+    made: dict[Any, GltfImage | None],
+    found: list[Finding],
+) -> pygltflib.Material:
+    where = f"material {material.name}"
+    mode = material.alpha_mode
+    if mode == "opaque" and (material.opacity < 1 or material.opacity_texture):
+        mode = "blend"
+
+    def image(key: Any, make: Any) -> GltfImage | None:
+        if key not in made:
+            made[key], news = make()
+            found.extend(news)
+        return made[key]
+
+    def plain(texture: Texture | None, colour: bool) -> GltfImage | None:
+        if texture is None:
+            return None
+        return image((texture.image, colour), lambda: to_gltf_image(texture, colour))
+
+    def packed(planes: Sequence[Texture | None], colour: bool = False) -> GltfImage | None:
+        key = (*(p and (p.image, p.channel) for p in planes), colour)
+        return image(key, lambda: channels_image(planes, colour))
+
+    def info(kind: Any, texture: Texture | None, chosen: GltfImage | None) -> Any:
+        if texture is None or chosen is None:
+            return None
+        return textures.info(kind, chosen, texture.placed, where)
+
+    base, alpha = material.base_color_texture, material.opacity_texture
+    alpha = _together(alpha, base, "opacity", where, found)
+    colours = None
+    if alpha is not None and not _same(alpha, base, "a"):
+        colours = packed((base, alpha), colour=True)
+    elif base is not None:
+        colours = plain(base, True)
+        if alpha is None and mode != "opaque" and colours and has_alpha(colours[0]):
+            colours = packed((base, None), colour=True)
+    rough, metal = material.roughness_texture, material.metallic_texture
+    metal = _together(metal, rough, "metallic", where, found)
+    shine = None
+    if (rough or metal) and not (_same(rough, metal, "g") and _same(metal, rough, "b")):
+        shine = packed((None, rough, metal))
+    elif rough is not None:
+        shine = plain(rough, False)
+    hollow = material.occlusion_texture
+    hollows = None
+    if hollow is not None:
+        hollows = plain(hollow, False) if hollow.channel in ("", "r") else packed((hollow,) * 3)
+    result = pygltflib.Material(
+        name=material.name,
+        pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
+            baseColorTexture=info(pygltflib.TextureInfo, base or alpha, colours),
+            metallicRoughnessTexture=info(pygltflib.TextureInfo, rough or metal, shine),
+        ),
+        normalTexture=info(
+            pygltflib.NormalMaterialTexture,
+            material.normal_texture,
+            plain(material.normal_texture, False),
+        ),
+        occlusionTexture=info(pygltflib.OcclusionTextureInfo, hollow, hollows),
+        emissiveTexture=info(
+            pygltflib.TextureInfo,
+            material.emissive_texture,
+            plain(material.emissive_texture, True),
+        ),
+        alphaMode=mode.upper(),
+        alphaCutoff=max(material.alpha_cutoff, 0.0) if mode == "mask" else None,
+        doubleSided=material.double_sided,
+    )
+    _factors(result, material, found)
+    return result
+
+
+def _factors(result: pygltflib.Material, material: Material, found: list[Finding]) -> None:
+    """Set the numbers of a material, and the extensions that some of them need."""
+    strength = max(1.0, *material.emissive)
+    glow = [value / strength for value in material.emissive]
+    values = [*material.base_color, material.opacity, material.metallic, material.roughness]
+    values += [*glow, material.clearcoat, material.clearcoat_roughness]
+    if not all(0 <= value <= 1 for value in values) or material.alpha_cutoff < 0:
+        message = "a value outside 0 to 1 is clamped"
+        found.append(finding("FEATURE_DROPPED", f"material {material.name}", message))
+    pbr = result.pbrMetallicRoughness
+    pbr.baseColorFactor = [_clamped(v) for v in (*material.base_color, material.opacity)]
+    pbr.metallicFactor = _clamped(material.metallic)
+    pbr.roughnessFactor = _clamped(material.roughness)
+    result.emissiveFactor = [_clamped(value) for value in glow]
+    if result.normalTexture is not None and material.normal_scale != 1:
+        result.normalTexture.scale = material.normal_scale
+    if result.occlusionTexture is not None and material.occlusion_strength != 1:
+        result.occlusionTexture.strength = _clamped(material.occlusion_strength)
+    if strength > 1:
+        key = "KHR_materials_emissive_strength"
+        result.extensions[key] = {"emissiveStrength": strength}
+    if material.unlit:
+        result.extensions["KHR_materials_unlit"] = {}
+        return  # the extensions below ask for light
+    if material.ior != 1.5:
+        # The extension knows 0 and numbers from 1 on.
+        ior = max(material.ior, 1.0) if material.ior else 0.0
+        result.extensions["KHR_materials_ior"] = {"ior": ior}
+    if material.clearcoat > 0:
+        result.extensions["KHR_materials_clearcoat"] = {
+            "clearcoatFactor": _clamped(material.clearcoat),
+            "clearcoatRoughnessFactor": _clamped(material.clearcoat_roughness),
+        }
+
+
+def _together(
+    second: Texture | None, first: Texture | None, role: str, where: str, found: list[Finding]
+) -> Texture | None:
+    """Return `second` if it can be part of the image of `first`: it must lie the same."""
+    if second is None or first is None or second.placed == first.placed:
+        return second
+    message = f"the texture of {role} lies elsewhere than the one glTF packs it with; left out"
+    found.append(finding("FEATURE_DROPPED", where, message))
+    return None
+
+
+def _same(one: Texture | None, other: Texture | None, channel: str) -> bool:
+    """Return whether `one` is `channel` of the same image as `other`."""
+    if one is None or other is None:
+        return one is other
+    return one.image == other.image and one.channel == channel
+
+
+def _clamped(value: float) -> float:
+    return min(max(float(value), 0.0), 1.0)
