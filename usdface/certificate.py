@@ -6,8 +6,8 @@ not compared by number: a vertex is paired with the one of the other side that m
 does.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 from usdface.findings import Finding, finding
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["Certificate", "EvaluatedMesh", "certify", "some_frames"]
+__all__ = ["Certificate", "EvaluatedMesh", "certify", "joined", "paired", "some_frames"]
 
 _EXACT = 1e-5  # of the bounding diagonal, a weight, a second: what float32 costs
 _FLOAT32 = 2.0**-23  # of a number: what float32 can tell apart
@@ -67,7 +67,9 @@ class Certificate:
     names : dict of str to str
         Names of meshes and channels in the source, and in the result if they differ.
     missing : tuple of str
-        Meshes and channels that only one side has.
+        Meshes, channels and clips that only one side has.
+    clips : mapping of str to Certificate
+        Each clip for itself, where there are several.
     """
 
     frames: int
@@ -83,9 +85,11 @@ class Certificate:
     duration: float
     names: dict[str, str]
     missing: tuple[str, ...]
+    clips: Mapping[str, "Certificate"] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate as plain values, each name with its unit."""
+        clips = {name: clip.as_dict() for name, clip in self.clips.items()}
         return {
             "frames compared": self.frames,
             "frames": self.of_frames,
@@ -100,7 +104,7 @@ class Certificate:
             "time drift s": self.time_drift,
             "names": self.names,
             "missing": list(self.missing),
-        }
+        } | ({"clips": clips} if clips else {})
 
     def line(self) -> str:
         """Return the certificate in one line."""
@@ -155,7 +159,7 @@ def certify(
     time_drift, duration : float [s]
         By how much keys moved; the last moment.
     """
-    pairs, missing = _paired([m.name for m in source], [m.name for m in result], "")
+    pairs, missing = paired([m.name for m in source], [m.name for m in result], "")
     names: dict[str, str] = {}
     weights: dict[str, float] = {}
     vertex, normal = _Errors(), _Errors()
@@ -164,7 +168,7 @@ def certify(
     for one, other in ((source[i], result[j]) for i, j in pairs):
         if one.name != other.name:
             names[one.name] = other.name
-        columns, lost = _paired(one.shapes, other.shapes, f"{one.name}/")
+        columns, lost = paired(one.shapes, other.shapes, f"{one.name}/")
         missing += lost
         for i, j in columns:
             channel = f"{one.name}/{one.shapes[i]}"
@@ -196,6 +200,57 @@ def certify(
     )
 
 
+def paired(
+    one: Sequence[str], other: Sequence[str], prefix: str
+) -> tuple[list[tuple[int, int]], list[str]]:
+    """Return which of `one` and `other` belong together, and what only one side has.
+
+    By name, or by place where there are equally many.
+    """
+    named = len(set(one)) == len(one) and set(one) == set(other)
+    if len(one) == len(other) and not named:
+        return list(zip(range(len(one)), range(len(one)), strict=True)), []
+    place = {name: k for k, name in reversed(list(enumerate(other)))}
+    pairs = [(k, place[name]) for k, name in enumerate(one) if name in place]
+    lonely = [n for n in one if n not in place] + [n for n in other if n not in set(one)]
+    return pairs, [prefix + name for name in lonely]
+
+
+def joined(clips: Mapping[str, Certificate], missing: Sequence[str]) -> Certificate:
+    """Return one certificate for all clips of a character; `missing` are what one side lacks."""
+    parts = list(clips.values())
+    if not parts:
+        return replace(certify([], [], np.zeros(0, np.int64)), missing=tuple(missing))
+    worst = max(parts, key=lambda part: part.vertex_largest)
+    turned = [p for p in parts if p.normal_largest is not None]
+    weights: dict[str, float] = {}
+    for part in parts:
+        for channel, off in part.weights.items():
+            weights[channel] = max(weights.get(channel, 0.0), off)
+    lacking = dict.fromkeys([*missing, *(name for part in parts for name in part.missing)])
+    return Certificate(
+        sum(p.frames for p in parts),
+        sum(p.of_frames for p in parts),
+        max(p.diagonal for p in parts),
+        worst.vertex_largest,
+        _mean(parts, [p.vertex_mean for p in parts]),
+        worst.vertex_worst,
+        max((p.normal_largest or 0.0 for p in turned), default=None),
+        _mean(turned, [p.normal_mean or 0.0 for p in turned]) if turned else None,
+        weights,
+        max(p.time_drift for p in parts),
+        max(p.duration for p in parts),
+        {name: now for part in parts for name, now in part.names.items()},
+        tuple(lacking),
+        clips if len(clips) > 1 else {},
+    )
+
+
+def _mean(parts: Sequence[Certificate], values: Sequence[float]) -> float:
+    frames = [max(part.frames, 1) for part in parts]
+    return float(np.average(values, weights=frames))
+
+
 class _Errors:
     """Largest and mean of numbers that come in blocks."""
 
@@ -210,18 +265,6 @@ class _Errors:
     @property
     def mean(self) -> float:
         return self.total / max(self.count, 1)
-
-
-def _paired(
-    one: Sequence[str], other: Sequence[str], prefix: str
-) -> tuple[list[tuple[int, int]], list[str]]:
-    named = len(set(one)) == len(one) and set(one) == set(other)
-    if len(one) == len(other) and not named:
-        return list(zip(range(len(one)), range(len(one)), strict=True)), []
-    place = {name: k for k, name in reversed(list(enumerate(other)))}
-    pairs = [(k, place[name]) for k, name in enumerate(one) if name in place]
-    lonely = [n for n in one if n not in place] + [n for n in other if n not in set(one)]
-    return pairs, [prefix + name for name in lonely]
 
 
 def _compare(

@@ -4,11 +4,19 @@ from pathlib import Path
 
 import numpy as np
 
-from usdface.certificate import Certificate, EvaluatedMesh, certify, some_frames
+from usdface.certificate import (
+    Certificate,
+    EvaluatedMesh,
+    certify,
+    joined,
+    paired,
+    some_frames,
+)
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.gltf.evaluate import evaluate_gltf
+from usdface.io.gltf.evaluate import ShownClip, evaluate_clips
 from usdface.io.gltf.shown import ShownMesh
+from usdface.io.usd.clips import playing
 from usdface.io.usd.errors import one_line, usd_errors
 from usdface.io.usd.evaluate import StagedMesh, evaluate_usd, keys_of_stage
 from usdface.io.usd.stage import Stage, metrics_of
@@ -26,8 +34,9 @@ def certified(
 ) -> tuple[Certificate | None, list[Finding]]:
     """Compare what USD shows of a stage with what glTF shows of a file.
 
-    The moments are all keys of the file, and those of the stage that it lacks; where a curve
-    is cubic, also the middle between two keys.
+    In each clip; clips belong together by name, or by place where there are equally many. The
+    moments are all keys of the file, and those of the stage that it lacks; where a curve is cubic,
+    also the middle between two keys.
 
     Parameters
     ----------
@@ -55,29 +64,41 @@ def certified(
 
 
 def _certificate(stage: Stage, gltf: Path, exported: bool, every_frame: bool) -> Certificate:
-    shown, staged = evaluate_gltf(gltf), evaluate_usd(stage)
-    codes, stage_times = keys_of_stage(stage)
-    gltf_times = np.unique(np.concatenate([np.zeros(0), *(mesh.times for mesh in shown)]))
+    shown, stages = evaluate_clips(gltf), list(playing(stage))
+    names = [keys_of_stage(staged)[0] for staged in stages]
+    if len(stages) > 1:  # as one that stands still is none of several clips
+        stages = [s for s in stages if len(keys_of_stage(s)[1]) > 1] or stages[:1]
+        names = [keys_of_stage(staged)[0] for staged in stages]
+    pairs, missing = paired(names, [clip.name for clip in shown], "clip ")
+    certificates = {
+        names[i]: _of_clip(
+            stages[i], shown[j], exported, None if every_frame else _QUICK // len(pairs)
+        )
+        for i, j in pairs
+    }
+    return joined(certificates, missing)
+
+
+def _of_clip(stage: Stage, shown: ShownClip, exported: bool, budget: int | None) -> Certificate:
+    staged = evaluate_usd(stage)
+    _, codes, stage_times = keys_of_stage(stage)
+    gltf_times = shown.times if len(shown.times) else np.zeros(1)
     # Keys that only one side has, for a curve or an inbetween, change no time.
     drift = min(_drift(stage_times, gltf_times), _drift(gltf_times, stage_times))
-    cubic = any(mesh.interpolation == "CUBICSPLINE" for mesh in shown)
-    between = (gltf_times[1:] + gltf_times[:-1]) / 2 if cubic else np.zeros(0)
+    between = (gltf_times[1:] + gltf_times[:-1]) / 2 if shown.cubic else np.zeros(0)
     known = np.concatenate([gltf_times, between])
     lacking = stage_times[np.abs(_nearest(known, stage_times) - stage_times) > _near(stage_times)]
     times = np.unique(np.concatenate([known, lacking]))
     there = _nearest(stage_times, times)
     exact = np.abs(there - times) <= _near(times)
-    start = codes[0] - stage_times[0] * metrics_of(stage).time_codes_per_second
-    moments = np.where(
-        exact,
-        codes[np.searchsorted(stage_times, there)],
-        start + times * metrics_of(stage).time_codes_per_second,
-    )
+    rate = metrics_of(stage).time_codes_per_second
+    start = codes[0] - stage_times[0] * rate
+    at_keys = codes[np.searchsorted(stage_times, there)]
+    moments = np.where(exact, at_keys, start + times * rate)
     usd = [_of_stage(mesh, moments) for mesh in staged]
-    file = [_of_file(mesh, times) for mesh in shown]
-    vertices = sum(len(mesh.points) for mesh in shown)
-    budget = vertices * len(times) if every_frame else _QUICK
-    frames = some_frames(len(times), vertices, budget)
+    file = [_of_file(mesh, times) for mesh in shown.meshes]
+    vertices = sum(len(mesh.points) for mesh in shown.meshes)
+    frames = some_frames(len(times), vertices, vertices * len(times) if budget is None else budget)
     return certify(*((usd, file) if exported else (file, usd)), frames, drift, float(times[-1]))
 
 

@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from usdface.io.gltf.shown import ShownMesh
+from usdface.io.gltf.shown import Sampled, ShownMesh
 
 RNG = np.random.default_rng(9)
 TIMES = np.array([0.5, 1.0, 3.0])
@@ -12,7 +14,7 @@ def shown(weights: np.ndarray, interpolation: str, **more: object) -> ShownMesh:
     points = RNG.normal(size=(4, 3))
     normals = points / np.linalg.norm(points, axis=1, keepdims=True)
     moves, turns = RNG.normal(size=(2, count, 4, 3)).astype(np.float32)
-    given = {"matrices": np.eye(4), "turning": np.eye(3), "inbetweens": ()} | more
+    given = {"inbetweens": (), "space": lambda times: (np.eye(4), np.eye(3))} | more
     names = tuple(f"t{k}" for k in range(count))
     return ShownMesh(
         "m",
@@ -21,9 +23,7 @@ def shown(weights: np.ndarray, interpolation: str, **more: object) -> ShownMesh:
         normals,
         moves,
         turns,
-        TIMES,
-        weights,
-        interpolation,
+        Sampled(TIMES, weights, interpolation),
         **given,  # type: ignore[arg-type]
     )
 
@@ -47,16 +47,19 @@ def test_inbetweens_are_parts_of_their_shape() -> None:
     np.testing.assert_allclose(channels, expected)
 
 
-def test_matrices_for_all_or_for_each_vertex() -> None:
+def test_matrices_for_all_or_for_each_vertex_and_time() -> None:
     matrix = np.eye(4)
     matrix[:3] = RNG.normal(size=(3, 4))
     turning = np.linalg.inv(matrix[:3, :3]).T
     weights = RNG.normal(size=(3, 2))
-    one = shown(weights, "LINEAR", matrices=matrix, turning=turning)
-    each = {"matrices": np.tile(matrix, (4, 1, 1)), "turning": np.tile(turning, (4, 1, 1))}
-    other = ShownMesh(**{f: getattr(one, f) for f in ShownMesh.__slots__} | each)
-    np.testing.assert_allclose(one.points_at(TIMES), other.points_at(TIMES), atol=1e-12)
-    normals, theirs = one.normals_at(TIMES), other.normals_at(TIMES)
-    assert normals is not None and theirs is not None
-    np.testing.assert_allclose(normals, theirs, atol=1e-12)
+    one = shown(weights, "LINEAR", space=lambda times: (matrix, turning))
+    normals = one.normals_at(TIMES)
+    assert normals is not None
     np.testing.assert_allclose(np.linalg.norm(normals, axis=2), 1)
+    for shape in ((4, 1, 1), (3, 1, 1, 1), (3, 4, 1, 1)):
+        each = np.tile(matrix, shape), np.tile(turning, shape)
+        other = replace(one, space=lambda times, each=each: each)
+        np.testing.assert_allclose(one.points_at(TIMES), other.points_at(TIMES), atol=1e-12)
+        theirs = other.normals_at(TIMES)
+        assert theirs is not None
+        np.testing.assert_allclose(normals, theirs, atol=1e-12)

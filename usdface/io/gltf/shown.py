@@ -4,19 +4,76 @@ Source: glTF 2.0 specification, sections 3.7.2 (morph targets), 3.7.3 (skins), a
 (interpolation).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
 
-from usdface.takes import FloatArray, IntArray
+from usdface.takes import FloatArray
 
-__all__ = ["ShownMesh"]
+__all__ = ["Sampled", "ShownMesh"]
+
+_BLOCK = 2**18  # matrices of one evaluation at once
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sampled:
+    """A sampler of an animation.
+
+    Attributes
+    ----------
+    times : (K,) float64 [s]
+    values : (K, T) float64
+        For CUBICSPLINE (K, 3, T) with tangents.
+    interpolation : str
+        LINEAR, STEP or CUBICSPLINE.
+    turning : bool
+        The values are quaternions x, y, z, w.
+    """
+
+    times: FloatArray
+    values: FloatArray
+    interpolation: str = "LINEAR"
+    turning: bool = False
+
+    def at(self, times: FloatArray) -> FloatArray:
+        """Return the values (F, T) at `times` (F,) [s]."""
+        place = (np.searchsorted(self.times, times, side="right") - 1).clip(min=0)
+        if self.interpolation == "STEP":
+            held: FloatArray = self.values[place]
+            return held
+        if self.interpolation == "CUBICSPLINE":
+            curve = self._cubic(times, place)
+            return curve / np.linalg.norm(curve, axis=1, keepdims=True) if self.turning else curve
+        if self.turning and len(self.times) > 1:
+            arcs = Slerp(self.times, Rotation.from_quat(self.values))
+            return np.asarray(arcs(times.clip(self.times[0], self.times[-1])).as_quat())
+        if not self.values.shape[1]:
+            return np.zeros((len(times), 0))
+        return np.stack([np.interp(times, self.times, column) for column in self.values.T], 1)
+
+    def _cubic(self, times: FloatArray, place: NDArray[np.int64]) -> FloatArray:
+        last = len(self.times) - 1
+        follow = (place + 1).clip(max=last)
+        span = np.where(follow > place, self.times[follow] - self.times[place], 1.0)
+        s = ((times - self.times[place]) / span).clip(0, 1)[:, None]
+        s, span = np.where(follow > place, s.T, 0.0).T, span[:, None]
+        (_, start, leave), (arrive, stop, _) = (
+            self.values[k].swapaxes(0, 1) for k in (place, follow)
+        )
+        return np.asarray(
+            (2 * s**3 - 3 * s**2 + 1) * start
+            + (s**3 - 2 * s**2 + s) * span * leave
+            + (3 * s**2 - 2 * s**3) * stop
+            + (s**3 - s**2) * span * arrive
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ShownMesh:
-    """One mesh as a player shows it.
+    """One mesh as a player shows it in one animation.
 
     Attributes
     ----------
@@ -29,17 +86,13 @@ class ShownMesh:
         points but not normals: programs differ in what they then show.
     moves, turns : (T, N, 3) float32
         What targets add to points and normals.
-    times : (K,) float64 [s]
-        Keys of the first animation of its weights; (1,) zeros where there is none.
-    weights : (K, T) float64
-    interpolation : str
-        LINEAR, STEP or CUBICSPLINE; for the last `weights` are (K, 3, T) with tangents.
+    weights : Sampled
     inbetweens : tuple of (int, int, float)
         Targets that our extras call inbetweens: the target's place, its shape's, its weight.
-    matrices : (N, 4, 4) or (4, 4) float64
-        Node or skin to the scene, at rest; for column vectors.
-    turning : (N, 3, 3) or (3, 3) float64
-        The same for normals; a skin blends what turns the normals of its joints.
+    space : function from times (F,) to two arrays
+        What brings points to the scene, (4, 4), (N, 4, 4), (F, 1, 4, 4) or (F, N, 4, 4), for
+        column vectors; and the same for normals, (3, 3), ...; a skin blends what turns the
+        normals of its joints.
     """
 
     name: str
@@ -48,40 +101,13 @@ class ShownMesh:
     normals: FloatArray | None
     moves: NDArray[np.float32]
     turns: NDArray[np.float32]
-    times: FloatArray
-    weights: FloatArray
-    interpolation: str
+    weights: Sampled
     inbetweens: tuple[tuple[int, int, float], ...]
-    matrices: FloatArray
-    turning: FloatArray
+    space: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
     def weights_at(self, times: FloatArray) -> FloatArray:
         """Return the weights (F, T) at `times` (F,) [s]."""
-        place = (np.searchsorted(self.times, times, side="right") - 1).clip(min=0)
-        if self.interpolation == "STEP":
-            held: FloatArray = self.weights[place]
-            return held
-        if self.interpolation == "CUBICSPLINE":
-            return self._cubic(times, place)
-        if not self.targets:
-            return np.zeros((len(times), 0))
-        return np.stack([np.interp(times, self.times, column) for column in self.weights.T], 1)
-
-    def _cubic(self, times: FloatArray, place: IntArray) -> FloatArray:
-        last = len(self.times) - 1
-        follow = (place + 1).clip(max=last)
-        span = np.where(follow > place, self.times[follow] - self.times[place], 1.0)
-        s = ((times - self.times[place]) / span).clip(0, 1)[:, None]
-        s, span = np.where(follow > place, s.T, 0.0).T, span[:, None]
-        (_, start, leave), (arrive, stop, _) = (
-            self.weights[k].swapaxes(0, 1) for k in (place, follow)
-        )
-        return np.asarray(
-            (2 * s**3 - 3 * s**2 + 1) * start
-            + (s**3 - 2 * s**2 + s) * span * leave
-            + (3 * s**2 - 2 * s**3) * stop
-            + (s**3 - s**2) * span * arrive
-        )
+        return self.weights.at(times)
 
     def channels_at(self, times: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
         """Return names (C) and weights (F, C) of the targets, inbetweens as parts of theirs."""
@@ -94,21 +120,39 @@ class ShownMesh:
 
     def points_at(self, times: FloatArray) -> FloatArray:
         """Return the points (F, N, 3) [m] at `times` (F,) [s], in the scene."""
-        posed = self.points + np.tensordot(self.weights_at(times), self.moves, 1)
-        return _times(self.matrices[..., :3, :3], posed) + self.matrices[..., :3, 3]
+        return self._in_blocks(times, self._points)
 
     def normals_at(self, times: FloatArray) -> FloatArray | None:
         """Return unit normals (F, N, 3) at `times` (F,) [s], in the scene."""
-        if self.normals is None:
+        normals = self.normals
+        if normals is None:
             return None
-        posed = self.normals + np.tensordot(self.weights_at(times), self.turns, 1)
-        turned = _times(self.turning, posed)
+        return self._in_blocks(times, lambda block: self._turned(normals, block))
+
+    def _in_blocks(self, times: FloatArray, part: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """Skins that move have a matrix for each vertex and time."""
+        step = max(1, _BLOCK // max(len(self.points), 1))
+        parts = [part(times[k : k + step]) for k in range(0, len(times), step)]
+        return np.concatenate([np.zeros((0, len(self.points), 3)), *parts])
+
+    def _points(self, times: FloatArray) -> FloatArray:
+        posed = self.points + np.tensordot(self.weights_at(times), self.moves, 1)
+        matrices, _ = self.space(times)
+        return _times(matrices[..., :3, :3], posed) + matrices[..., :3, 3]
+
+    def _turned(self, normals: FloatArray, times: FloatArray) -> FloatArray:
+        posed = normals + np.tensordot(self.weights_at(times), self.turns, 1)
+        turned = _times(self.space(times)[1], posed)
         length = np.sqrt(np.einsum("fvi,fvi->fv", turned, turned))[..., None]
         return np.asarray(turned / np.where(length > 0, length, 1.0))
 
 
 def _times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Apply one matrix, or one for each vertex, to vectors (F, N, 3)."""
+    """Apply one matrix, one for each vertex, or one for each time too, to vectors (F, N, 3)."""
     if matrices.ndim == 2:
         return np.asarray(vectors @ matrices.T, np.float64)
-    return np.asarray(np.einsum("nij,fnj->fni", matrices, vectors), np.float64)
+    if matrices.ndim == 3:
+        return np.asarray(np.einsum("nij,fnj->fni", matrices, vectors), np.float64)
+    if matrices.shape[1] == 1:
+        return np.asarray(vectors @ matrices[:, 0].swapaxes(1, 2), np.float64)
+    return np.asarray(np.einsum("fnij,fnj->fni", matrices, vectors), np.float64)

@@ -210,22 +210,26 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[StagedMesh, ...]:
     return tuple(meshes)
 
 
-def keys_of_stage(stage: Usd.Stage) -> tuple[FloatArray, FloatArray]:
-    """Return the time codes (F,) of the first animated weights, and their times (F,) [s].
+def keys_of_stage(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
+    """Return the name of the SkelAnimation that plays, its time codes (F,), and times (F,) [s].
 
     Time 0 is the stage's start time code where it has one before the first sample, else that
     sample. Without animation there is one code, the start.
     """
     metrics = metrics_of(stage)
     cache = UsdSkel.Cache()
-    codes = np.zeros(0)
+    name, keys = "", set()
     for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
         cache.Populate(UsdSkel.Root(root), _ALL)
         for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
-            if query and not len(codes):
-                codes = np.array(query.GetBlendShapeWeightTimeSamples(), np.float64)
-    if not len(codes):
-        return np.array([metrics.start]), np.zeros(1)
+            if query:
+                prim = query.GetPrim()
+                name = name or prim.GetDisplayName() or prim.GetName()
+                keys |= {*query.GetBlendShapeWeightTimeSamples()}
+                keys |= {*query.GetJointTransformTimeSamples()}
+    if not keys:
+        return name, np.array([metrics.start]), np.zeros(1)
+    codes = np.array(sorted(keys), np.float64)
     start = min(metrics.start, codes[0]) if stage.HasAuthoredTimeCodeRange() else codes[0]
-    return codes, (codes - start) / metrics.time_codes_per_second
+    return name, codes, (codes - start) / metrics.time_codes_per_second
