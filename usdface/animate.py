@@ -18,13 +18,14 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.layers import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
-from usdface.options import FEATURE_SMOOTHING, CorrectionOptions, ProcessOptions
+from usdface.options import FEATURE_SMOOTHING, CleanOptions, CorrectionOptions, ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.align import Pose
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
 from usdface.retarget.neutral import on_plane
+from usdface.retarget.pins import bent_to_pins, kept_at_pins
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.rigs import Mesh
@@ -76,6 +77,7 @@ class Animated:
 def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> Animated:
     """Solve the take's weights on the shot's rig, and correct them unless told not to."""
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
+    shot = replace(shot, setup=_as_told(shot.setup, options))
     with steps("clean"):
         take, cleaned, findings = _clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
@@ -83,6 +85,8 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         weights, solution, more = _solve(take, shot.setup, mesh, shot.rig.shape_names, cleaned)
         findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
+        others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
+        complete = bent_to_pins(others, names, take.times, complete)
         repairs = cleaned.repairs if cleaned else ()
         solved = Animation(
             names, complete, solution, {}, repairs, _motion(shot, mesh, solution, options)
@@ -94,8 +98,19 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
     with steps("express"):
         inputs = features(shot.system, shot.take, mesh, shot.setup, weights, solution)
         corrected, emotions, more = express(shot.system, inputs, names, complete, shot.expressions)
+        pins, times = shot.setup.pins, shot.take.times
+        corrected = kept_at_pins(pins, names, times, complete, corrected)
     expressed = Animation(names, corrected, None, emotions)
     return _animated(shot, solved, expressed, findings + more)
+
+
+def _as_told(setup: Setup, options: ProcessOptions) -> Setup:
+    """Return the setup with what the run says otherwise."""
+    if not options.clean:
+        setup = replace(setup, clean=CleanOptions(swaps=False, spikes=False, gaps=False))
+    if options.solve is not None:
+        setup = replace(setup, solve=replace(setup.solve, mode=options.solve))
+    return setup
 
 
 def retarget(
@@ -146,7 +161,8 @@ def _solve(
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     if isinstance(take, WeightsTake):
         weights, findings = rename_weights(take, shape_names)
-        return weights, None, findings
+        bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
+        return replace(weights, weights=bent), None, findings
     setup, findings = fit_setup(setup, mesh, take)
     points = setup.binding.points
     if cleaned is not None:

@@ -182,6 +182,14 @@ def _process(commands: Any) -> None:
     command.add_argument(
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
     )
+    command.add_argument(
+        "--no-clean", dest="clean", action="store_false", help="solve the markers as recorded"
+    )
+    command.add_argument(
+        "--solve",
+        choices=("take", "frame"),
+        help="all frames together or each alone (default: as the shot says)",
+    )
     result = command.add_mutually_exclusive_group()
     result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
     result.add_argument(

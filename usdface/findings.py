@@ -83,6 +83,7 @@ CODES: dict[str, tuple[Severity, str]] = {
         "info",
         "the markers say little or nothing of a blend shape; one at this vertex would show it",
     ),
+    "PIN_IGNORED": ("warning", "a pin fits no blend shape, no frame or no weight in 0 to 1"),
     # expressions
     "EXPRESSION_UNKNOWN": ("warning", "the rig has no shapes for an expression"),
     "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),

@@ -13,6 +13,7 @@ from usdface.errors import InputError
 
 __all__ = [
     "FEATURE_SMOOTHING",
+    "PIN_REACH",
     "RESPONSE",
     "CleanOptions",
     "CorrectionMode",
@@ -40,6 +41,9 @@ RESPONSE = (0.05, 0.45)
 # Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
 # 0.3 mm of noise or more; less noise is smoothed less.
 FEATURE_SMOOTHING = 0.15
+
+# Within this time [s] of a pin a weight bends towards it.
+PIN_REACH = 0.2
 
 
 def _check_choice(name: str, value: object, choices: Any) -> None:
@@ -178,10 +182,16 @@ class CorrectionOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessOptions:
-    """What one run of `usdface process` does beyond what the shot itself says."""
+    """What one run of `usdface process` does beyond what the shot itself says.
+
+    `solve` overrides the shot's `SolveOptions.mode`; `clean` and `head` False leave the clean-up
+    of the markers and the head's motion out, whatever the shot says.
+    """
 
     output: str = ""
     gltf: str = ""
     express: bool = True
     head: bool = True
+    clean: bool = True
+    solve: SolveMode | None = None
     in_place: bool = False

@@ -12,7 +12,7 @@ from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
 
-__all__ = ["Binding", "Expression", "Setup", "fit_setup", "unbound"]
+__all__ = ["Binding", "Expression", "Pin", "Setup", "fit_setup", "unbound"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,6 +62,22 @@ class Expression:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Pin:
+    """Weights of one blend shape that are fixed: `weights` (K,) in [0, 1] at `frames` (K,).
+
+    `frames` are frame indices of the take, rising.
+    """
+
+    shape: str
+    frames: IntArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "frames", frozen(self.frames, np.int64))
+        object.__setattr__(self, "weights", frozen(self.weights))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Setup:
     """Everything `retarget` needs to know about a face besides take and rig.
 
@@ -83,6 +99,8 @@ class Setup:
         Marker that the fuzzy system measures distances to; "" = none.
     roles : mapping of str to str
         Role name (as in "lip_lower_y") to marker name.
+    pins : tuple of Pin
+        Weights that are fixed in some frames, one for a blend shape.
     """
 
     binding: Binding
@@ -96,6 +114,7 @@ class Setup:
     map: MapOptions = field(default_factory=MapOptions)
     solve: SolveOptions = field(default_factory=SolveOptions)
     clean: CleanOptions = field(default_factory=CleanOptions)
+    pins: tuple[Pin, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))

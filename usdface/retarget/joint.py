@@ -14,6 +14,7 @@ import numpy as np
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
+from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solve import Iterate, solve_weights
 from usdface.setup import Setup
@@ -81,6 +82,7 @@ def solve_jointly(
     space: SpaceMap,
     pose: Pose,
     setup: Setup,
+    names: tuple[str, ...] = (),
 ) -> Joint:
     """Solve the weights of a take, and the head pose with them if the setup says so.
 
@@ -98,6 +100,8 @@ def solve_jointly(
     pose : Pose
         A first guess, or the pose where it is known.
     setup : Setup
+    names : tuple of str, length S
+        The blend shapes; needed where the setup has pins.
     """
     rows = _rows(target, basis, positions.shape[2], setup.head == "solve")
     normal = rows.projected @ rows.projected.T
@@ -132,6 +136,11 @@ def solve_jointly(
     displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
     right = observed @ rows.projected.T
     final = solve_weights(normal, right, times, noise, setup.solve, iterate, misfit=misfit)
+    if setup.pins:
+        bounds = pin_bounds(setup.pins, names, times, final.weights, np.zeros((0, len(normal))))
+        final = solve_weights(
+            normal, right, times, noise, setup.solve, final, misfit=misfit, bounds=bounds
+        )
     weights = final.weights
     if rows.axes == 2:
         # What a turning head does to a flat image cannot be undone in depth: its small part

@@ -110,7 +110,7 @@ def solve_take(
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
 
-    joint = solve_jointly(take.times, positions, target, basis, space, pose, setup)
+    joint = solve_jointly(take.times, positions, target, basis, space, pose, setup, shape_names)
     weights, displaced = joint.weights, joint.displaced
     predicted = (weights @ basis.reshape(len(basis), -1)).reshape(displaced.shape)
     misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)

@@ -54,6 +54,7 @@ __all__ = [
     "NORMALISATION",
     "NOSE_TIP",
     "OR",
+    "PIN_PREFIX",
     "POINTS",
     "RESIDUAL",
     "RETARGET",
@@ -156,6 +157,8 @@ CLEAN_REPAIRS_FRAMES: Final = "usdface:clean:repairs:frames"
 CLEAN_REPAIRS_KINDS: Final = "usdface:clean:repairs:kinds"
 HEAD_TRANSFORM: Final = "usdface:head:transform"
 RESIDUAL: Final = "usdface:residual"
+# Followed by the name of a blend shape: usdface:pin:jawOpen
+PIN_PREFIX: Final = "usdface:pin:"
 FEATURE_POINTS: Final = "usdface:featurePoints"
 
 # UsdFaceExpression (its gain is GAIN)

@@ -13,6 +13,7 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.head import HeadCarrier, find_carrier
+from usdface.io.usd.pins import read_pins
 from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.setup import read_expressions, read_setup, write_expressions, write_setup
 from usdface.io.usd.stage import (
@@ -181,6 +182,8 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     take, codes = read_take_prim(take_prim)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", joints=True)
+    pins, notes = read_pins(prim, rig.shape_names, codes)
+    setup, findings = replace(setup, pins=pins), findings + notes
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
     system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
     expressions = read_expressions(

@@ -1,0 +1,98 @@
+"""Pins on a stage: ``usdface:pin:<blend shape>`` with a sample at each pinned frame."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from pxr import Usd
+
+from usdface.findings import Finding, finding
+from usdface.io.prim_names import prim_names
+from usdface.schemas import tokens
+from usdface.setup import Pin
+from usdface.takes import FloatArray
+
+__all__ = ["read_pins"]
+
+_ON_FRAME = 1e-3  # of the time between two frames
+
+
+def read_pins(
+    prim: Usd.Prim, names: Sequence[str], codes: FloatArray
+) -> tuple[tuple[Pin, ...], list[Finding]]:
+    """Read the pins of a `UsdFaceRetarget` prim.
+
+    An attribute is of the blend shape that its display name says, else that follows the prefix;
+    a name that no attribute may have is spelled as a prim's would be (`usdface.io.prim_names`).
+    A value without time samples holds for the whole take.
+
+    Parameters
+    ----------
+    prim : Usd.Prim
+    names : sequence of str
+        The rig's blend shapes.
+    codes : (F,) float64
+        Time codes of the take's frames.
+
+    Returns
+    -------
+    tuple of Pin
+    list of Finding
+        PIN_IGNORED for a pin of no blend shape, between two frames, or out of [0, 1].
+    """
+    legal = dict(zip(prim_names(names), names, strict=True))
+    pins: dict[str, Pin] = {}
+    findings: list[Finding] = []
+    for attribute in prim.GetAttributes():
+        if not attribute.GetName().startswith(tokens.PIN_PREFIX) or not attribute.HasValue():
+            continue
+        own = attribute.GetName().removeprefix(tokens.PIN_PREFIX)
+        shown = attribute.GetDisplayName()
+        name = next((n for n in (shown, own) if n in names), legal.get(own))
+        where = str(attribute.GetPath())
+        if name is None:
+            message = f"the rig has no blend shape {shown or own!r}"
+        elif name in pins:
+            message = f"{name!r} is pinned by another attribute too"
+        else:
+            frames, weights, wrong = _pinned(attribute, codes)
+            findings += [finding("PIN_IGNORED", where, message) for message in wrong]
+            if len(frames):
+                pins[name] = Pin(name, np.array(frames), np.array(weights))
+            continue
+        findings.append(finding("PIN_IGNORED", where, message))
+    return tuple(pins.values()), findings
+
+
+def _pinned(
+    attribute: Usd.Attribute, codes: FloatArray
+) -> tuple[list[int], list[float], list[str]]:
+    """Return frame indices and weights of the samples that can be used, and why others not."""
+    step = float(np.min(np.diff(codes))) if len(codes) > 1 else 1.0
+    found: dict[int, float] = {}
+    wrong = []
+    for code, frame in _places(attribute, codes):
+        value = attribute.Get(code)
+        at = f"at time code {code:g}" if isinstance(code, float) else "throughout"
+        if value is None:  # blocked
+            continue
+        if not isinstance(value, (int, float)) or not 0.0 <= value <= 1.0:
+            wrong.append(f"the weight {value} {at} is outside 0 to 1")
+        elif isinstance(code, float) and abs(codes[frame] - code) > _ON_FRAME * step:
+            wrong.append(f"the take has no frame {at}")
+        elif isinstance(code, float):
+            found[frame] = float(value)
+        else:
+            found = dict.fromkeys(range(len(codes)), float(value))
+    frames = sorted(found)
+    return frames, [found[frame] for frame in frames], wrong
+
+
+def _places(
+    attribute: Usd.Attribute, codes: FloatArray
+) -> Iterator[tuple[float | Usd.TimeCode, int]]:
+    """Yield each time code that has a sample, with the nearest frame; the default if none has."""
+    samples = attribute.GetTimeSamples()
+    for code in samples:
+        yield float(code), int(np.abs(codes - code).argmin())
+    if not samples:
+        yield Usd.TimeCode.Default(), 0
