@@ -29,7 +29,7 @@ def khronos(path: Path) -> dict[str, Any]:
 
 def row(trip: RoundTrip) -> list[str]:
     if trip.refused:
-        return ["refused", "", "", "", "", trip.refused.split(": ", 1)[-1]]
+        return ["refused", "", "", "", "", trip.refused]
     certified = [leg for leg in trip.legs if leg.certificate]
     most = {
         key: max(leg.certificate[key] for leg in certified)

@@ -46,7 +46,8 @@ class Leg:
 class RoundTrip:
     """There and back, or why not."""
 
-    refused: str
+    refused: str  # code of the error
+    why: str
     legs: tuple[Leg, ...]
     names: tuple[Any, ...]  # of meshes and their shapes: of the source, and of what came back
 
@@ -90,8 +91,8 @@ def round_trip(source: Path, folder: Path, khronos: Callable[[Path], dict[str, A
     except UsdFaceError as error:
         shutil.rmtree(folder)
         folder.mkdir()
-        return RoundTrip(str(error), (), ())
-    return RoundTrip("", legs, names)
+        return RoundTrip(error.code, str(error), (), ())
+    return RoundTrip("", "", legs, names)
 
 
 def usd_errors(path: Path) -> list[str]:

@@ -49,6 +49,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TARGETS_UNEQUAL": ("error", "primitives of a mesh differ in their number of morph targets"),
     "TOPOLOGY_DIFFERS": ("error", "faces and points do not belong together"),
     "NORMALS_MISSING": ("info", "normals are missing or do not follow a shape; shading may differ"),
+    "BOUNDS_MISSING": ("warning", "positions have no bounds, which glTF wants; viewers may refuse"),
     "INBETWEEN_WRONG": ("error", "an inbetween has no place of its own between 0 and 1"),
     "BINDING_TARGET_MISSING": ("error", "a skeleton or animation that is bound does not exist"),
     "WEIGHTS_LENGTH_WRONG": ("error", "the number of weights is not that of the blend shapes"),

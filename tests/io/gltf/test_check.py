@@ -26,6 +26,8 @@ def document(arrays, **parts):
                 "componentType": 5126,
                 "count": len(values),
                 "type": kind,
+                "min": np.atleast_1d(np.nanmin(values, axis=0)).tolist(),
+                "max": np.atleast_1d(np.nanmax(values, axis=0)).tolist(),
             }
         )
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
@@ -194,3 +196,13 @@ def test_targets_that_leave_the_normals_behind_are_found(tmp_path):
     for target in primitive["targets"]:
         target["NORMAL"] = target["POSITION"]
     assert findings_of(tmp_path, changed) == []
+
+
+def test_positions_without_bounds_are_found(tmp_path):
+    changed = sound()
+    del changed["accessors"][1]["min"]
+    (found,) = findings_of(tmp_path, changed)
+    assert (found.code, found.message) == (
+        "BOUNDS_MISSING",
+        "POSITION accessor 1 has no min, max",
+    )

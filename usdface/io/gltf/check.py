@@ -54,7 +54,9 @@ def check_gltf(path: Path) -> list[Finding]:
         findings += _node_weights_fit(file)
         findings += _animations_fit(file)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"the JSON does not follow the glTF schema: {error}") from error
+        raise InputError(
+            f"the JSON does not follow the glTF schema: {error}", "SCHEMA_BROKEN"
+        ) from error
     return findings
 
 
@@ -134,6 +136,17 @@ def _normals_follow(of: _Mesh) -> Findings:
             yield finding("NORMALS_MISSING", where, message)
 
 
+def _bounds_are_there(of: _Mesh) -> Findings:
+    accessors = of.reader.file.document.accessors or []
+    for number, primitive in enumerate(of.mesh.primitives):
+        parts = [vars(primitive.attributes), *(primitive.targets or [])]
+        places = [part["POSITION"] for part in parts if part.get("POSITION") is not None]
+        bare = [k for k in places if k < len(accessors) and not accessors[k].min]
+        if bare:
+            where = f"{of.where}, primitive {number}"
+            yield finding("BOUNDS_MISSING", where, f"POSITION accessor {bare[0]} has no min, max")
+
+
 def _moves(reader: AccessorReader, target: dict[str, Any]) -> bool:
     for accessor in target.values():
         try:
@@ -152,6 +165,7 @@ _MESH_RULES: tuple[Callable[[_Mesh], Findings], ...] = (
     _targets_can_be_read,
     _targets_move_something,
     _normals_follow,
+    _bounds_are_there,
 )
 
 
