@@ -255,16 +255,13 @@ def export_scene(
             return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
     from usdface.io.certified import certified
     from usdface.io.gltf.write import write_gltf
-    from usdface.io.usd.clips import clips_of_stage
-    from usdface.io.usd.rig import rig_of_stage
+    from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.stage import open_stage
 
     _register_schemas()
     with steps("read"):
         stage = open_stage(source)
-        rig, findings = rig_of_stage(stage)
-        clips, more = clips_of_stage(stage, rig)
-        findings += more
+        rig, clips, findings = animated_rig(stage)
     with steps("write"):
         findings += write_gltf(rig, output, clips)
     with steps("certify"):

@@ -1,7 +1,7 @@
 """Clips out of USD: what the SkelAnimations of a character do, for each variant that picks one."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
@@ -11,20 +11,34 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.transforms import decompose, followed_by
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.rig import skel_roots
+from usdface.io.usd.moving import Mover, carrier, merged, movers_of, with_movers
+from usdface.io.usd.rig import rig_of_stage, skel_roots
 from usdface.io.usd.skeleton import to_parents
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Rig, Skeleton
 from usdface.takes import FloatArray, WeightsTake
 
-__all__ = ["clips_of_stage", "playing"]
+__all__ = ["animated_rig", "clips_of_stage", "playing"]
 
 _SAME_SCALE = 1e-5
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
+def animated_rig(stage: Usd.Stage) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+    """Return the meshes under all SkelRoots as one rig, and its clips.
+
+    What moves as a whole, by the transform of a prim, hangs on a joint of its own.
+    See `usdface.io.usd.rig.rig_of_stage` and `clips_of_stage`.
+    """
+    rig, found = rig_of_stage(stage)
+    with usd_errors(stage.GetRootLayer().realPath or "the stage"):
+        movers = movers_of(stage, rig)
+    clips, more = clips_of_stage(stage, rig, movers=movers)
+    return with_movers(rig, movers), clips, found + more
+
+
 def clips_of_stage(
-    stage: Usd.Stage, rig: Rig, root: str = ""
+    stage: Usd.Stage, rig: Rig, root: str = "", movers: Sequence[Mover] = ()
 ) -> tuple[tuple[Clip, ...], list[Finding]]:
     """Return what the SkelAnimations that are bound under the SkelRoots do.
 
@@ -39,6 +53,8 @@ def clips_of_stage(
         As `usdface.io.usd.rig.rig_of_stage` reads it off the stage.
     root : str
         Path of a prim that the SkelRoots are under; "" = the whole stage.
+    movers : sequence of Mover
+        What else moves, as joints (`usdface.io.usd.moving`).
 
     Raises
     ------
@@ -50,7 +66,7 @@ def clips_of_stage(
     found: list[Finding] = []
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         for variation in playing(stage, root):
-            clip, news = _clip(variation, rig, root)
+            clip, news = _clip(variation, rig, root, movers)
             found += news
             if clip is not None:
                 clips.append(clip)
@@ -112,7 +128,9 @@ def _bound(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
     return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in _bindings(stage)))
 
 
-def _clip(stage: Usd.Stage, rig: Rig, root: str) -> tuple[Clip | None, list[Finding]]:
+def _clip(
+    stage: Usd.Stage, rig: Rig, root: str, movers: Sequence[Mover]
+) -> tuple[Clip | None, list[Finding]]:
     bindings = _bindings(stage, root)
     animations = {b.animation.GetPrim(): b.animation for b in bindings}
     weighted = [q for q in animations.values() if q.GetBlendShapeWeightTimeSamples()]
@@ -127,6 +145,7 @@ def _clip(stage: Usd.Stage, rig: Rig, root: str) -> tuple[Clip | None, list[Find
         [
             *(code for q in weighted[:1] for code in q.GetBlendShapeWeightTimeSamples()),
             *(code for b in jointed[:1] for code in b.animation.GetJointTransformTimeSamples()),
+            *(code for mover in movers for code in mover.codes),
         ]
     )
     found = [
@@ -142,12 +161,24 @@ def _clip(stage: Usd.Stage, rig: Rig, root: str) -> tuple[Clip | None, list[Find
     start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
     clock = _Clock(min(start, float(codes[0])), metrics.time_codes_per_second)
     weights = _weights(weighted[0], clock) if weighted else None
-    joints = None
+    takes = [_moved(mover, clock) for mover in movers]
     if jointed and rig.skeleton is not None:
         joints, news = _joints(jointed[0], rig.skeleton, to_si(metrics), clock)
         found += news
-    prim = (weighted or [jointed[0].animation])[0].GetPrim()
-    return Clip(prim.GetDisplayName() or prim.GetName(), weights, joints), found
+        if joints is not None:
+            above = carrier(rig, movers)
+            takes.append(replace(joints, joints=tuple(above + joint for joint in joints.joints)))
+    prims = [
+        q.GetPrim() for q in (*weighted, *(b.animation for b in jointed), *animations.values())
+    ]
+    name = prims[0].GetDisplayName() or prims[0].GetName() if prims else movers[0].name
+    return Clip(name, weights, merged(takes)), found
+
+
+def _moved(mover: Mover, clock: "_Clock") -> JointsTake:
+    moves, turns, sizes = (part[:, None] for part in decompose(mover.matrices))
+    times = clock.times(mover.codes)
+    return JointsTake((mover.joint,), times, moves, turns, sizes, clock.grid(times))
 
 
 @dataclass(frozen=True, slots=True)

@@ -210,6 +210,13 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[StagedMesh, ...]:
     return tuple(meshes)
 
 
+def _above(prim: Usd.Prim) -> list[Usd.Prim]:
+    above = []
+    while (prim := prim.GetParent()) and not prim.IsPseudoRoot():
+        above.append(prim)
+    return above
+
+
 def keys_of_stage(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
     """Return the name of the SkelAnimation that plays, its time codes (F,), and times (F,) [s].
 
@@ -221,6 +228,10 @@ def keys_of_stage(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
     name, keys = "", set()
     for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
         cache.Populate(UsdSkel.Root(root), _ALL)
+        for prim in (*_above(root), *Usd.PrimRange(root, _ALL)):
+            xform = UsdGeom.Xformable(prim)
+            if xform and xform.TransformMightBeTimeVarying():
+                keys |= {*xform.GetTimeSamples()}
         for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
             if query:
