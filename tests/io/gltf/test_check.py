@@ -26,8 +26,8 @@ def document(arrays, **parts):
                 "componentType": 5126,
                 "count": len(values),
                 "type": kind,
-                "min": np.atleast_1d(np.nanmin(values, axis=0)).tolist(),
-                "max": np.atleast_1d(np.nanmax(values, axis=0)).tolist(),
+                "min": np.atleast_1d(np.nan_to_num(values).min(axis=0)).tolist(),
+                "max": np.atleast_1d(np.nan_to_num(values).max(axis=0)).tolist(),
             }
         )
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
