@@ -18,6 +18,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.compressed import decompressed
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.takes import FloatArray
 
@@ -45,9 +46,9 @@ def check_gltf(path: Path) -> list[Finding]:
     InputError
         If the file is not glTF 2.0, a buffer is missing, or it breaks the schema.
     """
-    file = load_document(path)
     findings: list[Finding] = []
     try:
+        file = decompressed(load_document(path))
         for mesh in _meshes(file):
             for rule in _MESH_RULES:
                 findings += rule(mesh)

@@ -23,7 +23,10 @@ __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
 _MAX_BYTES = 2**32 - 1  # what a GLB header can announce
 _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
 # Without these the file can still be read truly, or at worst looks plainer.
-_DECODED = ("KHR_animation_pointer", "KHR_mesh_quantization")
+_DECODED = (
+    *("KHR_animation_pointer", "KHR_mesh_quantization", "KHR_draco_mesh_compression"),
+    *("EXT_meshopt_compression", "KHR_meshopt_compression"),
+)
 _LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 
 

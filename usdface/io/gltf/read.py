@@ -12,6 +12,7 @@ from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.compressed import decompressed
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.materials import read_materials
@@ -79,7 +80,7 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
 
 
 def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
-    file = load_document(path)
+    file = decompressed(load_document(path))
     document = file.document
     reader = AccessorReader(file)
     tree = node_tree(document)
