@@ -14,6 +14,7 @@ from usdface.fuzzy.design import design_system
 from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.features import face_unit, measure, smooth
 from usdface.fuzzy.inference import evaluate
+from usdface.fuzzy.naming import known_roles
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.layers import Animation, complete_weights
 from usdface.io.usd.shot import Shot
@@ -32,7 +33,16 @@ from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup, fit_setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake, visible
 
-__all__ = ["MARKER_NOISE", "Animated", "animate", "design", "express", "features", "retarget"]
+__all__ = [
+    "MARKER_NOISE",
+    "Animated",
+    "adopt",
+    "animate",
+    "design",
+    "express",
+    "features",
+    "retarget",
+]
 
 # What optical markers jitter by [m]; features that move less tell nothing.
 MARKER_NOISE = 0.0003
@@ -269,6 +279,25 @@ def design(
     )
     system = replace(system, mode=correction.mode, gain=correction.gain)
     return system, replace(setup, roles=roles | dict(setup.roles)), findings
+
+
+def adopt(system: FuzzySystem, setup: Setup, where: str) -> Setup:
+    """Give the roles that a system names to bound markers: those of the setup, or by label.
+
+    Raises
+    ------
+    InputError
+        If a role has no marker; `where` names the system.
+    """
+    known = known_roles(setup.binding.markers, setup.roles)
+    asked = dict.fromkeys(v.role for v in system.inputs)
+    for role in asked:
+        if role not in known:
+            raise InputError(
+                f"{where}: the fuzzy system reads the marker role {role!r}, which no bound marker "
+                f'has; give it one in the binding, "roles": {{"{role}": "..."}}'
+            )
+    return replace(setup, roles=dict(setup.roles) | {role: known[role] for role in asked})
 
 
 def features(

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface import __version__
-from usdface.errors import OutputError, UsdFaceError
+from usdface.errors import InputError, OutputError, UsdFaceError
 from usdface.findings import severest
-from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
+from usdface.options import CorrectionOptions, FitOptions, ProcessOptions, RigOptions, TakeOptions
 
 if TYPE_CHECKING:
     from usdface.outcome import OnStep, Outcome
@@ -144,13 +144,21 @@ def _shot(commands: Any) -> None:
     _output(command, "the shot, .usda")
     default = CorrectionOptions()
     command.add_argument(
-        "--mode",
-        choices=("raise", "add"),
-        default=default.mode,
-        help="how emotions go over the solved weights (default: %(default)s)",
+        "--fuzzy",
+        type=Path,
+        metavar="FILE",
+        help="a fuzzy system to use, .usda, .fis, .fcl or .fll (default: designed for the rig)",
     )
     command.add_argument(
-        "--gain", type=float, default=default.gain, help="their strength (default: %(default)s)"
+        "--expressions", type=Path, metavar="FILE.json", help="expression poses to use"
+    )
+    command.add_argument(
+        "--mode",
+        choices=("raise", "add"),
+        help=f"how emotions go over the solved weights (default: {default.mode}, or the system's)",
+    )
+    command.add_argument(
+        "--gain", type=float, help=f"their strength (default: {default.gain:g}, or the system's)"
     )
 
 
@@ -158,12 +166,20 @@ def _run_shot(parsed: argparse.Namespace) -> int:
     from usdface.io.bind_file import bind_json
     from usdface.pipeline import make_shot
 
-    correction = CorrectionOptions(**_settings(parsed, CorrectionOptions))
+    given = {k: v for k, v in _settings(parsed, CorrectionOptions).items() if v is not None}
+    correction = CorrectionOptions(**given) if given else None
     setups = []
 
     def run(step: "OnStep | None") -> "Outcome":
         outcome, setup = make_shot(
-            parsed.rig, parsed.take, parsed.bind, parsed.output, correction, step
+            parsed.rig,
+            parsed.take,
+            parsed.bind,
+            parsed.output,
+            correction,
+            step,
+            parsed.fuzzy,
+            parsed.expressions,
         )
         setups.append(setup)
         return outcome
@@ -252,6 +268,78 @@ def _fuzzy(commands: Any) -> None:
     command = _command(actions, "convert", _run_convert, "between .fis, .fcl, .fll and USD")
     command.add_argument("source", type=Path, help="MATLAB .fis, FCL, FLL, or USD with one system")
     _output(command, ".fis, .fcl, .fll, .usda or .usdc")
+    _fit(actions)
+
+
+def _fit(actions: Any) -> None:
+    command = _command(
+        actions, "fit", _run_fit, "design or learn a system from poses or labelled takes"
+    )
+    source = command.add_mutually_exclusive_group(required=True)
+    source.add_argument("--shot", type=Path, help="whose face, binding and expression poses count")
+    source.add_argument("--rig", type=Path, help="USD rig, with --bind")
+    command.add_argument("--bind", type=Path, help="where the markers sit on --rig, JSON")
+    command.add_argument(
+        "--labels",
+        type=Path,
+        help="CSV or JSON: take, start_s and end_s or start_frame and end_frame, emotion, variant, "
+        "intensity (default: the rig's own expression poses)",
+    )
+    _output(command, ".usda, .usdc, .fis, .fcl or .fll")
+    command.add_argument(
+        "--expressions", type=Path, metavar="FILE.json", help="also write the expression poses"
+    )
+    command.add_argument(
+        "--figure", type=Path, metavar="FILE", help="draw memberships and confusion"
+    )
+    default = FitOptions()
+    command.add_argument(
+        "--paper", action="store_true", help="terms from minimum, medium, maximum over the poses"
+    )
+    command.add_argument(
+        "--space",
+        choices=("character", "take"),
+        default=default.space,
+        help="where features are measured (default: %(default)s)",
+    )
+    command.add_argument(
+        "--hold-out",
+        choices=("auto", "recording", "variant"),
+        default=default.hold_out,
+        help="what is left out in turn to test what was learned (default: %(default)s)",
+    )
+
+
+def _run_fit(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import fit_fuzzy
+    from usdface.report import print_fit
+
+    if bool(parsed.rig) != bool(parsed.bind):
+        raise InputError("--rig and --bind belong together: give both, or --shot alone")
+    options = FitOptions(**_settings(parsed, FitOptions))
+    fits = []
+
+    def run(step: "OnStep | None") -> "Outcome":
+        outcome, fitted = fit_fuzzy(
+            parsed.shot or parsed.rig,
+            parsed.output,
+            options,
+            step,
+            parsed.bind,
+            parsed.labels,
+            parsed.expressions,
+        )
+        if parsed.format == "text":
+            print_fit(fitted)
+        fits.append(fitted)
+        return outcome
+
+    status = _report(parsed, run)
+    if parsed.figure:
+        from usdface.fit_figure import write_fit_figure
+
+        write_fit_figure(fits[0].system, fits[0].validation, parsed.figure)
+    return status
 
 
 def _run_convert(parsed: argparse.Namespace) -> int:

@@ -1,6 +1,7 @@
 """The corrector as a picture (matplotlib, the extra `plot`)."""
 
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from usdface.explain import Explanation
 from usdface.fuzzy.membership import membership
 from usdface.io.atomic import write_bytes
 
-__all__ = ["write_figure"]
+__all__ = ["save_figure", "write_figure"]
 
 _LARGEST_FEATURES = 9
 _LARGEST_WEIGHTS = 14
@@ -28,26 +29,46 @@ def write_figure(explained: Explanation, frame: int, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
+    facts = explained.frame(frame)
+
+    def draw(figure: Any) -> None:
+        figure.set_size_inches(12, 10)
+        curves, rules, features, weights = figure.subplots(
+            4, 1, height_ratios=[1.2, 1.2, 1.4, 1.2]
+        ).tolist()
+        _draw_emotions(curves, explained, frame)
+        _draw_rules(rules, explained, frame)
+        _draw_features(features, explained, frame, facts)
+        _draw_weights(weights, facts)
+
+    save_figure(draw, path)
+
+
+def save_figure(draw: Callable[[Any], None], path: Path) -> None:
+    """Let `draw` fill a figure, and write it; the same figure gives the same bytes.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed, or the file name is no picture's.
+    OutputError
+        If the file cannot be written.
+    """
     if path.suffix.lower() not in _SUFFIXES:
         raise InputError(f"{path} is no picture; end it in {', '.join(_SUFFIXES)}")
-    facts = explained.frame(frame)
     try:
+        from matplotlib import rc_context
         from matplotlib.figure import Figure
     except ImportError as error:
         raise InputError("figures need matplotlib: pip install 'usdface[plot]'") from error
-    figure = Figure(figsize=(12, 10), layout="constrained")
-    curves, rules, features, weights = figure.subplots(
-        4, 1, height_ratios=[1.2, 1.2, 1.4, 1.2]
-    ).tolist()
-    _draw_emotions(curves, explained, frame)
-    _draw_rules(rules, explained, frame)
-    _draw_features(features, explained, frame, facts)
-    _draw_weights(weights, facts)
+    figure = Figure(layout="constrained")
+    draw(figure)
     drawn = io.BytesIO()
-    # Without the date, so that the same take gives the same bytes.
+    # Without date and random names, so that the same take gives the same bytes.
     metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     suffix = path.suffix.lower()
-    figure.savefig(drawn, format=suffix[1:], dpi=110, metadata=metadata[suffix])
+    with rc_context({"svg.hashsalt": "usdface"}):
+        figure.savefig(drawn, format=suffix[1:], dpi=110, metadata=metadata[suffix])
     write_bytes(path, drawn.getvalue())
 
 

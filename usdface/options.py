@@ -18,7 +18,10 @@ __all__ = [
     "CleanOptions",
     "CorrectionMode",
     "CorrectionOptions",
+    "FeatureSpace",
+    "FitOptions",
     "HeadMode",
+    "HoldOut",
     "Kernel",
     "MapOptions",
     "ProcessOptions",
@@ -34,6 +37,8 @@ MapChoosing = Literal["auto", "fixed"]
 SolveMode = Literal["take", "frame"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
+FeatureSpace = Literal["character", "take"]
+HoldOut = Literal["auto", "recording", "variant"]
 
 # Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
 # expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
@@ -178,6 +183,31 @@ class CorrectionOptions:
     def __post_init__(self) -> None:
         _check_choice("mode", self.mode, CorrectionMode)
         _check_number("gain", self.gain)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitOptions:
+    """How a fuzzy system is fitted (`usdface.fitting`).
+
+    Attributes
+    ----------
+    paper : bool
+        Terms from minimum, medium and maximum over the reference poses, as the fuzzy paper has
+        it, instead of learned rules or the default design.
+    space : {"character", "take"}
+        Where features are measured: on the character after the solve, or on the performer.
+    hold_out : {"auto", "recording", "variant"}
+        What is left out in turn to test what was learned from labels; "auto" takes recordings
+        where most emotions occur in several of them.
+    """
+
+    paper: bool = False
+    space: FeatureSpace = "character"
+    hold_out: HoldOut = "auto"
+
+    def __post_init__(self) -> None:
+        _check_choice("space", self.space, FeatureSpace)
+        _check_choice("hold_out", self.hold_out, HoldOut)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

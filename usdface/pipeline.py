@@ -5,13 +5,19 @@ only the libraries it uses.
 """
 
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
-from usdface.options import CorrectionOptions, ProcessOptions, RigOptions, TakeOptions
+from usdface.options import (
+    CorrectionOptions,
+    FitOptions,
+    ProcessOptions,
+    RigOptions,
+    TakeOptions,
+)
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.setup import Setup, fit_setup, unbound
 from usdface.takes import MarkerTake, WeightsTake
@@ -19,7 +25,11 @@ from usdface.takes import MarkerTake, WeightsTake
 if TYPE_CHECKING:
     from usdface.certificate import Certificate
     from usdface.explain import Explanation
+    from usdface.fitting import Fitted
+    from usdface.fuzzy.system import FuzzySystem
     from usdface.io.usd.stage import Stage
+    from usdface.labelled import Face
+    from usdface.setup import Expression
 
 __all__ = [
     "apply",
@@ -27,6 +37,7 @@ __all__ = [
     "convert_fuzzy",
     "explain",
     "export_scene",
+    "fit_fuzzy",
     "import_scene",
     "make_rig",
     "make_shot",
@@ -94,22 +105,26 @@ def make_shot(
     take: Path,
     bind: Path | None,
     output: Path,
-    correction: CorrectionOptions = CorrectionOptions(),
+    correction: CorrectionOptions | None = None,
     on_step: OnStep | None = None,
+    fuzzy: Path | None = None,
+    expressions_file: Path | None = None,
 ) -> tuple[Outcome, Setup]:
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
-    `bind` is the binding file. Returns the outcome and the setup as it was written (mesh and
-    nose tip filled in).
+    `bind` is the binding file; `fuzzy` a system to use in place of the default design, with its
+    own correction unless one is given; `expressions_file` has poses that go before those of the
+    dictionaries. Returns the outcome
+    and the setup as it was written (mesh and nose tip filled in).
 
     Raises
     ------
     InputError
         If the binding does not fit rig and take; a marker take needs one.
     """
-    from usdface.animate import design
-    from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.animate import adopt, design
     from usdface.io.bind_file import read_bind
+    from usdface.io.fuzzy_formats.files import read_fuzzy_file
     from usdface.io.usd.rig import read_rig
     from usdface.io.usd.shot import write_shot
     from usdface.io.usd.stage import default_prim, open_stage
@@ -117,7 +132,8 @@ def make_shot(
 
     _register_schemas()
     steps = Steps(on_step)
-    check_place(output, rig, take, *([bind] if bind else []))
+    given = [path for path in (bind, fuzzy, expressions_file) if path]
+    check_place(output, rig, take, *given)
     with steps("read"):
         character, findings = read_rig(rig)
         stage = open_stage(take)
@@ -128,9 +144,17 @@ def make_shot(
         setup, more = fit_setup(named, mesh, recorded)
         findings += more
     with steps("design"):
-        expressions, more = expressions_for(character.shape_names)
+        expressions, more = _expressions(character.shape_names, expressions_file)
         findings += more
-        system, setup, more = design(mesh, setup, expressions, correction)
+        system: FuzzySystem | None
+        if fuzzy:
+            system, more = read_fuzzy_file(fuzzy)
+            setup = adopt(system, setup, str(fuzzy))
+            system = replace(system, **asdict(correction)) if correction else system
+        else:
+            system, setup, more = design(
+                mesh, setup, expressions, correction or CorrectionOptions()
+            )
         findings += more
     with steps("write"):
         write_shot(output, rig, take, setup, system, expressions)
@@ -141,6 +165,25 @@ def make_shot(
         "rules": len(system.rules) if system else 0,
     }
     return Outcome((output,), tuple(findings), summary, steps.seconds), setup
+
+
+def _expressions(
+    shape_names: tuple[str, ...], path: Path | None
+) -> tuple[tuple["Expression", ...], list[Finding]]:
+    """Return the poses of a file, and the dictionaries' of emotions that it does not have."""
+    from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.io.expressions_file import read_expressions_file
+
+    known, findings = expressions_for(shape_names)
+    if path is None:
+        return known, findings
+    own = read_expressions_file(path)
+    named = {expression.name for expression in own}
+    findings = [f for f in findings if f.where not in named]
+    for expression in own:
+        for shape in sorted(set(expression.shapes) - set(shape_names)):
+            findings.append(finding("SHAPE_UNKNOWN", shape, f"{expression.name!r} names it"))
+    return (*(e for e in known if e.name not in named), *own), findings
 
 
 def process(
@@ -340,6 +383,96 @@ def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> 
         "inference": system.inference,
     }
     return Outcome((output,), tuple(findings), summary, steps.seconds)
+
+
+def fit_fuzzy(
+    source: Path,
+    output: Path,
+    options: FitOptions = FitOptions(),
+    on_step: OnStep | None = None,
+    bind: Path | None = None,
+    labels: Path | None = None,
+    poses: Path | None = None,
+) -> "tuple[Outcome, Fitted]":
+    """Fit a fuzzy system to the face of a shot, or of a rig with a binding, and write it.
+
+    Parameters
+    ----------
+    source : Path
+        A shot; with `bind` a rig.
+    output : Path
+        The system: .usda, .usdc, .fis, .fcl or .fll.
+    options : FitOptions
+    on_step : callable, optional
+    bind : Path, optional
+        Where markers sit on the rig.
+    labels : Path, optional
+        Labelled takes to learn from; without them the rig's own expression poses count.
+    poses : Path, optional
+        Where to write the expression poses, JSON.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is written.
+    """
+    from usdface.fitting import fit_labelled, fit_rig
+    from usdface.io.atomic import write_text
+    from usdface.io.expressions_file import expressions_json
+    from usdface.io.fuzzy_formats.files import write_fuzzy_file
+    from usdface.io.labels_file import read_labels
+    from usdface.io.takes.any_take import read_any_take
+    from usdface.labelled import examples_of
+
+    _register_schemas()
+    steps = Steps(on_step)
+    given = [source, *(path for path in (bind, labels) if path)]
+    for place in (output, *([poses] if poses else [])):
+        check_place(place, *given)
+    with steps("read"):
+        face, expressions, findings = _face(source, bind)
+        stretches = read_labels(labels) if labels else ()
+    if labels:
+        labelled, more = examples_of(stretches, face, read_any_take, options, steps)
+        findings += more
+    with steps("fit"):
+        fitted = (
+            fit_labelled(labelled, face, options) if labels else fit_rig(face, expressions, options)
+        )
+    with steps("write"):
+        findings += write_fuzzy_file(output, fitted.system)
+        if poses:
+            write_text(poses, expressions_json(fitted.expressions))
+    written = (output, *([poses] if poses else []))
+    findings += fitted.findings
+    outcome = Outcome(written, tuple(findings), fitted.summary, steps.seconds, fitted.details)
+    return outcome, fitted
+
+
+def _face(source: Path, bind: Path | None) -> "tuple[Face, tuple[Expression, ...], list[Finding]]":
+    """Read the face of a shot, or of a rig and a binding, with its expression poses."""
+    from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.io.bind_file import read_bind
+    from usdface.io.usd.layers import layer_paths
+    from usdface.io.usd.rig import read_rig
+    from usdface.io.usd.shot import read_shot
+    from usdface.io.usd.stage import open_stage
+    from usdface.labelled import Face
+
+    if bind is None:
+        ours = layer_paths(source, None)
+        shot, findings = read_shot(
+            open_stage(source, without=(ours.solve, ours.express)), str(source)
+        )
+        rig, setup, expressions = shot.rig, shot.setup, shot.expressions
+    else:
+        rig, findings = read_rig(source)
+        setup, more = read_bind(bind)
+        expressions, _ = expressions_for(rig.shape_names)
+        findings += more
+    mesh = rig.mesh(setup.binding.mesh)
+    setup, more = fit_setup(setup, mesh)
+    return Face(mesh, rig.shape_names, setup), expressions, findings + more
 
 
 def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:

@@ -13,9 +13,20 @@ from usdface.io.atomic import write_text
 from usdface.outcome import OnStep, Outcome
 
 if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from usdface.fitting import Fitted
     from usdface.papers import PaperTable
 
-__all__ = ["print_explanation", "print_outcome", "print_tables", "progress", "write_report"]
+__all__ = [
+    "print_explanation",
+    "print_fit",
+    "print_outcome",
+    "print_tables",
+    "progress",
+    "write_report",
+]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _EXAMPLES = 4
@@ -96,7 +107,6 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
         return
     from rich.box import SIMPLE
     from rich.console import Console
-    from rich.measure import Measurement
     from rich.table import Table
 
     console = Console(highlight=False)
@@ -113,10 +123,50 @@ def print_tables(tables: "list[PaperTable]", form: str, report: Path | None) -> 
         for name, published, ours in zip(paper.rows, paper.published, paper.computed, strict=True):
             pairs = zip(published, ours, strict=True)
             table.add_row(name, *(f"{'?' if p != p else f'{p:.2f}'}|{o:.3f}" for p, o in pairs))
-        # Half a figure is none: lines are as long as they need to be, also in a pipe.
-        unbounded = console.options.update(max_width=_ANY_WIDTH)
-        console.width = max(console.width, Measurement.get(console, unbounded, table).maximum)
-        console.print(table)
+        _print_whole(console, table)
+
+
+def _print_whole(console: "Console", table: "Table") -> None:
+    """Print a table in lines as long as they need to be, also in a pipe: half a figure is none."""
+    from rich.measure import Measurement
+
+    unbounded = console.options.update(max_width=_ANY_WIDTH)
+    console.width = max(console.width, Measurement.get(console, unbounded, table).maximum)
+    console.print(table)
+
+
+def print_fit(fitted: "Fitted") -> None:
+    """Print a fitted system: its rules, what it confuses, and which motions tell emotions apart."""
+    from rich.box import SIMPLE
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False, soft_wrap=True)
+    for rule in fitted.system.rules:
+        console.print(escape(" ".join(rule.text.split())))
+    tested = fitted.validation
+    if tested is not None and tested.tested:
+        title = f"shown (rows) and heard, each {tested.holding} held out"
+        table = Table(title=title, title_justify="left", box=SIMPLE)
+        labels = [*tested.names, "none"]
+        for label in ("", *labels, "margin: mean", "worst"):
+            table.add_column(escape(label), justify="right" if label else "left", no_wrap=True)
+        for label, row in zip(labels, tested.counts, strict=True):
+            margins = tested.margins_of("" if label == "none" else label)
+            figures = [f"{margins.mean():+.2f}", f"{margins.min():+.2f}"] if margins.size else []
+            table.add_row(escape(label), *(str(n) if n else "." for n in row), *figures)
+        _print_whole(console, table)
+    if fitted.separations:
+        title = "the motions that separate two emotions best, and by how many spreads"
+        table = Table(title=title, title_justify="left", box=SIMPLE)
+        for column in ("emotions", "motions", "spreads", "mistaken"):
+            table.add_column(column, no_wrap=True)
+        for pair in sorted(fitted.separations, key=lambda pair: pair.sensitivity):
+            mistaken = f"{pair.mistaken} of {pair.tested}" if pair.tested else "not tested"
+            cells = " / ".join(pair.emotions), ", ".join(pair.features)
+            table.add_row(*map(escape, cells), f"{pair.sensitivity:.1f}", mistaken)
+        _print_whole(console, table)
 
 
 def print_explanation(facts: dict[str, Any], form: str, report: Path | None) -> None:

@@ -142,9 +142,11 @@ def unbound(take: MarkerTake | WeightsTake) -> Setup:
 
 
 def fit_setup(
-    setup: Setup, mesh: Mesh, take: MarkerTake | WeightsTake
+    setup: Setup, mesh: Mesh, take: MarkerTake | WeightsTake | None = None
 ) -> tuple[Setup, list[Finding]]:
     """Check a setup against rig and take; name the mesh, and the nose tip if it is not named.
+
+    Without a take only what concerns the rig is checked.
 
     Raises
     ------

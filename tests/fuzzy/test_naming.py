@@ -4,6 +4,8 @@ import pytest
 from usdface.fuzzy.naming import (
     degrees,
     direction,
+    direction_words,
+    known_roles,
     marker_sides,
     marker_variables,
     role_names,
@@ -38,3 +40,20 @@ def test_degrees_are_distinct_words():
         ("slightly_", "", "far_"),
     ]
     assert len(set(degrees(5))) == 5
+
+
+def test_roles_that_are_given_go_before_labels():
+    names = ("Chin", "Lip", "Nose")
+    assert known_roles(names, {}) == {"chin": "Chin", "lip": "Lip", "nose": "Nose"}
+    given = known_roles(names, {"lip": "Chin", "far": "Elsewhere", "no name": "Nose"})
+    assert given == {"lip": "Chin", "lip_": "Lip", "nose": "Nose"}
+    assert list(given.values()) == list(names)
+
+
+def test_words_follow_the_side_of_the_marker():
+    places = np.array([[0, 0, 0.1], [0.05, 0, 0], [-0.05, 0, 0]])
+    words = direction_words(places, 0)
+    assert words[0] == ("right", "left")
+    assert words[3] == ("inward", "outward")
+    assert words[6] == ("outward", "inward")
+    assert words[7:] == (("lowered", "raised"), ("back", "forward"))

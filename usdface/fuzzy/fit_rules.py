@@ -43,7 +43,7 @@ _WORST_MOVEMENT = 0.3
 # Cost of a term whose ramp is as short as the noise.
 _NOISE_COST = 0.5
 # An additional condition has to take away this much, as a share and at all.
-_LEAST_GAIN = (0.02, 0.002)
+_LEAST_GAIN = (0.05, 0.01)
 # An example is covered by a rule that it meets this far; a variant, if its examples do on average.
 _COVERED = 0.5
 _VARIANT_COVERED = 0.75
@@ -51,6 +51,8 @@ _VARIANT_COVERED = 0.75
 _WORTHWHILE = 0.9
 # A movement this like an example (cosine, every feature by its range) may well be the expression.
 _ALIKE = 0.9
+# ... where features count that move by more than so many deviations of their noise.
+_LEAST_SIGNAL = 4.0
 # Costs are rounded: which of two mirrored markers is taken must not hang on the last bits.
 _DIGITS = 6
 
@@ -190,8 +192,11 @@ class _Faces:
         What the labels say to be no emotion never does.
         """
         features = np.nan_to_num(self._examples.features)
-        range_ = np.maximum(np.abs(features).max(axis=0), np.finfo(float).tiny)
-        moves, own = (np.nan_to_num(f) / range_ for f in (self._movements, features[group]))
+        range_ = np.abs(features).max(axis=0)
+        seen = range_ > _LEAST_SIGNAL * self._examples.noise
+        moves, own = (
+            np.nan_to_num(f[:, seen]) / range_[seen] for f in (self._movements, features[group])
+        )
         length = np.linalg.norm(moves, axis=1)[:, None] * np.linalg.norm(own, axis=1)
         alike = (moves @ own.T > _ALIKE * length).any(axis=1)
         alike[len(self._examples.movements) :] = False

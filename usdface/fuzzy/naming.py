@@ -1,15 +1,24 @@
 """Names that people read: roles of markers, features and their terms."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from usdface.fuzzy.features import marker_spread
-from usdface.fuzzy.system import Axis, Variable
+from usdface.fuzzy.system import Axis, Measure, Variable
 from usdface.takes import FloatArray
 
-__all__ = ["AXES", "degrees", "direction", "marker_sides", "marker_variables", "role_names"]
+__all__ = [
+    "AXES",
+    "degrees",
+    "direction",
+    "direction_words",
+    "known_roles",
+    "marker_sides",
+    "marker_variables",
+    "role_names",
+]
 
 AXES: tuple[Axis, ...] = ("x", "y", "z")
 # A marker this close to the midline, in face units, has no inward and outward.
@@ -43,12 +52,46 @@ def marker_sides(neutral: FloatArray, nose: int) -> list[int]:
     return [int(s) for s in np.sign(np.where(beside, offsets, 0.0))]
 
 
-def marker_variables(names: Sequence[str]) -> tuple[Variable, ...]:
-    """Return a signed input without terms for each marker and axis: (3 M,), x, y, z in turn."""
+def known_roles(names: Sequence[str], roles: Mapping[str, str]) -> dict[str, str]:
+    """Return role to marker for all markers: the `roles` that are given, else their labels.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Markers.
+    roles : mapping of str to str
+        Role to marker, as in `Setup.roles`; other markers' roles are left out.
+    """
+    given = {role: name for role, name in roles.items() if name in names and role.isidentifier()}
+    named = set(given.values())
+    found = {marker: role for role, marker in reversed(given.items())}
+    for name, role in zip(names, role_names(names), strict=True):
+        if name not in named:
+            while role in given:
+                role += "_"
+            found[name] = role
+    return {found[name]: name for name in names}
+
+
+def marker_variables(roles: Iterable[str], measure: Measure = "signed") -> tuple[Variable, ...]:
+    """Return an input without terms for each marker and axis: (3 M,), x, y, z in turn."""
     return tuple(
-        Variable(f"{role}_{axis}", "input", role, axis)
-        for role in role_names(names)
-        for axis in AXES
+        Variable(f"{role}_{axis}", "input", role, axis, measure) for role in roles for axis in AXES
+    )
+
+
+def direction_words(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:
+    """Return what a negative and a positive value of each feature is called: (3 M,).
+
+    Parameters
+    ----------
+    neutral : (M, 3) float64 [m]
+    nose : int
+        Which of them is the nose tip.
+    """
+    sides = marker_sides(neutral, nose)
+    return tuple(
+        (direction(axis, -1, side), direction(axis, 1, side)) for side in sides for axis in AXES
     )
 
 

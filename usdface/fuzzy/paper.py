@@ -30,7 +30,15 @@ from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
 from usdface.takes import FloatArray, frozen
 
-__all__ = ["EMOTIONS", "MEDIUM", "RULES", "PublishedTable", "paper_system", "published_table"]
+__all__ = [
+    "EMOTIONS",
+    "MEDIUM",
+    "RULES",
+    "PublishedTable",
+    "paper_system",
+    "published_table",
+    "three_terms",
+]
 
 EMOTIONS = ("joy", "sadness", "anger", "fear", "disgust", "surprise")
 
@@ -152,12 +160,21 @@ def published_table(system: FuzzySystem | None = None) -> PublishedTable:
 
 def _input(name: str, low: float, medium: float, high: float) -> Variable:
     role, axis = name.rsplit("_", 1)
-    terms = (
+    terms = three_terms(low, medium, high)
+    return Variable(name, "input", role, cast("Axis", axis), "absolute", terms)
+
+
+def three_terms(low: float, medium: float, high: float) -> tuple[Term, ...]:
+    """Return Low, Medium and High of an input by the paper's design rule.
+
+    Triangles whose feet and peaks are the input's minimum, medium and maximum over the reference
+    poses; what lies outside belongs fully to Low or High.
+    """
+    return (
         Term("low", "triangular", (-inf, low, medium)),
         Term("medium", "triangular", (low, medium, high)),
         Term("high", "triangular", (medium, high, inf)),
     )
-    return Variable(name, "input", role, cast("Axis", axis), "absolute", terms)
 
 
 def _cases() -> tuple[tuple[str, ...], FloatArray, FloatArray]:

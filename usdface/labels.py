@@ -1,0 +1,67 @@
+"""Labels: which stretch of which take shows which emotion."""
+
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Literal
+
+from usdface.errors import InputError
+
+__all__ = ["NEUTRAL", "NOTHING", "Label"]
+
+# The face at rest: it is the take's neutral, and means no emotion.
+NEUTRAL = "neutral"
+# Speech and other movement that means no emotion.
+NOTHING = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """One labelled stretch.
+
+    Attributes
+    ----------
+    take : Path
+        File of the recording.
+    start, end : float
+        First and last moment, inclusive: frame indices of the take, or seconds.
+    unit : {"frame", "s"}
+        Of `start` and `end`.
+    emotion : str
+        Any name that a rule can say; `NEUTRAL` and `NOTHING` are none.
+    variant : str
+        One of several ways to show it; "" = not told apart.
+    intensity : float
+        In (0, 1].
+
+    Raises
+    ------
+    InputError
+        If the stretch ends before it begins, or a value cannot be used.
+    """
+
+    take: Path
+    start: float
+    end: float
+    unit: Literal["frame", "s"]
+    emotion: str
+    variant: str = ""
+    intensity: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.end) and 0 <= self.start <= self.end):
+            raise InputError(
+                f"the stretch from {self.start:g} to {self.end:g}; expected a start of 0 or later, "
+                "and an end that is not before it"
+            )
+        if not 0 < self.intensity <= 1:
+            raise InputError(f"intensity {self.intensity:g}; expected above 0 and at most 1")
+        if not self.emotion.isidentifier():
+            raise InputError(
+                f"emotion {self.emotion!r}; expected one word of letters, digits and _"
+            )
+
+    @property
+    def is_emotion(self) -> bool:
+        """Whether it shows one."""
+        return self.emotion not in (NEUTRAL, NOTHING)
