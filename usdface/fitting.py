@@ -98,7 +98,7 @@ def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) 
         seen = pose_features(poses.reshape(len(expressions), -1), face, variables)
         noise = feature_noise(face, "take")
         emotions = [e.name for e in expressions]
-        system, findings = fit_paper(variables, seen, emotions, noise, options.space), []
+        system, findings = fit_paper(variables, seen, emotions, noise, options.space)
     return _fitted(system, tuple(expressions), None, (), findings)
 
 
@@ -115,8 +115,8 @@ def fit_labelled(labelled: Labelled, face: Face, options: FitOptions) -> Fitted:
     if options.paper:
         references, emotions = _references(labelled)
         noise = feature_noise(face, "take")
-        system = fit_paper(examples.variables, references, emotions, noise, options.space)
-        return _fitted(system, poses, None, (), [])
+        system, findings = fit_paper(examples.variables, references, emotions, noise, options.space)
+        return _fitted(system, poses, None, (), findings)
     system, findings = fit_system(examples, options.space)
     holding = held_out(examples) if options.hold_out == "auto" else options.hold_out
     validation = cross_validate(examples, holding)

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.io.atomic import check_place
 from usdface.options import (
     CorrectionOptions,
@@ -114,8 +114,7 @@ def make_shot(
 
     `bind` is the binding file; `fuzzy` a system to use in place of the default design, with its
     own correction unless one is given; `expressions_file` has poses that go before those of the
-    dictionaries. Returns the outcome
-    and the setup as it was written (mesh and nose tip filled in).
+    dictionaries. Returns the outcome and the setup as it was written (mesh and nose tip filled in).
 
     Raises
     ------

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.errors import InputError
+from usdface.findings import Finding, finding
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.paper import EMOTIONS, MEDIUM, RULES, three_terms
 from usdface.fuzzy.rules import Rule, parse_rule
@@ -26,6 +27,8 @@ _CONDITIONS = 3
 _LEAST_RANGE = 4.0
 _LEAST_MOTION = 1e-5  # [face unit]
 _LEAST_GAIN = 0.01
+# A rule that its own pose meets less far says nothing of it.
+_MET = 0.5
 # Cost of a feature that differs between the references by no more than its noise.
 _NOISE_COST = 4.0
 _DIGITS = 9
@@ -37,7 +40,7 @@ def fit_paper(
     emotions: Sequence[str],
     noise: FloatArray,
     space: Space = "character",
-) -> FuzzySystem:
+) -> tuple[FuzzySystem, list[Finding]]:
     """Design a system from reference poses.
 
     Parameters
@@ -54,8 +57,10 @@ def fit_paper(
 
     Returns
     -------
-    FuzzySystem
+    system : FuzzySystem
         Without a neutral rule, as the paper's: it may answer something at neutral.
+    findings : list of Finding
+        EXPRESSION_UNSEEN for each emotion that gets no rule.
 
     Raises
     ------
@@ -80,7 +85,13 @@ def fit_paper(
     asked = {name for rule in rules for name, _ in rule.antecedent}
     inputs = [by_name[v.name] for v in given if v.name in asked]
     outputs = [Variable(name, "output") for name in names]
-    return FuzzySystem((*inputs, *outputs), rules, space=space, neutral_rule=False, mode="add")
+    system = FuzzySystem((*inputs, *outputs), rules, space=space, neutral_rule=False, mode="add")
+    said = {output for rule in rules for output, _ in rule.consequents}
+    return system, [
+        finding("EXPRESSION_UNSEEN", name, f"no motions are those of {name} alone; it gets no rule")
+        for name in names
+        if name not in said
+    ]
 
 
 def _rules(
@@ -89,7 +100,10 @@ def _rules(
     emotions: Sequence[str],
     cost: FloatArray,
 ) -> tuple[Rule, ...]:
-    """Return one rule for each reference; `cost` (I,) is that of a feature's noise."""
+    """Return a rule for each reference that has terms of its own.
+
+    `cost` (I,) is that of a feature's noise.
+    """
     table: list[tuple[int, Term]] = [(i, t) for i, v in enumerate(variables) for t in v.terms]
     if not table:
         raise InputError("no marker moves differently in two reference poses")
@@ -102,6 +116,8 @@ def _rules(
         rivals = [k for k, other in enumerate(emotions) if other != emotion]
         noise = cost[[i for i, _ in table]]
         chosen = _telling(degrees[row], degrees[rivals], marker, neutral, noise)
+        if degrees[row, chosen].min() < _MET:
+            continue
         conditions = (f"{variables[table[c][0]].name} IS {table[c][1].name}" for c in chosen)
         texts.append(f"IF {' AND '.join(conditions)} THEN {emotion} IS 1")
     return tuple(parse_rule(text) for text in dict.fromkeys(texts))
