@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING, Any, TextIO
 from usdface import __version__
 from usdface.errors import InputError, OutputError, UsdFaceError
 from usdface.findings import severest
-from usdface.options import CorrectionOptions, FitOptions, ProcessOptions, RigOptions, TakeOptions
+from usdface.options import (
+    CorrectionOptions,
+    ExportOptions,
+    FitOptions,
+    ProcessOptions,
+    RigOptions,
+    TakeOptions,
+)
 
 if TYPE_CHECKING:
     from usdface.outcome import OnStep, Outcome
@@ -224,13 +231,22 @@ def _export(commands: Any) -> None:
     command = _command(commands, "export", _run_export, "write a USD scene as glTF or USDZ")
     command.add_argument("scene", type=Path)
     _output(command, ".glb, .gltf or .usdz")
+    command.add_argument("--clip", default="", metavar="NAME", help="only this one of the clips")
+    command.add_argument(
+        "--pointer",
+        action="store_true",
+        help="a channel for each weight, too, by KHR_animation_pointer",
+    )
 
 
 def _run_export(parsed: argparse.Namespace) -> int:
     from usdface.pipeline import export_scene
 
     every = bool(parsed.report or parsed.strict)
-    return _report(parsed, lambda step: export_scene(parsed.scene, parsed.output, step, every))
+    options = ExportOptions(**_settings(parsed, ExportOptions))
+    return _report(
+        parsed, lambda step: export_scene(parsed.scene, parsed.output, step, every, options)
+    )
 
 
 def _import(commands: Any) -> None:

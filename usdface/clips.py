@@ -7,7 +7,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.takes import FloatArray, WeightsTake, frozen
 
-__all__ = ["Clip", "JointsTake"]
+__all__ = ["Clip", "JointsTake", "chosen_clips"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -94,3 +94,18 @@ class Clip:
         """Nominal frame rate [Hz]; 0 where unknown."""
         parts = [part.rate for part in (self.weights, self.joints) if part is not None]
         return max(parts, default=0.0)
+
+
+def chosen_clips(clips: tuple[Clip, ...], name: str) -> tuple[Clip, ...]:
+    """Return the clips of that name; all for "".
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    chosen = tuple(clip for clip in clips if name in ("", clip.name))
+    if name and not chosen:
+        known = ", ".join(repr(clip.name) for clip in clips) or "none"
+        raise InputError(f"there is no clip {name!r}; the scene has {known}")
+    return chosen

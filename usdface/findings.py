@@ -67,7 +67,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF holds"),
     "TEXTURE_TILED": ("info", "each tile of a UDIM texture has a material of its own now"),
     "TEXTURE_MISSING": ("warning", "a texture file cannot be read and is left out"),
-    "INFLUENCES_REDUCED": ("warning", "more skin influences than the format holds; the weakest go"),
+    "INFLUENCES_MANY": ("info", "more than four joints move a point; some programs read four"),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "UsdSkel holds scales of joints as 16-bit numbers"),
     "ANIMATION_DROPPED": ("warning", "an animation was left out"),

@@ -18,6 +18,7 @@ __all__ = [
     "CleanOptions",
     "CorrectionMode",
     "CorrectionOptions",
+    "ExportOptions",
     "FeatureSpace",
     "FitOptions",
     "HeadMode",
@@ -208,6 +209,22 @@ class FitOptions:
     def __post_init__(self) -> None:
         _check_choice("space", self.space, FeatureSpace)
         _check_choice("hold_out", self.hold_out, HoldOut)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExportOptions:
+    """What `usdface export` writes.
+
+    Attributes
+    ----------
+    clip : str
+        The one clip to write, by name; "" = all.
+    pointer : bool
+        Write a channel of its own for each weight, too (KHR_animation_pointer).
+    """
+
+    clip: str = ""
+    pointer: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,6 +13,7 @@ from usdface.findings import Finding, finding
 from usdface.io.atomic import check_place
 from usdface.options import (
     CorrectionOptions,
+    ExportOptions,
     FitOptions,
     ProcessOptions,
     RigOptions,
@@ -281,7 +282,11 @@ def explain(path: Path, on_step: OnStep | None = None) -> "Explanation":
 
 
 def export_scene(
-    source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
+    source: Path,
+    output: Path,
+    on_step: OnStep | None = None,
+    every_frame: bool = False,
+    options: ExportOptions = ExportOptions(),
 ) -> Outcome:
     """Write the face of a USD scene, with all of its clips, as glTF or USDZ.
 
@@ -295,6 +300,7 @@ def export_scene(
 
         with steps("write"):
             return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
+    from usdface.clips import chosen_clips
     from usdface.io.certified import certified
     from usdface.io.gltf.write import write_gltf
     from usdface.io.usd.clips import animated_rig
@@ -304,10 +310,13 @@ def export_scene(
     with steps("read"):
         stage = open_stage(source)
         rig, clips, findings = animated_rig(stage)
+        clips = chosen_clips(clips, options.clip)
     with steps("write"):
-        findings += write_gltf(rig, output, clips)
+        findings += write_gltf(rig, output, clips, options.pointer)
     with steps("certify"):
-        certificate, more = certified(stage, output, exported=True, every_frame=every_frame)
+        certificate, more = certified(
+            stage, output, exported=True, every_frame=every_frame, clip=options.clip
+        )
     summary = {
         "meshes": len(rig.meshes),
         "morph targets": len(rig.shape_names),

@@ -59,6 +59,8 @@ class BlendShape:
     normal_offsets : (N, 3) float64 [1] or None
         Change of the vertex normal at weight 1.
     inbetweens : tuple of Inbetween
+    label : str
+        The name it had where it comes from, if `name` is another to be unique; else "".
     """
 
     name: str
@@ -66,6 +68,7 @@ class BlendShape:
     offsets: FloatArray
     normal_offsets: FloatArray | None = None
     inbetweens: tuple[Inbetween, ...] = ()
+    label: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "indices", frozen(self.indices, np.int64))

@@ -1,5 +1,6 @@
 """Clips, with joints and weights, go from USD to glTF and back, and the other way round."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom
 
+from usdface.cli import main
 from usdface.clips import Clip, JointsTake
 from usdface.io.certified import certified
 from usdface.io.gltf.read import read_gltf
@@ -30,7 +32,7 @@ def turns(rng: np.random.Generator, *shape: int) -> np.ndarray:
 
 def a_character(seed: int) -> tuple[Rig, tuple[Clip, ...]]:
     rng = np.random.default_rng(seed)
-    count, width = 30, int(rng.integers(1, 4))
+    count, width = 30, int(rng.integers(1, 7))
     points = rng.normal(size=(count, 3))
     faces = rng.permutation(count)
     shapes = tuple(
@@ -141,3 +143,64 @@ def test_prims_that_move_hang_on_joints(tmp_path: Path, seed: int) -> None:
     assert skeleton is not None
     assert skeleton.joints[:2] == ("Still", "Face")
     assert skeleton.joints[2:] == tuple(f"Face/{joint}" for joint in JOINTS)
+
+
+def test_names_that_are_there_twice_come_back(tmp_path: Path, write_glb) -> None:
+    points = np.eye(3, dtype="<f4")
+    targets = [{"POSITION": 1}, {"POSITION": 2}, {"POSITION": 1}]
+    primitive = {"attributes": {"POSITION": 0}, "targets": targets}
+    names = ["Mund ü", "Mund ü", "口"]
+    arrays = [points, points * 2, points * 3, np.array([0, 1], "<f4")]
+    arrays += [np.arange(6, dtype="<f4"), np.arange(6, 0, -1).astype("<f4")]
+    document = {
+        "meshes": [{"primitives": [primitive], "extras": {"targetNames": names}}] * 2,
+        "nodes": [{"mesh": 0, "name": "A"}, {"mesh": 1, "name": "B"}],
+        "scenes": [{"nodes": [0, 1]}],
+        "animations": [
+            {
+                "name": "clip 口",
+                "samplers": [{"input": 3, "output": 4}, {"input": 3, "output": 5}],
+                "channels": [
+                    {"sampler": k, "target": {"node": k, "path": "weights"}} for k in (0, 1)
+                ],
+            }
+        ],
+    }
+    write_glb(tmp_path / "a.glb", document, arrays)
+    there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", None, True)
+    back = export_scene(tmp_path / "b.usda", tmp_path / "c.gltf", None, True)
+    assert [f for f in there.findings + back.findings if f.severity != "info"] == []
+    written = json.loads((tmp_path / "c.gltf").read_text())
+    assert [mesh["extras"]["targetNames"] for mesh in written["meshes"]] == [names, names]
+    assert written["animations"][0]["name"] == "clip 口"
+    # and once more: what was made unique stays so
+    import_scene(tmp_path / "c.gltf", tmp_path / "d.usda")
+    rigs = [animated_rig(open_stage(tmp_path / f"{name}.usda"))[0] for name in "bd"]
+    assert rigs[0].shape_names == rigs[1].shape_names
+    assert len(set(rigs[0].shape_names)) == 6
+    assert [s.label or s.name for s in rigs[1].meshes[1].shapes] == names
+
+
+def test_one_clip_of_several_is_exported(tmp_path: Path, capfd) -> None:
+    rig, clips = a_character(2)
+    write_rig(rig, tmp_path / "a.usdc", clips)
+    command = ["export", str(tmp_path / "a.usdc"), "-o", str(tmp_path / "b.glb"), "--strict"]
+    assert main([*command, "--clip", clips[1].name, "--pointer"]) == 0
+    assert_same(clips[1:2], read_gltf(tmp_path / "b.glb")[1])
+    assert main([*command, "--clip", "nobody"]) == 1
+    assert repr(clips[0].name) in capfd.readouterr().err
+
+
+def test_the_variant_chooses_what_plays(tmp_path: Path, assert_valid_usd) -> None:
+    rig, clips = a_character(2)
+    write_rig(rig, tmp_path / "a.usda", clips)
+    assert_valid_usd(tmp_path / "a.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
+    variants = stage.GetPrimAtPath("/Asset/Face").GetVariantSet("animation")
+    assert len(variants.GetVariantNames()) == len(clips)
+    found = {clip.name: clip for clip in animated_rig(stage)[1]}
+    for variant in variants.GetVariantNames():
+        variants.SetVariantSelection(variant)
+        first = animated_rig(stage)[1][0]  # what the stage shows comes first
+        assert_same((found[first.name],), (first,))
+    assert len(found) == len(clips)

@@ -30,7 +30,7 @@ _NEAR = 1e-6  # of a time, and of a second
 
 
 def certified(
-    stage: Stage, gltf: Path, *, exported: bool, every_frame: bool
+    stage: Stage, gltf: Path, *, exported: bool, every_frame: bool, clip: str = ""
 ) -> tuple[Certificate | None, list[Finding]]:
     """Compare what USD shows of a stage with what glTF shows of a file.
 
@@ -46,6 +46,8 @@ def certified(
         The stage is the source; else the file is.
     every_frame : bool
         Compare vertices at all moments, else at as many as take a fraction of a second.
+    clip : str
+        The one clip that was to be converted; "" = all.
 
     Returns
     -------
@@ -55,7 +57,7 @@ def certified(
     """
     try:
         with usd_errors(stage.GetRootLayer().realPath):
-            certificate = _certificate(stage, gltf, exported, every_frame)
+            certificate = _certificate(stage, gltf, exported, every_frame, clip)
     except _UNKNOWN as error:
         message = f"not compared with its source: {one_line(str(error))}"
         return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message)]
@@ -63,11 +65,14 @@ def certified(
     return certificate, certificate.findings(where)
 
 
-def _certificate(stage: Stage, gltf: Path, exported: bool, every_frame: bool) -> Certificate:
+def _certificate(
+    stage: Stage, gltf: Path, exported: bool, every_frame: bool, clip: str
+) -> Certificate:
     shown, stages = evaluate_clips(gltf), list(playing(stage))
     names = [keys_of_stage(staged)[0] for staged in stages]
     if len(stages) > 1:  # as one that stands still is none of several clips
         stages = [s for s in stages if len(keys_of_stage(s)[1]) > 1] or stages[:1]
+        stages = [s for s in stages if clip in ("", keys_of_stage(s)[0])]
         names = [keys_of_stage(staged)[0] for staged in stages]
     pairs, missing = paired(names, [clip.name for clip in shown], "clip ")
     certificates = {

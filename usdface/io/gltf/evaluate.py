@@ -247,7 +247,8 @@ class _File:
             blocks.setdefault(key, (part, []))[1].append(corners)
         read = [self._block(p, np.unique(np.concatenate(c))) for p, c in blocks.values()]
         count = max((len(b["moves"]) for b in read), default=0)
-        names = (mesh.get("extras") or {}).get("targetNames") or []
+        extras = mesh.get("extras") or {}
+        names = (extras.get("usdface") or {}).get("names") or extras.get("targetNames") or []
         targets = tuple(str(names[k]) if k < len(names) else f"target_{k}" for k in range(count))
         rest = n.get("weights") or mesh.get("weights") or [0.0] * count
         points = np.concatenate([np.zeros((0, 3)), *(b["points"] for b in read)])

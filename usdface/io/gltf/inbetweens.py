@@ -179,7 +179,7 @@ def _with_inbetweens(shape: BlendShape, between: Sequence[tuple[Step, BlendShape
 
     inbetweens = [Inbetween(step.name, step.weight, *spread(part)) for step, part in between]
     inbetweens.sort(key=lambda b: b.weight)
-    return BlendShape(shape.name, indices, *spread(shape), tuple(inbetweens))
+    return BlendShape(shape.name, indices, *spread(shape), tuple(inbetweens), shape.label)
 
 
 def _usable(shape: BlendShape) -> list[Inbetween]:

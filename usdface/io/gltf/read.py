@@ -1,6 +1,7 @@
 """glTF 2.0 to a rig and its clips."""
 
 import struct
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,10 +154,11 @@ def _meshes(
         index = document.nodes[node].mesh
         source = document.meshes[index]
         if index not in decoded:
-            shape_names, news = _shape_names(source, name)
+            shape_names, labels, news = _shape_names(source, name)
             decoded[index], lost = mesh_of_primitives(
                 name, source.primitives or [], shape_names, materials, reader, uv_names
             )
+            decoded[index] = _labelled(decoded[index], labels)
             found += [*news, *lost]
             between = steps_in(source.extras, shape_names)
             if between is None:
@@ -170,18 +172,37 @@ def _meshes(
     return meshes, found
 
 
-def _shape_names(mesh: GltfMesh, name: str) -> tuple[tuple[str, ...], list[Finding]]:
+def _shape_names(
+    mesh: GltfMesh, name: str
+) -> tuple[tuple[str, ...], tuple[str, ...], list[Finding]]:
+    """Return a unique name for each morph target, what it is called, and findings."""
     count = len(mesh.primitives[0].targets or []) if mesh.primitives else 0
-    given = (mesh.extras or {}).get("targetNames") or []
-    if not isinstance(given, list) or not all(isinstance(n, str) for n in given):
-        given = []
+    extras = mesh.extras if isinstance(mesh.extras, Mapping) else {}
+    given = _texts(extras.get("targetNames"))
     found = []
     if given and len(given) != count:
         message = f"there are {len(given)} targetNames for {count} morph targets"
         found.append(finding("NAME_CHANGED", name, message))
     names = [given[k] if k < len(given) and given[k] else f"target_{k}" for k in range(count)]
+    ours = extras.get("usdface")
+    own = _texts(ours.get("names")) if isinstance(ours, Mapping) else []
+    if len(own) == count == len(set(own)) and all(own):  # an export made them unique already
+        return tuple(own), tuple(map(_text, names)), found
     unique, changed = _unique(names, f"blend shape of {name}")
-    return unique, found + changed
+    return unique, tuple(map(_text, names)), found + changed
+
+
+def _texts(values: object) -> list[str]:
+    sound = isinstance(values, list) and all(isinstance(v, str) for v in values)
+    return [_text(v) for v in values] if isinstance(values, list) and sound else []
+
+
+def _labelled(mesh: Mesh | None, labels: tuple[str, ...]) -> Mesh | None:
+    if mesh is None or mesh.shape_names == labels:
+        return mesh
+    shapes = zip(mesh.shapes, labels, strict=True)
+    named = (s if s.name == label else replace(s, label=label) for s, label in shapes)
+    return replace(mesh, shapes=tuple(named))
 
 
 def _still_weights(given: list[float] | None, of: Mesh) -> FloatArray:

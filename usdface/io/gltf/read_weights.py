@@ -117,7 +117,8 @@ def _shared(
         if name != shape.name:
             message = f"moves unlike the shape of that name on another mesh; now {name!r}"
             found.append(finding("NAME_CHANGED", shape.name, message))
-        shapes.append(replace(shape, name=name))
+            shape = replace(shape, name=name, label=shape.label or shape.name)
+        shapes.append(shape)
     return replace(mesh, shapes=tuple(shapes)), found
 
 

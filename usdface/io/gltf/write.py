@@ -10,6 +10,7 @@ import pygltflib
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.corners import uv_order
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.inbetweens import flat_weights
@@ -26,7 +27,9 @@ from usdface.takes import WeightsTake
 __all__ = ["write_gltf"]
 
 
-def write_gltf(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]:
+def write_gltf(
+    rig: Rig, path: Path, clips: Sequence[Clip] = (), pointer: bool = False
+) -> list[Finding]:
     """Write a rig and its clips as .glb or .gltf with a .bin.
 
     Every mesh becomes one node with one glTF mesh (`usdface.io.gltf.write_mesh`); blend
@@ -41,6 +44,8 @@ def write_gltf(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding
     path : Path
         Ends in .glb or .gltf.
     clips : sequence of Clip
+    pointer : bool
+        Give each weight a channel of its own, too, by KHR_animation_pointer.
 
     Returns
     -------
@@ -97,10 +102,12 @@ def write_gltf(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding
         if clip.still and clip.weights is not None:
             _pose(clip.weights, carriers, document)
             continue
-        animation, news = written_clip(clip, carriers, joints, builder)
+        animation, news = written_clip(clip, carriers, joints, builder, pointer)
         found += news
         document.animations += [animation] if animation else []
     document.scenes = [pygltflib.Scene(name=rig.name, nodes=roots)]
+    if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
+        document.extensionsUsed = sorted({*(document.extensionsUsed or []), POINTER})
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found

@@ -12,6 +12,7 @@ import pygltflib
 from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.channels import POINTER, pointer_to
 from usdface.io.gltf.inbetweens import crossings, flat_weights
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, WeightsTake
@@ -27,6 +28,7 @@ def written_clip(
     carriers: Sequence[tuple[int, Mesh]],
     joints: Mapping[str, tuple[int, pygltflib.Node]],
     builder: BufferBuilder,
+    pointer: bool = False,
 ) -> tuple[pygltflib.Animation | None, list[Finding]]:
     """Append a clip's accessors to `builder` and return the animation.
 
@@ -44,6 +46,9 @@ def written_clip(
     joints : mapping of str to (int, Node)
         Index and node of each joint, by its path.
     builder : BufferBuilder
+    pointer : bool
+        Also give each weight a channel of its own, with the keys at which it changes, by
+        KHR_animation_pointer. The core's channels stay, for programs without the extension.
 
     Returns
     -------
@@ -56,7 +61,7 @@ def written_clip(
     found: list[Finding] = []
     if clip.weights is not None:
         take = replace(clip.weights, times=_times(clip.weights.times + shift))
-        found += _write_weights(take, carriers, animation, builder)
+        found += _write_weights(take, carriers, animation, builder, pointer)
     if clip.joints is not None:
         moved = replace(clip.joints, times=_times(clip.joints.times + shift))
         found += _write_joints(moved, joints, animation, builder)
@@ -73,6 +78,7 @@ def _write_weights(
     carriers: Sequence[tuple[int, Mesh]],
     animation: pygltflib.Animation,
     builder: BufferBuilder,
+    pointer: bool,
 ) -> list[Finding]:
     known = {name for _, mesh in carriers for name in mesh.shape_names}
     found = [
@@ -92,9 +98,35 @@ def _write_weights(
         animation.extras = {"usdface": {"insertedKeys": inserted.tolist()}}
     for node, mesh in moved:
         own = keys.reordered(mesh.shape_names).weights
-        values = flat_weights(mesh, _at(moments, times, own)).reshape(-1, 1)
-        _channel(animation, node, pygltflib.WEIGHTS, clock, builder.array(values))
+        values = flat_weights(mesh, _at(moments, times, own))
+        _channel(
+            animation, _core(node, pygltflib.WEIGHTS), clock, builder.array(values.reshape(-1, 1))
+        )
+        if pointer:
+            _write_single(node, moments, values, animation, builder)
     return found
+
+
+def _write_single(
+    node: int,
+    moments: FloatArray,
+    values: FloatArray,
+    animation: pygltflib.Animation,
+    builder: BufferBuilder,
+) -> None:
+    clocks: dict[bytes, int] = {}
+    for column, curve in enumerate(values.astype(np.float32).T):
+        changed = np.diff(curve) != 0
+        kept = np.append(True, changed) | np.append(changed, False)  # ends of what stays the same
+        own = moments[kept]
+        key = own.tobytes()
+        if key not in clocks:
+            clocks[key] = builder.array(own[:, None], bounds=True)
+        target = pygltflib.AnimationChannelTarget(
+            path="pointer", extensions={POINTER: {"pointer": pointer_to(node, column)}}
+        )
+        output = builder.array(curve[kept][:, None])
+        _channel(animation, target, clocks[key], output)
 
 
 def _write_joints(
@@ -129,7 +161,7 @@ def _write_joints(
                 if all_keys is None:
                     all_keys = builder.array(take.times[:, None], bounds=True)
                 clock = all_keys
-            _channel(animation, index, kind, clock, builder.array(curve))
+            _channel(animation, _core(index, kind), clock, builder.array(curve))
     return found
 
 
@@ -140,8 +172,16 @@ def _continuous(rotations: FloatArray) -> FloatArray:
     return np.concatenate([rotations[:1], rotations[1:] * sign[:, None]])
 
 
-def _channel(animation: pygltflib.Animation, node: int, path: str, clock: int, values: int) -> None:
-    target = pygltflib.AnimationChannelTarget(node=node, path=path)
+def _core(node: int, path: str) -> pygltflib.AnimationChannelTarget:
+    return pygltflib.AnimationChannelTarget(node=node, path=path)
+
+
+def _channel(
+    animation: pygltflib.Animation,
+    target: pygltflib.AnimationChannelTarget,
+    clock: int,
+    values: int,
+) -> None:
     animation.channels.append(
         pygltflib.AnimationChannel(sampler=len(animation.samplers), target=target)
     )

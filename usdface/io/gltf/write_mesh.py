@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pygltflib
-from numpy.typing import NDArray
 from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 
 from usdface.errors import OutputError
@@ -20,13 +19,13 @@ from usdface.io.gltf.corners import (
 )
 from usdface.io.gltf.inbetweens import flat_mesh
 from usdface.io.gltf.vertex_colours import COLOURS
+from usdface.io.gltf.write_skin import written_influences
 from usdface.io.normals import normals_of_faces, unit
-from usdface.rigs import BlendShape, Mesh, Skin
+from usdface.rigs import BlendShape, Mesh
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["triangulated", "written_mesh"]
 
-_INFLUENCES = 4
 _LEAST_TURN = 1e-6  # of a computed unit normal, far below what 8-bit shading shows
 
 
@@ -117,11 +116,13 @@ def written_mesh(
     for attribute, accessor in written_corners(mesh, split, uv_names, wanted, builder).items():
         setattr(shared, attribute, accessor)
     if joints and mesh.skin is not None:
-        places, weights, reduced = _influences(mesh.skin, len(mesh.points), joints, mesh.name)
-        found += reduced
-        small = np.uint8 if joints <= 2**8 else np.uint16
-        shared.JOINTS_0 = builder.array(places[split.source].astype(small), ARRAY_BUFFER)
-        shared.WEIGHTS_0 = builder.array(weights[split.source], ARRAY_BUFFER)
+        count = len(mesh.points)
+        influences, news = written_influences(
+            mesh.skin, split.source, count, joints, mesh.name, builder
+        )
+        found += news
+        for attribute, accessor in influences.items():
+            setattr(shared, attribute, accessor)
     targets = [
         {"POSITION": move, "NORMAL": _target(*turn, split.source, builder)}
         for move, turn in zip(moves, turns, strict=True)
@@ -137,9 +138,14 @@ def written_mesh(
         place = 0 if primitive.material is None else primitive.material + 1
         if tint is not None and names[place] in shows:
             primitive.attributes = pygltflib.Attributes(**vars(shared) | {"COLOR_0": tint})
-    extras: dict[str, Any] = {"targetNames": list(mesh.shape_names)} if mesh.shapes else {}
-    if inbetweens:
-        extras["usdface"] = {"inbetweens": inbetweens}
+    extras: dict[str, Any] = {}
+    if mesh.shapes:
+        extras["targetNames"] = [shape.label or shape.name for shape in mesh.shapes]
+    ours: dict[str, Any] = {"inbetweens": inbetweens} if inbetweens else {}
+    if any(shape.label for shape in mesh.shapes):
+        ours["names"] = list(mesh.shape_names)
+    if ours:
+        extras["usdface"] = ours
     weights_at_rest = [0.0] * len(mesh.shapes)
     return pygltflib.Mesh(
         name=mesh.name, primitives=primitives, weights=weights_at_rest, extras=extras
@@ -216,38 +222,3 @@ def _target(indices: IntArray, values: FloatArray, source: IntArray, builder: Bu
     place = np.searchsorted(indices, source).clip(max=len(indices) - 1)
     moved = np.flatnonzero(indices[place] == source)
     return builder.offsets(moved, values[place[moved]], len(source))
-
-
-def _influences(
-    skin: Skin, count: int, joints: int, name: str
-) -> tuple[IntArray, NDArray[np.float32], list[Finding]]:
-    """Return the four strongest joints (V, 4) of each point and weights that sum to 1.
-
-    Joints named twice at a point are summed up, as the specification wants; a point that
-    nothing holds goes to the first joint.
-    """
-    if skin.joints.shape != skin.weights.shape or len(skin.joints) != count:
-        raise OutputError(f"the skin of mesh {name!r} does not fit its {count} points")
-    if skin.joints.size and not 0 <= skin.joints.min() <= skin.joints.max() < joints:
-        raise OutputError(f"the skin of mesh {name!r} names a joint outside 0 to {joints - 1}")
-    held = np.nan_to_num(skin.weights).clip(min=0)
-    key = (np.arange(count)[:, None] * joints + skin.joints)[held > 0]
-    keys, place = np.unique(key, return_inverse=True)
-    strength = np.bincount(place, weights=held[held > 0], minlength=len(keys))
-    order = np.lexsort((keys, -strength, keys // joints))
-    point, joint, strength = keys[order] // joints, keys[order] % joints, strength[order]
-    rank = np.arange(len(point)) - np.searchsorted(point, point)
-    kept = rank < _INFLUENCES
-    places = np.zeros((count, _INFLUENCES), np.int64)
-    weights = np.zeros((count, _INFLUENCES))
-    places[point[kept], rank[kept]] = joint[kept]
-    weights[point[kept], rank[kept]] = strength[kept]
-    weights[~weights.any(axis=1), 0] = 1.0
-    single = (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
-    places[single == 0] = 0  # an unused slot names joint 0
-    single[:, 0] = 1.0 - single[:, 1:].sum(axis=1)  # exactly 1 after rounding
-    if kept.all():
-        return places, single, []
-    lost = len(np.unique(point[~kept]))
-    message = f"{lost} points had more than {_INFLUENCES} joints; the strongest were kept"
-    return places, single, [finding("INFLUENCES_REDUCED", name, message)]

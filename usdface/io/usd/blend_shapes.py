@@ -1,5 +1,7 @@
 """Blend shapes of a USD mesh, sparse or dense, as usdface's sorted sparse ones."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdSkel
@@ -9,7 +11,9 @@ from usdface.findings import Finding, finding
 from usdface.rigs import BlendShape, Inbetween
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["read_shapes"]
+__all__ = ["LABEL", "read_shapes"]
+
+LABEL = "usdface:label"  # of customData: the name where it is not the token
 
 # Offsets, normal offsets, then the same of each inbetween: columns that share point indices.
 _Columns = NDArray[np.float64]
@@ -62,6 +66,8 @@ def read_shapes(
             found, notes = _read_shape(shape, token, count)
             findings += notes
             if found is not None:
+                label = shape.GetPrim().GetCustomDataByKey(LABEL)
+                found = replace(found, label=label if isinstance(label, str) else "")
                 shapes[token] = _turned(found, vectors, normals)
     return tuple(shapes.values()), findings
 
@@ -179,4 +185,5 @@ def _turned(shape: BlendShape, vectors: FloatArray, normals: FloatArray) -> Blen
             Inbetween(b.name, b.weight, b.offsets @ vectors, bent(b.normal_offsets))
             for b in shape.inbetweens
         ),
+        shape.label,
     )

@@ -12,6 +12,7 @@ from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
+from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
 from usdface.io.usd.corners import write_corners
 from usdface.io.usd.errors import usd_message
@@ -196,8 +197,11 @@ def _write_shapes(
     for target, shape in zip(targets, mesh.shapes, strict=True):
         made = UsdSkel.BlendShape.Define(stage, target)
         if target.name != shape.name:
-            made.GetPrim().SetDisplayName(shape.name)
+            made.GetPrim().SetDisplayName(shape.label or shape.name)
             findings.append(finding("NAME_CHANGED", str(target), f"was {shape.name!r}"))
+
+        if shape.label:
+            made.GetPrim().SetCustomDataByKey(LABEL, shape.label)
 
         def turned(offsets: FloatArray, shape: BlendShape = shape) -> FloatArray:
             points = mesh.points.copy()
