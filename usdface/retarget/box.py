@@ -10,17 +10,22 @@ longer symmetric but stays positive definite if a multiplier gives way a little,
 proximal steps (Rockafellar 1976) take back.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from usdface.errors import SolveError
 from usdface.retarget.bounds import UNIT, Bounds
+from usdface.retarget.fast import kernels, on_all_cores
 from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["solve_box"]
 
 _BATCH_ELEMENTS = 2_000_000
+_BATCH = 512
 _PATIENCE = 5
 # How far a row of unit size gives way to a multiplier of 1. This is taken back until a row is
 # kept so well, or as long as that halves what it is broken by: a row without room stays broken.
@@ -39,6 +44,9 @@ class _Problem:
     lower: FloatArray
     upper: FloatArray
     right: FloatArray
+
+
+_Pivot = Callable[[_Problem, BoolArray, BoolArray], FloatArray]
 
 
 def solve_box(
@@ -77,9 +85,10 @@ def solve_box(
     lower, upper = bounds.over(*right.shape)
     limits = bounds.limits_over(len(right))
     result = np.empty(right.shape)
-    batch = max(1, _BATCH_ELEMENTS // len(matrix) ** 2)
-    for first in range(0, len(right), batch):
-        frames = slice(first, first + batch)
+    compiled = kernels(len(right), len(matrix))
+    pivot = partial(_pivot_compiled, compiled) if compiled else _pivot
+
+    def solve(frames: slice) -> None:
         low, high = lower[frames], upper[frames]
         rows = np.zeros((len(low), len(row_scale)))
         problem = _Problem(
@@ -89,14 +98,17 @@ def solve_box(
             np.hstack([right[frames] * scale, -limits[frames] * row_scale]),
         )
         guess = start[frames] if start is not None else _unbounded(normal, right[frames])
-        solution = _pivot(problem, *_resting(problem, guess / scale))
+        solution = pivot(problem, *_resting(problem, guess / scale))
         if len(row_scale):
-            solution = _kept_rows(problem, solution, size)
+            solution = _kept_rows(pivot, problem, solution, size)
         # What rests on a bound is there to the last bit, though scaled and back.
         on_low = solution[:, :size] <= problem.lower[:, :size]
         on_high = solution[:, :size] >= problem.upper[:, :size]
         weights = np.clip(solution[:, :size] * scale, low, high)
         result[frames] = np.where(on_low, low, np.where(on_high, high, weights))
+
+    batch = _BATCH if compiled else max(1, _BATCH_ELEMENTS // len(matrix) ** 2)
+    on_all_cores(solve, [slice(i, i + batch) for i in range(0, len(right), batch)])
     return result
 
 
@@ -131,7 +143,7 @@ def _resting(problem: _Problem, guess: FloatArray) -> tuple[BoolArray, BoolArray
     return at_lower, (guess >= problem.upper) & ~at_lower
 
 
-def _kept_rows(problem: _Problem, solution: FloatArray, size: int) -> FloatArray:
+def _kept_rows(pivot: _Pivot, problem: _Problem, solution: FloatArray, size: int) -> FloatArray:
     """Solve again where a row is broken, giving way only to what its multiplier still changes."""
     result = solution.copy()
     broken = np.arange(len(solution))
@@ -146,8 +158,24 @@ def _kept_rows(problem: _Problem, solution: FloatArray, size: int) -> FloatArray
         right[:, size:] += _GIVE * here[:, size:]
         easier = _Problem(problem.matrix, problem.lower[broken], problem.upper[broken], right)
         on_low = here <= easier.lower
-        result[broken] = _pivot(easier, on_low, (here >= easier.upper) & ~on_low)
+        result[broken] = pivot(easier, on_low, (here >= easier.upper) & ~on_low)
     return result
+
+
+def _pivot_compiled(
+    compiled: Any, problem: _Problem, at_lower: BoolArray, at_upper: BoolArray
+) -> FloatArray:
+    """Do as `_pivot` does, each frame from where the one before ended."""
+    solution = np.zeros(problem.right.shape)
+    settled = np.zeros(len(solution), np.bool_)
+    compiled.pivot(problem.matrix, problem.lower, problem.upper, problem.right, solution, settled)
+    if not settled.all():
+        left = ~settled
+        part = _Problem(
+            problem.matrix, problem.lower[left], problem.upper[left], problem.right[left]
+        )
+        solution[left] = _pivot(part, at_lower[left], at_upper[left])
+    return solution
 
 
 def _pivot(problem: _Problem, at_lower: BoolArray, at_upper: BoolArray) -> FloatArray:

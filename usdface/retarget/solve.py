@@ -92,10 +92,8 @@ def solve_weights(
     alone = options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest
     if alone:
         return Iterate(solve_box(ridged, pull, start.weights if start else None, bounds))
-    if start is None:
-        start = Iterate(np.linalg.solve(ridged, pull.T).T)
     iterations = _ROUGH if rough else options.iterations
-    return solve_spacetime(ridged, pull, bands, bounds, start, iterations, 0.1 * options.tolerance)
+    return solve_spacetime(ridged, pull, bands, bounds, start, iterations, options.tolerance)
 
 
 def _differences(pairs: IntArray, size: int) -> FloatArray:

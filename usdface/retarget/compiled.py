@@ -1,0 +1,330 @@
+"""The inner loops of the solve, compiled by numba: the arithmetic of the numpy forms, fused.
+
+Imported by `usdface.retarget.fast` only, where numba is installed (the extra `fast`). Machine code
+is kept in numba's cache beside this file, or in the user's own cache where that is not
+writable: it is made once, when a take that is long enough is solved for the first time, or by
+``python -m usdface.retarget.compiled``.
+"""
+
+import numpy as np
+from numba import njit
+
+from usdface.takes import BoolArray, FloatArray, IntArray
+
+__all__ = ["alternate", "factorise", "pivot"]
+
+# Guesses are changed in every unknown that disagrees by this share of the worst; after so many
+# rounds in the last one only (Murty's rule), which ends for sure.
+_SHARE = 0.3
+_ROUNDS = 60
+# A solution is refined until this share of its equations is left, else the tableau is made anew.
+_REFINED = 1e-12
+_STALE = 1000
+# Frames of a factor that differ by less share it, relatively: nothing of this is left in 1e-9.
+_SAME = 1e-11
+_BLOCK = 8
+
+_MATRIX, _CUBE, _VECTOR = "float64[:,::1]", "float64[:,:,::1]", "float64[::1]"
+_FLAGS = "boolean[::1]"
+
+
+@njit(f"void({_MATRIX}, int64, {_VECTOR})", cache=True, nogil=True, fastmath={"contract"})
+def _exchange(tableau: FloatArray, p: int, row: FloatArray) -> None:
+    """Let unknown p and its equation change places in ``y = x T`` (Tucker 1960)."""
+    inverse = 1.0 / tableau[p, p]
+    for j in range(len(tableau)):
+        row[j] = tableau[p, j] * inverse
+        tableau[p, j] = 0.0
+    row[p] = inverse
+    for i in range(len(tableau)):
+        factor = tableau[i, p]
+        if factor != 0.0:
+            tableau[i, p] = 0.0
+            for j in range(len(tableau)):
+                tableau[i, j] -= factor * row[j]
+    for j in range(len(tableau)):
+        tableau[p, j] = row[j]
+
+
+@njit(f"void({_VECTOR}, {_MATRIX}, {_VECTOR})", cache=True, nogil=True, fastmath={"contract"})
+def _multiply(vector: FloatArray, matrix: FloatArray, result: FloatArray) -> None:
+    result[:] = 0.0
+    for i in range(len(matrix)):
+        value = vector[i]
+        if value != 0.0:
+            for j in range(len(matrix)):
+                result[j] += value * matrix[i, j]
+
+
+@njit(
+    f"float64({_FLAGS}, {_FLAGS}, {_MATRIX}, {_MATRIX}, float64, {_MATRIX})",
+    cache=True,
+    nogil=True,
+)
+def _disagreement(
+    free: BoolArray,
+    high: BoolArray,
+    tableau: FloatArray,
+    limits: FloatArray,
+    tolerance: float,
+    state: FloatArray,
+) -> float:
+    """Write how far each unknown would have to go to agree; return the largest.
+
+    `limits` holds lower, upper and right of the frame, `state` values, slopes and the answer.
+    """
+    worst = 0.0
+    for i in range(len(free)):
+        amount = 0.0
+        if free[i]:
+            amount = max(limits[0, i] - state[0, i], state[0, i] - limits[1, i]) - tolerance
+        elif limits[0, i] < limits[1, i]:
+            slope = state[1, i] if high[i] else -state[1, i]
+            amount = (slope - tolerance) / tableau[i, i]
+        state[2, i] = amount
+        worst = max(worst, amount)
+    return worst
+
+
+@njit(
+    f"void({_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_FLAGS})",
+    cache=True,
+    nogil=True,
+    fastmath={"contract"},
+)
+def pivot(
+    matrix: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    right: FloatArray,
+    solution: FloatArray,
+    settled: BoolArray,
+) -> None:
+    """Solve the rows of a problem of `usdface.retarget.box`, each from where the one before ends.
+
+    The tableau changes with the unknowns that become free or come to rest, so that a frame
+    costs as much as it differs from the one before. Rows that did not settle are left False
+    in `settled`.
+    """
+    count, size = right.shape
+    tableau, row = matrix.copy(), np.empty(size)
+    free, high = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
+    limits, state = np.empty((3, size)), np.empty((3, size))
+    known, step = np.empty(size), np.empty(size)
+    age = 0
+    for t in range(count):
+        limits[0], limits[1], limits[2] = lower[t], upper[t], right[t]
+        scale = 1.0 + np.abs(right[t]).max()
+        tolerance = 1e-12 * scale
+        fresh = age == 0
+        for i in range(size):
+            high[i] &= upper[t, i] < np.inf
+            if free[i] and lower[t, i] == upper[t, i]:
+                _exchange(tableau, i, row)
+                free[i] = False
+        rounds = 0
+        while rounds < 100 * size:
+            rounds += 1
+            for i in range(size):
+                known[i] = limits[2, i] if free[i] else limits[1 if high[i] else 0, i]
+            _multiply(known, tableau, state[0])
+            for i in range(size):
+                state[1, i] = 0.0 if free[i] else state[0, i] - limits[2, i]
+                if not free[i]:
+                    state[0, i] = known[i]
+            worst = _disagreement(free, high, tableau, limits, tolerance, state)
+            if worst <= 0.0:
+                # By the tableau this is the answer. By the equations themselves?
+                error = before = np.inf
+                while True:
+                    _multiply(state[0], matrix, state[1])
+                    error = 0.0
+                    for i in range(size):
+                        state[1, i] -= limits[2, i]
+                        known[i] = -state[1, i] if free[i] else 0.0
+                        error = max(error, abs(known[i]))
+                    if error <= 1e-15 * scale or error > 0.25 * before:
+                        break
+                    before = error
+                    _multiply(known, tableau, step)
+                    for i in range(size):
+                        state[0, i] += step[i] if free[i] else 0.0
+                worst = _disagreement(free, high, tableau, limits, 10.0 * tolerance, state)
+                if error <= _REFINED * scale and worst <= 0.0:
+                    settled[t] = True
+                    break
+                if fresh:
+                    break
+                age, fresh = _STALE, True
+            lone = -1
+            if rounds > _ROUNDS:
+                for i in range(size):
+                    lone = i if state[2, i] > 0.0 else lone
+            for i in range(size):
+                if state[2, i] > 0.0 and (
+                    i == lone if lone >= 0 else state[2, i] >= _SHARE * worst
+                ):
+                    high[i] = free[i] and state[0, i] > limits[1, i]
+                    free[i] = not free[i]
+                    age += 1
+                    if age < _STALE:
+                        _exchange(tableau, i, row)
+            if age >= _STALE:
+                tableau[:] = matrix
+                for i in range(size):
+                    if free[i]:
+                        _exchange(tableau, i, row)
+                age = 0
+        solution[t] = state[0]
+
+
+@njit(f"Tuple(({_CUBE}, int64[::1]))({_MATRIX}, {_VECTOR})", cache=True, nogil=True)
+def factorise(bands: FloatArray, values: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return L D L' of the pentadiagonal matrix plus each of `values`: (N, 3, S), (F,).
+
+    The first holds 1 / D, and L's entries one and two frames back; the second which of its
+    rows are a frame's. Evenly sampled takes need few rows: the factor soon stays as it is.
+    """
+    count, size = bands.shape[1], len(values)
+    factor, rows = np.empty((count, 3, size)), np.zeros(count, np.int64)
+    used = 0
+    for t in range(count):
+        even, largest = t > 2, 1e-300
+        for b in range(3):
+            largest = max(largest, abs(bands[b, t]))
+        for b in range(3):
+            even = even and abs(bands[b, t] - bands[b, t - 1]) <= _SAME * largest
+        if even and rows[t - 1] == rows[t - 2]:
+            rows[t] = rows[t - 1]
+            continue
+        last, earlier = rows[t - 1], rows[t - 2]
+        same = even
+        for k in range(size):
+            diagonal = bands[2, t] + values[k]
+            one = two = 0.0
+            if t > 1:
+                two = bands[0, t] * factor[earlier, 0, k]
+                diagonal -= two * bands[0, t]
+            if t > 0:
+                # What is left between this frame and the one before.
+                between = bands[1, t]
+                if t > 1:
+                    between -= bands[0, t] * factor[last, 1, k]
+                one = between * factor[last, 0, k]
+                diagonal -= one * between
+            factor[used, 0, k], factor[used, 1, k], factor[used, 2, k] = 1.0 / diagonal, one, two
+            same = same and abs(diagonal * factor[last, 0, k] - 1.0) <= _SAME
+            same = same and abs(one - factor[last, 1, k]) <= _SAME
+        if same:
+            rows[t] = last
+        else:
+            rows[t] = used
+            used += 1
+    return factor[:used], rows
+
+
+@njit(
+    f"void({_MATRIX}, {_MATRIX}, {_MATRIX}, int64, int64)",
+    cache=True,
+    nogil=True,
+    fastmath={"contract"},
+)
+def _add_product(
+    left: FloatArray, matrix: FloatArray, result: FloatArray, first: int, count: int
+) -> None:
+    """Add ``left[:count] @ matrix`` to rows `first` and on of `result`, two rows at a time.
+
+    `count` is even, and the matrix has a multiple of four rows.
+    """
+    for f in range(0, count, 2):
+        for r in range(0, len(matrix), 4):
+            a, b, c, d = left[f, r], left[f, r + 1], left[f, r + 2], left[f, r + 3]
+            e, g, h, i = left[f + 1, r], left[f + 1, r + 1], left[f + 1, r + 2], left[f + 1, r + 3]
+            for k in range(matrix.shape[1]):
+                p, q = matrix[r, k], matrix[r + 1, k]
+                s, t = matrix[r + 2, k], matrix[r + 3, k]
+                result[first + f, k] += a * p + b * q + c * s + d * t
+                result[first + f + 1, k] += e * p + g * q + h * s + i * t
+
+
+@njit(
+    f"int64({_CUBE}, int64[::1], {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX},"
+    f" {_MATRIX}, int64, float64, float64)",
+    cache=True,
+    nogil=True,
+    fastmath={"contract"},
+)
+def alternate(
+    factor: FloatArray,
+    rows: IntArray,
+    rotation: FloatArray,
+    back: FloatArray,
+    constant: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    boxed: FloatArray,
+    dual: FloatArray,
+    iterations: int,
+    relaxation: float,
+    tolerance: float,
+) -> int:
+    """Do iterations of `usdface.retarget.spacetime`; `boxed` and `dual` (F, R) are written to.
+
+    `rotation` is (R, S), `back` (S, R), `constant` (F, S), `low` and `high` (F, R), or (1, R)
+    if they are alike in all frames. S and R are padded to multiples of four by the caller. Returns
+    how many iterations were done.
+    """
+    count, size = constant.shape
+    wide = boxed.shape[1]
+    rotated = np.zeros((count + 1, size))
+    left, relaxed = np.zeros((_BLOCK, wide)), np.zeros((_BLOCK, wide))
+    ahead = np.zeros((_BLOCK, size))
+    for done in range(1, iterations + 1):
+        for first in range(0, count, _BLOCK):
+            here = min(_BLOCK, count - first)
+            for f in range(here):
+                t = first + f
+                for r in range(wide):
+                    left[f, r] = boxed[t, r] - dual[t, r]
+                for k in range(size):
+                    rotated[t, k] = constant[t, k]
+            _add_product(left, rotation, rotated, first, here + here % 2)
+            for t in range(first, first + here):
+                own = factor[rows[t]]
+                if t > 0:
+                    for k in range(size):
+                        rotated[t, k] -= own[1, k] * rotated[t - 1, k]
+                if t > 1:
+                    for k in range(size):
+                        rotated[t, k] -= own[2, k] * rotated[t - 2, k]
+        largest = 0.0
+        for first in range((count - 1) // _BLOCK * _BLOCK, -1, -_BLOCK):
+            here = min(_BLOCK, count - first)
+            for t in range(first + here - 1, first - 1, -1):
+                own = factor[rows[t], 0]
+                for k in range(size):
+                    rotated[t, k] *= own[k]
+                if t < count - 1:
+                    own = factor[rows[t + 1], 1]
+                    for k in range(size):
+                        rotated[t, k] -= own[k] * rotated[t + 1, k]
+                if t < count - 2:
+                    own = factor[rows[t + 2], 2]
+                    for k in range(size):
+                        rotated[t, k] -= own[k] * rotated[t + 2, k]
+                for k in range(size):
+                    ahead[t - first, k] = relaxation * rotated[t, k]
+                for r in range(wide):
+                    relaxed[t - first, r] = (1.0 - relaxation) * boxed[t, r] + dual[t, r]
+            _add_product(ahead, back, relaxed, 0, here + here % 2)
+            for f in range(here):
+                t = first + f
+                least, most = low[t if len(low) > 1 else 0], high[t if len(high) > 1 else 0]
+                for r in range(wide):
+                    clipped = min(max(relaxed[f, r], least[r]), most[r])
+                    largest = max(largest, abs(clipped - boxed[t, r]))
+                    boxed[t, r] = clipped
+                    dual[t, r] = relaxed[f, r] - clipped
+        if largest <= tolerance:
+            return done
+    return iterations
