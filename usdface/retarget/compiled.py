@@ -21,7 +21,7 @@ _ROUNDS = 60
 _REFINED = 1e-12
 _STALE = 1000
 # Frames of a factor that differ by less share it, relatively: nothing of this is left in 1e-9.
-_SAME = 1e-11
+_SAME = 1e-13
 _BLOCK = 8
 
 _MATRIX, _CUBE, _VECTOR = "float64[:,::1]", "float64[:,:,::1]", "float64[::1]"
@@ -48,7 +48,8 @@ def _exchange(tableau: FloatArray, p: int, row: FloatArray) -> None:
 
 @njit(f"void({_VECTOR}, {_MATRIX}, {_VECTOR})", cache=True, nogil=True, fastmath={"contract"})
 def _multiply(vector: FloatArray, matrix: FloatArray, result: FloatArray) -> None:
-    result[:] = 0.0
+    for j in range(len(matrix)):
+        result[j] = 0.0
     for i in range(len(matrix)):
         value = vector[i]
         if value != 0.0:
@@ -108,24 +109,31 @@ def pivot(
     """
     count, size = right.shape
     tableau, row = matrix.copy(), np.empty(size)
+    exchanged = np.zeros(size, np.bool_)  # in the tableau
     free, high = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
     limits, state = np.empty((3, size)), np.empty((3, size))
     known, step = np.empty(size), np.empty(size)
     age = 0
     for t in range(count):
-        limits[0], limits[1], limits[2] = lower[t], upper[t], right[t]
-        scale = 1.0 + np.abs(right[t]).max()
-        tolerance = 1e-12 * scale
-        fresh = age == 0
+        fresh, scale = False, 1.0
         for i in range(size):
+            limits[0, i], limits[1, i], limits[2, i] = lower[t, i], upper[t, i], right[t, i]
+            scale = max(scale, 1.0 + abs(right[t, i]))
+            free[i] &= lower[t, i] < upper[t, i]
             high[i] &= upper[t, i] < np.inf
-            if free[i] and lower[t, i] == upper[t, i]:
-                _exchange(tableau, i, row)
-                free[i] = False
-        rounds = 0
-        while rounds < 100 * size:
-            rounds += 1
+        tolerance = 1e-12 * scale
+        for rounds in range(100 * size):
+            if age > _STALE:
+                for i in range(size):
+                    exchanged[i] = False
+                    for j in range(size):
+                        tableau[i, j] = matrix[i, j]
+                age = 0
             for i in range(size):
+                if exchanged[i] != free[i]:
+                    _exchange(tableau, i, row)
+                    exchanged[i] = free[i]
+                    age += 1
                 known[i] = limits[2, i] if free[i] else limits[1 if high[i] else 0, i]
             _multiply(known, tableau, state[0])
             for i in range(size):
@@ -134,8 +142,8 @@ def pivot(
                     state[0, i] = known[i]
             worst = _disagreement(free, high, tableau, limits, tolerance, state)
             if worst <= 0.0:
-                # By the tableau this is the answer. By the equations themselves?
-                error = before = np.inf
+                # By the tableau this is the answer: make it that of the equations themselves.
+                before, error = np.inf, np.inf
                 while True:
                     _multiply(state[0], matrix, state[1])
                     error = 0.0
@@ -155,27 +163,17 @@ def pivot(
                     break
                 if fresh:
                     break
-                age, fresh = _STALE, True
-            lone = -1
-            if rounds > _ROUNDS:
-                for i in range(size):
-                    lone = i if state[2, i] > 0.0 else lone
+                age, fresh = _STALE + 1, True
+            last = -1
             for i in range(size):
-                if state[2, i] > 0.0 and (
-                    i == lone if lone >= 0 else state[2, i] >= _SHARE * worst
-                ):
+                last = i if state[2, i] > 0.0 else last
+            for i in range(size):
+                amount = state[2, i]
+                if amount > 0.0 and (amount >= _SHARE * worst if rounds < _ROUNDS else i == last):
                     high[i] = free[i] and state[0, i] > limits[1, i]
                     free[i] = not free[i]
-                    age += 1
-                    if age < _STALE:
-                        _exchange(tableau, i, row)
-            if age >= _STALE:
-                tableau[:] = matrix
-                for i in range(size):
-                    if free[i]:
-                        _exchange(tableau, i, row)
-                age = 0
-        solution[t] = state[0]
+        for i in range(size):
+            solution[t, i] = state[0, i]
 
 
 @njit(f"Tuple(({_CUBE}, int64[::1]))({_MATRIX}, {_VECTOR})", cache=True, nogil=True)

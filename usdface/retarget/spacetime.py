@@ -34,6 +34,8 @@ _PIECE = 2048
 _OVERLAPS = 8
 # What a piece may be off because it ends.
 _SEAM = 1e-7
+# Steps of time that differ by less, relatively, differ by rounding.
+_EVEN = 1e-8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -292,6 +294,8 @@ def curvature_bands(times: FloatArray) -> FloatArray:
     if count < 3:
         return bands
     step = np.diff(times)
+    if np.ptp(step) <= _EVEN * step.mean():
+        step[:] = step.mean()
     span = step[:-1] + step[1:]
     # w'' at an inner sample as a combination of three neighbours, times sqrt(span / 2).
     scale = np.sqrt(span / 2.0) * 2.0 / span
