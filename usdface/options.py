@@ -12,8 +12,10 @@ from typing import Any, Literal, get_args
 from usdface.errors import InputError
 
 __all__ = [
+    "CONTACT_TOLERANCE",
     "FEATURE_SMOOTHING",
     "PIN_REACH",
+    "REGIONS",
     "RESPONSE",
     "CleanOptions",
     "CorrectionMode",
@@ -26,6 +28,7 @@ __all__ = [
     "Kernel",
     "MapOptions",
     "ProcessOptions",
+    "Region",
     "RigOptions",
     "SolveMode",
     "SolveOptions",
@@ -40,6 +43,8 @@ HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
 HoldOut = Literal["auto", "recording", "variant"]
+Region = Literal["brows", "eyes", "mouth"]
+REGIONS: tuple[Region, ...] = get_args(Region)
 
 # Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
 # expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
@@ -47,6 +52,8 @@ RESPONSE = (0.05, 0.45)
 # Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
 # 0.3 mm of noise or more; less noise is smoothed less.
 FEATURE_SMOOTHING = 0.15
+# By how much a correction may part closed lips or lids [m]: less is not seen.
+CONTACT_TOLERANCE = 0.0005
 
 # Within this time [s] of a pin a weight bends towards it.
 PIN_REACH = 0.2
@@ -61,6 +68,11 @@ def _check_number(name: str, value: float, above_zero: bool = False) -> None:
     if not (isfinite(value) and value >= 0) or (above_zero and value == 0):
         wanted = "a number above 0" if above_zero else "a number, 0 or more"
         raise InputError(f"{name!r} is {value}; expected {wanted}")
+
+
+def _check_share(name: str, value: float) -> None:
+    if not 0 <= value <= 1:
+        raise InputError(f"{name!r} is {value}; expected 0 to 1")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,14 +188,17 @@ class CorrectionOptions:
     """How the emotions are blended over the solved weights (`usdface.fuzzy.correct`).
 
     A gain of 1 brings a face all the way to the emotion it half shows; less leaves it short.
+    `ease` takes antagonists of what is raised back, 1 as far as the rest to a whole weight.
     """
 
     mode: CorrectionMode = "raise"
     gain: float = 1.0
+    ease: float = 0.0
 
     def __post_init__(self) -> None:
         _check_choice("mode", self.mode, CorrectionMode)
         _check_number("gain", self.gain)
+        _check_share("ease", self.ease)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,5 +1,6 @@
 """The correction: expression poses blended over the solved weights."""
 
+from collections.abc import Iterable, Sequence
 from typing import get_args
 
 import numpy as np
@@ -8,7 +9,7 @@ from usdface.errors import InputError
 from usdface.options import RESPONSE, CorrectionMode
 from usdface.takes import FloatArray
 
-__all__ = ["correct", "respond"]
+__all__ = ["correct", "eased", "respond"]
 
 
 def correct(
@@ -17,7 +18,7 @@ def correct(
     poses: FloatArray,
     gains: FloatArray,
     mode: CorrectionMode = "raise",
-    gain: float = 1.0,
+    gain: float | FloatArray = 1.0,
     response: tuple[float, float] = RESPONSE,
 ) -> FloatArray:
     """Blend expression poses over weights; the result lies in [0, 1].
@@ -30,14 +31,14 @@ def correct(
         Fuzzy outputs o, in [0, 1].
     poses : (E, S) float64
         Expression poses P, in [0, 1].
-    gains : (E,) float64
-        One gain for each emotion; with `gain` it gives g.
+    gains : (E,) or (F, E) float64
+        One gain for each emotion, maybe over time; with `gain` it gives g.
     mode : {"raise", "add"}
         "raise": max(w, max_e g r(o) P) with r the response, see `respond`. It never
         lowers a weight, and doing it twice is doing it once: a face that is already expressive
         is not pushed again.
         "add": w + sum_e g o P (Zikky et al. 2013).
-    gain : float
+    gain : float or (F,) float64
         Common factor.
     response : (float, float)
         Of "raise": the output below which nothing is corrected, and the one from which on the
@@ -58,12 +59,12 @@ def correct(
         raise InputError(
             f"emotions {emotions.shape} and poses {poses.shape} do not fit weights {weights.shape}"
         )
-    if gains.shape != (len(poses),):
-        raise InputError(f"there are {gains.size} gains for {len(poses)} emotions")
+    if gains.shape not in ((len(poses),), (frames, len(poses))):
+        raise InputError(f"gains have shape {gains.shape} for {len(poses)} emotions")
     if mode not in get_args(CorrectionMode):
         raise InputError(f"correction mode is {mode!r}; expected raise or add")
     driven = emotions if mode == "add" else respond(emotions, response)
-    driven = driven * (gains * gain)
+    driven = driven * (gains * np.reshape(gain, (-1, 1)))
     corrected = np.array(weights, dtype=np.float64)
     for drive, pose in zip(driven.T, poses, strict=True):
         moved = np.flatnonzero(pose)
@@ -91,3 +92,34 @@ def respond(emotions: FloatArray, response: tuple[float, float]) -> FloatArray:
     onset, full = response
     x = np.clip((emotions - onset) / (full - onset), 0.0, 1.0)
     return np.asarray(x * x * (3.0 - 2.0 * x))
+
+
+def eased(
+    weights: FloatArray,
+    raised: FloatArray,
+    names: Sequence[str],
+    pairs: Iterable[tuple[str, str]],
+    amount: float,
+) -> FloatArray:
+    """Return weights of which none exceeds what its antagonists leave it.
+
+    A shape that is raised to r leaves its antagonist 1 - `amount` r. That hangs on what is
+    raised alone, so easing twice is easing once.
+
+    Parameters
+    ----------
+    weights, raised : (F, S) float64
+        Solved weights, and what the expressions ask for (`correct` over weights of 0).
+    names : sequence of str, length S
+    pairs : iterable of (str, str)
+        Shapes that move the same skin in opposite directions.
+    amount : float
+        0 to 1; 0 changes nothing.
+    """
+    index = {name: i for i, name in enumerate(names)}
+    room = np.ones(weights.shape)
+    for one, other in pairs:
+        if amount > 0 and one in index and other in index:
+            for a, b in ((index[one], index[other]), (index[other], index[one])):
+                room[:, b] = np.minimum(room[:, b], 1.0 - amount * raised[:, a])
+    return np.minimum(weights, room)

@@ -17,7 +17,16 @@ import numpy as np
 from usdface.findings import Finding, finding
 from usdface.setup import Expression
 
-__all__ = ["ARKIT", "EMOTIONS", "FAMILIES", "MAKEHUMAN", "NAMED", "Family", "expressions_for"]
+__all__ = [
+    "ARKIT",
+    "EMOTIONS",
+    "FAMILIES",
+    "MAKEHUMAN",
+    "NAMED",
+    "Family",
+    "expressions_for",
+    "units_of",
+]
 
 EMOTIONS: dict[str, dict[int, float]] = {
     "joy": {6: 0.8, 12: 0.9},
@@ -141,6 +150,20 @@ def expressions_for(
             message = f"the rig has no shape for {units}; {emotion} does without"
             findings.append(finding("SHAPE_UNKNOWN", emotion, message))
     return tuple(expressions), findings
+
+
+def units_of(shape_names: Sequence[str]) -> dict[str, set[int]]:
+    """Return the action units that each shape stands for; without the shapes that stand for none.
+
+    In the family that most of the names belong to.
+    """
+    family = max(FAMILIES, key=lambda family: len(_known(family, shape_names)))
+    units: dict[str, set[int]] = {}
+    for unit in family.units:
+        for name, _ in family.names(unit):
+            if name in shape_names:
+                units.setdefault(name, set()).add(unit)
+    return units
 
 
 def _known(family: Family, shape_names: Sequence[str]) -> set[str]:
