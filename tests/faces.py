@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from ict_face import ict_mesh, landmarks
 
-from usdface.animate import design, express, features
+from usdface.express import Character, design, express, features, halves, parts_of
 from usdface.fuzzy.dictionaries import expressions_for
+from usdface.fuzzy.parts import FaceParts
 from usdface.fuzzy.selection import single_movements
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.bind_file import read_bind
@@ -63,6 +64,7 @@ class Face:
     setup: Setup
     expressions: tuple[Expression, ...]
     system: FuzzySystem
+    parts: FaceParts
 
     @property
     def poses(self) -> FloatArray:
@@ -100,9 +102,17 @@ class Face:
 
     def judge(self, take, weights: WeightsTake, solution=None, skip: int = 0) -> Played:
         """Read emotions off the weights and correct them; leave out the first frames."""
-        inputs = features(self.system, take, self.mesh, self.setup, weights, solution)
+        read = (self.system, take, self.mesh, self.setup, weights, solution)
         names, solved = weights.names, weights.weights
-        corrected, emotions, _ = express(self.system, inputs, names, solved, self.expressions)
+        corrected, emotions, _ = express(
+            self.system,
+            features(*read),
+            names,
+            solved,
+            self.expressions,
+            Character(self.mesh, self.parts),
+            halves(*read),
+        )
         answers = np.stack([emotions[e.name] for e in self.expressions], axis=1)
         return Played(solved[skip:], corrected[skip:], answers[skip:])
 
@@ -131,7 +141,9 @@ def make_face(kind: str, shared: Path) -> Face:
     expressions, _ = expressions_for(mesh.shape_names)
     system, designed, _ = design(mesh, setup, expressions, CorrectionOptions())
     assert system is not None
-    return Face(mesh, replace(designed, neutral=(0, 29), head="solve"), expressions, system)
+    parts = parts_of(mesh, designed, expressions)
+    setup = replace(designed, neutral=(0, 29), head="solve")
+    return Face(mesh, setup, expressions, system, parts)
 
 
 def _ict_landmarks(shared: Path) -> tuple[Mesh, Setup]:

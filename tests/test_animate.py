@@ -9,9 +9,9 @@ import pytest
 from pxr import Sdf, Usd
 from worlds import World, animation_of, make_world
 
-from usdface.animate import design, express, features
 from usdface.cli import main
 from usdface.errors import InputError
+from usdface.express import design, express, features
 from usdface.fuzzy.dictionaries import expressions_for
 from usdface.fuzzy.features import MILLIMETRE, smooth
 from usdface.fuzzy.paper import EMOTIONS, MEDIUM, paper_system

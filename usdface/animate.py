@@ -1,51 +1,30 @@
 """A shot's animation: the retarget, then the corrector over it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from usdface.cleanup.clean import Cleaned, clean_take
-from usdface.errors import InputError
+from usdface.express import Character, express, features, halves
 from usdface.findings import Finding, finding
-from usdface.fuzzy.correct import correct
-from usdface.fuzzy.design import design_system
-from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.features import face_unit, measure, smooth
-from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.naming import known_roles
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.layers import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
-from usdface.options import FEATURE_SMOOTHING, CleanOptions, CorrectionOptions, ProcessOptions
+from usdface.options import CleanOptions, ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.align import Pose
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
-from usdface.retarget.neutral import on_plane
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.rigs import Mesh
-from usdface.setup import Expression, Setup, fit_setup
-from usdface.takes import FloatArray, MarkerTake, WeightsTake, visible
+from usdface.setup import fit_setup
+from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = [
-    "MARKER_NOISE",
-    "Animated",
-    "adopt",
-    "animate",
-    "design",
-    "express",
-    "features",
-    "retarget",
-]
-
-# What optical markers jitter by [m]; features that move less tell nothing.
-MARKER_NOISE = 0.0003
+__all__ = ["Animated", "animate", "retarget"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -106,8 +85,16 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
     if shot.system is None or not shot.expressions:
         return _animated(shot, solved, None, [*findings, finding("EXPRESS_SKIPPED", "")])
     with steps("express"):
-        inputs = features(shot.system, shot.take, mesh, shot.setup, weights, solution)
-        corrected, emotions, more = express(shot.system, inputs, names, complete, shot.expressions)
+        read = (shot.system, shot.take, mesh, shot.setup, weights, solution)
+        corrected, emotions, more = express(
+            shot.system,
+            features(*read),
+            names,
+            complete,
+            shot.expressions,
+            Character(mesh, shot.parts, shot.gains),
+            halves(*read) if shot.parts.left or shot.parts.right else None,
+        )
         pins, times = shot.setup.pins, shot.take.times
         corrected = kept_at_pins(pins, names, times, complete, corrected)
     expressed = Animation(names, corrected, None, emotions)
@@ -249,120 +236,3 @@ def _map_summary(choice: MapChoice) -> dict[str, Any]:
         "left-out marker mm": round(1000.0 * choice.error, 3),
         "left-out marker mm, similarity": round(1000.0 * choice.similarity_error, 3),
     }
-
-
-def design(
-    mesh: Mesh, setup: Setup, expressions: Sequence[Expression], correction: CorrectionOptions
-) -> tuple[FuzzySystem | None, Setup, list[Finding]]:
-    """Design the default system from the expression poses, on the bound markers.
-
-    Returns
-    -------
-    FuzzySystem or None
-        None without markers or expressions.
-    Setup
-        With the roles that the system's variables name; those it has already win.
-    list of Finding
-        EXPRESS_SKIPPED where there is no system.
-    """
-    points = setup.binding.points
-    if not len(points) or not expressions:
-        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path)]
-    system, roles, findings = design_system(
-        setup.binding.markers,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
-        expressions,
-        setup.nose_tip,
-        MARKER_NOISE,
-    )
-    system = replace(system, mode=correction.mode, gain=correction.gain)
-    return system, replace(setup, roles=roles | dict(setup.roles)), findings
-
-
-def adopt(system: FuzzySystem, setup: Setup, where: str) -> Setup:
-    """Give the roles that a system names to bound markers: those of the setup, or by label.
-
-    Raises
-    ------
-    InputError
-        If a role has no marker; `where` names the system.
-    """
-    known = known_roles(setup.binding.markers, setup.roles)
-    asked = dict.fromkeys(v.role for v in system.inputs)
-    for role in asked:
-        if role not in known:
-            raise InputError(
-                f"{where}: the fuzzy system reads the marker role {role!r}, which no bound marker "
-                f'has; give it one in the binding, "roles": {{"{role}": "..."}}'
-            )
-    return replace(setup, roles=dict(setup.roles) | {role: known[role] for role in asked})
-
-
-def features(
-    system: FuzzySystem,
-    take: MarkerTake | WeightsTake,
-    mesh: Mesh,
-    setup: Setup,
-    weights: WeightsTake,
-    solution: Solution | None,
-) -> FloatArray:
-    """Measure the inputs in the space the system asks for, smoothed as noise demands: (F, I).
-
-    Raises
-    ------
-    InputError
-        If the space is the take's and the take has no markers.
-    """
-    if system.space == "take":
-        if solution is None or not isinstance(take, MarkerTake):
-            raise InputError(
-                "the fuzzy system reads the take's markers, but the take has weights only; "
-                'set its space to "character"'
-            )
-        names, neutral = solution.markers, on_plane(solution.neutral)
-        positions = solution.pose.to_head(on_plane(take.select(names)))
-    else:
-        names, points = setup.binding.markers, setup.binding.points
-        neutral = mesh.points[points]
-        offsets = mesh.offsets_at(points).reshape(len(mesh.shapes), -1)
-        positions = neutral + (weights.weights @ offsets).reshape(-1, *neutral.shape)
-    unit = face_unit(system, neutral)
-    read = measure(positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit)
-    # As in the solve: what was recorded without noise is read frame by frame.
-    noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
-    return smooth(read, take.times, noise * FEATURE_SMOOTHING)
-
-
-def express(
-    system: FuzzySystem,
-    inputs: FloatArray,
-    names: tuple[str, ...],
-    weights: FloatArray,
-    expressions: Sequence[Expression],
-) -> tuple[FloatArray, dict[str, FloatArray], list[Finding]]:
-    """Correct weights (F, T) of shapes `names` by what the system reads off `inputs` (F, I).
-
-    Returns
-    -------
-    corrected : (F, T) float64 in [0, 1]
-    emotions : dict of str to (F,) float64
-    findings : list of Finding
-    """
-    findings = rule_findings(system)
-    outputs = evaluate(system, inputs).outputs
-    poses, gains = np.zeros((len(system.emotions), len(names))), np.ones(len(system.emotions))
-    by_name = {expression.name: expression for expression in expressions}
-    for row, emotion in enumerate(system.emotions):
-        expression = by_name.get(emotion)
-        if expression is None:
-            findings.append(
-                finding("EXPRESSION_UNKNOWN", emotion, f"no expression pose for {emotion!r}")
-            )
-            continue
-        poses[row], gains[row] = expression.pose(names), expression.gain
-        for shape in set(expression.shapes) - set(names):
-            findings.append(finding("SHAPE_UNKNOWN", shape, f"{emotion!r} names it"))
-    corrected = correct(weights, outputs, poses, gains, system.mode, system.gain)
-    return corrected, dict(zip(system.emotions, outputs.T, strict=True)), findings

@@ -167,6 +167,12 @@ def _shot(commands: Any) -> None:
     command.add_argument(
         "--gain", type=float, help=f"their strength (default: {default.gain:g}, or the system's)"
     )
+    command.add_argument(
+        "--ease",
+        type=float,
+        default=default.ease,
+        help="how far shapes that oppose what is raised go back, 0 to 1 (default: %(default)s)",
+    )
 
 
 def _run_shot(parsed: argparse.Namespace) -> int:

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from usdface.animate import animate, features
+from usdface.animate import animate
 from usdface.errors import InputError
+from usdface.express import features
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.system import FuzzySystem

@@ -97,6 +97,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "RANGE_UNCOVERED": ("warning", "no term covers a part of an input's range"),
     "ROLE_ASSUMED": ("info", "the file names no marker for an input; its name was taken"),
     "MEANING_DIFFERS": ("warning", "another program computes something else from the file"),
+    "CONTACT_KEPT": ("info", "a correction was taken back where lips or lids touch"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
 }
 

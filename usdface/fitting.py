@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.animate import design
+from usdface.express import design
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.fuzzy.doubts import rule_findings

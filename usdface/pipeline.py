@@ -122,7 +122,7 @@ def make_shot(
     InputError
         If the binding does not fit rig and take; a marker take needs one.
     """
-    from usdface.animate import adopt, design
+    from usdface.express import adopt, design, parts_of
     from usdface.io.bind_file import read_bind
     from usdface.io.fuzzy_formats.files import read_fuzzy_file
     from usdface.io.usd.rig import read_rig
@@ -155,9 +155,10 @@ def make_shot(
             system, setup, more = design(
                 mesh, setup, expressions, correction or CorrectionOptions()
             )
+        parts = parts_of(mesh, setup, expressions) if system else None
         findings += more
     with steps("write"):
-        write_shot(output, rig, take, setup, system, expressions)
+        write_shot(output, rig, take, setup, system, expressions, parts)
     summary = {
         "markers bound": len(setup.binding.markers),
         "blend shapes": len(character.shape_names),

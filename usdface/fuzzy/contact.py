@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.errors import InputError
 from usdface.fuzzy.parts import FaceParts
 from usdface.rigs import Mesh
 from usdface.takes import BoolArray, FloatArray, IntArray, frozen
@@ -84,7 +85,19 @@ def gaps_of(mesh: Mesh, parts: FaceParts, names: tuple[str, ...], poses: FloatAr
         Blend shapes in the order of the weights; the mesh may lack some.
     poses : (E, T) float64
         The rig's expressions.
+
+    Raises
+    ------
+    InputError
+        If a pair names a vertex that the mesh does not have.
     """
+    pairs = np.concatenate([parts.lips, parts.lids]).reshape(-1, 2)
+    outside = (pairs < 0) | (pairs >= len(mesh.points))
+    if outside.any():
+        raise InputError(
+            f"lips or lids touch at vertex {pairs[outside][0]} of {mesh.path or mesh.name}, which "
+            f"has vertices 0 to {len(mesh.points) - 1}"
+        )
     order = [i for i, name in enumerate(names) if name in mesh.shape_names]
     rows = [mesh.shape_names.index(names[i]) for i in order]
     seam: list[str] = []
@@ -126,7 +139,7 @@ def _places(x: FloatArray, count: int) -> FloatArray:
     step = (high - low) / count
     place = np.clip(((x - low) / step if step > 0 else 0.0 * x).astype(np.int64), 0, count - 1)
     member = place[:, None] == np.unique(place)
-    return member.astype(np.float64)
+    return np.asarray(member, dtype=np.float64)
 
 
 def hold(

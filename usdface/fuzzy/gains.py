@@ -8,6 +8,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.options import Region
+from usdface.setup import Expression
 from usdface.takes import FloatArray, frozen
 
 __all__ = ["Gains"]
@@ -40,6 +41,11 @@ class Gains:
         for curve in (self.system, *self.emotions.values(), *self.regions.values()):
             if curve.ndim != 1 or not (np.isfinite(curve) & (curve >= 0)).all():
                 raise InputError(f"a gain is {curve.min(initial=np.inf)}; expected 0 or more")
+
+    @classmethod
+    def constant(cls, system: float, expressions: Sequence[Expression]) -> "Gains":
+        """Return the gains of a system and of expressions as they are at all times."""
+        return cls(np.array([system]), {e.name: np.array([e.gain]) for e in expressions})
 
     def of(self, parts: Sequence[tuple[str, Region | None]], frames: int) -> FloatArray:
         """Return the gain of each emotion in each region over the take: (frames, len(parts)).

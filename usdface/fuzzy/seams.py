@@ -108,7 +108,8 @@ def _neighbours(at: FloatArray, vertices: IntArray, among: IntArray, reach: floa
     distance, near = cKDTree(at[among]).query(at[vertices], k=count, distance_upper_bound=reach)
     distance, near = distance.reshape(-1), near.reshape(-1)
     order = np.argsort(distance, kind="stable")[: int(np.isfinite(distance).sum())]
-    return np.stack([np.repeat(vertices, count)[order], among[near[order]]], axis=1)
+    pairs = [np.repeat(vertices, count)[order], among[near[order]]]
+    return np.asarray(np.stack(pairs, axis=1), dtype=np.int64)
 
 
 def _facing(pairs: IntArray, skin: _Skin) -> BoolArray:
@@ -137,7 +138,8 @@ def _lips(mesh: Mesh, skin: _Skin, moving: IntArray) -> IntArray:
     gap = np.linalg.norm(way, axis=1)
     apart = ((mesh.offsets_at(b) - mesh.offsets_at(a)) * way).sum(axis=2) / np.maximum(gap, 1e-12)
     drawn = apart.max(axis=0, initial=0.0)
-    return pairs[drawn > np.maximum(_TIMES * gap, _DRAWN_APART * skin.spread)]
+    wide = drawn > np.maximum(_TIMES * gap, _DRAWN_APART * skin.spread)
+    return np.asarray(pairs[wide], dtype=np.int64)
 
 
 def _closed_by(shape: BlendShape, skin: _Skin) -> IntArray:
@@ -157,7 +159,8 @@ def _closed_by(shape: BlendShape, skin: _Skin) -> IntArray:
     least, most = (share * skin.spread for share in _LID_GAP)
     closed = (before > least) & (before < most) & (after < _CLOSED * before)
     pairs = pairs[closed & _facing(pairs, skin)]
-    return pairs[np.sort(np.unique(pairs[:, 0], return_index=True)[1])]
+    first = np.sort(np.unique(pairs[:, 0], return_index=True)[1])
+    return np.asarray(pairs[first], dtype=np.int64)
 
 
 def _upper_first(pairs: IntArray, skin: _Skin) -> IntArray:

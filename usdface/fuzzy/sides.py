@@ -76,7 +76,7 @@ def halved(
         Role to marker.
     nose_tip : str
         Marker on the midline.
-    side : {"both", "left", "right"}
+    side : {"left", "right"}
 
     Returns
     -------
@@ -87,7 +87,7 @@ def halved(
     """
     signs = np.ones(len(variables))
     read = [replace(v, role=roles.get(v.role, v.role)) for v in variables]
-    if side == "both" or nose_tip not in names:
+    if nose_tip not in names:
         return tuple(read), signs
     middle = float(neutral[list(names).index(nose_tip), 0])
     other = mirrored_markers(neutral, middle)

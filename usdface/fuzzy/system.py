@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 from usdface.errors import InputError
 from usdface.fuzzy.membership import CONSEQUENTS, check_parameters
 from usdface.fuzzy.rules import KEYWORDS, Rule
-from usdface.options import CorrectionMode
+from usdface.options import FEATURE_SMOOTHING, RESPONSE, CorrectionMode
 
 __all__ = [
     "Aggregation",
@@ -173,6 +173,14 @@ class FuzzySystem:
     sampling : {"ends", "middles"}
         Mamdani only: at the range's ends and evenly between, as MATLAB does, or in the middle of
         equal intervals, as fuzzylite does.
+    response : (onset, full)
+        Outputs at which a raised pose begins to show and shows whole, see
+        `usdface.fuzzy.correct.respond`.
+    smoothing : float [s]
+        How far noisy features are smoothed over time, see `usdface.fuzzy.features.smooth`.
+    ease : float
+        How far the antagonists of what is raised go back, 0 to 1, see
+        `usdface.fuzzy.correct.eased`.
 
     Raises
     ------
@@ -196,6 +204,9 @@ class FuzzySystem:
     defuzzifier: Defuzzifier = "centroid"
     samples: int = 101
     sampling: Sampling = "ends"
+    response: tuple[float, float] = RESPONSE
+    smoothing: float = FEATURE_SMOOTHING
+    ease: float = 0.0
 
     def __post_init__(self) -> None:
         _check_choice("normalisation of the fuzzy system", self.normalisation, Normalisation)
@@ -211,6 +222,7 @@ class FuzzySystem:
         _check_choice("mode of the fuzzy system", self.mode, CorrectionMode)
         if not (isfinite(self.gain) and self.gain >= 0):
             raise InputError(f"gain of the fuzzy system is {self.gain}; expected 0 or more")
+        self._check_correction()
         if not 2 <= self.samples <= _MOST_SAMPLES:
             raise InputError(
                 f"the fuzzy system has {self.samples} samples; expected 2 to {_MOST_SAMPLES}"
@@ -221,6 +233,24 @@ class FuzzySystem:
         terms = {v.name: [t.name for t in v.terms] for v in self.inputs}
         for rule in self.rules:
             self._check_rule(rule, terms)
+
+    def _check_correction(self) -> None:
+        try:
+            onset, full = map(float, self.response)
+        except (TypeError, ValueError):
+            onset = full = -1.0
+        if not (isfinite(full) and 0 <= onset < full):
+            raise InputError(
+                f"response of the fuzzy system is {self.response!r}; expected an output of 0 or "
+                "more, then a larger one"
+            )
+        object.__setattr__(self, "response", (onset, full))
+        if not (isfinite(self.smoothing) and self.smoothing >= 0):
+            raise InputError(
+                f"smoothing of the fuzzy system is {self.smoothing}; expected seconds, 0 or more"
+            )
+        if not 0 <= self.ease <= 1:
+            raise InputError(f"ease of the fuzzy system is {self.ease}; expected 0 to 1")
 
     def _check_rule(self, rule: Rule, terms: dict[str, list[str]]) -> None:
         for variable, term in rule.antecedent:

@@ -9,24 +9,34 @@ from typing import Final
 __all__ = [
     "AGGREGATION",
     "AND",
+    "ANTAGONISTS",
     "BIND_MARKERS",
     "BIND_MESH",
     "BIND_POINTS",
+    "BROWS_GAIN",
+    "BROWS_SHAPES",
     "CLEAN_GAPS",
     "CLEAN_REPAIRS_FRAMES",
     "CLEAN_REPAIRS_KINDS",
     "CLEAN_REPAIRS_MARKERS",
     "CLEAN_SPIKES",
     "CLEAN_SWAPS",
+    "CONTACT_LIDS",
+    "CONTACT_LIPS",
+    "CONTACT_TOLERANCE",
     "DEFUZZIFIER",
     "DIMENSION",
+    "EASE",
     "EMOTION_PREFIX",
     "ENABLED",
     "EXPRESSION",
     "EXPRESSIONS",
+    "EYES_GAIN",
+    "EYES_SHAPES",
     "FACE_UNIT",
     "FALLBACK_TYPES",
     "FEATURE_POINTS",
+    "FEATURE_SMOOTHING",
     "FUZZY_RULE",
     "FUZZY_SYSTEM",
     "FUZZY_VARIABLE",
@@ -39,6 +49,7 @@ __all__ = [
     "IMAGE_SIZE",
     "IMPLICATION",
     "INFERENCE",
+    "LEFT_SHAPES",
     "MAP_CHOICE",
     "MAP_FORM",
     "MAP_KERNEL",
@@ -48,6 +59,8 @@ __all__ = [
     "MARKERS_VISIBLE",
     "MARKER_TAKE",
     "MODE",
+    "MOUTH_GAIN",
+    "MOUTH_SHAPES",
     "NEUTRAL_MODE",
     "NEUTRAL_RANGE",
     "NEUTRAL_RULE",
@@ -57,8 +70,10 @@ __all__ = [
     "PIN_PREFIX",
     "POINTS",
     "RESIDUAL",
+    "RESPONSE",
     "RETARGET",
     "RIG",
+    "RIGHT_SHAPES",
     "ROLES_MARKERS",
     "ROLES_NAMES",
     "RULE_TEXT",
@@ -161,6 +176,17 @@ RESIDUAL: Final = "usdface:residual"
 PIN_PREFIX: Final = "usdface:pin:"
 FEATURE_POINTS: Final = "usdface:featurePoints"
 
+# UsdFaceRetarget: parts of the face
+LEFT_SHAPES: Final = "usdface:left:shapes"
+RIGHT_SHAPES: Final = "usdface:right:shapes"
+BROWS_SHAPES: Final = "usdface:brows:shapes"
+EYES_SHAPES: Final = "usdface:eyes:shapes"
+MOUTH_SHAPES: Final = "usdface:mouth:shapes"
+ANTAGONISTS: Final = "usdface:antagonists"
+CONTACT_LIPS: Final = "usdface:contact:lips"
+CONTACT_LIDS: Final = "usdface:contact:lids"
+CONTACT_TOLERANCE: Final = "usdface:contact:tolerance"
+
 # UsdFaceExpression (its gain is GAIN)
 SHAPES: Final = "usdface:shapes"
 WEIGHTS: Final = "usdface:weights"
@@ -169,6 +195,12 @@ WEIGHTS: Final = "usdface:weights"
 GAIN: Final = "usdface:gain"
 
 # UsdFaceFuzzySystem
+RESPONSE: Final = "usdface:response"
+FEATURE_SMOOTHING: Final = "usdface:smoothing"
+EASE: Final = "usdface:ease"
+BROWS_GAIN: Final = "usdface:brows:gain"
+EYES_GAIN: Final = "usdface:eyes:gain"
+MOUTH_GAIN: Final = "usdface:mouth:gain"
 NORMALISATION: Final = "usdface:normalisation"
 AND: Final = "usdface:and"
 SPACE: Final = "usdface:space"

@@ -38,13 +38,25 @@ __all__ = [
 ]
 
 # What no format has a place for.
-FACE_SETTINGS = ("space", "face_unit", "mode", "gain", "neutral_rule")
+FACE_SETTINGS = (
+    "space",
+    "face_unit",
+    "mode",
+    "gain",
+    "neutral_rule",
+    "response",
+    "smoothing",
+    "ease",
+)
 _SETTINGS: dict[str, type | tuple[type, ...]] = {
     "space": str,
     "face_unit": str,
     "mode": str,
     "gain": (int, float),
     "neutral_rule": bool,
+    "response": list,
+    "smoothing": (int, float),
+    "ease": (int, float),
     "normalisation": str,
     "and_": str,
     "or_": str,

@@ -36,6 +36,7 @@ _INFERENCE = {
     tokens.DEFUZZIFIER: "defuzzifier",
     tokens.SAMPLING: "sampling",
 }
+_NUMBERS = {tokens.FEATURE_SMOOTHING: "smoothing", tokens.EASE: "ease"}
 _DEFAULT = FuzzySystem((), ())
 _INPUT = {
     tokens.VARIABLE_ROLE: "role",
@@ -64,6 +65,9 @@ def write_fuzzy(stage: Usd.Stage, path: str, system: FuzzySystem) -> None:
         if system.samples != _DEFAULT.samples:
             _author(prim, tokens.SAMPLES, _NAMES.Int, system.samples)
         _author(prim, tokens.NEUTRAL_RULE, _NAMES.Bool, system.neutral_rule)
+        _author(prim, tokens.RESPONSE, _NAMES.Double2, Gf.Vec2d(*system.response))
+        for name, field in _NUMBERS.items():
+            _author(prim, name, _NAMES.Double, getattr(system, field))
         _author(prim, tokens.GAIN, _NAMES.Float, system.gain, Sdf.VariabilityVarying)
         for variable in system.variables:
             _write_variable(
@@ -152,6 +156,11 @@ def _read_system(
         settings["samples"] = samples
     if (flag := _value(prim, tokens.NEUTRAL_RULE, bool)) is not None:
         settings["neutral_rule"] = flag
+    if (response := _value(prim, tokens.RESPONSE, Gf.Vec2d)) is not None:
+        settings["response"] = tuple(response)
+    for name, field in _NUMBERS.items():
+        if (number := _value(prim, name, float)) is not None:
+            settings[field] = number
     if (gain := _float(prim, tokens.GAIN)) is not None:
         settings["gain"] = gain
     return FuzzySystem(variables, rules, **settings)

@@ -9,8 +9,11 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.fuzzy.gains import Gains
+from usdface.fuzzy.parts import FaceParts
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.face_parts import read_gains, read_parts, write_parts
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.head import HeadCarrier, find_carrier
 from usdface.io.usd.pins import read_pins
@@ -69,6 +72,8 @@ class Shot:
     expressions: tuple[Expression, ...]
     prims: ShotPrims
     metrics: Metrics
+    parts: FaceParts = field(default_factory=FaceParts)
+    gains: Gains = field(default_factory=Gains)
 
 
 def write_shot(
@@ -78,6 +83,7 @@ def write_shot(
     setup: Setup,
     system: FuzzySystem | None,
     expressions: Sequence[Expression],
+    parts: FaceParts | None = None,
 ) -> None:
     """Write a shot that references `rig` and `take` and holds the setup.
 
@@ -106,6 +112,9 @@ def write_shot(
     if expressions:
         targets[tokens.EXPRESSIONS] = write_expressions(stage, "/Shot/Expressions", expressions)
     write_setup(stage, "/Shot/Retarget", setup, targets)
+    if parts is not None:
+        unit = metrics_of(stage).meters_per_unit
+        write_parts(stage.GetPrimAtPath("/Shot/Retarget"), parts, unit)
     # On a layer that no stage composes, because the paths are relative to where it will lie.
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.TransferContent(stage.GetRootLayer())
@@ -186,20 +195,22 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     setup, findings = replace(setup, pins=pins), findings + notes
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
     system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
-    expressions = read_expressions(
-        [
-            _there(stage, path, tokens.EXPRESSIONS, where)
-            for path in prim.GetRelationship(tokens.EXPRESSIONS).GetTargets()
-        ]
-    )
+    posed = [
+        _there(stage, path, tokens.EXPRESSIONS, where)
+        for path in prim.GetRelationship(tokens.EXPRESSIONS).GetTargets()
+    ]
+    expressions = read_expressions(posed)
+    metrics = metrics_of(stage)
+    parts = read_parts(prim, metrics.meters_per_unit)
+    gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
     prims = _animated(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
-    metrics = metrics_of(stage)
     there = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
     head = find_carrier(mesh, rig.skeleton, setup, *there, to_si(metrics))
     if not prims.animation:
         findings.append(finding("ANIMATION_CREATED", prims.skeleton))
-    shot = Shot(take, codes, rig, setup, system, expressions, replace(prims, head=head), metrics)
+    prims = replace(prims, head=head)
+    shot = Shot(take, codes, rig, setup, system, expressions, prims, metrics, parts, gains)
     return shot, findings
 
 

@@ -1,0 +1,246 @@
+"""The expression layer over solved weights: designed for a rig, and at work."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.fuzzy.contact import Gaps, gaps_of, hold
+from usdface.fuzzy.correct import correct, eased
+from usdface.fuzzy.design import design_system
+from usdface.fuzzy.doubts import rule_findings
+from usdface.fuzzy.features import face_unit, measure, smooth
+from usdface.fuzzy.gains import Gains
+from usdface.fuzzy.inference import evaluate
+from usdface.fuzzy.naming import known_roles
+from usdface.fuzzy.parts import FaceParts, find_parts, pose_parts
+from usdface.fuzzy.sides import Side, halved
+from usdface.fuzzy.system import FuzzySystem
+from usdface.options import CorrectionOptions
+from usdface.retarget.neutral import on_plane
+from usdface.retarget.transfer import Solution
+from usdface.rigs import Mesh
+from usdface.setup import Expression, Setup
+from usdface.takes import FloatArray, MarkerTake, WeightsTake
+
+__all__ = ["MARKER_NOISE", "Character", "adopt", "design", "express", "features", "halves", "parts_of"]
+
+# What optical markers jitter by [m]; features that move less tell nothing.
+MARKER_NOISE = 0.0003
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Character:
+    """What a correction respects on a character besides its weights.
+
+    Attributes
+    ----------
+    mesh : Mesh or None
+        None: contact is not looked at.
+    parts : FaceParts
+    gains : Gains or None
+        None: those of the system and of the expressions, at all times.
+    """
+
+    mesh: Mesh | None = None
+    parts: FaceParts = field(default_factory=FaceParts)
+    gains: Gains | None = None
+
+
+def design(
+    mesh: Mesh, setup: Setup, expressions: Sequence[Expression], correction: CorrectionOptions
+) -> tuple[FuzzySystem | None, Setup, list[Finding]]:
+    """Design the default system from the expression poses, on the bound markers.
+
+    Returns
+    -------
+    FuzzySystem or None
+        None without markers or expressions.
+    Setup
+        With the roles that the system's variables name; those it has already win.
+    list of Finding
+        EXPRESS_SKIPPED where there is no system.
+    """
+    points = setup.binding.points
+    if not len(points) or not expressions:
+        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path)]
+    system, roles, findings = design_system(
+        setup.binding.markers,
+        mesh.points[points],
+        mesh.offsets_at(points),
+        mesh.shape_names,
+        expressions,
+        setup.nose_tip,
+        MARKER_NOISE,
+    )
+    system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
+    return system, replace(setup, roles=roles | dict(setup.roles)), findings
+
+
+def adopt(system: FuzzySystem, setup: Setup, where: str) -> Setup:
+    """Give the roles that a system names to bound markers: those of the setup, or by label.
+
+    Raises
+    ------
+    InputError
+        If a role has no marker; `where` names the system.
+    """
+    known = known_roles(setup.binding.markers, setup.roles)
+    asked = dict.fromkeys(v.role for v in system.inputs)
+    for role in asked:
+        if role not in known:
+            raise InputError(
+                f"{where}: the fuzzy system reads the marker role {role!r}, which no bound marker "
+                f'has; give it one in the binding, "roles": {{"{role}": "..."}}'
+            )
+    return replace(setup, roles=dict(setup.roles) | {role: known[role] for role in asked})
+
+
+def parts_of(mesh: Mesh, setup: Setup, expressions: Sequence[Expression]) -> FaceParts:
+    """Find the parts of a bound face; the nose tip is on its midline."""
+    place = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
+    nose = place.get(setup.nose_tip)
+    return find_parts(mesh, expressions, 0.0 if nose is None else float(mesh.points[nose, 0]))
+
+
+def features(
+    system: FuzzySystem,
+    take: MarkerTake | WeightsTake,
+    mesh: Mesh,
+    setup: Setup,
+    weights: WeightsTake,
+    solution: Solution | None,
+    side: Side = "both",
+) -> FloatArray:
+    """Measure the inputs in the space the system asks for, smoothed as noise demands: (F, I).
+
+    Of one side: as they would be if the other did the same.
+
+    Raises
+    ------
+    InputError
+        If the space is the take's and the take has no markers.
+    """
+    names, points = setup.binding.markers, setup.binding.points
+    at_rest = mesh.points[points]
+    if system.space == "take":
+        if solution is None or not isinstance(take, MarkerTake):
+            raise InputError(
+                "the fuzzy system reads the take's markers, but the take has weights only; "
+                'set its space to "character"'
+            )
+        at_rest = at_rest[[names.index(name) for name in solution.markers]]
+        names, neutral = solution.markers, on_plane(solution.neutral)
+        positions = solution.pose.to_head(on_plane(take.select(names)))
+    else:
+        neutral = at_rest
+        offsets = mesh.offsets_at(points).reshape(len(mesh.shapes), -1)
+        positions = neutral + (weights.weights @ offsets).reshape(-1, *neutral.shape)
+    read, roles, signs = system.inputs, setup.roles, np.ones(1)
+    if side != "both":
+        read, signs = halved(read, names, at_rest, roles, setup.nose_tip, side)
+        roles = {}
+    unit = face_unit(system, neutral)
+    measured = signs * measure(positions, neutral, names, read, roles, setup.nose_tip, unit)
+    # As in the solve: what was recorded without noise is read frame by frame.
+    noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
+    return smooth(measured, take.times, noise * system.smoothing)
+
+
+def halves(
+    system: FuzzySystem,
+    take: MarkerTake | WeightsTake,
+    mesh: Mesh,
+    setup: Setup,
+    weights: WeightsTake,
+    solution: Solution | None,
+) -> dict[Side, FloatArray]:
+    """Measure the inputs of either half of the face, see `features`."""
+    sides: tuple[Side, ...] = ("left", "right")
+    return {s: features(system, take, mesh, setup, weights, solution, s) for s in sides}
+
+
+def express(
+    system: FuzzySystem,
+    inputs: FloatArray,
+    names: tuple[str, ...],
+    weights: FloatArray,
+    expressions: Sequence[Expression],
+    character: Character = Character(),
+    sided: Mapping[Side, FloatArray] | None = None,
+) -> tuple[FloatArray, dict[str, FloatArray], list[Finding]]:
+    """Correct weights (F, T) of shapes `names` by what the system reads off `inputs` (F, I).
+
+    Shapes of the left and the right half follow the inputs of theirs in `sided`, if there are any.
+
+    Returns
+    -------
+    corrected : (F, T) float64 in [0, 1]
+    emotions : dict of str to (F,) float64
+        Of the whole face.
+    findings : list of Finding
+    """
+    parts = character.parts
+    poses, findings = _poses(system, names, expressions)
+    heard = {"both": evaluate(system, inputs).outputs}
+    for side, read in (sided or {}).items():
+        heard[side] = evaluate(system, read).outputs
+    cut = pose_parts(poses, names, parts)
+    gains = character.gains or Gains.constant(system.gain, expressions)
+    driven = [(system.emotions[row], region) for row, _, region, _ in cut]
+    drive = np.array([heard.get(side, heard["both"])[:, row] for row, side, _, _ in cut])
+    asked = (
+        drive.reshape(len(cut), len(weights)).T,
+        np.array([pose for *_, pose in cut]).reshape(len(cut), len(names)),
+        gains.of(driven, len(weights)),
+    )
+    how = (system.mode, gains.system, system.response)
+    begun = weights
+    if system.ease > 0:
+        raised = correct(np.zeros(weights.shape), *asked, *how)
+        begun = eased(weights, raised, names, parts.antagonists, system.ease)
+    corrected = correct(begun, *asked, *how)
+    if character.mesh is not None:
+        gaps = gaps_of(character.mesh, parts, names, poses)
+        corrected, more = _in_contact(weights, corrected, gaps)
+        findings += more
+    emotions = dict(zip(system.emotions, heard["both"].T, strict=True))
+    return corrected, emotions, rule_findings(system) + findings
+
+
+def _poses(
+    system: FuzzySystem, names: tuple[str, ...], expressions: Sequence[Expression]
+) -> tuple[FloatArray, list[Finding]]:
+    """Return the pose of each emotion (E, T); zeros where the rig has none."""
+    poses, findings = np.zeros((len(system.emotions), len(names))), []
+    by_name = {expression.name: expression for expression in expressions}
+    for row, emotion in enumerate(system.emotions):
+        expression = by_name.get(emotion)
+        if expression is None:
+            message = f"no expression pose for {emotion!r}"
+            findings.append(finding("EXPRESSION_UNKNOWN", emotion, message))
+            continue
+        poses[row] = expression.pose(names)
+        for shape in set(expression.shapes) - set(names):
+            findings.append(finding("SHAPE_UNKNOWN", shape, f"{emotion!r} names it"))
+    return poses, findings
+
+
+def _in_contact(
+    weights: FloatArray, corrected: FloatArray, gaps: Gaps
+) -> tuple[FloatArray, list[Finding]]:
+    held, limited, excess = hold(weights, corrected, gaps)
+    findings = []
+    for seam in dict.fromkeys(gaps.seam):
+        own = np.array([name == seam for name in gaps.seam])
+        frames = np.flatnonzero(limited[:, own].any(axis=1))
+        if len(frames):
+            message = (
+                f"the correction was taken back in {len(frames)} frames ({frames[0]} to "
+                f"{frames[-1]}); it would have moved what touches by up to "
+                f"{1000 * excess[:, own].max():.1f} mm more"
+            )
+            findings.append(finding("CONTACT_KEPT", seam, message))
+    return held, findings
