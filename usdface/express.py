@@ -184,15 +184,20 @@ def express(
     """
     parts = character.parts
     poses, findings = _poses(system, names, expressions)
-    heard = {"both": evaluate(system, inputs).outputs}
+    heard = evaluate(system, inputs).outputs
+    drive: dict[Side, FloatArray] = {"both": heard}
     for side, read in (sided or {}).items():
-        heard[side] = evaluate(system, read).outputs
+        drive[side] = evaluate(system, read).outputs
+    if sided:
+        # What belongs to no side follows what both say, so that left is as right.
+        drive["both"] = np.minimum(drive["left"], drive["right"])
     cut = pose_parts(poses, names, parts)
     gains = character.gains or Gains.constant(system.gain, expressions)
     driven = [(system.emotions[row], region) for row, _, region, _ in cut]
-    drive = np.array([heard.get(side, heard["both"])[:, row] for row, side, _, _ in cut])
     asked = (
-        drive.reshape(len(cut), len(weights)).T,
+        np.array([drive.get(side, heard)[:, row] for row, side, _, _ in cut])
+        .reshape(len(cut), len(weights))
+        .T,
         np.array([pose for *_, pose in cut]).reshape(len(cut), len(names)),
         gains.of(driven, len(weights)),
     )
@@ -206,7 +211,7 @@ def express(
         gaps = gaps_of(character.mesh, parts, names, poses)
         corrected, more = _in_contact(weights, corrected, gaps)
         findings += more
-    emotions = dict(zip(system.emotions, heard["both"].T, strict=True))
+    emotions = dict(zip(system.emotions, heard.T, strict=True))
     return corrected, emotions, rule_findings(system) + findings
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.fuzzy.correct import correct, respond
+from usdface.fuzzy.correct import correct, eased, respond
 from usdface.options import RESPONSE
 
 RNG = np.random.default_rng(4)
@@ -108,3 +108,38 @@ def test_a_weak_expression_comes_at_least_half_way_to_the_whole():
     corrected = correct(weak, amounts - 0.05, pose, np.ones(1))
     before, after = (np.linalg.norm(w - pose, axis=1) for w in (weak, corrected))
     assert (after <= 0.5 * before).all()
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_gains_over_time_are_those_of_each_frame(mode):
+    gains, gain = RNG.uniform(0, 2, size=(F, E)), RNG.uniform(size=F)
+    whole = correct(WEIGHTS, EMOTIONS, POSES, gains, mode, gain)
+    for f in range(F):
+        row = slice(f, f + 1)
+        alone = correct(WEIGHTS[row], EMOTIONS[row], POSES, gains[f], mode, float(gain[f]))
+        np.testing.assert_array_equal(whole[row], alone)
+
+
+def test_what_is_raised_leaves_its_antagonist_the_rest():
+    names = ("smile", "frown", "jaw")
+    weights = np.array([[0.2, 0.7, 0.9], [0.2, 0.1, 0.9]])
+    raised = np.array([[0.8, 0.0, 0.0], [0.8, 0.0, 0.0]])
+    pairs = [("frown", "smile"), ("smile", "wink")]
+    for amount, frowns in ((1.0, (0.2, 0.1)), (0.5, (0.6, 0.1)), (0.0, (0.7, 0.1))):
+        expected = weights.copy()
+        expected[:, 1] = frowns
+        np.testing.assert_allclose(eased(weights, raised, names, pairs, amount), expected)
+
+
+@pytest.mark.parametrize("ease", [0.0, 0.4, 1.0])
+def test_raising_and_easing_twice_is_doing_it_once(ease):
+    names = tuple("abcdefg")
+    pairs = [("a", "b"), ("c", "d"), ("a", "e")]
+    raised = correct(np.zeros(WEIGHTS.shape), EMOTIONS, POSES, GAINS)
+
+    def once(weights):
+        return correct(eased(weights, raised, names, pairs, ease), EMOTIONS, POSES, GAINS)
+
+    first = once(WEIGHTS)
+    np.testing.assert_array_equal(once(first), first)
+    assert (first < WEIGHTS).any() == (ease > 0)

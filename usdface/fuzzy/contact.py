@@ -1,9 +1,9 @@
 """Contact: a correction opens no closed mouth or eye, and pushes no lid or lip into the other.
 
 The gap of a seam (`usdface.fuzzy.seams`) is measured at a few places along it, each the mean of
-its pairs of vertices, across the seam: linear in the weights. Where a gap would leave its bounds,
-what works against it is taken back, as little as possible (least squares, in closed form but for
-the number of weights that end at 0), in all frames at once.
+its pairs of vertices, across the seam: linear in the weights. Where a gap would change by more
+than it may, what changes it is taken back, as little as possible (least squares, in closed form
+but for the number of weights that end at 0), in all frames at once.
 """
 
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class Gaps:
     touch : (K,) float64 [m]
         At which they touch: lips as they rest, lids at 0.
     floor : (K,) float64 [m]
-        Below which no correction closes them: as the rig's own expressions press them.
+        To which a correction may close them: as the rig's own expressions press them.
     tolerance : float [m]
     """
 
@@ -63,14 +63,16 @@ class Gaps:
         """Return the gaps at some weights (F, T): (F, K) [m]."""
         return np.asarray(self.neutral + weights @ self.moves)
 
-    def bounds(self, solved: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least and largest gap that a correction may make of gaps (F, K) [m].
+    def room(self, solved: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return by how much a correction may close and open gaps (F, K): (F, K) each [m].
 
-        What touches stays within the tolerance; what is open may open further in proportion.
+        What touches moves by the tolerance. What is open may close until it touches, and open
+        further in proportion; what is pressed may let go.
         """
-        shut = self.touch + self.tolerance
-        opened = np.maximum(solved - shut, 0.0)
-        return np.minimum(solved, self.floor), np.maximum(solved + _SLOPE * opened, shut)
+        ajar = np.maximum(solved - self.touch - self.tolerance, 0.0)
+        pressed = np.maximum(self.touch - solved, 0.0)
+        close = np.maximum(solved - self.floor, 0.0)
+        return -self.tolerance - close, self.tolerance + pressed + _SLOPE * ajar
 
 
 def gaps_of(mesh: Mesh, parts: FaceParts, names: tuple[str, ...], poses: FloatArray) -> Gaps:
@@ -117,7 +119,7 @@ def gaps_of(mesh: Mesh, parts: FaceParts, names: tuple[str, ...], poses: FloatAr
     rest, by_shape = np.concatenate(neutral), np.concatenate(moves, axis=1)
     touch = np.where(np.array(seam, dtype=str) == "lips", rest, 0.0)
     pressed = (rest + poses @ by_shape).min(axis=0, initial=np.inf)
-    floor = np.minimum(touch - parts.tolerance, pressed)
+    floor = np.minimum(touch, pressed)
     return Gaps(tuple(seam), rest, by_shape, touch, floor, parts.tolerance)
 
 
@@ -134,12 +136,16 @@ def _seams(mesh: Mesh, parts: FaceParts) -> list[tuple[str, IntArray]]:
 
 
 def _places(x: FloatArray, count: int) -> FloatArray:
-    """Return which pair counts for which place along the seam: (P, K), equal parts of them."""
-    low, high = x.min(), x.max()
-    step = (high - low) / count
-    place = np.clip(((x - low) / step if step > 0 else 0.0 * x).astype(np.int64), 0, count - 1)
-    member = place[:, None] == np.unique(place)
-    return np.asarray(member, dtype=np.float64)
+    """Return how much each pair counts for each place along the seam: (P, K).
+
+    A pair between two places counts for both, so that no place has an edge, and left is as right.
+    """
+    step = (x.max() - x.min()) / count
+    if not step > 0:
+        return np.ones((len(x), 1))
+    centres = x.min() + step * (np.arange(count) + 0.5)
+    counts = np.maximum(1.0 - np.abs(x[:, None] - centres) / step, 0.0)
+    return np.asarray(counts[:, counts.any(axis=0)])
 
 
 def hold(
@@ -159,22 +165,22 @@ def hold(
     held : (F, T) float64
         Equal to `corrected` where the contact is kept anyway.
     limited : (F, K) bool
-        Where a gap would have left its bounds ...
+        Where a gap would have changed by more than it may ...
     excess : (F, K) float64 [m]
         ... and by how much.
     """
     before = gaps.at(solved)
-    low, high = gaps.bounds(before)
+    low, high = gaps.room(before)
     wanted = corrected - solved
-    after = before + wanted @ gaps.moves
-    excess = np.maximum(after - high, low - after).clip(min=0.0)
+    change = wanted @ gaps.moves
+    excess = np.maximum(change - high, low - change).clip(min=0.0)
     limited = excess > _EXACT
     frames = np.flatnonzero(limited.any(axis=1))
     held = np.array(corrected)
     if len(frames):
         concerned = np.flatnonzero((wanted[frames] != 0).any(axis=0) & gaps.moves.any(axis=1))
         block = np.ix_(frames, concerned)
-        room = low[frames] - before[frames], high[frames] - before[frames]
+        room = low[frames], high[frames]
         held[block] = solved[block] + _kept(wanted[block], gaps.moves[concerned], *room)
     return held, limited, excess
 

@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pxr import Sdf, Usd
+from slits import EXPRESSIONS, slit_face
 from worlds import World, animation_of, make_world
 
 from usdface.cli import main
 from usdface.errors import InputError
-from usdface.express import design, express, features
+from usdface.express import Character, design, express, features, halves, parts_of
 from usdface.fuzzy.dictionaries import expressions_for
 from usdface.fuzzy.features import MILLIMETRE, smooth
+from usdface.fuzzy.gains import Gains
 from usdface.fuzzy.paper import EMOTIONS, MEDIUM, paper_system
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
@@ -177,3 +179,146 @@ def test_the_papers_system_works_in_a_shot(world: World, tmp_path: Path) -> None
     weights = animation_of(root).weights
     assert weights.min() >= 0 and weights.max() <= 1
     assert len(MEDIUM) == 13
+
+
+SLITS = slit_face()
+SIDE = {"Left": "Right", "Right": "Left"}
+MIRROR = [
+    SLITS.shape_names.index(next((n[: -len(s)] + SIDE[s] for s in SIDE if n.endswith(s)), n))
+    for n in SLITS.shape_names
+]
+
+
+@pytest.fixture(scope="module")
+def slits() -> tuple[FuzzySystem, Setup, Character]:
+    """The system designed for the face of slits, on the vertices of its front."""
+    front = np.flatnonzero(SLITS.points[:, 2] > 0.009)
+    x = SLITS.points[front, 0]
+    nose = int(front[np.argmin(np.abs(x) + np.abs(SLITS.points[front, 1] - 0.015))])
+    names = tuple("nose" if p == nose else f"m{p}" for p in front)
+    setup = Setup(Binding(names, front), nose_tip="nose")
+    system, setup, _ = design(SLITS, setup, EXPRESSIONS, CorrectionOptions())
+    assert system is not None
+    return system, setup, Character(SLITS, parts_of(SLITS, setup, EXPRESSIONS))
+
+
+def played(slits, weights, **changes):
+    """Correct weights (F, S) of the face of slits."""
+    system, setup, character = slits
+    system = replace(system, **{k: v for k, v in changes.items() if k == "ease"})
+    character = replace(character, **{k: v for k, v in changes.items() if k != "ease"})
+    take = WeightsTake(SLITS.shape_names, np.arange(len(weights)) / 60, weights)
+    read = (system, take, SLITS, setup, take, None)
+    sided = halves(*read) if character.parts.left else None
+    corrected, emotions, findings = express(
+        system, features(*read), SLITS.shape_names, weights, EXPRESSIONS, character, sided
+    )
+    return corrected, emotions, findings
+
+
+def shown(**shapes: float) -> np.ndarray:
+    return np.array([[shapes.get(name, 0.0) for name in SLITS.shape_names]])
+
+
+def corrected_by(slits, solved, **changes) -> dict[str, float]:
+    after = played(slits, solved, **changes)[0]
+    return dict(zip(SLITS.shape_names, (after - solved)[0], strict=True))
+
+
+def performances(frames: int) -> np.ndarray:
+    rng = np.random.default_rng(5)
+    poses = np.array([e.pose(SLITS.shape_names) for e in EXPRESSIONS])
+    loud = rng.uniform(0, 0.8, size=(frames, 4, 1)) * (rng.uniform(size=(frames, 4, 1)) > 0.5)
+    uneven = rng.uniform(0.3, 1.0, size=(frames, len(SLITS.shape_names)))
+    return np.clip((loud * poses).max(axis=1) * uneven, 0, 1)
+
+
+def test_a_one_sided_smile_is_corrected_on_its_side_alone(slits) -> None:
+    for side, other in SIDE.items():
+        changed = corrected_by(slits, shown(**{f"mouthSmile{side}": 0.4}))
+        assert changed[f"mouthSmile{side}"] > 0.4
+        assert abs(changed[f"mouthSmile{other}"]) < 0.01
+    both = corrected_by(slits, shown(mouthSmileLeft=0.4, mouthSmileRight=0.4))
+    assert both["mouthSmileLeft"] == pytest.approx(both["mouthSmileRight"], abs=1e-9)
+    assert both["mouthSmileLeft"] > 0.4
+
+
+def test_a_mirrored_performance_is_corrected_in_mirror_image(slits) -> None:
+    weights = performances(120)
+    corrected = played(slits, weights)[0]
+    assert np.abs(corrected - weights).max() > 0.3
+    assert np.abs(corrected - corrected[:, MIRROR]).max() > 0.1  # they are not symmetric
+    mirrored = played(slits, weights[:, MIRROR])[0]
+    np.testing.assert_allclose(mirrored, corrected[:, MIRROR], atol=1e-6)
+
+
+def test_contact_is_kept_and_said(slits) -> None:
+    term = Term("on", "ramp", (0.0, 1.0))
+    variables = Variable("a", "input", "a", terms=(term,)), Variable("disgust", "output")
+    system = FuzzySystem(variables, (parse_rule("IF a IS on THEN disgust IS 1"),))
+    names = SLITS.shape_names
+    weights = np.repeat(shown(mouthPressLeft=0.2), 3, axis=0)
+    weights[2] = shown(jawOpen=0.5)[0]
+    given = system, np.array([[0.0], [1.0], [1.0]]), names, weights, EXPRESSIONS
+    free, _, unsaid = express(*given, replace(slits[2], mesh=None))
+    held, _, findings = express(*given, slits[2])
+    assert "CONTACT_KEPT" not in {f.code for f in unsaid}
+    (said,) = [f for f in findings if f.code == "CONTACT_KEPT"]
+    assert said.where == "lips" and "1 frames (1 to 1)" in said.message and "mm" in said.message
+    lips = slits[2].parts.lips
+
+    def gap(row: np.ndarray) -> float:
+        upper, lower = SLITS.deformed(row)[lips].swapaxes(0, 1)
+        return float((upper[:, 1] - lower[:, 1]).mean())
+
+    assert gap(free[1]) - gap(weights[1]) > 0.003
+    assert gap(held[1]) - gap(weights[1]) <= 0.0005 + 1e-6
+    squint = names.index("eyeSquintLeft")  # has nothing to do with the lips
+    assert held[1, squint] == free[1, squint] == 1.0
+    np.testing.assert_array_equal(held[[0, 2]], free[[0, 2]])
+
+
+@pytest.mark.parametrize("region", ["brows", "eyes", "mouth"])
+def test_the_gain_of_a_region_is_of_its_shapes_alone(slits, region) -> None:
+    weights = performances(60)
+    free = {"mesh": None}
+    plain = played(slits, weights, **free)[0] - weights
+    none = Gains(regions={region: np.zeros(1)})
+    muted = played(slits, weights, gains=none, **free)[0] - weights
+    own = np.isin(SLITS.shape_names, slits[2].parts.regions[region])
+    assert plain[:, own].max() > 0.1 and not muted[:, own].any()
+    np.testing.assert_array_equal(muted[:, ~own], plain[:, ~own])
+
+
+def test_gains_over_time_count_in_their_frames(slits) -> None:
+    weights = np.repeat(shown(mouthSmileLeft=0.4, mouthSmileRight=0.4), 4, axis=0)
+    smile = SLITS.shape_names.index("mouthSmileLeft")
+    full = played(slits, weights)[0][0, smile]
+    curve = np.array([0.0, 0.5, 1.0, 0.7])
+    for gains in (Gains(curve), Gains(emotions={"joy": curve})):
+        found = played(slits, weights, gains=gains)[0][:, smile]
+        np.testing.assert_allclose(found, np.maximum(0.4, curve * full), atol=1e-9)
+
+
+def test_a_frown_goes_back_where_a_smile_is_raised_if_that_is_wanted(slits) -> None:
+    solved = shown(mouthSmileLeft=0.5, mouthSmileRight=0.5, mouthFrownLeft=0.1)
+    assert corrected_by(slits, solved)["mouthFrownLeft"] == 0
+    assert corrected_by(slits, solved, ease=1.0)["mouthFrownLeft"] < -0.05
+
+
+def test_correcting_twice_is_correcting_once(slits) -> None:
+    system, setup, character = slits
+    weights = performances(80)
+    take = WeightsTake(SLITS.shape_names, np.arange(80) / 60, weights)
+    read = (system, take, SLITS, setup, take, None)
+    heard = features(*read), halves(*read)
+    free = replace(character, mesh=None)
+
+    def once(solved: np.ndarray, ease: float) -> np.ndarray:
+        easing = replace(system, ease=ease)
+        return express(easing, heard[0], SLITS.shape_names, solved, EXPRESSIONS, free, heard[1])[0]
+
+    for ease in (0.0, 0.6):
+        first = once(weights, ease)
+        assert np.abs(first - weights).max() > 0.3
+        np.testing.assert_array_equal(once(first, ease), first)
