@@ -21,7 +21,7 @@ from usdface.retarget.pins import bent_to_pins, kept_at_pins
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.rigs import Mesh
-from usdface.setup import fit_setup
+from usdface.setup import Setup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["Animated", "animate", "retarget"]

@@ -16,7 +16,7 @@ from usdface.fuzzy.gains import Gains
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.naming import known_roles
 from usdface.fuzzy.parts import FaceParts, find_parts, pose_parts
-from usdface.fuzzy.sides import Side, halved
+from usdface.fuzzy.sides import Side, half_face
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import CorrectionOptions
 from usdface.retarget.neutral import on_plane
@@ -138,12 +138,11 @@ def features(
         neutral = at_rest
         offsets = mesh.offsets_at(points).reshape(len(mesh.shapes), -1)
         positions = neutral + (weights.weights @ offsets).reshape(-1, *neutral.shape)
-    read, roles, signs = system.inputs, setup.roles, np.ones(1)
-    if side != "both":
-        read, signs = halved(read, names, at_rest, roles, setup.nose_tip, side)
-        roles = {}
+    if side != "both" and setup.nose_tip in names:
+        nose = names.index(setup.nose_tip)
+        positions = half_face(positions, neutral, at_rest, nose, side)
     unit = face_unit(system, neutral)
-    measured = signs * measure(positions, neutral, names, read, roles, setup.nose_tip, unit)
+    measured = measure(positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit)
     # As in the solve: what was recorded without noise is read frame by frame.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
     return smooth(measured, take.times, noise * system.smoothing)

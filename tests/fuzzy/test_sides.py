@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from slits import slit_face
 
-from usdface.fuzzy.sides import halved, mirrored_markers, sided_shapes
-from usdface.fuzzy.system import Variable
+from usdface.fuzzy.sides import half_face, midline, mirrored_markers, sided_shapes
 
 NAMES = ("nose", "brow_l", "brow_r", "corner_l", "corner_r", "chin", "odd")
 NEUTRAL = np.array(
@@ -19,14 +18,6 @@ NEUTRAL = np.array(
         [0.06, 0.0, 0.0],
     ]
 )
-INPUTS = (
-    Variable("a", "input", "brow_right", "x", "signed"),
-    Variable("b", "input", "corner_l", "y", "signed"),
-    Variable("c", "input", "odd", "x", "signed"),
-    Variable("d", "input", "brow_right", "x", "absolute"),
-    Variable("e", "input", "chin", "y", "signed"),
-)
-ROLES = {"brow_right": "brow_r"}
 
 
 def test_every_marker_finds_its_mirror_image():
@@ -35,24 +26,36 @@ def test_every_marker_finds_its_mirror_image():
     assert found == ["nose", "brow_r", "brow_l", "corner_r", "corner_l", "chin", ""]
 
 
-@pytest.mark.parametrize(
-    ("side", "read", "signs"),
-    [
-        ("left", ["brow_l", "corner_l", "odd", "brow_l", "chin"], [-1, 1, 1, 1, 1]),
-        ("right", ["brow_r", "corner_r", "odd", "brow_r", "chin"], [1, 1, 1, 1, 1]),
-    ],
-)
-def test_a_half_is_read_by_its_own_markers(side, read, signs):
-    variables, found = halved(INPUTS, NAMES, NEUTRAL, ROLES, "nose", side)
-    assert [v.role for v in variables] == read
-    np.testing.assert_array_equal(found, signs)
-    assert [v.name for v in variables] == [v.name for v in INPUTS]
+@pytest.mark.parametrize("start", [0.002, 0.0, 0.005])
+def test_the_midline_is_half_way_between_mirror_images(start):
+    assert midline(NEUTRAL, start) == pytest.approx(0.002)
+    assert midline(NEUTRAL[5:], 0.01) == 0.01  # nothing to go by
 
 
-def test_a_face_without_its_nose_tip_is_read_as_it_is():
-    variables, signs = halved(INPUTS, NAMES, NEUTRAL, ROLES, "forehead", "left")
-    assert [v.role for v in variables] == ["brow_r", "corner_l", "odd", "brow_r", "chin"]
-    assert (signs == 1).all()
+@pytest.mark.parametrize(("side", "own", "other"), [("left", "l", "r"), ("right", "r", "l")])
+def test_a_half_face_is_a_half_and_its_mirror_image(side, own, other):
+    moved = np.random.default_rng(2).normal(scale=0.01, size=(5, len(NAMES), 3))
+    moved[2, NAMES.index(f"brow_{own}")] = np.nan
+    found = half_face(NEUTRAL + moved, NEUTRAL, NEUTRAL, 0, side) - NEUTRAL
+    for name in ("brow", "corner"):
+        kept, made = (NAMES.index(f"{name}_{s}") for s in (own, other))
+        np.testing.assert_allclose(found[:, kept], moved[:, kept], atol=1e-12)
+        np.testing.assert_allclose(found[:, made], moved[:, kept] * [-1, 1, 1], atol=1e-12)
+    for name in ("nose", "chin"):  # on the midline
+        np.testing.assert_allclose(
+            found[:, NAMES.index(name)], moved[:, NAMES.index(name)] * [0, 1, 1], atol=1e-12
+        )
+    odd = NAMES.index("odd")  # has no counterpart
+    np.testing.assert_allclose(found[:, odd], moved[:, odd], atol=1e-12)
+
+
+def test_both_halves_of_a_symmetric_motion_are_the_whole():
+    moved = np.random.default_rng(2).normal(scale=0.01, size=(3, len(NAMES), 3))
+    moved[:, [0, 5], 0] = 0.0
+    moved[:, [2, 4]] = moved[:, [1, 3]] * [-1, 1, 1]
+    for side in ("left", "right"):
+        found = half_face(NEUTRAL + moved, NEUTRAL, NEUTRAL, 0, side)
+        np.testing.assert_allclose(found, NEUTRAL + moved, atol=1e-12)
 
 
 def test_shapes_belong_to_the_half_that_they_move():

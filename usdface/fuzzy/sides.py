@@ -6,29 +6,47 @@ the faces that the left and the right half make with their own mirror images. Sh
 follow the answer of that side.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from usdface.fuzzy.features import marker_spread
-from usdface.fuzzy.system import Variable
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["SIDES", "Side", "halved", "mirrored_markers", "sided_shapes"]
+__all__ = ["SIDES", "Side", "half_face", "midline", "mirrored_markers", "sided_shapes"]
 
 Side = Literal["both", "left", "right"]
 SIDES: tuple[Side, ...] = ("both", "left", "right")
 _SIGN = {"left": 1.0, "right": -1.0}
+_MIRROR = np.array([-1.0, 1.0, 1.0])
+_ROUNDS = 3
 # In face units: how far from its mirror image a marker may sit, and how near the midline it has
 # no other side.
 _REACH = 0.2
 _MIDLINE = 0.03
 # A shape of whose motion this share is on one side belongs to it.
 _ONE_SIDED = 0.8
+
+
+def midline(neutral: FloatArray, start: float) -> float:
+    """Return x of the midline [m]: half-way between markers that are each other's mirror image.
+
+    Parameters
+    ----------
+    neutral : (M, 3) float64 [m]
+    start : float [m]
+        Where it about is.
+    """
+    middle = start
+    for _ in range(_ROUNDS):
+        other = mirrored_markers(neutral, middle)
+        paired = (other >= 0) & (other != np.arange(len(neutral)))
+        if not paired.any():
+            break
+        middle = float(np.median((neutral[paired, 0] + neutral[other[paired], 0]) / 2))
+    return middle
 
 
 def mirrored_markers(neutral: FloatArray, middle: float) -> IntArray:
@@ -44,7 +62,7 @@ def mirrored_markers(neutral: FloatArray, middle: float) -> IntArray:
         x of the midline.
     """
     unit = marker_spread(neutral)
-    images = (neutral - [middle, 0.0, 0.0]) * [-1.0, 1.0, 1.0] + [middle, 0.0, 0.0]
+    images = (neutral - [middle, 0.0, 0.0]) * _MIRROR + [middle, 0.0, 0.0]
     distance, other = cKDTree(neutral).query(images)
     each = np.arange(len(neutral))
     mutual = (other[other] == each) & (distance < _REACH * unit)
@@ -52,54 +70,36 @@ def mirrored_markers(neutral: FloatArray, middle: float) -> IntArray:
     return np.where(np.abs(neutral[:, 0] - middle) < _MIDLINE * unit, each, found)
 
 
-def halved(
-    variables: Sequence[Variable],
-    names: Sequence[str],
-    neutral: FloatArray,
-    roles: Mapping[str, str],
-    nose_tip: str,
-    side: Side,
-) -> tuple[tuple[Variable, ...], FloatArray]:
-    """Return the inputs as one half of the face has them.
+def half_face(
+    positions: FloatArray, neutral: FloatArray, at_rest: FloatArray, nose: int, side: Side
+) -> FloatArray:
+    """Return markers of the face that one half makes with its own mirror image: (F, M, 3) [m].
 
-    A variable that reads a marker of the other half reads its mirror image instead; where there
-    is none it stays as it is.
+    A marker of the other half moves as the mirror image of its counterpart, one on the midline
+    stays on it, and one without a counterpart moves as it does.
 
     Parameters
     ----------
-    variables : sequence of Variable, length I
-    names : sequence of str, length M
-        Markers.
+    positions : (F, M, 3) float64 [m]
     neutral : (M, 3) float64 [m]
-        Their places on the character's neutral face.
-    roles : mapping of str to str
-        Role to marker.
-    nose_tip : str
-        Marker on the midline.
+        The same markers on the neutral face.
+    at_rest : (M, 3) float64 [m]
+        Their places on the character, which say who is whose mirror image.
+    nose : int
+        A marker near the midline.
     side : {"left", "right"}
-
-    Returns
-    -------
-    variables : tuple of Variable, length I
-        Their roles are names of markers.
-    signs : (I,) float64
-        -1 where the mirror image moves the other way.
     """
-    signs = np.ones(len(variables))
-    read = [replace(v, role=roles.get(v.role, v.role)) for v in variables]
-    if nose_tip not in names:
-        return tuple(read), signs
-    middle = float(neutral[list(names).index(nose_tip), 0])
-    other = mirrored_markers(neutral, middle)
-    index = {name: i for i, name in enumerate(names)}
-    for i, variable in enumerate(read):
-        marker = index.get(variable.role, -1)
-        away = marker >= 0 and (neutral[marker, 0] - middle) * _SIGN[side] < 0
-        if away and other[marker] not in (-1, marker):
-            read[i] = replace(variable, role=names[other[marker]])
-            if variable.axis == "x" and variable.measure == "signed":
-                signs[i] = -1.0
-    return tuple(read), signs
+    middle = midline(at_rest, float(at_rest[nose, 0]))
+    other = mirrored_markers(at_rest, middle)
+    away = (at_rest[:, 0] - middle) * _SIGN[side] < 0
+    each = np.arange(len(at_rest))
+    half = positions.copy()
+    mirrored = np.flatnonzero(away & (other >= 0) & (other != each))
+    image = other[mirrored]
+    half[:, mirrored] = neutral[mirrored] + _MIRROR * (positions[:, image] - neutral[image])
+    central = other == each
+    half[:, central, 0] = np.where(np.isnan(positions[:, central, 0]), np.nan, neutral[central, 0])
+    return half
 
 
 def sided_shapes(mesh: Mesh, middle: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
