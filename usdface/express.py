@@ -25,7 +25,16 @@ from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
-__all__ = ["MARKER_NOISE", "Character", "adopt", "design", "express", "features", "halves", "parts_of"]
+__all__ = [
+    "MARKER_NOISE",
+    "Character",
+    "adopt",
+    "design",
+    "express",
+    "features",
+    "halves",
+    "parts_of",
+]
 
 # What optical markers jitter by [m]; features that move less tell nothing.
 MARKER_NOISE = 0.0003

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from usdface.express import design
 from usdface.errors import InputError
+from usdface.express import design
 from usdface.findings import Finding
 from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.fit import answers_to, fit_system

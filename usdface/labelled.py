@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from usdface.animate import retarget
-from usdface.express import MARKER_NOISE, features
 from usdface.errors import InputError
+from usdface.express import MARKER_NOISE, features
 from usdface.findings import Finding
 from usdface.fuzzy.design import solved_noise
 from usdface.fuzzy.features import marker_spread, measure
