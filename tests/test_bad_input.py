@@ -356,7 +356,9 @@ def test_a_binding_that_does_not_fit(
     assert said in refused(place.shot)
 
 
-def test_no_binding_for_a_marker_take(place: Place, refused: Refused) -> None:
+def test_no_binding_for_a_take_of_an_image(place: Place, refused: Refused) -> None:
+    """Where the markers of a take in space sit is proposed."""
+    marker_take(place, "usdface:dimension", "2d")
     command = place.shot
     del command[5:7]
     said = refused(command)

@@ -15,6 +15,7 @@ from usdface import __version__
 from usdface.errors import InputError, OutputError, UsdFaceError
 from usdface.findings import severest
 from usdface.options import (
+    BindOptions,
     CorrectionOptions,
     ExportOptions,
     FitOptions,
@@ -142,7 +143,24 @@ def _shot(commands: Any) -> None:
     command = _command(commands, "shot", _run_shot, "bring a rig and a take together")
     command.add_argument("--rig", type=Path, required=True, help="USD rig")
     command.add_argument("--take", type=Path, required=True, help="USD take")
-    command.add_argument("--bind", type=Path, help="where the markers sit, JSON")
+    command.add_argument(
+        "--bind", type=Path, help="where the markers sit, JSON (without: places are proposed)"
+    )
+    command.add_argument(
+        "--propose", action="store_true", help="propose places for the markers --bind leaves out"
+    )
+    command.add_argument(
+        "--neutral",
+        nargs="+",
+        metavar="FRAME",
+        help='first and last neutral frame index, or "auto"; instead of the binding\'s',
+    )
+    command.add_argument(
+        "--write-bind", type=Path, metavar="FILE.json", help="write the binding, to correct it"
+    )
+    command.add_argument(
+        "--bind-figure", type=Path, metavar="FILE", help="draw the markers on the face: .png, ..."
+    )
     command.add_argument(
         "--print-bind",
         action="store_true",
@@ -176,11 +194,13 @@ def _shot(commands: Any) -> None:
 
 
 def _run_shot(parsed: argparse.Namespace) -> int:
+    from usdface.io.atomic import check_place, write_bytes
     from usdface.io.bind_file import bind_json
     from usdface.pipeline import make_shot
 
     given = {k: v for k, v in _settings(parsed, CorrectionOptions).items() if v is not None}
     correction = CorrectionOptions(**given) if given else None
+    binding = BindOptions(propose=parsed.propose, neutral=_frames(parsed.neutral))
     setups = []
 
     def run(step: "OnStep | None") -> "Outcome":
@@ -193,14 +213,39 @@ def _run_shot(parsed: argparse.Namespace) -> int:
             step,
             parsed.fuzzy,
             parsed.expressions,
+            binding,
         )
         setups.append(setup)
         return outcome
 
+    others = (parsed.rig, parsed.take, parsed.output, *([parsed.bind] if parsed.bind else []))
+    for place in (parsed.write_bind, parsed.bind_figure):
+        if place:
+            check_place(place, *others)
     status = _report(parsed, run, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
         print(bind_json(setups[0]), end="")
+    if parsed.write_bind:
+        write_bytes(parsed.write_bind, bind_json(setups[0]).encode())
+    if parsed.bind_figure:
+        from usdface.bind_figure import write_bind_figure
+        from usdface.io.usd.rig import read_rig
+
+        character, _ = read_rig(parsed.rig)
+        binding_made = setups[0].binding
+        write_bind_figure(character.mesh(binding_made.mesh), binding_made, parsed.bind_figure)
     return status
+
+
+def _frames(words: list[str] | None) -> Any:
+    """Return what --neutral says: frame indices, "auto" or None."""
+    if words is None or words == ["auto"]:
+        return words and "auto"
+    if len(words) > 2 or not all(word.isdecimal() for word in words):
+        raise InputError(
+            f'--neutral is {" ".join(words)!r}; expected one or two frame indices, or "auto"'
+        )
+    return int(words[0]), int(words[-1])
 
 
 def _process(commands: Any) -> None:

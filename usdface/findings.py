@@ -74,6 +74,13 @@ CODES: dict[str, tuple[Severity, str]] = {
     "ANIMATION_CREATED": ("info", "the rig has no SkelAnimation; the solve layer adds one"),
     "CONVERSION_INEXACT": ("warning", "what was written is not what was read"),
     "CONVERSION_UNCERTIFIED": ("info", "what was written could not be compared with its source"),
+    # binding
+    "BIND_PROPOSED": ("info", "where markers sit was proposed, not given"),
+    "BIND_UNSURE": ("warning", "most proposed places are unsure"),
+    "PLACE_UNSURE": ("warning", "the proposed place of a marker may be wrong"),
+    "MARKER_OFF_FACE": ("warning", "a marker lies off the face and gets no place"),
+    "MARKER_DUPLICATE": ("warning", "two markers are always at one place; one is left out"),
+    "NEUTRAL_FOUND": ("info", "neutral frames were looked for and found"),
     # retarget
     "NEUTRAL_ASSUMED": ("warning", "no neutral frames were named"),
     "NOSE_TIP_ASSUMED": ("warning", "no marker is named as the nose tip"),

@@ -17,6 +17,7 @@ __all__ = [
     "PIN_REACH",
     "REGIONS",
     "RESPONSE",
+    "BindOptions",
     "CleanOptions",
     "CorrectionMode",
     "CorrectionOptions",
@@ -240,6 +241,26 @@ class ExportOptions:
 
     clip: str = ""
     pointer: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BindOptions:
+    """Where a shot's markers sit on the rig, beyond what the binding file says.
+
+    `propose` finds places for the markers that the binding file leaves out; without a file it
+    is always done. `neutral` names the first and last neutral frame index instead of the file;
+    "auto" looks for them, as is done where places are proposed and the file names none.
+    """
+
+    propose: bool = False
+    neutral: tuple[int, int] | Literal["auto"] | None = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.neutral, tuple) and not 0 <= self.neutral[0] <= self.neutral[1]:
+            raise InputError(
+                f"neutral frames {self.neutral[0]} to {self.neutral[1]}; expected the first and "
+                "the last frame index, 0 or more"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

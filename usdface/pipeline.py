@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from usdface.findings import Finding, finding
 from usdface.io.atomic import check_place
 from usdface.options import (
+    BindOptions,
     CorrectionOptions,
     ExportOptions,
     FitOptions,
@@ -20,7 +21,7 @@ from usdface.options import (
     TakeOptions,
 )
 from usdface.outcome import OnStep, Outcome, Steps
-from usdface.setup import Setup, fit_setup, unbound
+from usdface.setup import Setup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 
 if TYPE_CHECKING:
@@ -110,20 +111,22 @@ def make_shot(
     on_step: OnStep | None = None,
     fuzzy: Path | None = None,
     expressions_file: Path | None = None,
+    binding: BindOptions = BindOptions(),
 ) -> tuple[Outcome, Setup]:
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
-    `bind` is the binding file; `fuzzy` a system to use in place of the default design, with its
-    own correction unless one is given; `expressions_file` has poses that go before those of the
-    dictionaries. Returns the outcome and the setup as it was written (mesh and nose tip filled in).
+    `bind` is the binding file; without one, places for the markers are proposed. `fuzzy` is a
+    system to use in place of the default design, with its own correction unless one is given;
+    `expressions_file` has poses that go before those of the dictionaries. Returns the outcome and
+    the setup as it was written (places, mesh and nose tip filled in).
 
     Raises
     ------
     InputError
-        If the binding does not fit rig and take; a marker take needs one.
+        If the binding does not fit rig and take, or no places can be proposed.
     """
+    from usdface.bound import bound_setup, proposal_summary
     from usdface.express import adopt, design, parts_of
-    from usdface.io.bind_file import read_bind
     from usdface.io.fuzzy_formats.files import read_fuzzy_file
     from usdface.io.usd.rig import read_rig
     from usdface.io.usd.shot import write_shot
@@ -138,9 +141,9 @@ def make_shot(
         character, findings = read_rig(rig)
         stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(stage, take))
-        named, more = read_bind(bind) if bind else (unbound(recorded), [])
+    with steps("bind"):
+        mesh, named, peaks, more = bound_setup(character, recorded, bind, binding)
         findings += more
-        mesh = character.mesh(named.binding.mesh) if bind else character.face()
         setup, more = fit_setup(named, mesh, recorded)
         findings += more
     with steps("design"):
@@ -161,6 +164,7 @@ def make_shot(
         write_shot(output, rig, take, setup, system, expressions, parts)
     summary = {
         "markers bound": len(setup.binding.markers),
+        **proposal_summary(setup, peaks),
         "blend shapes": len(character.shape_names),
         "expressions": ", ".join(e.name for e in expressions),
         "rules": len(system.rules) if system else 0,

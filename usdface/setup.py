@@ -20,14 +20,24 @@ class Binding:
     """Where markers sit on the rig: `markers[i]` on vertex `points[i]` of `mesh`.
 
     `mesh` is a mesh name or prim path; "" = the only mesh of the rig that has shapes.
+    `confidence` (len(markers),) float64 in [0, 1] says how sure proposed places are
+    (`usdface.binding`); NaN = not said, None = of none.
     """
 
     markers: tuple[str, ...]
     points: IntArray
     mesh: str = ""
+    confidence: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", frozen(self.points, np.int64))
+        if self.confidence is not None:
+            object.__setattr__(self, "confidence", frozen(self.confidence))
+            if self.confidence.shape != (len(self.markers),):
+                raise InputError(
+                    f"the binding has {self.confidence.size} confidences "
+                    f"for {len(self.markers)} markers"
+                )
         if len(set(self.markers)) != len(self.markers):
             raise InputError("the binding names a marker twice")
         if self.points.shape != (len(self.markers),):

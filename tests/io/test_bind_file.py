@@ -101,3 +101,19 @@ def test_a_map_whose_settings_are_named_is_not_chosen() -> None:
     assert map_of(radius=2.0) == MapOptions(choice="fixed", radius=2.0)
     assert map_of(radius=2.0, choice="auto") == MapOptions(radius=2.0)
     assert map_of(form="paper") == MapOptions(form="paper")
+
+
+def test_how_sure_a_place_is_stays_in_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "bind.json"
+    binding = Binding(("a", "b"), np.array([1, 2]), confidence=np.array([0.25, np.nan]))
+    path.write_text(bind_json(Setup(binding)), encoding="utf-8")
+    markers = json.loads(path.read_text())["markers"]
+    assert markers == {"a": {"point": 1, "confidence": 0.25}, "b": {"point": 2}}
+    back, _ = read_bind(path)
+    np.testing.assert_array_equal(back.binding.confidence, [0.25, np.nan])
+
+
+@pytest.mark.parametrize("wrong", [-0.1, 2, "high", True, float("nan")])
+def test_a_confidence_is_a_share(wrong: object) -> None:
+    with pytest.raises(InputError, match='"confidence"'):
+        setup_of_json({"markers": {"a": {"point": 1, "confidence": wrong}}}, "bind.json")

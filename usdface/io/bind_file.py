@@ -9,10 +9,11 @@
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
      "clean": {"gaps": false}}
 
-Only `markers` is needed. `head` is "solve", "stabilised" or a list of truly rigid markers;
-`neutral` is in frame indices of the take, or "rig" where the take's neutral is the rig's own
-neutral mesh, in the same space; `map` and `solve` override `usdface.options`. A map whose
-kernel, radius or smoothing is named is not chosen, unless its `choice` says "auto".
+Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do. `head`
+is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
+take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; `map`
+and `solve` override `usdface.options`. A map whose kernel, radius or smoothing is named is not
+chosen, unless its `choice` says "auto".
 """
 
 import json
@@ -87,12 +88,13 @@ def setup_of_json(document: object, where: str) -> Setup:
     if unknown:
         raise InputError(f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(_KEYS))}")
     markers = expect(document.get("markers"), dict, '"markers" as an object')
-    points = []
+    points, sure = [], []
     for name, place in markers.items():
         vertex = place.get("point") if isinstance(place, dict) else None
         if not isinstance(vertex, int) or isinstance(vertex, bool) or not 0 <= vertex < 2**31:
             raise InputError(f'{where}: marker {name!r} is {place!r}; expected {{"point": vertex}}')
         points.append(vertex)
+        sure.append(_confidence(place.get("confidence"), f"{where}: marker {name!r}"))
     head = document.get("head", "solve")
     rigid: tuple[str, ...] = ()
     if isinstance(head, list):
@@ -111,6 +113,7 @@ def setup_of_json(document: object, where: str) -> Setup:
             tuple(markers),
             np.array(points, dtype=np.int64),
             expect(document.get("mesh", ""), str, '"mesh" as text'),
+            None if np.isnan(sure).all() else np.array(sure),
         ),
         head=head,
         head_markers=rigid,
@@ -123,6 +126,15 @@ def setup_of_json(document: object, where: str) -> Setup:
         solve=_options(SolveOptions, document.get("solve", {}), f'{where}: "solve"'),
         clean=_clean_options(document.get("clean", {}), f'{where}: "clean"'),
     )
+
+
+def _confidence(value: object, where: str) -> float:
+    if value is None:
+        return float("nan")
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not 0 <= value <= 1:  # type: ignore[operator]
+        raise InputError(f'{where} has the "confidence" {value!r}; expected a number from 0 to 1')
+    return float(value)  # type: ignore[arg-type]
 
 
 def _expecter(where: str) -> Callable[[Any, type, str], Any]:
@@ -183,10 +195,14 @@ def bind_json(setup: Setup) -> str:
     """Return the binding file of a setup; reading it gives the same setup."""
     binding = setup.binding
     document: dict[str, Any] = {"mesh": binding.mesh} if binding.mesh else {}
+    sure = np.full(len(binding.markers), np.nan)
+    if binding.confidence is not None:
+        sure = binding.confidence
     document |= {
         "markers": {
             name: {"point": int(point)}
-            for name, point in zip(binding.markers, binding.points, strict=True)
+            | ({} if np.isnan(share) else {"confidence": round(float(share), 3)})
+            for name, point, share in zip(binding.markers, binding.points, sure, strict=True)
         },
         "head": list(setup.head_markers) if setup.head == "markers" else setup.head,
         "move_head": setup.move_head,

@@ -1,0 +1,162 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from worlds import NEUTRAL, World, make_world
+
+from usdface.binding.propose import Proposal, neutral_frames, propose
+from usdface.errors import InputError
+from usdface.findings import Finding
+from usdface.setup import Binding, Setup
+from usdface.takes import MarkerTake
+
+NO_BINDING = Setup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+def turned(seed: int) -> tuple[np.ndarray, float]:
+    rng = np.random.default_rng(seed)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return turn * np.sign(np.linalg.det(turn)), float(rng.uniform(0.7, 1.5))
+
+
+def anonymous(world: World, seed: int) -> tuple[MarkerTake, np.ndarray]:
+    """The world's take turned, scaled, moved and shuffled without its names; the true vertices."""
+    turn, scale = turned(seed)
+    order = np.random.default_rng(seed).permutation(len(world.points))
+    positions = scale * (world.take.positions[:, order] @ turn.T) + [1.0, -2.0, 3.0]
+    names = tuple(f"m{i}" for i in range(len(order)))
+    take = MarkerTake(names, world.take.times, positions, world.take.rate, source="take.trc")
+    return take, np.array(list(world.points.values()))[order]
+
+
+def with_positions(take: MarkerTake, positions: np.ndarray, *more: str) -> MarkerTake:
+    return replace(take, names=take.names + more, positions=positions)
+
+
+def found(world: World, take: MarkerTake, setup: Setup = NO_BINDING) -> dict[str, int]:
+    binding = propose(take, world.rig.meshes[0], setup)[0].setup.binding
+    return dict(zip(binding.markers, binding.points.tolist(), strict=True))
+
+
+def codes(findings: list[Finding], code: str) -> list[str]:
+    return [f.where for f in findings if f.code == code]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_anonymous_markers_in_any_pose_and_size_find_their_vertices(
+    world: World, seed: int
+) -> None:
+    take, truth = anonymous(world, seed)
+    proposal, findings = propose(take, world.rig.meshes[0], NO_BINDING)
+    assert proposal.setup.binding.markers == take.names
+    np.testing.assert_array_equal(proposal.setup.binding.points, truth)
+    assert proposal.setup.binding.confidence is not None
+    assert proposal.setup.binding.confidence.min() > 0.8
+    assert [f.code for f in findings] == ["BIND_PROPOSED"]
+
+
+def test_places_that_are_given_stay(world: World) -> None:
+    take, truth = anonymous(world, 3)
+    beside = int(truth[9]) + 1
+    given = Binding((take.names[0], take.names[9]), np.array([truth[0], beside]))
+    proposal, _ = propose(take, world.rig.meshes[0], replace(NO_BINDING, binding=given))
+    binding = proposal.setup.binding
+    assert binding.markers[:2] == given.markers and set(binding.markers) == set(take.names)
+    np.testing.assert_array_equal(binding.points[:2], given.points)
+    assert binding.confidence is not None
+    np.testing.assert_array_equal(binding.confidence[:2], 1.0)
+
+
+def test_three_anchors_hold_what_motion_alone_does_not(world: World) -> None:
+    """Four still markers on a face that hardly moves: only the anchors can tell their places."""
+    names = ("chin", "nose", "brow_out_l", "brow_out_r", "forehead", "cheek_l", "cheek_r", "jaw_l")
+    take = replace(world.take, names=names, positions=world.take.select(names))
+    held = Binding(names[1:4], np.array([world.points[n] for n in names[1:4]]))
+    places = found(world, take, replace(NO_BINDING, binding=held))
+    points = world.rig.meshes[0].points
+    off = [np.linalg.norm(points[places[n]] - points[world.points[n]]) for n in names]
+    assert max(off) < 0.015
+
+
+def test_hidden_markers_do_not_spoil_the_others(world: World) -> None:
+    take, truth = anonymous(world, 4)
+    positions = take.positions.copy()
+    hidden = np.random.default_rng(0).random(positions.shape[:2]) < 0.15
+    hidden[:NEUTRAL] = False
+    positions[hidden] = np.nan
+    positions[:, 7] = np.nan
+    proposal, findings = propose(with_positions(take, positions), world.rig.meshes[0], NO_BINDING)
+    assert codes(findings, "MARKER_NEVER_SEEN") == ["m7"]
+    binding = proposal.setup.binding
+    assert binding.markers == take.names[:7] + take.names[8:]
+    assert (binding.points == np.delete(truth, 7)).mean() > 0.9
+
+
+def test_what_is_not_on_the_face_is_left_out_and_named(world: World) -> None:
+    take, truth = anonymous(world, 5)
+    turn, scale = turned(5)
+    # Half a metre below: on the chest, which does not turn with the head.
+    chest = scale * (np.array([0.02, -0.5, 0.0]) @ turn.T) + [1.0, -2.0, 3.0]
+    copy = take.positions[:, 3]
+    more = np.stack([np.broadcast_to(chest, copy.shape), copy], axis=1)
+    positions = np.concatenate([take.positions, more], axis=1)
+    take = with_positions(take, positions, "chest", "copy")
+    proposal, findings = propose(take, world.rig.meshes[0], NO_BINDING)
+    assert codes(findings, "MARKER_OFF_FACE") == ["chest"]
+    assert codes(findings, "MARKER_DUPLICATE") == ["copy"]
+    np.testing.assert_array_equal(proposal.setup.binding.points, truth)
+
+
+def test_markers_that_fit_no_face_are_said_to_be_unsure(world: World) -> None:
+    rng = np.random.default_rng(0)
+    rest = 0.1 * rng.normal(size=(20, 3))
+    swing = 0.01 * rng.normal(size=(3, 20, 3))
+    curves = rng.normal(size=(40, 3)).cumsum(axis=0)
+    positions = rest + np.einsum("fk,kmd->fmd", curves, swing)
+    take = MarkerTake(tuple(f"m{i}" for i in range(20)), np.arange(40) / 30, positions)
+    _, findings = propose(take, world.rig.meshes[0], NO_BINDING)
+    assert codes(findings, "BIND_UNSURE")
+
+
+def test_a_proposal_is_the_same_twice(world: World) -> None:
+    take, _ = anonymous(world, 6)
+    first, second = (propose(take, world.rig.meshes[0], NO_BINDING)[0] for _ in range(2))
+    assert isinstance(first, Proposal) and first.peaks == second.peaks
+    for one, other in (
+        (first.setup.binding.points, second.setup.binding.points),
+        (first.setup.binding.confidence, second.setup.binding.confidence),
+    ):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_what_cannot_be_proposed_is_one_clear_line(world: World) -> None:
+    mesh, take = world.rig.meshes[0], world.take
+    flat = replace(take, positions=take.positions[..., :2])
+    with pytest.raises(InputError, match="is of an image"):
+        propose(flat, mesh, NO_BINDING)
+    with pytest.raises(InputError, match="is of an image"):
+        neutral_frames(flat)
+    few = replace(take, names=take.names[:5], positions=take.positions[:, :5])
+    with pytest.raises(InputError, match="shows 5 markers"):
+        propose(few, mesh, NO_BINDING)
+    lost = replace(take, positions=np.full_like(take.positions, np.nan))
+    with pytest.raises(InputError, match="shows 0 markers"):
+        propose(lost, mesh, NO_BINDING)
+    with pytest.raises(InputError, match="no frame"):
+        neutral_frames(lost)
+    still = replace(take, positions=np.repeat(take.positions[:1], len(take.times), axis=0))
+    with pytest.raises(InputError, match="does not move"):
+        propose(still, mesh, NO_BINDING)
+    with pytest.raises(InputError, match="lie outside the take"):
+        propose(take, mesh, replace(NO_BINDING, neutral=(0, 99)))
+
+
+def test_the_neutral_is_where_the_face_rests(world: World) -> None:
+    first, last = neutral_frames(world.take)
+    # The world's shapes come in on frame 5 at the earliest, by a few percent.
+    assert first == 0 and NEUTRAL - 1 <= last <= NEUTRAL + 2

@@ -1,0 +1,110 @@
+"""Shots without a binding, or with a part of one, through the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from worlds import World, make_world
+
+from usdface.cli import main
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+@pytest.fixture
+def folder(world: World, tmp_path: Path) -> Path:
+    return world.write(tmp_path / "scene")
+
+
+def shot(folder: Path, *options: object) -> int:
+    files = ["--rig", folder / "rig.usda", "--take", folder / "take.usda"]
+    return main([str(a) for a in ["shot", *files, "-o", folder / "shot.usda", *options]])
+
+
+def written(folder: Path, *options: object) -> tuple[dict, dict]:
+    """Make a shot; return the binding and the report that it writes."""
+    bind, report = folder / "made.json", folder / "report.json"
+    assert shot(folder, "--write-bind", bind, "--report", report, *options) == 0
+    return json.loads(bind.read_text()), json.loads(report.read_text())
+
+
+def codes(report: dict) -> set[str]:
+    return {finding["code"] for finding in report["findings"]}
+
+
+def test_without_a_binding_one_is_proposed_and_the_shot_can_be_processed(
+    folder: Path, world: World
+) -> None:
+    bind, report = written(folder)
+    assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
+    assert all(0 < place["confidence"] <= 1 for place in bind["markers"].values())
+    assert bind["head"] == "solve" and bind["nose_tip"] == "nose"
+    assert {"BIND_PROPOSED", "NEUTRAL_FOUND"} <= codes(report)
+    summary = report["summary"]
+    assert summary["markers bound"] == len(world.points) and summary["confidence, least"] > 0.5
+    assert bind["neutral"]["start"] == 0 and f"0 to {bind['neutral']['end']}" in str(summary)
+    assert main(["process", str(folder / "shot.usda")]) == 0
+
+
+def test_what_was_written_gives_the_same_shot(folder: Path) -> None:
+    written(folder)
+    first = (folder / "shot.usda").read_bytes()
+    assert shot(folder, "--bind", folder / "made.json") == 0
+    assert (folder / "shot.usda").read_bytes() == first
+
+
+def test_a_partial_binding_is_completed_only_when_asked(folder: Path, world: World) -> None:
+    some = dict(list(world.bind["markers"].items())[:6])
+    (folder / "some.json").write_text(json.dumps(world.bind | {"markers": some}))
+    bind, report = written(folder, "--bind", folder / "some.json")
+    assert set(bind["markers"]) == set(some) and "BIND_PROPOSED" not in codes(report)
+    bind, report = written(folder, "--bind", folder / "some.json", "--propose")
+    assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
+    assert [bind["markers"][name]["confidence"] for name in some] == [1.0] * 6
+    # The neutral that the file names is kept.
+    assert "NEUTRAL_FOUND" not in codes(report) and bind["neutral"] == world.bind["neutral"]
+
+
+def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
+    given = ("--bind", folder / "bind.json", "--neutral")
+    assert written(folder, *given, 1, 2)[0]["neutral"] == {"start": 1, "end": 2}
+    assert written(folder, *given, 3)[0]["neutral"] == {"start": 3, "end": 3}
+    bind, report = written(folder, *given, "auto")
+    assert bind["neutral"]["start"] == 0 and "NEUTRAL_FOUND" in codes(report)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--neutral", "5", "2"], "neutral frames 5 to 2"),
+        (["--neutral", "first"], "--neutral is 'first'"),
+        (["--neutral", "0", "400"], "outside the take"),
+        (["--write-bind", "take.usda"], "overwritten"),
+        (["--bind-figure", "face.txt"], "no picture"),
+    ],
+)
+def test_wrong_options_are_one_line(
+    folder: Path,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    options: list[str],
+    said: str,
+) -> None:
+    monkeypatch.chdir(folder)
+    before = (folder / "take.usda").read_bytes()
+    assert shot(folder, "--bind", folder / "bind.json", *options) == 1
+    error = capfd.readouterr().err
+    assert said in error and error.count("\n") == 1
+    assert (folder / "take.usda").read_bytes() == before
+
+
+def test_the_figure_is_a_picture_and_the_same_twice(folder: Path) -> None:
+    for name in ("one.png", "two.png"):
+        assert shot(folder, "--bind", folder / "bind.json", "--bind-figure", folder / name) == 0
+    picture = (folder / "one.png").read_bytes()
+    assert picture[:8] == b"\x89PNG\r\n\x1a\n" and picture == (folder / "two.png").read_bytes()
+    assert np.frombuffer(picture[16:24], ">u4").min() > 500

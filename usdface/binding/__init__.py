@@ -1,0 +1,1 @@
+"""Where markers sit on a rig, proposed from their shape and their motion."""

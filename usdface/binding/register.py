@@ -1,0 +1,314 @@
+"""Anonymous markers onto the skin of a rig, by their shape and their motion together.
+
+Unknown are where the performer's face lies in space, how it differs from the character's, what
+the rig does in each peak frame, and which vertex each marker sits on. Given three of these the
+fourth is a small least-squares problem, so they take turns: iterated closest points (Besl and
+McKay 1992) with soft assignments (Granger and Pennec 2002), where closeness counts place *and*
+motion. A vertex is close to a marker when it lies there and the rig can move it so. This finds
+the nearest answer only; `usdface.binding.search` starts it from everywhere.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.binding.skin import Skin
+from usdface.retarget.box import solve_box
+from usdface.takes import BoolArray, FloatArray, IntArray
+
+__all__ = ["Domain", "Evidence", "Registration", "closeness", "domain_of", "improve", "scale_of"]
+
+# Lengths are shares of the face's size, the RMS radius of its moving skin (ICT: 67 mm).
+# Place error of a marker once the face is carried over and bent; error of its motion.
+SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
+# Difference of two faces beyond size and pose: size of a coordinate, and how wide it is.
+_BEND, _BEND_WIDTH = 0.055, 0.7
+# Two faces' markers spread alike: bias and deviation of the logarithm of the ratio.
+_SPREAD_BIAS, _SPREAD = -0.06, 0.15
+# The peak frames say as much of a marker's motion as this many independent ones.
+_SAYS = 8.0
+# A performer's strongest movement may be so much stronger than the rig's.
+_GAIN = 1.5
+# Degrees of freedom of the heavy-tailed error: one marker off the face does not pull all.
+_TAIL = 8.0
+# Recorded heads are mostly upright: cost of one that is not, by 1 - cosine.
+_UPRIGHT = 0.5
+_ANCHOR_SAYS = 10.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Evidence:
+    """What a take says of its markers.
+
+    Attributes
+    ----------
+    rest : (M, 3) float64
+        The resting face in the performer's space, Y up.
+    moves : (K, M, 3) float64
+        Displacements from rest in the peak frames; 0 where not seen.
+    seen : (K, M) bool
+    anchors : (M,) int64
+        Index into the skin where a marker's place is given, else -1.
+    """
+
+    rest: FloatArray
+    moves: FloatArray
+    seen: BoolArray
+    anchors: IntArray
+
+    @property
+    def central(self) -> BoolArray:
+        """(M,) bool: markers that are not far from all others, as one on the chest is."""
+        away = np.linalg.norm(self.rest - np.median(self.rest, axis=0), axis=1)
+        near: BoolArray = np.asarray(away < 3.0 * np.median(away))
+        return near
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Domain:
+    """The vertices that are looked at: all the skin or a thinned part.
+
+    Attributes
+    ----------
+    places : (N,) int64
+        Indices into the skin.
+    points : (N, 3) float64 [m]
+        From the centre of the moving skin.
+    basis : (S, N, 3) float64 [m]
+        What the blend shapes do at the largest weight of a strong performer.
+    rigid : (6, N, 3) float64
+        Small rigid motions of the face.
+    size : float [m]
+        RMS radius of the moving skin.
+    """
+
+    places: IntArray
+    points: FloatArray
+    basis: FloatArray
+    rigid: FloatArray
+    size: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Registration:
+    """One answer.
+
+    Attributes
+    ----------
+    linear : (3, 3) float64
+        Scale times rotation: row vectors of the performer's space times it are the character's.
+    offset : (3,) float64 [m]
+    bend : (M, 3) float64 [m]
+        What the markers are moved further, smoothly.
+    weights : (K, S) float64 in [0, 1]
+    turns : (K, 6) float64
+        What is left of the head's motion in the peak frames.
+    places : (M,) int64
+        Index into the domain.
+    each : (M,) float64
+        What the markers cost there: squared errors of place and motion.
+    cost : float
+        Mean over the markers, with what scale, bend and pose cost.
+    """
+
+    linear: FloatArray
+    offset: FloatArray
+    bend: FloatArray
+    weights: FloatArray
+    turns: FloatArray
+    places: IntArray
+    each: FloatArray
+    cost: float
+
+
+def thinned(points: FloatArray, cell: float) -> IntArray:
+    """Return one point of each cell: indices."""
+    _, first = np.unique(np.floor(points / cell), axis=0, return_index=True)
+    return np.sort(first)
+
+
+def domain_of(skin: Skin, cell: float = 0.0, keep: IntArray | None = None) -> Domain:
+    """Make a domain of one vertex in each `cell` (a share of the face's size; 0 = all).
+
+    `keep` are indices into the skin that stay in.
+    """
+    moving = skin.points[skin.moving]
+    rough = float(np.sqrt(((moving - moving.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    # Evenly, or finely meshed lids and lips would be most of the face.
+    even = moving[thinned(moving, 0.08 * rough)]
+    centre = even.mean(axis=0)
+    size = float(np.sqrt(((even - centre) ** 2).sum(axis=1).mean()))
+    places = np.arange(len(skin.points))
+    if cell:
+        places = thinned(skin.points, cell * size)
+    if keep is not None:
+        places = np.union1d(places, keep)
+    points = skin.points[places] - centre
+    return Domain(places, points, _GAIN * skin.offsets[:, places], _small_motions(points), size)
+
+
+def _small_motions(points: FloatArray) -> FloatArray:
+    """Return translations and rotations about the centre: (6, N, 3)."""
+    turns = np.cross(np.eye(3)[:, None], points)
+    shifts = np.broadcast_to(np.eye(3)[:, None], turns.shape)
+    return np.concatenate([shifts, turns])
+
+
+def spread(evidence: Evidence) -> float:
+    """Return the RMS radius of the markers, which faces have in common."""
+    rest = evidence.rest[evidence.central]
+    return float(np.sqrt(((rest - rest.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def scale_of(domain: Domain, evidence: Evidence) -> float:
+    """Return the expected size of the character by the performer's."""
+    return float(np.exp(_SPREAD_BIAS)) * domain.size / spread(evidence)
+
+
+def closeness(
+    domain: Domain,
+    evidence: Evidence,
+    state: Registration,
+    shape_error: float = SHAPE_ERROR,
+    motion_error: float = MOTION_ERROR,
+) -> tuple[FloatArray, FloatArray]:
+    """Return squared errors of place and of motion for each marker and vertex: (M, N) twice.
+
+    In units of the errors to be expected, which grow with the scale of the answer: else the
+    smallest face would always fit best.
+    """
+    ratio = _scale(state.linear) / scale_of(domain, evidence)
+    unit = domain.size * ratio
+    here = evidence.rest @ state.linear + state.offset + state.bend
+    place = _squares(here, domain.points) / (shape_error * unit) ** 2
+    count = len(state.weights)
+    told = state.weights @ domain.basis.reshape(len(domain.basis), -1)
+    told += state.turns @ domain.rigid.reshape(6, -1)
+    vertex = np.ascontiguousarray(told.reshape(count, -1, 3).transpose(1, 0, 2))
+    marker = (evidence.moves @ state.linear).transpose(1, 0, 2)
+    seen = evidence.seen.T.astype(np.float64)
+    own = np.einsum("mkd,mkd,mk->m", marker, marker, seen)
+    both = (marker * seen[..., None]).reshape(len(marker), -1) @ vertex.reshape(len(vertex), -1).T
+    theirs = seen @ np.einsum("nkd,nkd->kn", vertex, vertex)
+    motion = (own[:, None] - 2.0 * both + theirs).clip(min=0.0)
+    motion *= _SAYS / np.maximum(seen.sum(axis=1), 1.0)[:, None] / (motion_error * unit) ** 2
+    return place, motion
+
+
+def _squares(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return squared distances between (M, 3) and (N, 3): (M, N)."""
+    total = (a**2).sum(axis=1)[:, None] - 2.0 * a @ b.T + (b**2).sum(axis=1)
+    return np.asarray(total.clip(min=0.0))
+
+
+def _scale(linear: FloatArray) -> float:
+    return float(np.cbrt(abs(np.linalg.det(linear))))
+
+
+def improve(
+    domain: Domain,
+    evidence: Evidence,
+    state: Registration,
+    shape_error: float = SHAPE_ERROR,
+    motion_error: float = MOTION_ERROR,
+    *,
+    soft: bool = True,
+    rough: bool = False,
+) -> Registration:
+    """Assign markers to vertices, then fit face and weights to what is assigned.
+
+    `soft` spreads a marker over all the vertices it may sit on; `rough` clips the weights
+    instead of solving for them.
+    """
+    place, motion = closeness(domain, evidence, state, shape_error, motion_error)
+    total = place + motion
+    fixed = evidence.anchors >= 0
+    rows = np.arange(len(total))
+    nearest = total.argmin(axis=1)
+    nearest[fixed] = np.searchsorted(domain.places, evidence.anchors[fixed])
+    each = total[rows, nearest]
+    trust = np.where(fixed, _ANCHOR_SAYS, 1.0 / (1.0 + each / _TAIL))
+    if soft:
+        share = np.exp(-0.5 * (total - total.min(axis=1, keepdims=True)))
+        share[fixed] = 0.0
+        share[rows[fixed], nearest[fixed]] = 1.0
+        share /= share.sum(axis=1, keepdims=True)
+        target = share @ domain.points
+        basis = (share @ domain.basis.transpose(1, 0, 2).reshape(len(domain.points), -1)).reshape(
+            len(rows), -1, 3
+        )
+        basis = basis.transpose(1, 0, 2)
+    else:
+        target, basis = domain.points[nearest], domain.basis[:, nearest]
+    linear, offset = _carry(evidence.rest, target, trust)
+    carried = evidence.rest @ linear + offset
+    bends = (_BEND * domain.size) ** 2 * np.exp(
+        -_squares(carried, carried) / (2.0 * (_BEND_WIDTH * domain.size) ** 2)
+    )
+    noise = (0.5 * domain.size) ** 2 / trust
+    pull = np.linalg.solve(bends + np.diag(shape_error**2 * noise), target - carried)
+    weights, turns = _moved(
+        evidence.moves @ linear, evidence.seen, basis, target, trust, state, rough
+    )
+    rest = target - carried
+    strain = (rest * np.linalg.solve(bends + np.diag(SHAPE_ERROR**2 * noise), rest)).sum()
+    size = np.log(_scale(linear) / scale_of(domain, evidence)) / _SPREAD
+    tilt = 1.0 - linear[1, 1] / np.linalg.norm(linear[1])
+    cost = strain / len(rows) + _TAIL * np.log1p(motion[rows, nearest] / _TAIL).mean()
+    cost += 0.5 * size**2 + _UPRIGHT * tilt
+    return replace(
+        state,
+        linear=linear,
+        offset=offset,
+        bend=bends @ pull,
+        weights=weights,
+        turns=turns,
+        places=nearest,
+        each=each,
+        cost=float(cost),
+    )
+
+
+def _carry(
+    source: FloatArray, target: FloatArray, trust: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Fit a similarity, its scale by the spreads alone: errors of the targets do not shrink it."""
+    share = trust / trust.sum()
+    centre, middle = share @ source, share @ target
+    a, b = source - centre, target - middle
+    u, _, vt = np.linalg.svd((b * share[:, None]).T @ a)
+    turn = (u * [1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))]) @ vt
+    scale = np.sqrt((share @ (b**2).sum(axis=1)) / (share @ (a**2).sum(axis=1)))
+    linear = max(float(scale), 1e-9) * turn.T
+    return np.asarray(linear), np.asarray(middle - centre @ linear)
+
+
+def _moved(
+    moves: FloatArray,
+    seen: BoolArray,
+    basis: FloatArray,
+    target: FloatArray,
+    trust: FloatArray,
+    state: Registration,
+    rough: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Solve weights and small rigid motions of the peak frames for given places."""
+    count, root = len(moves), np.sqrt(trust)[:, None]
+    shapes = (basis * root).reshape(len(basis), -1)
+    rigid = (_small_motions(target) * root).reshape(6, -1)
+    told = state.weights @ shapes + state.turns @ rigid
+    observed = np.where(np.repeat(seen, 3, axis=1), (moves * root).reshape(count, -1), told)
+    columns = np.linalg.qr(rigid.T)[0]
+    free = shapes - (shapes @ columns) @ columns.T
+    normal = free @ free.T
+    # As if a weight were about 0.4: keeps what hardly shows at rest.
+    unit = float(np.abs(target).max())
+    ridge = 0.2 * len(target) * (MOTION_ERROR * unit) ** 2
+    normal += (ridge + 1e-9 * np.trace(normal) / len(normal)) * np.eye(len(normal))
+    right = observed @ free.T
+    if rough:
+        weights = np.linalg.solve(normal, right.T).T.clip(0.0, 1.0)
+    else:
+        weights = solve_box(normal, right)
+    turns = np.linalg.lstsq(rigid.T, (observed - weights @ shapes).T, rcond=None)[0].T
+    return np.asarray(weights), np.asarray(turns)
