@@ -18,6 +18,7 @@ from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
+from usdface.retarget.shape_model import combinations_of, shape_model, with_combinations
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.rigs import Mesh
@@ -97,6 +98,7 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         )
         pins, times = shot.setup.pins, shot.take.times
         corrected = kept_at_pins(pins, names, times, complete, corrected)
+        corrected = with_combinations(mesh, names, corrected)
     expressed = Animation(names, corrected, None, emotions)
     return _animated(shot, solved, expressed, findings + more)
 
@@ -159,7 +161,8 @@ def _solve(
     if isinstance(take, WeightsTake):
         weights, findings = rename_weights(take, shape_names)
         bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
-        return replace(weights, weights=bent), None, findings
+        combined = with_combinations(mesh, weights.names, bent)
+        return replace(weights, weights=combined), None, findings
     setup, findings = fit_setup(setup, mesh, take)
     points = setup.binding.points
     if cleaned is not None:
@@ -167,13 +170,16 @@ def _solve(
         take = replace(
             take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
         )
+    model, notes = shape_model(mesh, points)
+    notes += [
+        finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
+        for pin in setup.pins
+        if pin.shape in combinations_of(model, mesh.shape_names)
+    ]
     solution, more = solve_take(
-        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup
+        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
     )
-    curved = [shape.name for shape in mesh.shapes if shape.inbetweens]
-    if curved:
-        more.append(finding("INBETWEEN_IGNORED", mesh.path, f"shapes: {', '.join(curved)}"))
-    return solution.weights, solution, findings + more
+    return solution.weights, solution, findings + notes + more
 
 
 def _motion(

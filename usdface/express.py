@@ -20,6 +20,7 @@ from usdface.fuzzy.sides import Side, half_face
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import CorrectionOptions
 from usdface.retarget.neutral import on_plane
+from usdface.retarget.shape_model import shape_model
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
@@ -145,8 +146,8 @@ def features(
         positions = solution.pose.to_head(on_plane(take.select(names)))
     else:
         neutral = at_rest
-        offsets = mesh.offsets_at(points).reshape(len(mesh.shapes), -1)
-        positions = neutral + (weights.weights @ offsets).reshape(-1, *neutral.shape)
+        moved = shape_model(mesh, points)[0].explained(weights.weights)
+        positions = neutral + moved.reshape(-1, *neutral.shape)
     if side != "both" and setup.nose_tip in names:
         nose = names.index(setup.nose_tip)
         positions = half_face(positions, neutral, at_rest, nose, side)

@@ -61,7 +61,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NORMALS_COMPUTED": ("info", "the source has no normals; smooth ones were computed"),
     "INBETWEEN_DROPPED": ("warning", "an inbetween cannot be written to this format"),
     "INBETWEEN_FLAT": ("info", "inbetweens stay shapes: their weights were moved on their own"),
-    "INBETWEEN_IGNORED": ("warning", "the solve treats a shape with inbetweens as linear"),
+    "COMBINATION_IGNORED": ("warning", "a combination shape is solved as one of its own"),
     "FEATURE_DROPPED": ("warning", "the target format or this version does not hold a feature"),
     "FEATURE_APPROXIMATED": ("warning", "the target format holds only something like it"),
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF holds"),

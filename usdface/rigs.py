@@ -5,6 +5,7 @@ shapes, an optional skeleton that skins them, and simple materials.
 """
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = [
     "BlendShape",
+    "Combination",
+    "CombinationRule",
     "CornerValues",
     "Inbetween",
     "Material",
@@ -24,6 +27,8 @@ __all__ = [
     "Skin",
     "Texture",
 ]
+
+CombinationRule = Literal["product", "min", "limit"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,6 +49,18 @@ class Inbetween:
             object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
 
 
+@dataclass(frozen=True, slots=True)
+class Combination:
+    """How the weight of a blend shape hangs on those of others, its parents.
+
+    `rule` "product" or "min": it is the product, or the least, of theirs, and has no value of its
+    own. "limit": it has, but never exceeds any of theirs.
+    """
+
+    of: tuple[str, ...]
+    rule: CombinationRule = "product"
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class BlendShape:
     """One sparse blend shape.
@@ -61,6 +78,8 @@ class BlendShape:
     inbetweens : tuple of Inbetween
     label : str
         The name it had where it comes from, if `name` is another to be unique; else "".
+    combination : Combination or None
+        None: its weight is free.
     """
 
     name: str
@@ -69,6 +88,7 @@ class BlendShape:
     normal_offsets: FloatArray | None = None
     inbetweens: tuple[Inbetween, ...] = ()
     label: str = ""
+    combination: Combination | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "indices", frozen(self.indices, np.int64))

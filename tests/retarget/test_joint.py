@@ -6,6 +6,7 @@ from usdface.options import HeadMode, MapOptions
 from usdface.retarget.align import Pose, rigid_fit
 from usdface.retarget.joint import Joint, solve_jointly
 from usdface.retarget.rbf import fit_map
+from usdface.retarget.shape_model import ShapeModel
 from usdface.setup import Binding, Setup
 
 RNG = np.random.default_rng(8)
@@ -13,6 +14,7 @@ FRAMES, MARKERS, SHAPES = 90, 30, 8
 TIMES = np.arange(FRAMES) / 30
 FACE = RNG.normal(size=(MARKERS, 3)) * [0.07, 0.09, 0.03]
 BASIS = 0.01 * RNG.normal(size=(SHAPES, MARKERS, 3))
+MODEL = ShapeModel(BASIS.reshape(len(BASIS), -1))
 TRUTH = np.clip(0.5 + 0.7 * np.sin(TIMES[:, None] * RNG.uniform(1, 4, SHAPES)), 0, 1)
 STILL = FACE + np.einsum("fs,smi->fmi", TRUTH, BASIS)
 TURN = Rotation.from_euler(
@@ -29,7 +31,7 @@ def solve(positions: np.ndarray, head: HeadMode, **map_options: float) -> Joint:
     first = Pose.identity(FRAMES)
     if head == "solve" and positions.shape[2] == 3:
         first, _ = rigid_fit(FACE, positions)
-    return solve_jointly(TIMES, positions, FACE, BASIS, space, first, setup)
+    return solve_jointly(TIMES, positions, FACE, MODEL, space, first, setup)
 
 
 def rms(values: np.ndarray) -> float:

@@ -11,11 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.options import SolveOptions
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
+from usdface.retarget.bounds import Bounds
+from usdface.retarget.curved import first_guess, solve_curved
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.shape_model import ShapeModel
 from usdface.retarget.solve import Iterate, solve_weights
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, visible
@@ -23,6 +27,7 @@ from usdface.takes import BoolArray, FloatArray, visible
 __all__ = ["Joint", "small_motions", "solve_jointly"]
 
 _ROUNDS = 30
+_ROUGH = 4  # steps of a curved solve in a round
 # The rounds end when markers move by less than this share of their error, or this far [m].
 _SETTLED_SHARE = 0.01
 _SETTLED = 1e-9
@@ -61,24 +66,26 @@ class _Rows:
     ----------
     axes : int
         2 for an image, which has no say on depth; else 3.
-    shapes : (S, M * axes) float64 [m]
+    model : ShapeModel
+        Of M * axes coordinates, P of its shapes with a weight of their own.
     rigid : (M * axes, K) float64
         Orthonormal small head motions, K = 6 or 0.
-    projected : (S, M * axes) float64 [m]
-        `shapes` without what `rigid` explains.
     """
 
     axes: int
-    shapes: FloatArray
+    model: ShapeModel
     rigid: FloatArray
-    projected: FloatArray
+
+    def explained(self, weights: FloatArray) -> FloatArray:
+        """Return what free weights (F, P) do to the markers: (F, M * axes)."""
+        return self.model.explained(self.model.complete(weights))
 
 
 def solve_jointly(
     times: FloatArray,
     positions: FloatArray,
     target: FloatArray,
-    basis: FloatArray,
+    model: ShapeModel,
     space: SpaceMap,
     pose: Pose,
     setup: Setup,
@@ -93,8 +100,8 @@ def solve_jointly(
         NaN where occluded.
     target : (M, 3) float64 [m]
         Neutral feature points on the character.
-    basis : (S, M, 3) float64 [m]
-        What each blend shape adds to them at weight 1.
+    model : ShapeModel
+        What the blend shapes do to them: S shapes, 3 M coordinates.
     space : SpaceMap
         From the performer's neutral (its centres) to `target`.
     pose : Pose
@@ -103,13 +110,12 @@ def solve_jointly(
     names : tuple of str, length S
         The blend shapes; needed where the setup has pins.
     """
-    rows = _rows(target, basis, positions.shape[2], setup.head == "solve")
-    normal = rows.projected @ rows.projected.T
+    rows = _rows(target, model, positions.shape[2], setup.head == "solve")
     markers, seen = on_plane(positions), visible(positions)
     fit_pose = setup.head == "solve" and rows.axes == 3
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
 
-    basis_of_rest = unexplained(np.vstack([rows.shapes, rows.rigid.T]))
+    basis_of_rest = unexplained(np.vstack([rows.model.directions, rows.rigid.T]))
     whole = np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
@@ -123,9 +129,8 @@ def solve_jointly(
         misfit = marker_misfit(rest, whole, noise)
         if not fit_pose and seen.all():
             break
-        right = observed @ rows.projected.T
-        iterate = solve_weights(normal, right, times, noise, setup.solve, iterate, True, misfit)
-        leftover = (observed - iterate.weights @ rows.shapes).reshape(*seen.shape, -1)
+        iterate = _step(rows, observed, times, (noise, misfit), setup.solve, iterate, True)
+        leftover = (observed - rows.explained(iterate.weights)).reshape(*seen.shape, -1)
         moved = _rms(leftover[~seen])
         if fit_pose:
             here = pose.to_head(markers)
@@ -134,27 +139,50 @@ def solve_jointly(
         if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
             break
     displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
-    right = observed @ rows.projected.T
-    final = solve_weights(normal, right, times, noise, setup.solve, iterate, misfit=misfit)
+    final = _step(rows, observed, times, (noise, misfit), setup.solve, iterate, False)
     if setup.pins:
-        bounds = pin_bounds(setup.pins, names, times, final.weights, np.zeros((0, len(normal))))
-        final = solve_weights(
-            normal, right, times, noise, setup.solve, final, misfit=misfit, bounds=bounds
-        )
+        free = tuple(names[shape] for shape in model.free)
+        bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.rows)
+        final = _step(rows, observed, times, (noise, misfit), setup.solve, final, False, bounds)
     weights = final.weights
     if rows.axes == 2:
         # What a turning head does to a flat image cannot be undone in depth: its small part
         # is taken out of the markers on the character instead.
-        leftover = (observed - weights @ rows.shapes) @ rows.rigid @ rows.rigid.T
+        leftover = (observed - rows.explained(weights)) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
-    return Joint(weights, pose, displaced, noise, misfit, done)
+    return Joint(model.complete(weights), pose, displaced, noise, misfit, done)
 
 
-def _rows(target: FloatArray, basis: FloatArray, axes: int, moving_head: bool) -> _Rows:
-    shapes = basis[..., :axes].reshape(len(basis), -1)
+def _rows(target: FloatArray, model: ShapeModel, axes: int, moving_head: bool) -> _Rows:
+    seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
     columns = small_motions(target, axes == 2) if moving_head else np.zeros((0, *target.shape))
     rigid = np.linalg.qr(columns[..., :axes].reshape(len(columns), axes * len(target)).T)[0]
-    return _Rows(axes, shapes, rigid, shapes - (shapes @ rigid) @ rigid.T)
+    return _Rows(axes, model.at(seen), rigid)
+
+
+def _step(
+    rows: _Rows,
+    observed: FloatArray,
+    times: FloatArray,
+    errors: tuple[float, float],
+    options: SolveOptions,
+    start: Iterate | None,
+    rough: bool,
+    bounds: Bounds | None = None,
+) -> Iterate:
+    """Solve the free weights for displacements (F, M * axes); `errors` are noise and misfit."""
+    model, rigid, (noise, misfit) = rows.model, rows.rigid, errors
+    bounds = bounds or Bounds(rows=model.rows, limits=np.zeros(len(model.rows)))
+    if not model.straight:
+        if start is None:
+            start = first_guess(model, rigid, observed, times, noise, options, misfit)
+        steps = {"steps": _ROUGH} if rough else {}
+        return solve_curved(
+            model, rigid, observed, times, noise, options, start, misfit, bounds, **steps
+        )
+    shapes = model.shapes - (model.shapes @ rigid) @ rigid.T
+    normal, right = shapes @ shapes.T, observed @ shapes.T
+    return solve_weights(normal, right, times, noise, options, start, rough, misfit, bounds)
 
 
 def small_motions(points: FloatArray, image: bool) -> FloatArray:
@@ -189,7 +217,7 @@ def _displaced(
         return displaced, observed
     if iterate is None:
         return displaced, _bridged(observed, hidden, times)
-    return displaced, np.where(hidden, iterate.weights @ rows.shapes, observed)
+    return displaced, np.where(hidden, rows.explained(iterate.weights), observed)
 
 
 def _bridged(observed: FloatArray, hidden: BoolArray, times: FloatArray) -> FloatArray:

@@ -10,6 +10,7 @@ from usdface.retarget.align import Pose, rigid_fit
 from usdface.retarget.joint import solve_jointly
 from usdface.retarget.map_choice import MapChoice, choose_map
 from usdface.retarget.neutral import neutral_markers, on_plane
+from usdface.retarget.shape_model import ShapeModel
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, frozen, visible
 
@@ -75,6 +76,7 @@ def solve_take(
     offsets: FloatArray,
     shape_names: tuple[str, ...],
     setup: Setup,
+    model: ShapeModel | None = None,
 ) -> tuple[Solution, list[Finding]]:
     """Retarget a marker take onto a face.
 
@@ -87,6 +89,8 @@ def solve_take(
         What each blend shape adds to them at weight 1.
     shape_names : tuple of str, length S
     setup : Setup
+    model : ShapeModel, optional
+        What the shapes do to all B markers on their bent ways; straight ones, if left out.
 
     Returns
     -------
@@ -110,9 +114,11 @@ def solve_take(
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
 
-    joint = solve_jointly(take.times, positions, target, basis, space, pose, setup, shape_names)
+    model = model or ShapeModel(offsets.reshape(len(offsets), -1))
+    model = model.at((3 * np.array(used)[:, None] + np.arange(3)).ravel())
+    joint = solve_jointly(take.times, positions, target, model, space, pose, setup, shape_names)
     weights, displaced = joint.weights, joint.displaced
-    predicted = (weights @ basis.reshape(len(basis), -1)).reshape(displaced.shape)
+    predicted = model.explained(weights).reshape(displaced.shape)
     misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
     if take.dimension == 2:
         misfit[..., 2] = 0.0

@@ -158,6 +158,12 @@ def _announced(mesh: Mesh) -> list[Finding]:
         found.append(finding("FACES_TRIANGULATED", mesh.name))
     if mesh.normals is None:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
+    combined = [shape.name for shape in mesh.shapes if shape.combination is not None]
+    if combined:
+        message = (
+            f"that these are combinations is not kept, their weights are: {', '.join(combined)}"
+        )
+        found.append(finding("FEATURE_DROPPED", mesh.name, message))
     return found
 
 

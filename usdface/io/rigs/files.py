@@ -6,6 +6,7 @@ from pathlib import Path
 from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.rigs.combinations import with_combinations_of
 from usdface.io.rigs.makehuman import is_makehuman, read_makehuman
 from usdface.io.rigs.shape_folder import read_shape_folder
 from usdface.io.usd.clips import clips_of_stage
@@ -34,6 +35,8 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
             rig, findings = read_makehuman(path)
         else:
             rig, findings = read_shape_folder(path, options or RigOptions())
+        rig, notes = with_combinations_of(path, rig)
+        findings += notes
     elif not path.exists():
         raise InputError(f"no such file or folder: {path}")
     elif kind in _GLTF:

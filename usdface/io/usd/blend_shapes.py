@@ -8,6 +8,7 @@ from pxr import Usd, UsdSkel
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.usd.combinations import read_combination
 from usdface.rigs import BlendShape, Inbetween
 from usdface.takes import FloatArray, IntArray
 
@@ -67,7 +68,11 @@ def read_shapes(
             findings += notes
             if found is not None:
                 label = shape.GetPrim().GetCustomDataByKey(LABEL)
-                found = replace(found, label=label if isinstance(label, str) else "")
+                combination, notes = read_combination(shape.GetPrim())
+                findings += notes
+                found = replace(
+                    found, label=label if isinstance(label, str) else "", combination=combination
+                )
                 shapes[token] = _turned(found, vectors, normals)
     return tuple(shapes.values()), findings
 
@@ -186,4 +191,5 @@ def _turned(shape: BlendShape, vectors: FloatArray, normals: FloatArray) -> Blen
             for b in shape.inbetweens
         ),
         shape.label,
+        shape.combination,
     )

@@ -14,6 +14,7 @@ from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
+from usdface.io.usd.combinations import write_combination
 from usdface.io.usd.corners import write_corners
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.joint_frames import unit_scaled
@@ -215,6 +216,7 @@ def _write_shapes(
         made.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
         made.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(shape.indices.astype(np.int32)))
         findings += _write_inbetweens(made, shape, turned)
+        write_combination(made.GetPrim(), shape.combination)
     binding = UsdSkel.BindingAPI(prim)
     binding.CreateBlendShapesAttr(mesh.shape_names)
     binding.CreateBlendShapeTargetsRel().SetTargets(targets)

@@ -1,0 +1,48 @@
+"""Combination shapes on a stage: UsdSkel has no word for them, so two attributes of ours say it.
+
+::
+
+    def BlendShape "jawOpen_smile"
+    {
+        uniform token[] usdface:combination:of = ["jawOpen", "mouthSmileLeft"]
+        uniform token usdface:combination:rule = "product"
+    }
+
+`of` names blend shapes by their tokens; `rule` is `product` (also if it is not authored), `min` or
+`limit`. UsdSkel itself knows nothing of it: whoever animates authors the weight.
+"""
+
+from typing import get_args
+
+from pxr import Sdf, Usd, Vt
+
+from usdface.findings import Finding, finding
+from usdface.rigs import Combination, CombinationRule
+
+__all__ = ["read_combination", "write_combination"]
+
+_OF = "usdface:combination:of"
+_RULE = "usdface:combination:rule"
+
+
+def read_combination(prim: Usd.Prim) -> tuple[Combination | None, list[Finding]]:
+    """Return what a BlendShape prim combines; None where it stands for itself."""
+    of = prim.GetAttribute(_OF).Get() if prim.HasAttribute(_OF) else None
+    if not of:
+        return None, []
+    rule = str(prim.GetAttribute(_RULE).Get() if prim.HasAttribute(_RULE) else "product")
+    for known in get_args(CombinationRule):
+        if rule == known:
+            return Combination(tuple(str(name) for name in of), known), []
+    message = f"its rule is {rule!r}; expected {', '.join(get_args(CombinationRule))}"
+    return None, [finding("COMBINATION_IGNORED", str(prim.GetPath()), message)]
+
+
+def write_combination(prim: Usd.Prim, combination: Combination | None) -> None:
+    """Author what a BlendShape prim combines."""
+    if combination is None:
+        return
+    names, uniform = Sdf.ValueTypeNames, Sdf.VariabilityUniform
+    of = prim.CreateAttribute(_OF, names.TokenArray, custom=True, variability=uniform)
+    of.Set(Vt.TokenArray(combination.of))
+    prim.CreateAttribute(_RULE, names.Token, custom=True, variability=uniform).Set(combination.rule)
