@@ -59,6 +59,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NAME_CHANGED": ("info", "a name was made unique or legal; the original is kept beside it"),
     "FACES_TRIANGULATED": ("info", "faces with more than three corners were split"),
     "NORMALS_COMPUTED": ("info", "the source has no normals; smooth ones were computed"),
+    "TANGENTS_COMPUTED": (
+        "info",
+        "how shapes turn tangents is computed from how they turn normals",
+    ),
     "INBETWEEN_DROPPED": ("warning", "an inbetween cannot be written to this format"),
     "INBETWEEN_FLAT": ("info", "inbetweens stay shapes: their weights were moved on their own"),
     "COMBINATION_IGNORED": ("warning", "a combination shape is solved as one of its own"),

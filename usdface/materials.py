@@ -3,8 +3,9 @@
 Values multiply their textures, as in glTF. Texture coordinates are v up, as in USD.
 """
 
-from dataclasses import dataclass, fields
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal
 
 __all__ = ["AlphaMode", "ColourSpace", "Material", "Placement", "Texture", "Wrap"]
 
@@ -71,7 +72,7 @@ class Material:
     `alpha_cutoff` counts for the mode "mask" only. With `vertex_colours` the ``displayColor`` of
     a mesh that has one stands for the base colour, or multiplies its texture; `unlit` shows it
     without any light.
-    `emissive` may exceed 1.
+    `emissive` may exceed 1. `extras` are what users keep with it.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Material:
     normal_texture: Texture | None = None
     occlusion_texture: Texture | None = None
     emissive_texture: Texture | None = None
+    extras: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     @property
     def textures(self) -> dict[str, Texture]:

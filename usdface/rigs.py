@@ -11,6 +11,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.materials import Material, Texture
+from usdface.scene import Camera, Extras, Light
 from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = [
@@ -177,6 +178,8 @@ class Mesh:
         Name of the texture coordinates `uvs`.
     corner_values : tuple of CornerValues
         Further texture coordinates, vertex colours, tangents; names are unique.
+    extras : mapping
+        What users keep with it.
     """
 
     name: str
@@ -192,6 +195,7 @@ class Mesh:
     path: str = ""
     uv_name: str = "st"
     corner_values: tuple[CornerValues, ...] = ()
+    extras: Extras = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", frozen(self.points))
@@ -314,6 +318,10 @@ class Rig:
     materials : tuple of Material
     source : str
         File it was read from.
+    cameras : tuple of Camera
+    lights : tuple of Light
+    extras, asset : mapping
+        What users keep with the scene, and with the file as a whole.
     """
 
     name: str
@@ -321,6 +329,10 @@ class Rig:
     skeleton: Skeleton | None = None
     materials: tuple[Material, ...] = field(default=())
     source: str = ""
+    cameras: tuple[Camera, ...] = ()
+    lights: tuple[Light, ...] = ()
+    extras: Extras = field(default_factory=dict)
+    asset: Extras = field(default_factory=dict)
 
     @property
     def shape_names(self) -> tuple[str, ...]:

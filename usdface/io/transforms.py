@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from usdface.errors import InputError
 from usdface.takes import FloatArray
 
-__all__ = ["along", "compose", "decompose", "followed_by"]
+__all__ = ["along", "compose", "decompose", "followed_by", "rigid"]
 
 _NEAR = 1e-9  # of a matrix, relative
 
@@ -85,3 +85,9 @@ def along(rotations: FloatArray, place: FloatArray, part: FloatArray) -> FloatAr
     second = np.where(near, part, np.sin(part * angle) / safe)
     turned = first[:, None] * start + second[:, None] * stop
     return np.asarray(turned / np.linalg.norm(turned, axis=1, keepdims=True))
+
+
+def rigid(matrix: FloatArray) -> FloatArray:
+    """Return the matrix (4, 4) without its scale; a mirror turns only its x axis around."""
+    translation, rotation, _ = decompose(matrix)
+    return compose(translation, rotation, np.ones(3))

@@ -129,14 +129,14 @@ def test_meshopt_is_undone(tmp_path: Path, name: str) -> None:
     path = meshopt_glb(tmp_path / "a.glb", name)
     rig, _, _ = read_gltf(path)
     assert_is_the_mesh(rig.meshes[0])
-    assert check_gltf(path) == []
+    assert [f for f in check_gltf(path) if f.severity == "error"] == []
 
 
 def test_draco_is_undone(tmp_path: Path) -> None:
     path = draco_glb(tmp_path / "a.glb")
     rig, _, _ = read_gltf(path)
     assert_is_the_mesh(rig.meshes[0])
-    assert check_gltf(path) == []
+    assert [f for f in check_gltf(path) if f.severity == "error"] == []
 
 
 def test_octahedral_normals_are_unfolded(tmp_path: Path) -> None:

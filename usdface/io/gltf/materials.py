@@ -15,6 +15,7 @@ import pygltflib
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
+from usdface.io.gltf.extras import kept_extras
 from usdface.io.gltf.image import has_alpha
 from usdface.io.gltf.textures import read_texture
 from usdface.materials import AlphaMode, ColourSpace, Material, Texture
@@ -88,6 +89,8 @@ def _read(
     packed = pbr.metallicRoughnessTexture
     normal, occlusion = source.normalTexture, source.occlusionTexture
     rough = texture(packed, "raw", "g")
+    extras, news = kept_extras(source.extras, where=where)
+    found += news
     return Material(
         name,
         (base[0], base[1], base[2]),
@@ -112,6 +115,7 @@ def _read(
         normal_texture=texture(normal, "raw"),
         occlusion_texture=texture(occlusion, "raw", "r"),
         emissive_texture=texture(source.emissiveTexture, "sRGB"),
+        extras=extras,
     )
 
 

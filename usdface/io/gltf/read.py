@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pygltflib import GLTF2
+from pygltflib import GLTF2, Scene
 from pygltflib import Mesh as GltfMesh
 
 from usdface.clips import Clip
@@ -15,6 +15,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.compressed import decompressed
 from usdface.io.gltf.document import GltfFile, item, load_document
+from usdface.io.gltf.extras import kept_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
@@ -23,6 +24,7 @@ from usdface.io.gltf.read_animation import clips_of, moved_nodes
 from usdface.io.gltf.read_mesh import mesh_of_primitives
 from usdface.io.gltf.read_skin import Armature, armature_of
 from usdface.io.gltf.read_weights import PlacedMesh
+from usdface.io.gltf.scene import read_scene
 from usdface.io.gltf.textures import uv_names_in
 from usdface.io.gltf.vertex_colours import tinted
 from usdface.rigs import Mesh, Rig, Skin
@@ -98,16 +100,25 @@ def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     found += news
     if not meshes:
         why = "; ".join(f"{f.where}: {f.message}" for f in news) or "no node of its scene has one"
-        raise InputError(f"there is no mesh with triangles to read: {why}")
+        raise InputError(f"there is no mesh with triangles to read: {why}", "FACE_MISSING")
     meshes = [replace(m, mesh=tinted(m.mesh, materials)) for m in meshes]
     standing = [
         replace(m, mesh=_in_rig_space(m.mesh, m.node, document, tree, armature)) for m in meshes
     ]
     finished, clips, news = clips_of(file, standing, tree, armature, reader)
     found += news
-    scene = item(document.scenes, document.scene or 0, "scene").name if document.scenes else ""
-    rig = Rig(_text(scene or path.stem), finished, armature.skeleton, materials, path.name)
-    return rig, clips, found
+    scene = item(document.scenes, document.scene or 0, "scene") if document.scenes else Scene()
+    cameras, lights, news = read_scene(document, tree, moved_nodes(file, tree))
+    found += news
+    extras, news = kept_extras(scene.extras, where="scene")
+    found += news
+    asset, news = kept_extras(document.asset.extras, where="asset")
+    found += news
+    if document.asset.copyright:
+        asset = {"copyright": document.asset.copyright} | asset
+    name = _text(scene.name or path.stem)
+    rig = Rig(name, finished, armature.skeleton, materials, path.name, cameras, lights)
+    return replace(rig, extras=extras, asset=asset), clips, found
 
 
 def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) -> None:
@@ -168,7 +179,10 @@ def _meshes(
         mesh = decoded[index]
         if mesh is not None:
             weights = _still_weights(file.node_weights[node] or source.weights, mesh)
-            meshes.append(PlacedMesh(replace(mesh, name=name), node, weights, steps[index]))
+            extras, lost = kept_extras(source.extras, document.nodes[node].extras, where=name)
+            found += lost
+            named = replace(mesh, name=name, extras=extras)
+            meshes.append(PlacedMesh(named, node, weights, steps[index]))
     return meshes, found
 
 

@@ -117,7 +117,10 @@ def _unread(
     read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_0", "JOINTS_", "WEIGHTS_")
     left = sorted(a for a in attributes if not a.startswith(read))
     found = [finding("FEATURE_DROPPED", name, f"vertex attribute {a} is left out") for a in left]
-    for moved in sorted({a for target in targets for a in target} - {"POSITION", "NORMAL"}):
+    moves = {a for target in targets for a in target}
+    if "TANGENT" in moves:
+        found.append(finding("TANGENTS_COMPUTED", name))
+    for moved in sorted(moves - {"POSITION", "NORMAL", "TANGENT"}):
         message = f"what blend shapes change of {moved} is left out"
         found.append(finding("FEATURE_DROPPED", name, message))
     return found

@@ -13,7 +13,9 @@ from usdface.io.gltf.accessors import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.corners import uv_order
 from usdface.io.gltf.document import save_document
+from usdface.io.gltf.extras import written_extras
 from usdface.io.gltf.inbetweens import flat_weights
+from usdface.io.gltf.scene import write_scene
 from usdface.io.gltf.textures import TextureBuilder, uv_notes
 from usdface.io.gltf.vertex_colours import whitened
 from usdface.io.gltf.write_animation import written_clip
@@ -71,7 +73,7 @@ def write_gltf(
     by_name = {material.name: material for material in materials}
     coloured = {"", *(m.name for m in rig.materials if m.vertex_colours)}
     document = pygltflib.GLTF2(
-        asset=pygltflib.Asset(generator=f"usdface {_version()}", extras=uv_notes(uv_names)),
+        asset=_asset(rig, uv_names),
         materials=materials,
         scene=0,
         extensionsUsed=sorted({key for material in materials for key in material.extensions}),
@@ -90,7 +92,12 @@ def write_gltf(
         roots.append(len(document.nodes))
         carriers.append((len(document.nodes), mesh))
         document.nodes.append(
-            pygltflib.Node(name=mesh.name, mesh=len(document.meshes), skin=0 if skinned else None)
+            pygltflib.Node(
+                name=mesh.name,
+                mesh=len(document.meshes),
+                skin=0 if skinned else None,
+                extras=written_extras(mesh.extras),
+            )
         )
         document.meshes.append(made)
     joints: dict[str, tuple[int, pygltflib.Node]] = {}
@@ -105,12 +112,23 @@ def write_gltf(
         animation, news = written_clip(clip, carriers, joints, builder, pointer)
         found += news
         document.animations += [animation] if animation else []
-    document.scenes = [pygltflib.Scene(name=rig.name, nodes=roots)]
+    write_scene(rig.cameras, rig.lights, document, roots)
+    scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=written_extras(rig.extras))
+    document.scenes = [scene]
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
         document.extensionsUsed = sorted({*(document.extensionsUsed or []), POINTER})
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
+
+
+def _asset(rig: Rig, uv_names: Sequence[str]) -> pygltflib.Asset:
+    kept = dict(rig.asset)
+    owner = kept.pop("copyright", None)
+    if owner is not None and not isinstance(owner, str):
+        kept["copyright"], owner = owner, None
+    extras = written_extras(kept, **uv_notes(uv_names))
+    return pygltflib.Asset(generator=f"usdface {_version()}", copyright=owner, extras=extras)
 
 
 def _version() -> str:

@@ -10,6 +10,7 @@ from typing import Any
 import pygltflib
 
 from usdface.findings import Finding, finding
+from usdface.io.gltf.extras import written_extras
 from usdface.io.gltf.image import GltfImage, channels_image, has_alpha, to_gltf_image
 from usdface.io.gltf.textures import TextureBuilder
 from usdface.materials import Material, Placement, Texture
@@ -104,6 +105,7 @@ def _written(
         alphaMode=mode.upper(),
         alphaCutoff=max(material.alpha_cutoff, 0.0) if mode == "mask" else None,
         doubleSided=material.double_sided,
+        extras=written_extras(material.extras),
     )
     _factors(result, material, found)
     return result

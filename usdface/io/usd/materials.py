@@ -11,6 +11,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.extras import read_extras
 from usdface.io.usd.notes import our_notes
 from usdface.io.usd.textures import read_texture, scale_of, value_of
 from usdface.materials import AlphaMode, Material, Texture
@@ -136,6 +137,8 @@ def _read_material(material: UsdShade.Material, name: str) -> tuple[Material, li
         if source(role).texture:
             found.append(finding("FEATURE_DROPPED", where, f"the texture of {role} is not kept"))
     bump = source("normal").texture
+    extras, news = read_extras(material.GetPrim())
+    found += news
     unlit = bool(kept.get("unlit"))
     shown, glow = ("emissiveColor", "") if unlit else ("diffuseColor", "emissiveColor")
     result = Material(
@@ -161,6 +164,7 @@ def _read_material(material: UsdShade.Material, name: str) -> tuple[Material, li
         normal_texture=texture("normal"),
         occlusion_texture=texture("occlusion"),
         emissive_texture=texture(glow),
+        extras=extras,
     )
     return result, found
 

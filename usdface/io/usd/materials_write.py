@@ -12,6 +12,7 @@ from usdface.findings import Finding, finding
 from usdface.io.atomic import write_bytes
 from usdface.io.prim_names import prim_names
 from usdface.io.udim import udim_tiles
+from usdface.io.usd.extras import write_extras
 from usdface.io.usd.notes import note
 from usdface.materials import Material, Texture
 
@@ -57,6 +58,7 @@ def write_materials(
             prim.GetPrim().SetDisplayName(material.name)
             findings.append(finding("NAME_CHANGED", str(prim.GetPath()), f"was {material.name!r}"))
         _write_surface(prim, material, files, findings)
+        findings += write_extras(prim.GetPrim(), material.extras)
         made.setdefault(material.name, prim)
     return made, findings
 

@@ -8,6 +8,7 @@ from usdface.findings import Finding, finding
 from usdface.io.normals import unit
 from usdface.io.usd.blend_shapes import read_shapes
 from usdface.io.usd.corners import at_corners, read_corners
+from usdface.io.usd.extras import read_extras
 from usdface.rigs import CornerValues, MaterialSubset, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
 
@@ -69,6 +70,8 @@ def read_mesh(
     findings += notes
     subsets, notes = _subsets(prim, len(counts))
     findings += notes + _left_out(mesh, {uv_name, *(c.name for c in others)})
+    extras, notes = read_extras(prim)
+    findings += notes
     result = Mesh(
         prim.GetDisplayName() or prim.GetName(),
         points @ linear + space[3, :3],
@@ -83,6 +86,7 @@ def read_mesh(
         path,
         uv_name,
         others,
+        extras,
     )
     return result, findings
 

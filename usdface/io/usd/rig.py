@@ -1,6 +1,6 @@
 """Rigs out of USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +9,11 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.extras import read_asset, read_extras
 from usdface.io.usd.head import without_head
 from usdface.io.usd.materials import with_materials
 from usdface.io.usd.mesh import read_mesh
+from usdface.io.usd.scene import read_scene
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
@@ -106,7 +108,17 @@ def _rig(stage: Usd.Stage, root: str, joints: bool) -> tuple[Rig, list[Finding]]
     top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
     name = top.GetDisplayName() or top.GetName()
     source = stage.GetRootLayer().realPath
-    return Rig(name, named, skeleton, materials, source), findings + notes
+    rig = Rig(name, named, skeleton, materials, source)
+    findings += notes
+    if root:  # a character, not a scene
+        return rig, findings
+    cameras, lights, notes = read_scene(stage, si)
+    findings += notes
+    extras, notes = read_extras(top)
+    findings += notes
+    asset, notes = read_asset(top)
+    rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
+    return rig, findings + notes
 
 
 def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:

@@ -17,9 +17,11 @@ from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
 from usdface.io.usd.combinations import write_combination
 from usdface.io.usd.corners import write_corners
 from usdface.io.usd.errors import usd_message
+from usdface.io.usd.extras import write_asset, write_extras
 from usdface.io.usd.joint_frames import unit_scaled
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
+from usdface.io.usd.scene import write_scene
 from usdface.io.usd.stage import (
     Metrics,
     matrices,
@@ -42,11 +44,11 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
     """Write `rig` as UsdSkel, in metres, Y up, with its clips.
 
     Layout: `/Asset` (default prim) holds the SkelRoot `Face` with `Skel`, `Anim` and the
-    meshes, and `Materials`; several clips lie in the scope `Animations`, and the variant set
-    `animation` of the SkelRoot chooses one (`usdface.io.usd.clips_write`). The tokens of
-    `skel:blendShapes` are the original names; prim names are their legal, unique forms. A rig
-    without a skeleton gets one joint that does nothing. Normals and normal offsets that the rig
-    lacks are computed.
+    meshes, and `Materials`, `Cameras`, `Lights`; several clips lie in the scope `Animations`,
+    and the variant set `animation` of the SkelRoot chooses one (`usdface.io.usd.clips_write`).
+    The tokens of `skel:blendShapes` are the original names; prim names are their legal, unique
+    forms. A rig without a skeleton gets one joint that does nothing. Normals and normal offsets
+    that the rig lacks are computed.
 
     Parameters
     ----------
@@ -90,6 +92,8 @@ def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, l
     Usd.ModelAPI(asset).SetKind(Kind.Tokens.component)
     if rig.name and rig.name != asset.GetName():
         asset.SetDisplayName(rig.name)
+    findings += write_extras(asset, rig.extras) + write_asset(asset, rig.asset)
+    findings += write_scene(stage, rig.cameras, rig.lights)
     if rig.materials:
         materials, news = write_materials(stage, _scope(stage), rig.materials, path)
         findings += news
@@ -150,6 +154,7 @@ def _write_mesh(
     if prim.GetPrim().GetName() != mesh.name:
         prim.GetPrim().SetDisplayName(mesh.name)
         findings.append(finding("NAME_CHANGED", path, f"was {mesh.name!r}"))
+    findings += write_extras(prim.GetPrim(), mesh.extras)
     _bind_skin(prim, mesh, rig)
     shape_prims = prim_names(mesh.shape_names)
     findings += _write_shapes(prim, mesh, shape_prims, normals_at)

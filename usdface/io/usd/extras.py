@@ -1,0 +1,116 @@
+"""JSON values as customData of USD prims, and back; our own notes (`notes`) stay apart."""
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+from pxr import Sdf, Usd, Vt
+
+from usdface.findings import Finding, finding
+from usdface.io.usd.notes import KEY
+from usdface.scene import Extras
+
+__all__ = ["read_asset", "read_extras", "write_asset", "write_extras"]
+
+_DEEPEST = 16
+_INTS = range(-(2**63), 2**63)
+
+
+def write_extras(prim: Usd.Prim, extras: Extras) -> list[Finding]:
+    """Author extras as customData; what it cannot hold (null, mixed lists) is left out."""
+    return _author(prim, extras, prim.SetCustomDataByKey)
+
+
+def write_asset(prim: Usd.Prim, asset: Extras) -> list[Finding]:
+    """Author what is kept with a whole file as assetInfo, as `write_extras` does."""
+    return _author(prim, asset, prim.SetAssetInfoByKey)
+
+
+def _author(prim: Usd.Prim, extras: Extras, put: Callable[[str, object], object]) -> list[Finding]:
+    lost: list[str] = []
+    for key, value in _usd_dict(extras, "", lost, 0).items():
+        if key and ":" not in key and key != KEY:  # else a path of keys, or ours
+            put(key, value)
+        else:
+            lost.append(key)
+    if not lost:
+        return []
+    message = f"extras that USD does not hold: {', '.join(sorted(lost)[:10])}"
+    return [finding("FEATURE_DROPPED", str(prim.GetPath()), message)]
+
+
+def _usd_dict(values: Mapping[str, Any], path: str, lost: list[str], depth: int) -> dict[str, Any]:
+    made = {}
+    for key, value in values.items():
+        held = _usd_value(value, f"{path}{key}", lost, depth)
+        if held is not None:
+            made[key] = held
+    return made
+
+
+def _usd_value(value: Any, path: str, lost: list[str], depth: int) -> Any:
+    if isinstance(value, Mapping) and depth < _DEEPEST:
+        return _usd_dict(value, f"{path}.", lost, depth + 1)
+    if isinstance(value, bool | str | float) or (isinstance(value, int) and value in _INTS):
+        return value
+    if isinstance(value, list):
+        kinds = {type(v) for v in value}
+        if kinds <= {int, float} and float in kinds:
+            return Vt.DoubleArray([float(v) for v in value])
+        for kind, array in ((bool, Vt.BoolArray), (int, Vt.Int64Array), (str, Vt.StringArray)):
+            if kinds <= {kind} and (kind is not int or all(v in _INTS for v in value)):
+                return array(value)
+    lost.append(path)
+    return None
+
+
+def read_extras(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:
+    """Return a prim's customData as JSON values, without our notes and those of its schema."""
+    authored: dict[str, Any] = {}
+    for spec in reversed(prim.GetPrimStack()):  # the composed value has the schema's own in it
+        authored |= dict(spec.customData)
+    return _read(prim, authored, (KEY,))
+
+
+def read_asset(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:
+    """Return a prim's assetInfo as JSON values."""
+    return _read(prim, prim.GetAssetInfo(), ())
+
+
+def _read(
+    prim: Usd.Prim, given: Mapping[str, Any] | None, ours: Collection[str]
+) -> tuple[dict[str, Any], list[Finding]]:
+    lost: list[str] = []
+    made = _json_dict({k: v for k, v in (given or {}).items() if k not in ours}, "", lost)
+    if not lost:
+        return made, []
+    message = f"metadata that JSON does not hold: {', '.join(sorted(lost)[:10])}"
+    return made, [finding("FEATURE_DROPPED", str(prim.GetPath()), message)]
+
+
+def _json_dict(values: Mapping[str, Any], path: str, lost: list[str]) -> dict[str, Any]:
+    made = {}
+    for key, value in values.items():
+        held = _json_value(value, f"{path}{key}", lost)
+        if held is not None:
+            made[key] = held
+    return made
+
+
+def _json_value(value: Any, path: str, lost: list[str]) -> Any:
+    if isinstance(value, Mapping):
+        return _json_dict(value, f"{path}.", lost)
+    if isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Sdf.AssetPath):
+        return value.path
+    try:
+        listed = [v.path if isinstance(v, Sdf.AssetPath) else v for v in value]
+        if all(isinstance(v, bool | int | float | str) for v in listed):
+            return listed
+        rows = [list(v) for v in listed]  # vectors
+        if all(isinstance(v, int | float) for row in rows for v in row):
+            return rows
+    except TypeError:
+        pass
+    lost.append(path)
+    return None

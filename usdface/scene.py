@@ -1,0 +1,79 @@
+"""What stands around a character: cameras and lights, in metres, Y up, SI units of light."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from usdface.takes import FloatArray, frozen
+
+__all__ = ["Camera", "Extras", "Light", "LightKind"]
+
+Extras = Mapping[str, Any]  # what users keep with a thing: JSON values by name
+LightKind = Literal["directional", "point", "spot"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Camera:
+    """A camera that looks along its -Z.
+
+    Attributes
+    ----------
+    name : str
+    matrix : (4, 4) float64
+        Camera to rig space; row vectors.
+    height : float
+        Perspective: angle from bottom to top [rad]. Orthographic: from bottom to top [m].
+    aspect : float
+        Width over height; 0 = that of the window.
+    near, far : float [m]
+        `far` may be infinite.
+    perspective : bool
+    extras : mapping
+    """
+
+    name: str
+    matrix: FloatArray
+    height: float
+    aspect: float = 0.0
+    near: float = 0.1
+    far: float = float("inf")
+    perspective: bool = True
+    extras: Extras = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", frozen(self.matrix))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Light:
+    """A light that shines along its -Z, or to all sides.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"directional", "point", "spot"}
+    matrix : (4, 4) float64
+        Light to rig space; row vectors.
+    colour : (float, float, float)
+        Linear, 0 to 1.
+    intensity : float
+        Directional: illuminance [lx]. Others: luminous intensity [cd].
+    inner, outer : float [rad]
+        Of a spot: angles from its axis at which light begins and ends to fade.
+    reach : float [m]
+        Where the light ends; infinite = nowhere.
+    extras : mapping
+    """
+
+    name: str
+    kind: LightKind
+    matrix: FloatArray
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    intensity: float = 1.0
+    inner: float = 0.0
+    outer: float = 0.7853981633974483
+    reach: float = float("inf")
+    extras: Extras = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", frozen(self.matrix))
