@@ -89,6 +89,13 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NEUTRAL_ASSUMED": ("warning", "no neutral frames were named"),
     "NOSE_TIP_ASSUMED": ("warning", "no marker is named as the nose tip"),
     "HEAD_MARKERS_FEW": ("warning", "fewer than three head markers are visible in some frames"),
+    "HEAD_MARKERS_IN_LINE": (
+        "warning",
+        "the head markers lie in a line and leave a turn open; the face's own markers decide",
+    ),
+    "MARKERS_FEW": ("warning", "the markers cannot tell all blend shapes apart"),
+    "TAKE_STILL": ("warning", "no marker moves in the whole take"),
+    "WEIGHTS_CLIPPED": ("warning", "recorded weights outside 0 to 1 were clipped"),
     "FRAME_UNSOLVED": ("warning", "frames without visible markers follow their neighbours"),
     "SHAPE_UNSEEN": ("info", "a blend shape moves no bound marker and stays at 0"),
     "SHAPE_UNSURE": (

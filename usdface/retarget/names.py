@@ -11,6 +11,8 @@ from usdface.takes import WeightsTake
 __all__ = ["rename_weights", "shape_key"]
 
 _SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
+_ROUNDED = 1e-6  # of a weight
+_NAMED = 6
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
 
@@ -72,6 +74,15 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
         findings.append(
             finding("CHANNEL_IGNORED", take.source, f"curves without a shape: {', '.join(idle)}")
         )
+    outside = np.flatnonzero(((weights < -_ROUNDED) | (weights > 1.0 + _ROUNDED)).any(axis=0))
+    if len(outside):
+        shown = ", ".join(names[i] for i in outside[:_NAMED])
+        more = f" and {len(outside) - _NAMED} more" if len(outside) > _NAMED else ""
+        message = (
+            f"weights from {weights.min():.3g} to {weights.max():.3g} were clipped to 0 to 1: "
+            f"{shown}{more}"
+        )
+        findings.append(finding("WEIGHTS_CLIPPED", take.source, message))
     renamed = WeightsTake(
         names,
         take.times,

@@ -1,6 +1,6 @@
 """From a marker take to blend shape weights: which markers count, where they rest, the solve."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, frozen, visible
 
 __all__ = ["Solution", "solve_take"]
+
+# Markers are in a line if they reach no further to the side than this share of its length.
+_IN_LINE = 0.02
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -109,7 +112,8 @@ def solve_take(
     positions = take.select(names)
     target = points[used]
     basis = offsets[:, used]
-    findings += _unseen_shapes(basis, shape_names)
+    setup, notes = _determined(setup, take, positions, basis)
+    findings += notes + _unseen_shapes(basis[..., : take.dimension], shape_names)
     space, choice = choose_map(neutral, target, setup.map)
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
@@ -191,6 +195,35 @@ def _usable_markers(
                 finding("MARKER_OCCLUDED", name, f"hidden in {count} of {len(positions)} frames")
             )
     return [known[k] for k in keep], neutral[keep], findings
+
+
+def _determined(
+    setup: Setup, take: MarkerTake, positions: FloatArray, basis: FloatArray
+) -> tuple[Setup, list[Finding]]:
+    """Say what the markers leave open; head markers in a line are not used."""
+    findings = []
+    if setup.head == "markers":
+        rigid = on_plane(take.select(setup.head_markers))
+        rest = neutral_markers(rigid, setup.neutral or (0, 0))
+        rest = rest[visible(rest)]
+        extent = np.linalg.svd(rest - rest.mean(axis=0), compute_uv=False) if len(rest) else [0.0]
+        if len(extent) < 2 or extent[1] <= _IN_LINE * extent[0]:
+            where = ", ".join(setup.head_markers)
+            findings.append(finding("HEAD_MARKERS_IN_LINE", where))
+            setup = replace(setup, head="solve", head_markers=())
+    moved = np.abs(basis).max(axis=(1, 2))
+    shapes = int((moved > 1e-9 * moved.max(initial=0.0)).sum())
+    known = take.dimension * basis.shape[1] - (6 if setup.head == "solve" else 0)
+    if known < shapes:
+        message = (
+            f"{basis.shape[1]} markers say {max(known, 0)} numbers of the face for {shapes} blend "
+            "shapes; what they leave open stays as small as can be. Bind more markers"
+        )
+        findings.append(finding("MARKERS_FEW", take.source, message))
+    span = np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)
+    if len(positions) > 1 and not span.any():
+        findings.append(finding("TAKE_STILL", take.source))
+    return setup, findings
 
 
 def _unseen_shapes(basis: FloatArray, names: tuple[str, ...]) -> list[Finding]:
