@@ -1,7 +1,7 @@
 from pathlib import Path
 
 import pytest
-from fit_world import make_examples
+from fit_world import RULES, make_examples
 
 from usdface.errors import InputError
 from usdface.fit_figure import write_fit_figure
@@ -10,7 +10,7 @@ from usdface.fuzzy.fit_validation import cross_validate
 
 
 def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:
-    examples = make_examples(takes=2)
+    examples = make_examples({("joy", ""): RULES["joy", ""]}, takes=2)
     system, _ = fit_system(examples)
     tested = cross_validate(examples, "recording")
     one, other = tmp_path / "one.svg", tmp_path / "other.svg"

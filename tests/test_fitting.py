@@ -221,5 +221,8 @@ def test_the_command_shows_rules_and_confusion(folder, tmp_path, capsys):
     facts = json.loads(capsys.readouterr().out)
     assert facts["fit"]["validation"]["confusion"]["joy"]["joy"] == 2
     assert len(facts["fit"]["separations"]) == 6
+    options = ["-o", str(tmp_path / "c.usda"), "--figure", str(tmp_path / "c.txt")]
+    assert main(["fuzzy", "fit", *common, *options]) == 1
+    assert not (tmp_path / "c.usda").exists()
     assert main(["fuzzy", "fit", "--rig", "rig.usda", "-o", "x.usda"]) == 1
     assert "--rig and --bind belong together" in capsys.readouterr().err

@@ -383,6 +383,10 @@ def _run_fit(parsed: argparse.Namespace) -> int:
 
     if bool(parsed.rig) != bool(parsed.bind):
         raise InputError("--rig and --bind belong together: give both, or --shot alone")
+    if parsed.figure:
+        from usdface.figure import check_picture
+
+        check_picture(parsed.figure)
     options = FitOptions(**_settings(parsed, FitOptions))
     fits = []
 

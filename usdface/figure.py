@@ -12,7 +12,7 @@ from usdface.explain import Explanation
 from usdface.fuzzy.membership import membership
 from usdface.io.atomic import write_bytes
 
-__all__ = ["save_figure", "write_figure"]
+__all__ = ["check_picture", "save_figure", "write_figure"]
 
 _LARGEST_FEATURES = 9
 _LARGEST_WEIGHTS = 14
@@ -54,8 +54,7 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    if path.suffix.lower() not in _SUFFIXES:
-        raise InputError(f"{path} is no picture; end it in {', '.join(_SUFFIXES)}")
+    check_picture(path)
     try:
         from matplotlib import rc_context
         from matplotlib.figure import Figure
@@ -70,6 +69,18 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
     with rc_context({"svg.hashsalt": "usdface"}):
         figure.savefig(drawn, format=suffix[1:], dpi=110, metadata=metadata[suffix])
     write_bytes(path, drawn.getvalue())
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a file name that is no picture's.
+
+    Raises
+    ------
+    InputError
+        If it ends in something else.
+    """
+    if path.suffix.lower() not in _SUFFIXES:
+        raise InputError(f"{path} is no picture; end it in {', '.join(_SUFFIXES)}")
 
 
 def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
