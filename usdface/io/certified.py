@@ -91,7 +91,7 @@ def _of_clip(stage: Stage, shown: ShownClip, exported: bool, budget: int | None)
     # Keys that only one side has, for a curve or an inbetween, change no time.
     drift = min(_drift(stage_times, gltf_times), _drift(gltf_times, stage_times))
     between = (gltf_times[1:] + gltf_times[:-1]) / 2 if shown.cubic else np.zeros(0)
-    known = np.concatenate([gltf_times, between])
+    known = np.unique(np.concatenate([gltf_times, between]))
     lacking = stage_times[np.abs(_nearest(known, stage_times) - stage_times) > _near(stage_times)]
     times = np.unique(np.concatenate([known, lacking]))
     there = _nearest(stage_times, times)

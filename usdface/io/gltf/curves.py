@@ -130,8 +130,11 @@ def _resampled(times: FloatArray, keys: FloatArray, where: str) -> tuple[Curve, 
         + (3 * s**2 - 2 * s**3) * stop[segment]
         + (s**3 - s**2) * arrive[segment]
     )
-    moments = times[segment] + s[:, 0] * span[segment, 0]
-    curve = Curve(np.append(moments, times[-1]), np.concatenate([values, keys[-1:, 1]]))
+    moments = np.append(times[segment] + s[:, 0] * span[segment, 0], times[-1])
+    # As float32, like all keys: those of other curves at these times then are the same keys.
+    moments = moments.astype(np.float32).astype(np.float64)
+    kept = np.append(True, np.diff(moments) > 0)
+    curve = Curve(moments[kept], np.concatenate([values, keys[-1:, 1]])[kept])
     error = (bend / (8 * parts**2)).max(initial=0.0)
     message = f"{len(times)} cubic keys became {len(curve.times)} linear ones, within {error:.1e}"
     return curve, [finding("CURVE_RESAMPLED", where, message)]

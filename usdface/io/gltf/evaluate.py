@@ -40,6 +40,7 @@ _BROKEN = (
 )  # what a JSON of the wrong form ends in
 _MOST_NUMBERS = 2**28  # in the morph targets of one file
 _TRANSFORMS = ("translation", "rotation", "scale")
+_KNOWN = {"KHR_animation_pointer", "KHR_mesh_quantization"}
 _Space = Callable[[ShownNodes], Space]
 
 
@@ -92,7 +93,7 @@ class _File:
         else:
             text = data
         self.json: dict[str, Any] = json.loads(text)
-        if unknown := set(self.json.get("extensionsRequired", [])) - {"KHR_mesh_quantization"}:
+        if unknown := set(self.json.get("extensionsRequired", [])) - _KNOWN:
             raise InputError(f"{path} cannot be evaluated: it needs {', '.join(sorted(unknown))}")
         self.buffers = [
             self._buffer(buffer, path, chunk) for buffer in self.json.get("buffers", [])

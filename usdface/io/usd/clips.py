@@ -33,8 +33,20 @@ def animated_rig(stage: Usd.Stage) -> tuple[Rig, tuple[Clip, ...], list[Finding]
     rig, found = rig_of_stage(stage)
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         movers = movers_of(stage, rig)
+        found += _bent_differently(stage, rig)
     clips, more = clips_of_stage(stage, rig, movers=movers)
     return with_movers(rig, movers), clips, found + more
+
+
+def _bent_differently(stage: Usd.Stage, rig: Rig) -> list[Finding]:
+    found = []
+    for mesh in rig.meshes:
+        primvars = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(mesh.path))
+        method = primvars.FindPrimvarWithInheritance(UsdSkel.Tokens.primvarsSkelSkinningMethod)
+        if mesh.skin is not None and method and method.Get() == UsdSkel.Tokens.dualQuaternion:
+            message = "dual quaternion skinning becomes linear"
+            found.append(finding("FEATURE_DROPPED", mesh.path, message))
+    return found
 
 
 def clips_of_stage(
@@ -65,11 +77,14 @@ def clips_of_stage(
     clips: list[Clip] = []
     found: list[Finding] = []
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
+        bound: set[Sdf.Path] = set()
         for variation in playing(stage, root):
             clip, news = _clip(variation, rig, root, movers)
             found += news
+            bound |= {*_bound(variation)}
             if clip is not None:
                 clips.append(clip)
+        found += _unbound(stage, root, bound)
     if len(clips) > 1:
         clips = [clip for clip in clips if not clip.still]
     return tuple(clips), list(dict.fromkeys(found))
@@ -101,6 +116,19 @@ def playing(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
     for paths in order:
         if paths and paths not in seen:
             yield others[paths]
+
+
+def _unbound(stage: Usd.Stage, root: str, bound: set[Sdf.Path]) -> list[Finding]:
+    """Announce the animations that nothing plays."""
+    prims = dict.fromkeys(p for r in skel_roots(stage, root) for p in Usd.PrimRange(r, _ALL))
+    message = "nothing on the stage binds it, in no variant"
+    return [
+        finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
+        for prim in prims
+        if prim.IsA(UsdSkel.Animation)
+        and prim.GetPath() not in bound
+        and any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAttributes())
+    ]
 
 
 @dataclass(frozen=True, slots=True)
