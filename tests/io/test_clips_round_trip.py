@@ -17,6 +17,7 @@ from usdface.io.transforms import compose
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
+from usdface.options import ExportOptions
 from usdface.pipeline import export_scene, import_scene
 from usdface.rigs import BlendShape, Mesh, Rig, Skeleton, Skin
 from usdface.takes import WeightsTake
@@ -204,3 +205,25 @@ def test_the_variant_chooses_what_plays(tmp_path: Path, assert_valid_usd) -> Non
         first = animated_rig(stage)[1][0]  # what the stage shows comes first
         assert_same((found[first.name],), (first,))
     assert len(found) == len(clips)
+
+
+@pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_the_robot_goes_in_and_out_with_all_clips(
+    shared_data: Path, tmp_path: Path, validate_gltf, assert_valid_usd, every: bool
+) -> None:
+    robot = shared_data / "robotexpressive" / "RobotExpressive.glb"
+    there = import_scene(robot, tmp_path / "a.usdc", None, every)
+    assert_valid_usd(tmp_path / "a.usdc")
+    options = ExportOptions(pointer=True)
+    back = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, every, options)
+    for outcome in (there, back):
+        certificate = outcome.details["certificate"]
+        assert len(certificate["clips"]) == 14
+        assert certificate["vertex error mm, largest"] < 0.02
+        assert certificate["weight error, largest"] < 1e-6
+        assert certificate["time drift s"] < 1e-6
+        assert certificate["missing"] == []
+    names = [[clip.name for clip in read_gltf(path)[1]] for path in (robot, tmp_path / "b.glb")]
+    assert names[0] == names[1]
+    issues = validate_gltf(tmp_path / "b.glb")["issues"]
+    assert issues["numErrors"] == 0, issues["messages"][:3]

@@ -4,7 +4,7 @@ Source: glTF 2.0 specification, sections 3.5 (node transforms), 3.7.3 (skins), 3
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ class ShownNodes:
     nodes: Sequence[dict[str, Any]]
     parents: Mapping[int, int]
     curves: Mapping[tuple[int, str], Sampled]
+    _known: dict[tuple[tuple[int, ...], bytes], FloatArray] = field(default_factory=dict)
 
     def moves(self, node: int) -> bool:
         """Whether a node moves, by itself or with one above it."""
@@ -46,6 +47,14 @@ class ShownNodes:
 
     def worlds(self, wanted: Sequence[int], times: FloatArray) -> FloatArray:
         """Return the transforms of nodes to the scene: (J, F or 1, 4, 4), for column vectors."""
+        key = tuple(wanted), times.tobytes()
+        if key not in self._known:
+            if len(self._known) > 3:  # meshes that share a skin ask for the same, one by one
+                self._known.clear()
+            self._known[key] = self._worlds(wanted, times)
+        return self._known[key]
+
+    def _worlds(self, wanted: Sequence[int], times: FloatArray) -> FloatArray:
         known: dict[int, FloatArray] = {-1: np.eye(4)[None]}
 
         def world(node: int) -> FloatArray:

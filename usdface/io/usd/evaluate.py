@@ -40,11 +40,11 @@ class _Bound:
 
     def skin_normals(self, normals: Vt.Vec3fArray, moves: Vt.Matrix4dArray, code: float) -> None:
         """Turn normals with the joints, in place."""
-        turns = [_turning(np.array(move)) for move in moves]
+        turns = _turning(np.array(moves))
         UsdSkel.SkinNormals(
             self.skinning.GetSkinningMethod(),
             _matrix3(_turning(np.array(self.skinning.GetGeomBindTransform(code)))),
-            Vt.Matrix3dArray([_matrix3(turn) for turn in turns]),
+            Vt.Matrix3dArray.FromNumpy(turns),
             *self.skinning.ComputeVaryingJointInfluences(len(normals), code),
             self.skinning.GetNumInfluencesPerComponent(),
             normals,
@@ -169,7 +169,8 @@ _START = Usd.TimeCode.EarliestTime()
 
 
 def _turning(matrix: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.inv(matrix[:3, :3]).T, np.float64)
+    turns = np.linalg.inv(matrix[..., :3, :3]).swapaxes(-1, -2)
+    return np.ascontiguousarray(turns, np.float64)
 
 
 def evaluate_usd(stage: Usd.Stage) -> tuple[StagedMesh, ...]:
