@@ -288,6 +288,11 @@ def _export(commands: Any) -> None:
         action="store_true",
         help="a channel for each weight, too, by KHR_animation_pointer",
     )
+    command.add_argument(
+        "--quantize",
+        action="store_true",
+        help="points, normals and texture coordinates as 16-bit integers, by KHR_mesh_quantization",
+    )
 
 
 def _run_export(parsed: argparse.Namespace) -> int:

@@ -68,6 +68,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "COMBINATION_IGNORED": ("warning", "a combination shape is solved as one of its own"),
     "FEATURE_DROPPED": ("warning", "the target format or this version does not hold a feature"),
     "FEATURE_APPROXIMATED": ("warning", "the target format holds only something like it"),
+    "POINTS_ROUNDED": ("info", "points are stored as 16-bit integers, as was asked for"),
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF holds"),
     "TEXTURE_TILED": ("info", "each tile of a UDIM texture has a material of its own now"),
     "TEXTURE_MISSING": ("warning", "a texture file cannot be read and is left out"),

@@ -237,10 +237,13 @@ class ExportOptions:
         The one clip to write, by name; "" = all.
     pointer : bool
         Write a channel of its own for each weight, too (KHR_animation_pointer).
+    quantize : bool
+        Store points, normals and texture coordinates as 16-bit integers (KHR_mesh_quantization).
     """
 
     clip: str = ""
     pointer: bool = False
+    quantize: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

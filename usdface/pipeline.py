@@ -317,7 +317,7 @@ def export_scene(
         rig, clips, findings = animated_rig(stage)
         clips = chosen_clips(clips, options.clip)
     with steps("write"):
-        findings += write_gltf(rig, output, clips, options.pointer)
+        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
     with steps("certify"):
         certificate, more = certified(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip

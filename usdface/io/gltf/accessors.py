@@ -6,7 +6,7 @@ the extension KHR_mesh_quantization.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,7 @@ __all__ = ["AccessorReader", "BufferBuilder"]
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COMPONENTS = {np.dtype(dtype): code for code, dtype in _DTYPES.items()}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+Short = Literal["signed", "unsigned"]
 _KINDS = {width: kind for kind, width in _WIDTHS.items()}
 
 
@@ -194,9 +195,17 @@ class AccessorReader:
 
 
 class BufferBuilder:
-    """The one buffer of a file that is being written: accessors go in, indices come out."""
+    """The one buffer of a file that is being written: accessors go in, indices come out.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    shorts : bool
+        Store vertex attributes that allow it as normalised 16-bit integers
+        (KHR_mesh_quantization) where their numbers lie within them.
+    """
+
+    def __init__(self, shorts: bool = False) -> None:
+        self.shorts = shorts
         self.views: list[BufferView] = []
         self.accessors: list[Accessor] = []
         self._parts: list[bytes] = []
@@ -207,10 +216,13 @@ class BufferBuilder:
         """All bytes so far."""
         return b"".join(self._parts)
 
-    def view(self, data: bytes, target: int | None = None) -> int:
+    def view(self, data: bytes, target: int | None = None, stride: int | None = None) -> int:
         """Append bytes, aligned to 4; return the index of their bufferView."""
+        size, start = len(data), self._length
         self.views.append(
-            BufferView(buffer=0, byteOffset=self._length, byteLength=len(data), target=target)
+            BufferView(
+                buffer=0, byteOffset=start, byteLength=size, byteStride=stride, target=target
+            )
         )
         padded = data + bytes(-len(data) % 4)
         self._parts.append(padded)
@@ -218,9 +230,16 @@ class BufferBuilder:
         return len(self.views) - 1
 
     def array(
-        self, values: NDArray[Any], target: int | None = None, *, bounds: bool = False
+        self,
+        values: NDArray[Any],
+        target: int | None = None,
+        *,
+        bounds: bool = False,
+        short: Short | None = None,
     ) -> int:
         """Append (count, width) integers or floats (as float32); return the accessor's index.
+
+        `short` tells which 16-bit integers the attribute may be stored as.
 
         Raises
         ------
@@ -228,7 +247,12 @@ class BufferBuilder:
             If a number does not fit float32.
         """
         values = _storable(values)
+        if self.shorts and short and _fits(values, short):
+            values = _shortened(values, short)
         limits = (values.min(axis=0), values.max(axis=0)) if bounds else None
+        if values.dtype.kind != "f" and short:
+            view = self._strided(values)
+            return self._accessor(values.dtype, values.shape, limits, view, normalized=True)
         return self._accessor(values.dtype, values.shape, limits, self.view(_bytes(values), target))
 
     def offsets(self, indices: IntArray, values: FloatArray, count: int) -> int:
@@ -245,7 +269,9 @@ class BufferBuilder:
             Vertices.
         """
         values = _storable(values)
-        limits = (np.zeros(3, "<f4"), np.zeros(3, "<f4"))
+        if self.shorts and _fits(values, "signed"):
+            values = _shortened(values, "signed")
+        limits = (np.zeros(3, values.dtype), np.zeros(3, values.dtype))
         if len(values):
             limits = (values.min(axis=0), values.max(axis=0))
             if len(values) < count:
@@ -253,13 +279,15 @@ class BufferBuilder:
         index_type = np.dtype("<u2" if count <= 2**16 - 1 else "<u4")
         shape = (count, 3)
         if not len(values):
-            return self._accessor(values.dtype, shape, limits, None)
-        if len(values) * (12 + index_type.itemsize) >= count * 12:
-            dense = np.zeros(shape, "<f4")
+            return self._accessor(np.dtype("<f4"), shape, limits, None)
+        whole_numbers = values.dtype.kind != "f"
+        size = 3 * values.itemsize
+        whole = -(-size // 4) * 4  # of a vertex, which must start at a multiple of 4
+        if len(values) * (size + index_type.itemsize) >= count * whole:
+            dense = np.zeros(shape, values.dtype)
             dense[indices] = values
-            return self._accessor(
-                dense.dtype, shape, limits, self.view(_bytes(dense), ARRAY_BUFFER)
-            )
+            view = self._strided(dense)
+            return self._accessor(dense.dtype, shape, limits, view, normalized=whole_numbers)
         sparse = Sparse(
             count=len(values),
             indices=AccessorSparseIndices(
@@ -268,7 +296,15 @@ class BufferBuilder:
             ),
             values=AccessorSparseValues(bufferView=self.view(_bytes(values))),
         )
-        return self._accessor(values.dtype, shape, limits, None, sparse)
+        return self._accessor(values.dtype, shape, limits, None, sparse, normalized=whole_numbers)
+
+    def _strided(self, values: NDArray[Any]) -> int:
+        """Append vertex attributes so that each starts at a multiple of 4 bytes."""
+        spare = -values.shape[1] * values.itemsize % 4 // values.itemsize
+        if not spare:
+            return self.view(_bytes(values), ARRAY_BUFFER)
+        wide = np.pad(values, ((0, 0), (0, spare)))
+        return self.view(_bytes(wide), ARRAY_BUFFER, wide.shape[1] * wide.itemsize)
 
     def zeros(self, count: int, width: int) -> int:
         """Append an accessor of zeros that takes no bytes."""
@@ -281,6 +317,8 @@ class BufferBuilder:
         limits: tuple[NDArray[Any], NDArray[Any]] | None,
         view: int | None,
         sparse: Sparse | None = None,
+        *,
+        normalized: bool = False,
     ) -> int:
         low, high = limits or (np.empty(0), np.empty(0))
         self.accessors.append(
@@ -289,7 +327,7 @@ class BufferBuilder:
                 # The specification forbids an offset without a view.
                 byteOffset=None if view is None else 0,
                 componentType=_COMPONENTS[dtype],
-                normalized=None,
+                normalized=normalized or None,
                 count=shape[0],
                 type=_KINDS[shape[1]],
                 min=low.tolist(),
@@ -298,6 +336,17 @@ class BufferBuilder:
             )
         )
         return len(self.accessors) - 1
+
+
+def _fits(values: NDArray[Any], short: Short) -> bool:
+    low = 0.0 if short == "unsigned" else -1.0
+    return values.size == 0 or bool(low <= values.min() and values.max() <= 1.0)
+
+
+def _shortened(values: NDArray[Any], short: Short) -> NDArray[Any]:
+    """Return numbers within [-1, 1] or [0, 1] as the nearest normalised 16-bit integers."""
+    dtype = np.dtype("<u2" if short == "unsigned" else "<i2")
+    return np.round(values.astype(np.float64) * np.iinfo(dtype).max).astype(dtype)
 
 
 def _storable(values: ArrayLike) -> NDArray[Any]:

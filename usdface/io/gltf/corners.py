@@ -87,11 +87,13 @@ def written_corners(
         accessors[f"TEXCOORD_{place}"] = (
             builder.zeros(len(split.source), 2)
             if uvs is None
-            else builder.array(uvs[split.corner] * (1, -1) + (0, 1), ARRAY_BUFFER)
+            else builder.array(uvs[split.corner] * (1, -1) + (0, 1), ARRAY_BUFFER, short="unsigned")
         )
     tangents = mesh.corners(TANGENTS)
     if tangents is not None:
-        accessors["TANGENT"] = builder.array(_sound(tangents[split.corner]), ARRAY_BUFFER)
+        accessors["TANGENT"] = builder.array(
+            _sound(tangents[split.corner]), ARRAY_BUFFER, short="signed"
+        )
     return accessors
 
 
@@ -100,7 +102,7 @@ def written_colours(mesh: Mesh, split: Split, builder: BufferBuilder) -> int | N
     colours = mesh.corners(COLOURS)
     if colours is None:
         return None
-    return builder.array(colours[split.corner].clip(min=0), ARRAY_BUFFER)
+    return builder.array(colours[split.corner].clip(min=0), ARRAY_BUFFER, short="unsigned")
 
 
 def _sound(tangents: FloatArray) -> FloatArray:

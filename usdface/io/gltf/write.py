@@ -10,6 +10,7 @@ import pygltflib
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.boxed import Box, box_of
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.corners import uv_order
 from usdface.io.gltf.document import save_document
@@ -24,13 +25,17 @@ from usdface.io.gltf.write_mesh import written_mesh
 from usdface.io.transforms import compose, decompose
 from usdface.io.udim import untiled
 from usdface.rigs import Mesh, Rig, Skeleton
-from usdface.takes import WeightsTake
+from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["write_gltf"]
 
 
 def write_gltf(
-    rig: Rig, path: Path, clips: Sequence[Clip] = (), pointer: bool = False
+    rig: Rig,
+    path: Path,
+    clips: Sequence[Clip] = (),
+    pointer: bool = False,
+    quantize: bool = False,
 ) -> list[Finding]:
     """Write a rig and its clips as .glb or .gltf with a .bin.
 
@@ -48,6 +53,9 @@ def write_gltf(
     clips : sequence of Clip
     pointer : bool
         Give each weight a channel of its own, too, by KHR_animation_pointer.
+    quantize : bool
+        Store vertices as 16-bit integers (`usdface.io.gltf.boxed`); POINTS_ROUNDED says by how
+        much they are off at most.
 
     Returns
     -------
@@ -64,7 +72,7 @@ def write_gltf(
     Source: glTF 2.0 specification, sections 3.5 (scenes), 3.7 (meshes, skins), 3.11
     (animations). Equal input gives equal bytes.
     """
-    builder = BufferBuilder()
+    builder = BufferBuilder(quantize)
     rig, found = untiled(rig)
     uv_names = uv_order(rig)
     textures = TextureBuilder(uv_names)
@@ -82,20 +90,28 @@ def write_gltf(
     skeleton = _moving(rig, clips)
     roots: list[int] = []
     carriers: list[tuple[int, Mesh]] = []
+    boxes: list[Box | None] = []
     for mesh in rig.meshes:
         held = len(skeleton.joints) if skeleton else 0
-        made, news = written_mesh(mesh, by_name, builder, held, uv_names, coloured)
+        box = box_of(mesh) if quantize and len(mesh.points) else None
+        stored = box.boxed(mesh) if box else mesh
+        made, news = written_mesh(stored, by_name, builder, held, uv_names, coloured)
         found += news
         if made is None:
             continue
         skinned = skeleton is not None and mesh.skin is not None
+        if box:
+            found.append(box.announced(mesh.name))
         roots.append(len(document.nodes))
         carriers.append((len(document.nodes), mesh))
+        boxes.append(box if skinned else None)
         document.nodes.append(
             pygltflib.Node(
                 name=mesh.name,
                 mesh=len(document.meshes),
                 skin=0 if skinned else None,
+                translation=box.centre.tolist() if box and not skinned else None,
+                scale=[box.size] * 3 if box and not skinned else None,
                 extras=written_extras(mesh.extras),
             )
         )
@@ -104,6 +120,8 @@ def write_gltf(
     if skeleton is not None:
         first = len(document.nodes)
         roots += _write_skeleton(skeleton, document, builder, found)
+        boxed = [(n, b) for (n, _), b in zip(carriers, boxes, strict=True) if b]
+        _unbox(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
     for clip in clips:
         if clip.still and clip.weights is not None:
@@ -117,9 +135,39 @@ def write_gltf(
     document.scenes = [scene]
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
         document.extensionsUsed = sorted({*(document.extensionsUsed or []), POINTER})
+    if quantize:
+        names = [*(document.extensionsUsed or []), "KHR_mesh_quantization"]
+        document.extensionsUsed, document.extensionsRequired = names, names[-1:]
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
+
+
+def _unbox(
+    skeleton: Skeleton,
+    boxed: Sequence[tuple[int, Box]],
+    document: pygltflib.GLTF2,
+    builder: BufferBuilder,
+) -> None:
+    """Give each skinned mesh that was put into a box a skin that takes it out again."""
+    for node, box in boxed:
+        document.nodes[node].skin = len(document.skins)
+        inverse = _inverse_binds(skeleton, box.matrix)
+        binds = builder.array(inverse)
+        joints = document.skins[0].joints
+        document.skins.append(pygltflib.Skin(joints=joints, inverseBindMatrices=binds))
+    used = {n.skin for n in document.nodes if n.skin is not None}
+    if boxed and 0 not in used:  # nothing uses the plain skin
+        document.skins = document.skins[1:]
+        for node, _ in boxed:
+            document.nodes[node].skin -= 1
+
+
+def _inverse_binds(skeleton: Skeleton, first: FloatArray) -> FloatArray:
+    """Return from mesh to joint space (J, 16), through `first` (4, 4), column-major."""
+    inverse = first @ np.linalg.inv(skeleton.bind)
+    inverse[:, :, 3] = (0, 0, 0, 1)  # to the last bit, as the specification wants
+    return np.asarray(inverse.reshape(-1, 16))
 
 
 def _asset(rig: Rig, uv_names: Sequence[str]) -> pygltflib.Asset:
@@ -182,12 +230,10 @@ def _write_skeleton(
             roots.append(place[path])
         else:
             document.nodes[parent].children.append(place[path])
-    inverse = np.linalg.inv(skeleton.bind)
-    inverse[:, :, 3] = (0, 0, 0, 1)  # to the last bit, as the specification wants
     document.skins = [
         pygltflib.Skin(
             joints=list(place.values()),
-            inverseBindMatrices=builder.array(inverse.reshape(-1, 16)),
+            inverseBindMatrices=builder.array(_inverse_binds(skeleton, np.eye(4))),
         )
     ]
     return roots

@@ -107,11 +107,11 @@ def written_mesh(
     split = split_vertices(mesh, corners, held)
     primitives = _primitives(mesh, split.vertex[corners], faces, materials, builder, found)
     shared = pygltflib.Attributes(
-        POSITION=builder.array(mesh.points[split.source], ARRAY_BUFFER, bounds=True)
+        POSITION=builder.array(mesh.points[split.source], ARRAY_BUFFER, bounds=True, short="signed")
     )
     moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
     normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
-    shared.NORMAL = builder.array(unit(normals[split.source]), ARRAY_BUFFER)
+    shared.NORMAL = builder.array(unit(normals[split.source]), ARRAY_BUFFER, short="signed")
     wanted = wanted_sets(primitives, materials)
     for attribute, accessor in written_corners(mesh, split, uv_names, wanted, builder).items():
         setattr(shared, attribute, accessor)

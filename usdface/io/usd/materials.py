@@ -19,12 +19,6 @@ from usdface.rigs import MaterialSubset, Mesh
 
 __all__ = ["with_materials"]
 
-# What a glTF material has a place for.
-_READ = {
-    *("diffuseColor", "emissiveColor", "metallic", "roughness", "opacity", "opacityMode"),
-    *("opacityThreshold", "normal", "occlusion", "ior", "clearcoat", "clearcoatRoughness"),
-    *("useSpecularWorkflow", "specularColor"),
-}
 Colour = tuple[float, float, float]
 
 
@@ -130,9 +124,8 @@ def _read_material(material: UsdShade.Material, name: str) -> tuple[Material, li
     if source("useSpecularWorkflow").value:
         message = "the specular workflow is read as a dielectric of that colour"
         found.append(finding("FEATURE_APPROXIMATED", where, message))
-    for role in sorted(set(sources) - _READ):
-        if source(role).texture or source(role).value:
-            found.append(finding("FEATURE_DROPPED", where, f"{role} is not kept"))
+    if source("displacement").texture or source("displacement").value:
+        found.append(finding("FEATURE_DROPPED", where, "displacement is not kept"))
     for role in ("clearcoat", "clearcoatRoughness", "ior"):
         if source(role).texture:
             found.append(finding("FEATURE_DROPPED", where, f"the texture of {role} is not kept"))
