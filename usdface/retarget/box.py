@@ -46,7 +46,7 @@ class _Problem:
     right: FloatArray
 
 
-_Pivot = Callable[[_Problem, BoolArray, BoolArray], FloatArray]
+_Pivot = Callable[[_Problem, FloatArray | None], FloatArray]
 
 
 def solve_box(
@@ -97,8 +97,8 @@ def solve_box(
             np.hstack([high / scale, rows + np.inf]),
             np.hstack([right[frames] * scale, -limits[frames] * row_scale]),
         )
-        guess = start[frames] if start is not None else _unbounded(normal, right[frames])
-        solution = pivot(problem, *_resting(problem, guess / scale))
+        guess = None if start is None else np.hstack([start[frames] / scale, rows])
+        solution = pivot(problem, guess)
         if len(row_scale):
             solution = _kept_rows(pivot, problem, solution, size)
         # What rests on a bound is there to the last bit, though scaled and back.
@@ -110,10 +110,6 @@ def solve_box(
     batch = _BATCH if compiled else max(1, _BATCH_ELEMENTS // len(matrix) ** 2)
     on_all_cores(solve, [slice(i, i + batch) for i in range(0, len(right), batch)])
     return result
-
-
-def _unbounded(normal: FloatArray, right: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.solve(normal, right.T).T)
 
 
 def _scaled(normal: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -135,14 +131,6 @@ def _scaled(normal: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArra
     return scale, matrix, row_scale
 
 
-def _resting(problem: _Problem, guess: FloatArray) -> tuple[BoolArray, BoolArray]:
-    """Return which unknowns a guess of the weights puts on the lower and the upper bound."""
-    rows = problem.right.shape[1] - guess.shape[1]
-    guess = np.pad(guess, ((0, 0), (0, rows)))
-    at_lower = guess <= problem.lower
-    return at_lower, (guess >= problem.upper) & ~at_lower
-
-
 def _kept_rows(pivot: _Pivot, problem: _Problem, solution: FloatArray, size: int) -> FloatArray:
     """Solve again where a row is broken, giving way only to what its multiplier still changes."""
     result = solution.copy()
@@ -157,32 +145,40 @@ def _kept_rows(pivot: _Pivot, problem: _Problem, solution: FloatArray, size: int
         right = problem.right[broken].copy()
         right[:, size:] += _GIVE * here[:, size:]
         easier = _Problem(problem.matrix, problem.lower[broken], problem.upper[broken], right)
-        on_low = here <= easier.lower
-        result[broken] = pivot(easier, on_low, (here >= easier.upper) & ~on_low)
+        result[broken] = pivot(easier, here)
     return result
 
 
-def _pivot_compiled(
-    compiled: Any, problem: _Problem, at_lower: BoolArray, at_upper: BoolArray
-) -> FloatArray:
-    """Do as `_pivot` does, each frame from where the one before ended."""
-    solution = np.zeros(problem.right.shape)
-    settled = np.zeros(len(solution), np.bool_)
-    compiled.pivot(problem.matrix, problem.lower, problem.upper, problem.right, solution, settled)
+def _pivot_compiled(compiled: Any, problem: _Problem, guess: FloatArray | None) -> FloatArray:
+    """Do as `_pivot` does, but each frame from where the one before ended."""
+    count, size = problem.right.shape
+    # Unknowns that are pinned to 0 make up a multiple of eight: whole vectors of the processor.
+    more = -size % 8
+    matrix = np.eye(size + more)
+    matrix[:size, :size] = problem.matrix
+    filled = [
+        np.pad(part, ((0, 0), (0, more))) for part in (problem.lower, problem.upper, problem.right)
+    ]
+    padded, settled = np.zeros((count, size + more)), np.zeros(count, np.bool_)
+    compiled.pivot(matrix, *filled, padded, settled)
+    solution = padded[:, :size]
     if not settled.all():
         left = ~settled
         part = _Problem(
             problem.matrix, problem.lower[left], problem.upper[left], problem.right[left]
         )
-        solution[left] = _pivot(part, at_lower[left], at_upper[left])
+        solution[left] = _pivot(part, guess[left] if guess is not None else None)
     return solution
 
 
-def _pivot(problem: _Problem, at_lower: BoolArray, at_upper: BoolArray) -> FloatArray:
+def _pivot(problem: _Problem, guess: FloatArray | None) -> FloatArray:
     matrix, lower, upper, right = problem.matrix, problem.lower, problem.upper, problem.right
     count, size = right.shape
+    if guess is None:
+        guess = np.asarray(np.linalg.solve(matrix.T, right.T).T)
     pinned = lower == upper
-    at_lower, at_upper = at_lower | pinned, at_upper & ~pinned
+    at_lower = pinned | (guess <= lower)
+    at_upper = (guess >= upper) & ~at_lower
     solution = np.zeros((count, size))
     tolerance = 1e-12 * (1.0 + np.abs(right).max(axis=1, initial=0.0, keepdims=True))
     best = np.full(count, size + 1)

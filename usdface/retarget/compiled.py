@@ -46,6 +46,46 @@ def _exchange(tableau: FloatArray, p: int, row: FloatArray) -> None:
         tableau[p, j] = row[j]
 
 
+@njit(
+    f"void({_MATRIX}, int64, int64, {_VECTOR}, {_VECTOR})",
+    cache=True,
+    nogil=True,
+    fastmath={"contract"},
+)
+def _exchange_two(
+    tableau: FloatArray, p: int, q: int, first: FloatArray, second: FloatArray
+) -> None:
+    """Exchange p, then q, in one pass over the tableau."""
+    size = len(tableau)
+    inverse = 1.0 / tableau[p, p]
+    for j in range(size):
+        first[j] = tableau[p, j] * inverse
+    first[p] = inverse
+    factor = tableau[q, p]
+    tableau[q, p] = 0.0
+    for j in range(size):
+        second[j] = tableau[q, j] - factor * first[j]
+    inverse = 1.0 / second[q]
+    for j in range(size):
+        second[j] *= inverse
+        tableau[p, j] = 0.0
+        tableau[q, j] = 0.0
+    second[q] = inverse
+    between = first[q]
+    for i in range(size):
+        one = tableau[i, p]
+        two = tableau[i, q] - one * between
+        if one != 0.0 or two != 0.0:
+            tableau[i, p] = 0.0
+            tableau[i, q] = one * between
+            for j in range(size):
+                tableau[i, j] -= one * first[j] + two * second[j]
+    first[q] = 0.0
+    for j in range(size):
+        tableau[p, j] = first[j] - between * second[j]
+        tableau[q, j] = second[j]
+
+
 @njit(f"void({_VECTOR}, {_MATRIX}, {_VECTOR})", cache=True, nogil=True, fastmath={"contract"})
 def _multiply(vector: FloatArray, matrix: FloatArray, result: FloatArray) -> None:
     for j in range(len(matrix)):
@@ -108,7 +148,9 @@ def pivot(
     in `settled`.
     """
     count, size = right.shape
-    tableau, row = matrix.copy(), np.empty(size)
+    tableau = matrix.copy()
+    row, other = np.empty(size), np.empty(size)
+    todo = np.empty(size, np.int64)
     exchanged = np.zeros(size, np.bool_)  # in the tableau
     free, high = np.zeros(size, np.bool_), np.zeros(size, np.bool_)
     limits, state = np.empty((3, size)), np.empty((3, size))
@@ -129,12 +171,18 @@ def pivot(
                     for j in range(size):
                         tableau[i, j] = matrix[i, j]
                 age = 0
+            changes = 0
             for i in range(size):
                 if exchanged[i] != free[i]:
-                    _exchange(tableau, i, row)
                     exchanged[i] = free[i]
-                    age += 1
+                    todo[changes] = i
+                    changes += 1
                 known[i] = limits[2, i] if free[i] else limits[1 if high[i] else 0, i]
+            age += changes
+            for c in range(0, changes - 1, 2):
+                _exchange_two(tableau, todo[c], todo[c + 1], row, other)
+            if changes % 2:
+                _exchange(tableau, todo[changes - 1], row)
             _multiply(known, tableau, state[0])
             for i in range(size):
                 state[1, i] = 0.0 if free[i] else state[0, i] - limits[2, i]

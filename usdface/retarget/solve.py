@@ -85,8 +85,8 @@ def solve_weights(
     if options.symmetry and pairs is not None:
         difference = _differences(pairs, len(normal))
         ridged += error * options.symmetry * difference.T @ difference
-    pull = right - error * options.sparsity
-    # Sparsity is the weights' own sum where they are 0 or more, as they are by default.
+    # The weights' sum is their L1 norm where they are 0 or more, as they are by default.
+    pull = right - error * options.sparsity if options.sparsity else right
     bands = curvature_bands(times) * (noise**2 * options.smoothness / options.agility)
     weakest = np.linalg.eigvalsh(ridged)[0]
     alone = options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest
