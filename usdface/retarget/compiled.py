@@ -278,19 +278,28 @@ def factorise(bands: FloatArray, values: FloatArray) -> tuple[FloatArray, IntArr
 def _add_product(
     left: FloatArray, matrix: FloatArray, result: FloatArray, first: int, count: int
 ) -> None:
-    """Add ``left[:count] @ matrix`` to rows `first` and on of `result`, two rows at a time.
+    """Add ``left[:count] @ matrix`` to rows `first` and on of `result`.
 
-    `count` is even, and the matrix has a multiple of four rows.
+    Four rows at a time, four of the matrix: sixteen factors stay in registers. Both counts are
+    multiples of four.
     """
-    for f in range(0, count, 2):
+    for f in range(0, count, 4):
+        t = first + f
         for r in range(0, len(matrix), 4):
-            a, b, c, d = left[f, r], left[f, r + 1], left[f, r + 2], left[f, r + 3]
-            e, g, h, i = left[f + 1, r], left[f + 1, r + 1], left[f + 1, r + 2], left[f + 1, r + 3]
+            a0, a1, a2, a3 = left[f, r], left[f, r + 1], left[f, r + 2], left[f, r + 3]
+            g = f + 1
+            b0, b1, b2, b3 = left[g, r], left[g, r + 1], left[g, r + 2], left[g, r + 3]
+            g = f + 2
+            c0, c1, c2, c3 = left[g, r], left[g, r + 1], left[g, r + 2], left[g, r + 3]
+            g = f + 3
+            d0, d1, d2, d3 = left[g, r], left[g, r + 1], left[g, r + 2], left[g, r + 3]
             for k in range(matrix.shape[1]):
-                p, q = matrix[r, k], matrix[r + 1, k]
-                s, t = matrix[r + 2, k], matrix[r + 3, k]
-                result[first + f, k] += a * p + b * q + c * s + d * t
-                result[first + f + 1, k] += e * p + g * q + h * s + i * t
+                m0, m1 = matrix[r, k], matrix[r + 1, k]
+                m2, m3 = matrix[r + 2, k], matrix[r + 3, k]
+                result[t, k] += a0 * m0 + a1 * m1 + a2 * m2 + a3 * m3
+                result[t + 1, k] += b0 * m0 + b1 * m1 + b2 * m2 + b3 * m3
+                result[t + 2, k] += c0 * m0 + c1 * m1 + c2 * m2 + c3 * m3
+                result[t + 3, k] += d0 * m0 + d1 * m1 + d2 * m2 + d3 * m3
 
 
 @njit(
@@ -322,7 +331,7 @@ def alternate(
     """
     count, size = constant.shape
     wide = boxed.shape[1]
-    rotated = np.zeros((count + 1, size))
+    rotated = np.zeros((count + 3, size))
     left, relaxed = np.zeros((_BLOCK, wide)), np.zeros((_BLOCK, wide))
     ahead = np.zeros((_BLOCK, size))
     for done in range(1, iterations + 1):
@@ -334,7 +343,7 @@ def alternate(
                     left[f, r] = boxed[t, r] - dual[t, r]
                 for k in range(size):
                     rotated[t, k] = constant[t, k]
-            _add_product(left, rotation, rotated, first, here + here % 2)
+            _add_product(left, rotation, rotated, first, here + -here % 4)
             for t in range(first, first + here):
                 own = factor[rows[t]]
                 if t > 0:
@@ -362,7 +371,7 @@ def alternate(
                     ahead[t - first, k] = relaxation * rotated[t, k]
                 for r in range(wide):
                     relaxed[t - first, r] = (1.0 - relaxation) * boxed[t, r] + dual[t, r]
-            _add_product(ahead, back, relaxed, 0, here + here % 2)
+            _add_product(ahead, back, relaxed, 0, here + -here % 4)
             for f in range(here):
                 t = first + f
                 least, most = low[t if len(low) > 1 else 0], high[t if len(high) > 1 else 0]
