@@ -3,7 +3,7 @@
 Imported by `usdface.retarget.fast` only, where numba is installed (the extra `fast`). Machine code
 is kept in numba's cache beside this file, or in the user's own cache where that is not
 writable: it is made once, when a take that is long enough is solved for the first time, or by
-``python -m usdface.retarget.compiled``.
+``python -c "import usdface.retarget.compiled"``.
 """
 
 import numpy as np
