@@ -70,12 +70,15 @@ def test_bounds_are_kept_exactly() -> None:
 
 
 def test_straight_shapes_have_the_linear_answer() -> None:
+    pairs = np.array([[0, 1], [2, 5]])
     shapes = 0.01 * RNG.normal(size=(6, 40))
     seen = RNG.random((20, 6)) @ shapes + 1e-3 * RNG.normal(size=(20, 40))
-    times, options, rigid = np.arange(20) / 30, SolveOptions(), np.zeros((40, 0))
+    times, rigid = np.arange(20) / 30, np.zeros((40, 0))
+    options = SolveOptions(symmetry=40.0, sparsity=2.0)
     for noise in (0.0, 1e-3):
-        plain = solve_weights(shapes @ shapes.T, seen @ shapes.T, times, noise, options).weights
+        normal, right = shapes @ shapes.T, seen @ shapes.T
+        plain = solve_weights(normal, right, times, noise, options, pairs=pairs).weights
         start = Iterate(np.full((20, 6), 0.5))
         model = ShapeModel(shapes)
-        found = solve_curved(model, rigid, seen, times, noise, options, start, 0.0, UNIT)
+        found = solve_curved(model, rigid, seen, times, noise, options, start, 0.0, UNIT, pairs)
         np.testing.assert_allclose(found.weights, plain, atol=2e-4)

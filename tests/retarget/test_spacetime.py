@@ -126,17 +126,17 @@ def test_sparsity_silences_the_weak_and_symmetry_levels_the_sides() -> None:
 def long_take() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Weights that run against their bounds all the time, on an evenly sampled take."""
     rng = np.random.default_rng(8)
-    times = np.arange(2400) / 60
+    times = np.arange(1200) / 60
     truth = np.clip(np.sin(times[:, None] * [1.0, 2.3, 0.7, 3.1]) + 0.4, 0, 1)
     offsets = rng.normal(size=(4, 9)) * [[1.0], [0.3], [1.0], [0.05]]
-    observed = truth @ offsets + 0.2 * rng.normal(size=(2400, 9))
+    observed = truth @ offsets + 0.2 * rng.normal(size=(1200, 9))
     return times, offsets @ offsets.T, observed @ offsets.T
 
 
-@pytest.mark.parametrize("iterations", [12, 100, 300])
+@pytest.mark.parametrize("iterations", [12, 100])
 def test_a_take_in_pieces_has_no_seams(monkeypatch: pytest.MonkeyPatch, iterations: int) -> None:
     times, normal, right = long_take()
-    pins = np.full((2400, 4), 1.0), np.full((2400, 4), 0.0)
+    pins = np.full((1200, 4), 1.0), np.full((1200, 4), 0.0)
     pins[1][::7, 0] = pins[0][::7, 0] = 0.3
     bounds = Bounds(pins[1], pins[0], np.array([[0.0, 1.0, -1.0, 0.0]]))
     options = SolveOptions(iterations=iterations)
@@ -151,8 +151,8 @@ def test_a_take_in_pieces_has_no_seams(monkeypatch: pytest.MonkeyPatch, iteratio
 
     overlap = spacetime._overlap
     whole = solve(10**9)
-    assert np.abs(solve(100) - whole).max() < 1e-6
-    assert np.abs(solve(100, 0.05) - whole).max() > 1e-6, "the overlap must matter"
+    assert np.abs(solve(150) - whole).max() < 1e-6
+    assert np.abs(solve(150, 0.05) - whole).max() > 1e-6, "the overlap must matter"
 
 
 def test_pieces_cover_the_take_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,7 +160,7 @@ def test_pieces_cover_the_take_once(monkeypatch: pytest.MonkeyPatch) -> None:
     times, normal, _ = long_take()
     bands = curvature_bands(times) * 0.04 / 27.0
     system = spacetime._system(normal + np.eye(4), bands, np.zeros((0, 0)))
-    for frames in (1, 50, 51, 2399):
+    for frames in (1, 50, 51, 1199):
         pieces = spacetime._pieces(frames, system, bands[:, :frames], 100)
         covered = np.concatenate([np.arange(frames)[core] for core, _ in pieces])
         np.testing.assert_array_equal(covered, np.arange(frames))
@@ -170,11 +170,11 @@ def test_pieces_cover_the_take_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_overlap_reaches_as_far_as_anything_is_felt_and_not_much_further() -> None:
     """A single unbounded weight: what is felt of a frame is a row of the inverse."""
     rng = np.random.default_rng(0)
-    for times in (np.arange(1500) / 60, np.cumsum(rng.uniform(0.005, 0.05, 1500))):
+    for times in (np.arange(1000) / 60, np.cumsum(rng.uniform(0.005, 0.05, 1000))):
         bands = curvature_bands(times) * 1e-5
         system = spacetime._system(np.eye(1), bands, np.zeros((0, 0)))
         reach = spacetime._overlap(system, bands, 10**6)
-        felt = np.abs(np.linalg.inv(np.eye(1500) + dense(bands)))[750]
-        felt /= felt[750]
-        assert felt[: 750 - reach + 1].max() < 1e-7 and felt[750 + reach :].max() < 1e-7
-        assert felt[750 + reach // 8] > 1e-7 or np.ptp(np.diff(times)) > 1e-9
+        felt = np.abs(np.linalg.inv(np.eye(1000) + dense(bands)))[500]
+        felt /= felt[500]
+        assert felt[: 500 - reach + 1].max() < 1e-7 and felt[500 + reach :].max() < 1e-7
+        assert felt[500 + reach // 8] > 1e-7 or np.ptp(np.diff(times)) > 1e-9

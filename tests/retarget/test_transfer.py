@@ -3,6 +3,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.findings import Finding
+from usdface.options import SolveOptions
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.setup import Binding, Setup
 from usdface.takes import MarkerTake
@@ -123,3 +124,26 @@ def test_head_markers_hold_the_head_still() -> None:
     )
     solution, _ = solve_take(MarkerTake(NAMES, TIMES, turned), FACE, basis, SHAPES, setup)
     np.testing.assert_allclose(solution.weights.weights, TRUTH, atol=1e-5)
+
+
+def test_symmetry_brings_left_and_right_together_by_their_names() -> None:
+    """Left and right differ in the take; what they have in common stays."""
+    rng = np.random.default_rng(3)
+    truth = np.stack([0.3 + RISE / 3, 0.5 * RISE, 0.7 - RISE / 3], axis=1)
+    noisy = FACE + np.einsum("fs,smi->fmi", truth, BASIS) + 2e-4 * rng.normal(size=POSITIONS.shape)
+    names = ("smileLeft", "jawOpen", "smileRight")
+
+    def apart(symmetry: float) -> float:
+        setup = Setup(
+            Binding(NAMES, np.arange(MARKERS)),
+            head="stabilised",
+            neutral=None,
+            solve=SolveOptions(symmetry=symmetry),
+        )
+        take = MarkerTake(NAMES, TIMES, noisy)
+        weights = solve_take(take, FACE, BASIS, names, setup)[0].weights
+        np.testing.assert_allclose(weights.column("jawOpen"), 0.5 * RISE, atol=0.1)
+        return float(np.abs(weights.column("smileLeft") - weights.column("smileRight")).max())
+
+    assert apart(0.0) > 0.35
+    assert apart(1e6) < 0.05

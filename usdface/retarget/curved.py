@@ -26,7 +26,7 @@ from usdface.retarget.bounds import Bounds
 from usdface.retarget.shape_model import ShapeModel
 from usdface.retarget.solve import error_variance, solve_weights
 from usdface.retarget.spacetime import Iterate, curvature_bands
-from usdface.takes import FloatArray
+from usdface.takes import FloatArray, IntArray
 
 __all__ = ["first_guess", "solve_curved"]
 
@@ -46,6 +46,7 @@ def solve_curved(
     start: Iterate,
     misfit: float,
     bounds: Bounds,
+    pairs: IntArray | None = None,
     steps: int = _STEPS,
 ) -> Iterate:
     """Solve for the free weights of all frames.
@@ -64,6 +65,8 @@ def solve_curved(
         Where to start; also the answer if no step lowers the sum.
     misfit : float [m]
     bounds : Bounds
+    pairs : (Q, 2) int64, optional
+        Left and right, as `solve_weights` takes them.
     steps : int
         How many at most.
     """
@@ -71,13 +74,13 @@ def solve_curved(
     straight = straight - (straight @ rigid) @ rigid.T
     normal = straight @ straight.T
     alone = noise <= 0.0 or options.mode == "frame" or options.smoothness == 0.0
-    sums = _Sums(model, rigid, observed, times, noise, options, misfit, alone)
+    sums = _Sums(model, rigid, observed, times, noise, options, misfit, alone, pairs)
     low, high = bounds.over(len(observed), len(normal))
     weights = np.clip(start.weights, low, high)
     if len(bounds.rows):  # the start may break them, and from then on no step may
         right = weights @ normal - sums.gradient(weights)
         weights = solve_weights(
-            normal, right, times, noise, options, start, False, misfit, bounds
+            normal, right, times, noise, options, start, False, misfit, bounds, pairs
         ).weights
     value, gradient = sums.value(weights), sums.gradient(weights)
     past: list[tuple[FloatArray, FloatArray]] = []
@@ -85,7 +88,7 @@ def solve_curved(
     for _ in range(steps):
         right = weights @ normal - gradient
         iterate = solve_weights(
-            normal, right, times, noise, options, iterate, False, misfit, bounds
+            normal, right, times, noise, options, iterate, False, misfit, bounds, pairs
         )
         step = iterate.weights - weights
         if np.abs(step).max(initial=0.0) < 0.1 * options.tolerance:
@@ -158,10 +161,13 @@ class _Sums:
         options: SolveOptions,
         misfit: float,
         alone: bool,
+        pairs: IntArray | None,
     ) -> None:
         self._model, self._rigid, self._observed, self._alone = model, rigid, observed, alone
         error = error_variance(noise, misfit)
         self._ridge, self._linear = error / options.spread**2, error * options.sparsity
+        self._symmetry = error * options.symmetry
+        self._pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
         scale = noise**2 * options.smoothness / options.agility
         self._bands = np.zeros((3, 0)) if alone else scale * curvature_bands(times)
 
@@ -175,6 +181,8 @@ class _Sums:
         _, forces = self._forces(weights)
         own = 0.5 * (forces**2).sum(axis=1) + 0.5 * self._ridge * (weights**2).sum(axis=1)
         own += self._linear * weights.sum(axis=1)
+        left, right = self._pairs.T
+        own += 0.5 * self._symmetry * ((weights[:, left] - weights[:, right]) ** 2).sum(axis=1)
         if self._alone:
             return np.asarray(own)
         two, one, none = self._bands

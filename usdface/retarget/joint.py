@@ -21,8 +21,9 @@ from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.shape_model import ShapeModel
 from usdface.retarget.solve import Iterate, solve_weights
+from usdface.retarget.symmetry import symmetric_pairs
 from usdface.setup import Setup
-from usdface.takes import BoolArray, FloatArray, visible
+from usdface.takes import BoolArray, FloatArray, IntArray, visible
 
 __all__ = ["Joint", "small_motions", "solve_jointly"]
 
@@ -70,11 +71,14 @@ class _Rows:
         Of M * axes coordinates, P of its shapes with a weight of their own.
     rigid : (M * axes, K) float64
         Orthonormal small head motions, K = 6 or 0.
+    pairs : (Q, 2) int64
+        Of the P, the left and right ones that belong together.
     """
 
     axes: int
     model: ShapeModel
     rigid: FloatArray
+    pairs: IntArray
 
     def explained(self, weights: FloatArray) -> FloatArray:
         """Return what free weights (F, P) do to the markers: (F, M * axes)."""
@@ -108,9 +112,10 @@ def solve_jointly(
         A first guess, or the pose where it is known.
     setup : Setup
     names : tuple of str, length S
-        The blend shapes; needed where the setup has pins.
+        The blend shapes; needed where the setup has pins or asks for symmetry.
     """
-    rows = _rows(target, model, positions.shape[2], setup.head == "solve")
+    free = tuple(names[shape] for shape in model.free) if names else ()
+    rows = _rows(target, model, positions.shape[2], setup.head == "solve", free)
     markers, seen = on_plane(positions), visible(positions)
     fit_pose = setup.head == "solve" and rows.axes == 3
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
@@ -141,7 +146,6 @@ def solve_jointly(
     displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
     final = _step(rows, observed, times, (noise, misfit), setup.solve, iterate, False)
     if setup.pins:
-        free = tuple(names[shape] for shape in model.free)
         bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.rows)
         final = _step(rows, observed, times, (noise, misfit), setup.solve, final, False, bounds)
     weights = final.weights
@@ -153,11 +157,13 @@ def solve_jointly(
     return Joint(model.complete(weights), pose, displaced, noise, misfit, done)
 
 
-def _rows(target: FloatArray, model: ShapeModel, axes: int, moving_head: bool) -> _Rows:
+def _rows(
+    target: FloatArray, model: ShapeModel, axes: int, moving_head: bool, free: tuple[str, ...]
+) -> _Rows:
     seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
     columns = small_motions(target, axes == 2) if moving_head else np.zeros((0, *target.shape))
     rigid = np.linalg.qr(columns[..., :axes].reshape(len(columns), axes * len(target)).T)[0]
-    return _Rows(axes, model.at(seen), rigid)
+    return _Rows(axes, model.at(seen), rigid, symmetric_pairs(free))
 
 
 def _step(
@@ -178,11 +184,23 @@ def _step(
             start = first_guess(model, rigid, observed, times, noise, options, misfit)
         steps = {"steps": _ROUGH} if rough else {}
         return solve_curved(
-            model, rigid, observed, times, noise, options, start, misfit, bounds, **steps
+            model,
+            rigid,
+            observed,
+            times,
+            noise,
+            options,
+            start,
+            misfit,
+            bounds,
+            rows.pairs,
+            **steps,
         )
     shapes = model.shapes - (model.shapes @ rigid) @ rigid.T
     normal, right = shapes @ shapes.T, observed @ shapes.T
-    return solve_weights(normal, right, times, noise, options, start, rough, misfit, bounds)
+    return solve_weights(
+        normal, right, times, noise, options, start, rough, misfit, bounds, rows.pairs
+    )
 
 
 def small_motions(points: FloatArray, image: bool) -> FloatArray:
