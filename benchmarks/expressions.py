@@ -1,7 +1,7 @@
 """What the expression layer hears and what it makes of it: `python benchmarks/expressions.py`.
 
 Four faces with markers; everything goes through the real solve with 0.3 mm of marker noise.
-Three tables: intensity sweep, specificity, under-expressive performers. See README.md.
+Tables: intensity sweep, specificity, under-expressive performers, contact and sides. See README.md.
 """
 
 import argparse
@@ -19,8 +19,10 @@ from faces import (  # noqa: E402
     AMOUNTS,
     FACES,
     Face,
+    contact,
     loudest_alone,
     make_face,
+    one_sided,
     range_of_motion,
     sweep,
     weak_expressions,
@@ -86,12 +88,26 @@ def weak(faces: dict[str, Face]) -> tuple[Table, Table]:
     return shares, curves
 
 
+def touching(faces: dict[str, Face]) -> tuple[Table, Table]:
+    columns = "face,lips part,kept,lids part,kept,lips cross,kept,lids cross,kept"
+    made = table("Every expression over closed lips and lids: gaps change by [mm]", columns)
+    halves = table("Half an expression", "face,its half moves by,the other,mirror image differs by")
+    for kind, face in faces.items():
+        found = contact(face)
+        both = (found.opened, found.crossed)
+        cells = [f"{gap:.2f}" for gaps in both for pair in gaps.values() for gap in pair]
+        made.add_row(kind, *cells)
+        sides = one_sided(face)
+        halves.add_row(kind, f"{sides.own:.3f}", f"{sides.other:.3f}", f"{sides.mirror:.3f}")
+    return made, halves
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", nargs="+", choices=FACES, default=FACES)
     faces = {kind: make_face(kind, SHARED) for kind in parser.parse_args().faces}
     console = Console(width=None if sys.stdout.isatty() else 110)
-    for made in (sweeps(faces), specificity(faces), *weak(faces)):
+    for made in (sweeps(faces), specificity(faces), *weak(faces), *touching(faces)):
         console.print(made)
 
 

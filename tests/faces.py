@@ -11,6 +11,7 @@ import numpy as np
 from ict_face import ict_mesh, landmarks
 
 from usdface.express import Character, design, express, features, halves, parts_of
+from usdface.fuzzy.contact import gaps_of, hold
 from usdface.fuzzy.dictionaries import expressions_for
 from usdface.fuzzy.parts import FaceParts
 from usdface.fuzzy.selection import single_movements
@@ -33,8 +34,10 @@ __all__ = [
     "RATE",
     "Face",
     "Played",
+    "contact",
     "loudest_alone",
     "make_face",
+    "one_sided",
     "range_of_motion",
     "sweep",
     "weak_expressions",
@@ -289,6 +292,95 @@ def weak_expressions(face: Face) -> Weak:
     return Weak(
         share, float(neutral), roughness(correction) / roughness(played.solved), float(jump)
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """What a correction does where lips or lids touch, over closed frames [mm].
+
+    Attributes
+    ----------
+    opened, crossed : dict of str to (float, float)
+        For "lips" and "lids": by how much they open at most where they touch, and how far they are
+        pushed into each other beyond the rig's own expressions: without and with the limit.
+    """
+
+    opened: dict[str, tuple[float, float]]
+    crossed: dict[str, tuple[float, float]]
+
+
+def contact(face: Face) -> Contact:
+    """Raise every expression whole over closed lips, closed lids and a pressed mouth.
+
+    The gaps are those of each pair of vertices on the deformed mesh, averaged over the places of
+    `usdface.fuzzy.contact`.
+    """
+    names = face.mesh.shape_names
+    closing = [
+        [float("blink" in n.lower() or n.endswith("closure")) for n in names],
+        [0.5 * ("press" in n.lower()) for n in names],
+        [0.0] * len(names),
+    ]
+    solved = np.repeat(np.array(closing), len(face.poses), axis=0)
+    wanted = np.maximum(solved, np.tile(face.poses, (len(closing), 1)))
+    gaps = gaps_of(face.mesh, face.parts, names, face.poses)
+    held, _, _ = hold(solved, wanted, gaps)
+    before = gaps.at(solved)
+    shut = before < gaps.touch + gaps.tolerance
+    opened, crossed = {}, {}
+    for seam in ("lips", "lids"):
+        own = shut & np.array([name.endswith(seam) for name in gaps.seam])
+        after = [gaps.at(weights) for weights in (wanted, held)]
+        most = [1000 * float((gap - np.maximum(before, gaps.touch))[own].max()) for gap in after]
+        deep = [1000 * float((np.minimum(before, gaps.floor) - gap)[own].max()) for gap in after]
+        opened[seam], crossed[seam] = (most[0], most[1]), (max(deep[0], 0.0), max(deep[1], 0.0))
+    return Contact(opened, crossed)
+
+
+@dataclass(frozen=True, eq=False)
+class OneSided:
+    """Expressions of one half of the face at 60 %, by the shapes of that half alone, corrected.
+
+    Attributes
+    ----------
+    own, other : float
+        Largest change of a shape of the half that acts, and of the half that rests.
+    mirror : float
+        Largest difference between the correction of a performance and that of its mirror image,
+        without noise.
+    """
+
+    own: float
+    other: float
+    mirror: float
+
+
+def one_sided(face: Face) -> OneSided:
+    """Show the left, then the right half of each expression for half a second."""
+    names = np.array(face.mesh.shape_names)
+    halves_of = [np.isin(names, listed) for listed in (face.parts.left, face.parts.right)]
+    hold_ = np.minimum(1.0, np.minimum(np.arange(60), 59 - np.arange(60)) / 15)[:, None]
+    own, other, changes = [], [], []
+    for acts, rests in (halves_of, halves_of[::-1]):
+        shown = [0.6 * hold_ * np.where(acts, pose, 0.0) for pose in face.poses]
+        played = face.play(np.concatenate(shown))
+        change = np.abs(played.corrected - played.solved).reshape(len(shown), 60, -1)
+        own.append(float(change[:, :, acts].max()))
+        other.append(float(change[:, :, rests].max()))
+        clean = face.play(np.concatenate(shown), noise=0.0)
+        changes.append(clean.corrected - clean.solved)
+    swap = {left: _twin(left) for left in face.parts.left}
+    swap |= {right: left for left, right in swap.items()}
+    order = [list(names).index(swap.get(n, n)) for n in names]
+    difference = np.abs(changes[0][:, order] - changes[1])
+    return OneSided(max(own), max(other), float(difference.max()))
+
+
+def _twin(name: str) -> str:
+    for left, right in (("Left", "Right"), ("left", "right")):
+        if left in name:
+            return name.replace(left, right)
+    return f"{name[:-2]}_R" if name.endswith("_L") else name
 
 
 def roughness(weights: FloatArray) -> float:

@@ -7,7 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from faces import AMOUNTS, FACES, Face, loudest_alone, make_face, range_of_motion, sweep
+from faces import (
+    AMOUNTS,
+    FACES,
+    Face,
+    contact,
+    loudest_alone,
+    make_face,
+    one_sided,
+    range_of_motion,
+    sweep,
+)
 from faces import weak_expressions as weak
 
 # MakeHuman's joy is its corner puller and half narrowed lids, which markers hardly see; the smile
@@ -75,3 +85,22 @@ def test_a_weak_expression_comes_half_way_and_neutral_stays(face: tuple[str, Fac
     assert corrected.neutral <= 0.001
     assert corrected.roughness <= 1.0
     assert corrected.jump <= 0.15
+
+
+def test_a_correction_opens_no_closed_lips_or_lids_and_crosses_none(face: tuple[str, Face]) -> None:
+    _, made = face
+    found = contact(made)
+    tolerance = 1000 * made.parts.tolerance + 0.01
+    assert found.opened["lips"][0] > 5 and found.opened["lids"][0] > 1  # without the limit
+    for seam in ("lips", "lids"):
+        assert found.opened[seam][1] <= tolerance
+        assert found.crossed[seam][1] <= tolerance
+
+
+def test_half_an_expression_is_corrected_on_its_half(face: tuple[str, Face]) -> None:
+    kind, made = face
+    sides = one_sided(made)
+    # MakeHuman's mouth has no halves, and its eyes and brows alone are no expression.
+    assert (sides.own > 0.3) == (kind != "makehuman")
+    assert sides.other <= 0.01
+    assert sides.mirror <= 0.01

@@ -42,7 +42,7 @@ class Gaps:
     moves : (T, K) float64 [m]
         By each blend shape at weight 1.
     touch : (K,) float64 [m]
-        At which they touch: lips as they rest, lids at 0.
+        At which they touch: lips as they rest, lids as the shape that closes them leaves them.
     floor : (K,) float64 [m]
         To which a correction may close them: as the rig's own expressions press them.
     tolerance : float [m]
@@ -117,7 +117,9 @@ def gaps_of(mesh: Mesh, parts: FaceParts, names: tuple[str, ...], poses: FloatAr
         column[order] = ((offsets @ way) @ mean)[rows]
         moves.append(column)
     rest, by_shape = np.concatenate(neutral), np.concatenate(moves, axis=1)
-    touch = np.where(np.array(seam, dtype=str) == "lips", rest, 0.0)
+    # The margins of lids have a thickness: what the shape that closes them leaves is closed.
+    closed = np.clip(rest + by_shape.min(axis=0, initial=0.0), 0.0, None)
+    touch = np.where(np.array(seam, dtype=str) == "lips", rest, closed)
     pressed = (rest + poses @ by_shape).min(axis=0, initial=np.inf)
     floor = np.minimum(touch, pressed)
     return Gaps(tuple(seam), rest, by_shape, touch, floor, parts.tolerance)
