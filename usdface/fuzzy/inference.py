@@ -74,25 +74,27 @@ def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
         )
     outputs = np.zeros((len(inputs), len(system.emotions)))
     firing = np.zeros((len(inputs), len(system.rules)))
+    room = np.zeros((len(system.rules), min(len(inputs), _BLOCK)))
     for begin in range(0, len(inputs), _BLOCK):
         block = slice(begin, begin + _BLOCK)
         # Contiguous columns: numpy may round exp and power otherwise where values have gaps.
         columns = np.ascontiguousarray(inputs[block].T)
-        strengths = _firing(system, columns)
+        strengths = room[:, : columns.shape[1]]
+        _fire(system, columns, strengths)
         firing[block] = strengths.T
         answer = _mamdani if system.inference == "mamdani" else _sugeno
         outputs[block] = answer(system, columns, strengths).T
+    for made in (outputs, firing):
+        made.setflags(write=False)  # nobody else has them, so that they need no copy
     return Evaluation(outputs, firing)
 
 
-def _firing(system: FuzzySystem, columns: FloatArray) -> FloatArray:
-    """Firing strengths, one row for each rule: (R, F)."""
-    strengths = _Degrees(system, columns)
-    firing = np.zeros((len(system.rules), columns.shape[1]))
+def _fire(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> None:
+    """Fill in firing strengths, one row for each rule: (R, F); disabled rules keep their 0."""
+    degrees = _Degrees(system, columns)
     for rule, strength in zip(system.rules, firing, strict=True):
         if rule.enabled:
-            np.multiply(strengths.of(rule.condition), rule.weight, out=strength)
-    return firing
+            np.multiply(degrees.of(rule.condition), rule.weight, out=strength)
 
 
 class _Degrees:
@@ -137,10 +139,12 @@ def _sugeno(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> Flo
     count = (len(outputs), firing.shape[1])
     index = {output.name: i for i, output in enumerate(outputs)}
     value, own = np.zeros(count), np.zeros(count)
+    product = np.empty(count[1])
     for rule, strength in zip(system.rules, firing, strict=True):
         for output, level in rule.consequents:
             row = index[output]
-            value[row] += strength * _level(outputs[row], level, columns)
+            np.multiply(strength, _level(outputs[row], level, columns), out=product)
+            value[row] += product
             own[row] += strength
     low, high = np.array([v.span for v in outputs]).reshape(-1, 2, 1).swapaxes(0, 1)
     default = np.array([v.default for v in outputs]).reshape(-1, 1)

@@ -20,31 +20,44 @@ from usdface.takes import FloatArray
 __all__ = ["CONSEQUENTS", "KINDS", "check_parameters", "membership"]
 
 
-def _rising(x: FloatArray, foot: float, top: float) -> FloatArray:
-    """0 up to `foot`, 1 from `top` on, a straight line between."""
+def _rise(x: FloatArray, foot: float, top: float) -> FloatArray:
+    """Straight line through 0 at `foot` and 1 at `top`, not yet cut off; a step where they meet."""
     if foot == -inf:
         return np.ones_like(x)
     if foot == top:
         return np.asarray(x >= top, dtype=np.float64)
-    return np.clip((x - foot) / (top - foot), 0.0, 1.0)
+    return np.asarray((x - foot) / (top - foot))
 
 
-def _falling(x: FloatArray, top: float, foot: float) -> FloatArray:
-    return _rising(-x, -foot, -top)
+def _fall(x: FloatArray, top: float, foot: float) -> FloatArray:
+    if foot == inf:
+        return np.ones_like(x)
+    if foot == top:
+        return np.asarray(x <= top, dtype=np.float64)
+    return np.asarray((foot - x) / (foot - top))
+
+
+def _cut(line: FloatArray) -> FloatArray:
+    return np.clip(line, 0.0, 1.0)
+
+
+def _rising(x: FloatArray, foot: float, top: float) -> FloatArray:
+    """0 up to `foot`, 1 from `top` on, a straight line between."""
+    return _cut(_rise(x, foot, top))
 
 
 def _triangular(x: FloatArray, left: float, peak: float, right: float) -> FloatArray:
-    return np.minimum(_rising(x, left, peak), _falling(x, peak, right))
+    return _cut(np.minimum(_rise(x, left, peak), _fall(x, peak, right)))
 
 
 def _trapezoidal(
     x: FloatArray, left: float, top_left: float, top_right: float, right: float
 ) -> FloatArray:
-    return np.minimum(_rising(x, left, top_left), _falling(x, top_right, right))
+    return _cut(np.minimum(_rise(x, left, top_left), _fall(x, top_right, right)))
 
 
 def _ramp(x: FloatArray, foot: float, top: float) -> FloatArray:
-    return _rising(x, foot, top) if foot < top else _falling(x, top, foot)
+    return _cut(_rise(x, foot, top) if foot < top else _fall(x, top, foot))
 
 
 def _s_shape(x: FloatArray, foot: float, top: float) -> FloatArray:
@@ -174,4 +187,6 @@ def membership(kind: str, parameters: tuple[float, ...], x: FloatArray) -> Float
     (...) float64
         In [0, 1].
     """
-    return np.where(np.isnan(x), 0.0, KINDS[kind][1](x, *parameters))
+    degree = KINDS[kind][1](x, *parameters)
+    missing = np.isnan(x)
+    return np.where(missing, 0.0, degree) if missing.any() else degree
