@@ -8,6 +8,7 @@ import argparse
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,8 @@ from makehuman_face import (  # noqa: E402
     published_expressions,
 )
 
-from usdface.animate import features, retarget  # noqa: E402
+from usdface.animate import retarget  # noqa: E402
+from usdface.express import features  # noqa: E402
 from usdface.fuzzy.fit import answers, fit_system, heard  # noqa: E402
 from usdface.fuzzy.fit_examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.fuzzy.fit_separation import separations  # noqa: E402
@@ -74,7 +76,8 @@ def shown(emotions: tuple[str, ...], opened: bool) -> Iterator[tuple[str, str, d
                 yield emotion, f"{variant}_open", pose | OPEN
 
 
-def perform(
+@cache
+def performed(
     body: Posable, face: Face, emotions: tuple[str, ...], opened: bool
 ) -> tuple[dict[Path, MarkerTake], list[Label]]:
     """Record performers who show everything once: unit poses scatter, intensities too."""
@@ -104,7 +107,7 @@ def perform(
 def examples(
     body: Posable, face: Face, emotions: tuple[str, ...], opened: bool, space: FeatureSpace
 ) -> Examples:
-    takes, labels = perform(body, face, emotions, opened)
+    takes, labels = performed(body, face, emotions, opened)
     options = FitOptions(space=space)
     found, _ = examples_of(labels, face, lambda p: (takes[p], []), options, Steps())
     return found.examples
@@ -153,6 +156,7 @@ def summary(bodies: dict[str, tuple[Posable, Face]]) -> Table:
                     emotions_only(cross_validate(data, "recording")),
                     emotions_only(cross_validate(data, "recording", nearest_mean)),
                     emotions_only(cross_validate(data, "variant")),
+                    emotions_only(cross_validate(data, "variant", nearest_mean)),
                     f"{rest.max():.2f}",
                 )
     return table

@@ -90,6 +90,19 @@ def test_a_fitted_system_drives_a_shot(fitted, folder):
     assert played.column("mouthSmileRight")[held].max() < 0.2
 
 
+def test_an_emotion_without_a_pose_is_named_when_the_shot_is_made(fitted, folder, tmp_path):
+    outcome, _ = make_shot(
+        folder / "rig.usda",
+        folder / "take_1.usda",
+        folder / "bind.json",
+        tmp_path / "shot.usda",
+        fuzzy=folder / "fitted.usda",
+    )
+    unknown = {f.where for f in outcome.findings if f.code == "EXPRESSION_UNKNOWN"}
+    assert "contempt" in unknown
+    assert "joy" not in unknown
+
+
 def test_the_same_takes_give_the_same_bytes(fitted, folder, tmp_path):
     args = folder / "rig.usda", tmp_path / "again.usda"
     fit_fuzzy(*args, bind=folder / "bind.json", labels=folder / "labels.csv")

@@ -89,8 +89,16 @@ def design(
     return system, replace(setup, roles=roles | dict(setup.roles)), findings
 
 
-def adopt(system: FuzzySystem, setup: Setup, where: str) -> Setup:
+def adopt(
+    system: FuzzySystem, setup: Setup, expressions: Sequence[Expression], where: str
+) -> tuple[Setup, list[Finding]]:
     """Give the roles that a system names to bound markers: those of the setup, or by label.
+
+    Returns
+    -------
+    Setup
+    list of Finding
+        EXPRESSION_UNKNOWN for each emotion without a pose.
 
     Raises
     ------
@@ -105,7 +113,14 @@ def adopt(system: FuzzySystem, setup: Setup, where: str) -> Setup:
                 f"{where}: the fuzzy system reads the marker role {role!r}, which no bound marker "
                 f'has; give it one in the binding, "roles": {{"{role}": "..."}}'
             )
-    return replace(setup, roles=dict(setup.roles) | {role: known[role] for role in asked})
+    posed = {expression.name for expression in expressions}
+    findings = [
+        finding("EXPRESSION_UNKNOWN", name, f"no expression pose for {name!r}; it moves nothing")
+        for name in system.emotions
+        if name not in posed
+    ]
+    setup = replace(setup, roles=dict(setup.roles) | {role: known[role] for role in asked})
+    return setup, findings
 
 
 def parts_of(mesh: Mesh, setup: Setup, expressions: Sequence[Expression]) -> FaceParts:

@@ -152,7 +152,8 @@ def make_shot(
         system: FuzzySystem | None
         if fuzzy:
             system, more = read_fuzzy_file(fuzzy)
-            setup = adopt(system, setup, str(fuzzy))
+            findings += more
+            setup, more = adopt(system, setup, expressions, str(fuzzy))
             system = replace(system, **asdict(correction)) if correction else system
         else:
             system, setup, more = design(
