@@ -18,7 +18,12 @@ from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
-from usdface.retarget.shape_model import combinations_of, shape_model, with_combinations
+from usdface.retarget.shape_model import (
+    combinations_of,
+    shape_model,
+    with_combinations,
+    with_known_limits,
+)
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.rigs import Mesh
@@ -171,6 +176,8 @@ def _solve(
             take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
         )
     model, notes = shape_model(mesh, points)
+    if setup.solve.limits == "known":
+        model = with_known_limits(model, mesh.shape_names)
     notes += [
         finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
         for pin in setup.pins

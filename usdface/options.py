@@ -31,6 +31,7 @@ __all__ = [
     "ProcessOptions",
     "Region",
     "RigOptions",
+    "SolveLimits",
     "SolveMode",
     "SolveOptions",
     "TakeOptions",
@@ -40,6 +41,7 @@ Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multi
 MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
 SolveMode = Literal["take", "frame"]
+SolveLimits = Literal["declared", "known"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
@@ -146,6 +148,9 @@ class SolveOptions:
     ----------
     mode : {"take", "frame"}
         "take": all frames together, smooth in time. "frame": each frame alone, exactly.
+    limits : {"declared", "known"}
+        Shapes that never exceed others: those that the rig declares, or also those that are
+        known by name: mouthClose is at most jawOpen.
     smoothness : float
         Multiplies the smoothness that the solve derives from the markers' own noise;
         0 solves each frame alone.
@@ -168,6 +173,7 @@ class SolveOptions:
     """
 
     mode: SolveMode = "take"
+    limits: SolveLimits = "declared"
     smoothness: float = 1.0
     agility: float = 27.0
     spread: float = 0.5
@@ -178,6 +184,7 @@ class SolveOptions:
 
     def __post_init__(self) -> None:
         _check_choice("mode", self.mode, SolveMode)
+        _check_choice("limits", self.limits, SolveLimits)
         for name in ("smoothness", "sparsity", "symmetry"):
             _check_number(name, getattr(self, name))
         for name in ("agility", "spread", "iterations", "tolerance"):

@@ -4,7 +4,12 @@ from curved_world import COMBINED, make_curved_world
 from pxr import Usd, UsdSkel
 
 from usdface.io.usd.rig_write import write_rig
-from usdface.retarget.shape_model import ShapeModel, shape_model, with_combinations
+from usdface.retarget.shape_model import (
+    ShapeModel,
+    shape_model,
+    with_combinations,
+    with_known_limits,
+)
 from usdface.rigs import BlendShape, Combination, Mesh
 
 RNG = np.random.default_rng(2)
@@ -91,6 +96,14 @@ def test_limits_are_rows_of_the_free_weights() -> None:
     model, found = small(d=Combination(("a", "b"), "limit"), b=Combination(("a", "c")))
     assert found == [] and model.free.tolist() == [0, 2, 3]
     np.testing.assert_array_equal(model.rows, [[-1.0, 0.0, 1.0]])  # d <= a; b has no own weight
+
+
+def test_a_known_limit_is_found_in_any_spelling() -> None:
+    model = ShapeModel(np.ones((3, 6)))
+    found = with_known_limits(model, ("JawOpen", "smile", "mouth_close"))
+    assert found.limits.tolist() == [[2, 0]]
+    assert with_known_limits(found, ("JawOpen", "smile", "mouth_close")).limits.tolist() == [[2, 0]]
+    assert not len(with_known_limits(model, ("jawOpen", "a", "b")).limits)
 
 
 def test_other_columns_keep_their_weights() -> None:

@@ -85,6 +85,7 @@ def declared_default(prim: str, name: str) -> object:
         (tokens.MAP_RADIUS, options.MapOptions().radius),
         (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
         (tokens.SOLVE_MODE, options.SolveOptions().mode),
+        (tokens.SOLVE_LIMITS, options.SolveOptions().limits),
         (tokens.SOLVE_SMOOTHNESS, options.SolveOptions().smoothness),
         (tokens.SOLVE_AGILITY, options.SolveOptions().agility),
         (tokens.SOLVE_SPREAD, options.SolveOptions().spread),

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from usdface.findings import Finding, finding
+from usdface.retarget.names import shape_key
 from usdface.rigs import BlendShape, Mesh
 from usdface.takes import FloatArray, IntArray
 
@@ -21,7 +22,12 @@ __all__ = [
     "combinations_of",
     "shape_model",
     "with_combinations",
+    "with_known_limits",
 ]
+
+
+# "It doesn't work in isolation" (ICT-FaceKit, issue 5): lips that close over an open jaw.
+_KNOWN_LIMITS = (("mouthclose", "jawopen"),)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -216,6 +222,15 @@ def with_combinations(mesh: Mesh, names: tuple[str, ...], weights: FloatArray) -
     result = weights.copy()
     result[:, columns] = model.complete(weights[:, columns][:, model.free])
     return result
+
+
+def with_known_limits(model: ShapeModel, names: tuple[str, ...]) -> ShapeModel:
+    """Return the model with the limits that are known by the shapes' names, in any spelling."""
+    place = {shape_key(name): i for i, name in enumerate(names)}
+    pairs = [(place.get((low, "")), place.get((high, ""))) for low, high in _KNOWN_LIMITS]
+    known = [pair for pair in pairs if None not in pair]
+    limits = np.concatenate([model.limits, np.array(known, np.int64).reshape(-1, 2)])
+    return replace(model, limits=np.unique(limits, axis=0))
 
 
 def _ordered(products: list[Product]) -> tuple[tuple[Product, ...], list[Product]]:

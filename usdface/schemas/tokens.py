@@ -82,6 +82,7 @@ __all__ = [
     "SAMPLING",
     "SHAPES",
     "SOLVE_AGILITY",
+    "SOLVE_LIMITS",
     "SOLVE_MODE",
     "SOLVE_SMOOTHNESS",
     "SOLVE_SPARSITY",
@@ -159,6 +160,7 @@ MAP_CHOICE: Final = "usdface:map:choice"
 MAP_RADIUS: Final = "usdface:map:radius"
 MAP_SMOOTHING: Final = "usdface:map:smoothing"
 SOLVE_MODE: Final = "usdface:solve:mode"
+SOLVE_LIMITS: Final = "usdface:solve:limits"
 SOLVE_SMOOTHNESS: Final = "usdface:solve:smoothness"
 SOLVE_AGILITY: Final = "usdface:solve:agility"
 SOLVE_SPREAD: Final = "usdface:solve:spread"

@@ -20,7 +20,13 @@ SETUPS = [
         roles={"lip_lower": "b", "chin": "c"},
         map=MapOptions(kernel="inverse_quadratic", form="paper", radius=2.0, smoothing=0.25),
         solve=SolveOptions(
-            mode="frame", smoothness=0.5, agility=20.0, spread=0.25, sparsity=0.1, symmetry=2.0
+            limits="known",
+            mode="frame",
+            smoothness=0.5,
+            agility=20.0,
+            spread=0.25,
+            sparsity=0.1,
+            symmetry=2.0,
         ),
         clean=CleanOptions(swaps=False),
     ),

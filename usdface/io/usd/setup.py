@@ -23,6 +23,7 @@ _MAP = {
 }
 _SOLVE = {
     tokens.SOLVE_MODE: ("mode", _NAMES.Token),
+    tokens.SOLVE_LIMITS: ("limits", _NAMES.Token),
     tokens.SOLVE_SMOOTHNESS: ("smoothness", _NAMES.Double),
     tokens.SOLVE_AGILITY: ("agility", _NAMES.Double),
     tokens.SOLVE_SPREAD: ("spread", _NAMES.Double),
