@@ -16,9 +16,9 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.evaluate import ShownClip, evaluate_clips
 from usdface.io.gltf.shown import ShownMesh
-from usdface.io.usd.clips import playing
 from usdface.io.usd.errors import one_line, usd_errors
 from usdface.io.usd.evaluate import StagedMesh, evaluate_usd, keys_of_stage
+from usdface.io.usd.playing import playing
 from usdface.io.usd.stage import Stage, metrics_of
 from usdface.takes import FloatArray
 

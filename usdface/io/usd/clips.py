@@ -1,6 +1,6 @@
 """Clips out of USD: what the SkelAnimations of a character do, for each variant that picks one."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,15 +12,17 @@ from usdface.findings import Finding, finding
 from usdface.io.transforms import decompose, followed_by
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.moving import Mover, carrier, merged, movers_of, with_movers
-from usdface.io.usd.rig import rig_of_stage, skel_roots
+from usdface.io.usd.playing import Binding, bindings, bound, playing, unbound
+from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.skeleton import to_parents
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Rig, Skeleton
 from usdface.takes import FloatArray, WeightsTake
 
-__all__ = ["animated_rig", "clips_of_stage", "playing"]
+__all__ = ["animated_rig", "clips_of_stage"]
 
 _SAME_SCALE = 1e-5
+_SAME_WEIGHT = 1e-6
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
@@ -77,118 +79,48 @@ def clips_of_stage(
     clips: list[Clip] = []
     found: list[Finding] = []
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
-        bound: set[Sdf.Path] = set()
+        played: set[Sdf.Path] = set()
         for variation in playing(stage, root):
             clip, news = _clip(variation, rig, root, movers)
             found += news
-            bound |= {*_bound(variation)}
+            played |= {*bound(variation)}
             if clip is not None:
                 clips.append(clip)
-        found += _unbound(stage, root, bound)
+        found += unbound(stage, root, played)
     if len(clips) > 1:
         clips = [clip for clip in clips if not clip.still]
     return tuple(clips), list(dict.fromkeys(found))
 
 
-def playing(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
-    """Yield the stage as it plays each of its clips; the one that it shows comes first.
-
-    A variant set of a SkelRoot whose variants bind different SkelAnimations chooses between
-    clips; where there is none the stage itself is all. The stage is not changed.
-    """
-    yield stage
-    seen = {_bound(stage)}
-    places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
-    others: dict[tuple[Sdf.Path, ...], Usd.Stage] = {}
-    for prim in skel_roots(stage, root):
-        if prim.IsInstanceProxy():
-            continue
-        sets = prim.GetVariantSets()
-        for name in sets.GetNames():
-            for variant in sets.GetVariantSet(name).GetVariantNames():
-                session = Sdf.Layer.CreateAnonymous(".usda")
-                session.TransferContent(stage.GetSessionLayer())
-                spec = Sdf.CreatePrimInLayer(session, prim.GetPath())
-                spec.variantSelections[name] = variant
-                other = Usd.Stage.Open(stage.GetRootLayer(), session)
-                others.setdefault(_bound(other), other)
-    order = sorted(others, key=lambda paths: [places.get(path, len(places)) for path in paths])
-    for paths in order:
-        if paths and paths not in seen:
-            yield others[paths]
-
-
-def _unbound(stage: Usd.Stage, root: str, bound: set[Sdf.Path]) -> list[Finding]:
-    """Announce the animations that nothing plays."""
-    prims = dict.fromkeys(p for r in skel_roots(stage, root) for p in Usd.PrimRange(r, _ALL))
-    message = "nothing on the stage binds it, in no variant"
-    return [
-        finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
-        for prim in prims
-        if prim.IsA(UsdSkel.Animation)
-        and prim.GetPath() not in bound
-        and any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAttributes())
-    ]
-
-
-@dataclass(frozen=True, slots=True)
-class _Binding:
-    """A skeleton and the SkelAnimation that moves it."""
-
-    skeleton: UsdSkel.SkeletonQuery
-    animation: UsdSkel.AnimQuery
-
-
-def _bindings(stage: Usd.Stage, root: str = "") -> list[_Binding]:
-    cache = UsdSkel.Cache()
-    bound: dict[Sdf.Path, _Binding] = {}
-    for skel_root in map(UsdSkel.Root, skel_roots(stage, root)):
-        cache.Populate(skel_root, _ALL)
-        for binding in cache.ComputeSkelBindings(skel_root, _ALL):
-            query = cache.GetSkelQuery(binding.GetSkeleton())
-            if query.GetAnimQuery():
-                path = binding.GetSkeleton().GetPath()
-                bound.setdefault(path, _Binding(query, query.GetAnimQuery()))
-    return list(bound.values())
-
-
-def _bound(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
-    return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in _bindings(stage)))
-
-
 def _clip(
     stage: Usd.Stage, rig: Rig, root: str, movers: Sequence[Mover]
 ) -> tuple[Clip | None, list[Finding]]:
-    bindings = _bindings(stage, root)
-    animations = {b.animation.GetPrim(): b.animation for b in bindings}
+    playing_now = bindings(stage, root)
+    animations = {b.animation.GetPrim(): b.animation for b in playing_now}
     weighted = [q for q in animations.values() if q.GetBlendShapeWeightTimeSamples()]
     jointed = [
         b
-        for b in bindings
+        for b in playing_now
         if rig.skeleton is not None
         and tuple(map(str, b.skeleton.GetJointOrder())) == rig.skeleton.joints
         and b.animation.GetJointTransformTimeSamples()
     ]
     codes = np.unique(
         [
-            *(code for q in weighted[:1] for code in q.GetBlendShapeWeightTimeSamples()),
+            *(code for q in weighted for code in q.GetBlendShapeWeightTimeSamples()),
             *(code for b in jointed[:1] for code in b.animation.GetJointTransformTimeSamples()),
             *(code for mover in movers for code in mover.codes),
         ]
     )
-    found = [
-        finding(
-            "ANIMATION_DROPPED", str(q.GetPrim().GetPath()), "a rig has one animation at a time"
-        )
-        for q in weighted[1:]
-    ]
+    found: list[Finding] = []
     if not len(codes):
         still = [q for q in animations.values() if _still(q)]
         return (Clip("", _still(still[0])) if still else None), found
     metrics = metrics_of(stage)
     start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
     clock = _Clock(min(start, float(codes[0])), metrics.time_codes_per_second)
-    weights = _weights(weighted[0], clock) if weighted else None
+    weights, news = _together(weighted, clock)
+    found += news
     takes = [_moved(mover, clock) for mover in movers]
     if jointed and rig.skeleton is not None:
         joints, news = _joints(jointed[0], rig.skeleton, to_si(metrics), clock)
@@ -254,8 +186,28 @@ def _weights(query: UsdSkel.AnimQuery, clock: _Clock) -> WeightsTake:
     return WeightsTake(names, times, np.array(rows), clock.grid(times))
 
 
+def _together(
+    queries: Sequence[UsdSkel.AnimQuery], clock: _Clock
+) -> tuple[WeightsTake | None, list[Finding]]:
+    """Return the weights of all SkelAnimations that play at once; of equal names the first."""
+    takes = [_weights(query, clock) for query in queries]
+    if len(takes) < 2:
+        return (takes[0] if takes else None), []
+    times = np.unique(np.concatenate([take.times for take in takes]))
+    columns: dict[str, FloatArray] = {}
+    found = []
+    for query, take in zip(queries, takes, strict=True):
+        for name, curve in zip(take.names, take.weights.T, strict=True):
+            own = np.interp(times, take.times, curve)
+            if not np.allclose(columns.setdefault(name, own), own, rtol=0, atol=_SAME_WEIGHT):
+                message = f"{name!r} moves otherwise in another SkelAnimation, which comes first"
+                found.append(finding("ANIMATION_DROPPED", str(query.GetPrim().GetPath()), message))
+    weights = np.stack([*columns.values()], 1)
+    return WeightsTake(tuple(columns), times, weights, max(t.rate for t in takes)), found
+
+
 def _joints(
-    binding: _Binding, skeleton: Skeleton, si: FloatArray, clock: _Clock
+    binding: Binding, skeleton: Skeleton, si: FloatArray, clock: _Clock
 ) -> tuple[JointsTake | None, list[Finding]]:
     """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
     where = str(binding.animation.GetPrim().GetPath())
