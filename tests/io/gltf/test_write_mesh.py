@@ -5,7 +5,7 @@ import pygltflib
 import pytest
 
 from usdface.errors import OutputError
-from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.write_mesh import triangulated, written_mesh
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skin
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pygltflib import Buffer, BufferView
 
 from usdface.errors import InputError
+from usdface.io.gltf.accessors import DTYPES
 from usdface.io.gltf.document import GltfFile, item
 from usdface.io.gltf.draco import decoded_draco
 
@@ -27,7 +28,6 @@ _LIBRARIES = dict.fromkeys(_MESHOPT, "meshoptimizer") | {_DRACO: "DracoPy"}
 _DENSEST = 1024
 _MOST_BYTES = 2**30
 _FILTERS = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "EXPONENTIAL": tuple(range(4, 257, 4))}
-_DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 
 def decompressed(file: GltfFile) -> GltfFile:
@@ -194,7 +194,7 @@ def _accessors(file: GltfFile, primitive: Any, code: Mapping[str, Any]) -> dict[
 def _fill(
     accessor: Any, values: NDArray[Any] | None, plain: _Plain, document: Any, where: str
 ) -> None:
-    dtype = _DTYPES.get(accessor.componentType)
+    dtype = DTYPES.get(accessor.componentType)
     count = None if values is None else len(values)
     if values is None or dtype is None or count != accessor.count:
         raise InputError(f"{where}: {count} elements; the file announces {accessor.count}")

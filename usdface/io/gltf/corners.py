@@ -10,7 +10,7 @@ import numpy as np
 import pygltflib
 from pygltflib import ARRAY_BUFFER
 
-from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.placed import TANGENTS
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.normals import unit

@@ -16,7 +16,7 @@ import pygltflib
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
 from usdface.io.gltf.image import GltfImage, image_type
 from usdface.materials import Placement, Texture, Wrap

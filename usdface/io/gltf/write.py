@@ -9,8 +9,8 @@ import pygltflib
 
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
-from usdface.io.gltf.accessors import BufferBuilder
 from usdface.io.gltf.boxed import Box, box_of
+from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.corners import uv_order
 from usdface.io.gltf.document import save_document

@@ -11,7 +11,7 @@ import pygltflib
 
 from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding, finding
-from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER, pointer_to
 from usdface.io.gltf.inbetweens import crossings, flat_weights
 from usdface.rigs import Mesh

@@ -9,7 +9,7 @@ from pygltflib import ARRAY_BUFFER
 
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
-from usdface.io.gltf.accessors import BufferBuilder
+from usdface.io.gltf.buffer import BufferBuilder
 from usdface.rigs import Skin
 from usdface.takes import IntArray
 
