@@ -53,20 +53,25 @@ def bound_setup(
     proposing = setup is None or options.propose
     named = setup is not None and not any(f.code == "NEUTRAL_ASSUMED" for f in findings)
     setup = setup or Setup(Binding((), np.zeros(0, dtype=np.int64)))
-    if options.neutral or (proposing and not named):
+    finding_it = options.neutral == "auto" or (proposing and not (named or options.neutral))
+    if finding_it or options.neutral:
         findings = [f for f in findings if f.code != "NEUTRAL_ASSUMED"]
-        frames = options.neutral
-        if not isinstance(frames, tuple):
-            frames = neutral_frames(take)
-            message = (
-                f"frames {frames[0]} to {frames[1]} are taken as neutral: the face rests there"
-            )
-            findings.append(finding("NEUTRAL_FOUND", take.source, message))
-        setup = replace(setup, neutral=frames)
+    if isinstance(options.neutral, tuple):
+        setup = replace(setup, neutral=options.neutral)
     if not proposing:
+        if finding_it:
+            setup = replace(setup, neutral=neutral_frames(take))
+            findings.append(_neutral_found(take, setup))
         return mesh, setup, (), findings
-    proposal, more = propose(take, mesh, setup)
+    proposal, more = propose(take, mesh, setup, finding_it)
+    if finding_it:
+        more.append(_neutral_found(take, proposal.setup))
     return mesh, proposal.setup, proposal.peaks, findings + more
+
+
+def _neutral_found(take: MarkerTake, setup: Setup) -> Finding:
+    message = "the face rests in frames {} to {}: taken as neutral".format(*setup.neutral or (0, 0))
+    return finding("NEUTRAL_FOUND", take.source, message)
 
 
 def proposal_summary(setup: Setup, peaks: tuple[int, ...]) -> dict[str, Any]:

@@ -7,8 +7,15 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from usdface.binding.confidence import confidence
-from usdface.binding.register import Domain, Evidence, Registration, closeness
-from usdface.binding.rest import peak_frames, rest_frames, still_face
+from usdface.binding.names import named_heights
+from usdface.binding.register import (
+    Domain,
+    Evidence,
+    Registration,
+    closeness,
+    unexplained_motion,
+)
+from usdface.binding.rest import peak_frames, rest_frames, resting_poses, still_face
 from usdface.binding.search import search
 from usdface.binding.skin import Skin, skin_of
 from usdface.errors import InputError
@@ -22,6 +29,9 @@ __all__ = ["Proposal", "neutral_frames", "propose"]
 # Fewer markers fit any face anyhow; three that are given hold it.
 _FEWEST, _FEWEST_ANCHORED = 8, 4
 _PEAKS = 24
+# Of so many poses that the face holds the one is neutral that leaves clearly less unexplained
+# than the most usual one.
+_RESTS, _CLEARLY = 8, 0.8
 # A marker this far off the skin is not on the face [share of the face's size; ICT: 17 mm].
 _OFF = 0.25
 # Markers that stay this near to each other are one [share of their spread].
@@ -64,7 +74,9 @@ def neutral_frames(take: MarkerTake) -> tuple[int, int]:
     return rest_frames(still_face(positions[:, used]), take.times)
 
 
-def propose(take: MarkerTake, mesh: Mesh, setup: Setup) -> tuple[Proposal, list[Finding]]:
+def propose(
+    take: MarkerTake, mesh: Mesh, setup: Setup, find_neutral: bool = False
+) -> tuple[Proposal, list[Finding]]:
     """Propose where the markers of a take sit on a face.
 
     Parameters
@@ -74,6 +86,9 @@ def propose(take: MarkerTake, mesh: Mesh, setup: Setup) -> tuple[Proposal, list[
     mesh : Mesh
     setup : Setup
         Its binding is kept, and helps to place the other markers; it names neutral frames.
+    find_neutral : bool
+        Look for neutral frames instead: a pose that the face holds and from which the rig
+        explains the peak frames.
 
     Returns
     -------
@@ -91,7 +106,8 @@ def propose(take: MarkerTake, mesh: Mesh, setup: Setup) -> tuple[Proposal, list[
     used, findings = _usable(take, given)
     names = tuple(take.names[i] for i in used)
     performance = still_face(_in_space(take)[:, used])
-    neutral = setup.neutral or rest_frames(performance, take.times)
+    resting = resting_poses(performance, take.times, _RESTS)
+    neutral = resting[0] if find_neutral else setup.neutral or resting[0]
     if neutral[1] >= len(take.times):
         raise InputError(
             f"neutral frames {neutral[0]} to {neutral[1]} lie outside the take {take.source}, "
@@ -103,8 +119,15 @@ def propose(take: MarkerTake, mesh: Mesh, setup: Setup) -> tuple[Proposal, list[
             f"the face in the take {take.source} does not move; where its markers sit cannot be "
             "proposed. Take one with expressions, or give --bind bind.json"
         )
-    evidence = _evidence(performance.still, neutral, peaks, _anchors(names, given, skin))
+    anchors, heights = _anchors(names, given, skin), named_heights(names)
+    evidence = _evidence(performance.still, neutral, peaks, anchors, heights)
     domain, answers = search(skin, evidence)
+    if find_neutral:
+        others = [_evidence(performance.still, r, peaks, anchors, heights) for r in resting]
+        left = np.array([unexplained_motion(domain, other, answers[0]) for other in others])
+        if left.min() < _CLEARLY * left[0]:
+            neutral = resting[int(left.argmin())]
+        setup = replace(setup, neutral=neutral)
     places = _one_each(domain, evidence, answers[0])
     sure = confidence(skin, domain, evidence, answers, places)
     off = _off_the_face(domain, evidence, answers[0])
@@ -173,7 +196,11 @@ def _anchors(names: Sequence[str], given: dict[str, int], skin: Skin) -> IntArra
 
 
 def _evidence(
-    still: FloatArray, neutral: tuple[int, int], peaks: IntArray, anchors: IntArray
+    still: FloatArray,
+    neutral: tuple[int, int],
+    peaks: IntArray,
+    anchors: IntArray,
+    heights: FloatArray,
 ) -> Evidence:
     window = still[neutral[0] : neutral[1] + 1]
     count = (~np.isnan(window[..., 0])).sum(axis=0)[:, None]
@@ -181,7 +208,7 @@ def _evidence(
     # What neutral does not show is where it mostly is.
     rest = np.where(count > 0, rest, np.nanmedian(still, axis=0))
     moves = still[peaks] - rest
-    return Evidence(rest, np.nan_to_num(moves), ~np.isnan(moves[..., 0]), anchors)
+    return Evidence(rest, np.nan_to_num(moves), ~np.isnan(moves[..., 0]), anchors, heights)
 
 
 def _one_each(domain: Domain, evidence: Evidence, answer: Registration) -> IntArray:

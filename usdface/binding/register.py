@@ -16,7 +16,16 @@ from usdface.binding.skin import Skin
 from usdface.retarget.box import solve_box
 from usdface.takes import BoolArray, FloatArray, IntArray
 
-__all__ = ["Domain", "Evidence", "Registration", "closeness", "domain_of", "improve", "scale_of"]
+__all__ = [
+    "Domain",
+    "Evidence",
+    "Registration",
+    "closeness",
+    "domain_of",
+    "improve",
+    "scale_of",
+    "unexplained_motion",
+]
 
 # Lengths are shares of the face's size, the RMS radius of its moving skin (ICT: 67 mm).
 # Place error of a marker once the face is carried over and bent; error of its motion.
@@ -34,6 +43,10 @@ _TAIL = 8.0
 # Recorded heads are mostly upright: cost of one that is not, by 1 - cosine.
 _UPRIGHT = 0.5
 _ANCHOR_SAYS = 10.0
+# Cost of names that say another height, by 1 - correlation.
+_NAMED = 3.0
+# Markers whose mirror images are nearer than this are partners [share of the face's size].
+_PARTNERS = 0.2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -49,12 +62,15 @@ class Evidence:
     seen : (K, M) bool
     anchors : (M,) int64
         Index into the skin where a marker's place is given, else -1.
+    heights : (M,) float64
+        How high on the face a marker is by its name, NaN where that does not say.
     """
 
     rest: FloatArray
     moves: FloatArray
     seen: BoolArray
     anchors: IntArray
+    heights: FloatArray
 
     @property
     def central(self) -> BoolArray:
@@ -192,7 +208,26 @@ def closeness(
     theirs = seen @ np.einsum("nkd,nkd->kn", vertex, vertex)
     motion = (own[:, None] - 2.0 * both + theirs).clip(min=0.0)
     motion *= _SAYS / np.maximum(seen.sum(axis=1), 1.0)[:, None] / (motion_error * unit) ** 2
-    return place, motion
+    # Heavy tails: what the rig cannot do anywhere shall not send a marker anywhere.
+    return place, _TAIL * np.log1p(motion / _TAIL)
+
+
+def unexplained_motion(domain: Domain, evidence: Evidence, state: Registration) -> float:
+    """Return what the rig leaves of the markers' motion at their places, the median marker's.
+
+    In units of the error to be expected. The rig's weights are 0 or more, so a rest that is
+    none, with an open mouth say, leaves more: the way back to the true one cannot be gone.
+    """
+    trust = 1.0 / (1.0 + state.each / _TAIL)
+    basis, target = domain.basis[:, state.places], domain.points[state.places]
+    moves = evidence.moves @ state.linear
+    weights, turns = _moved(moves, evidence.seen, basis, target, trust, state, False)
+    told = weights @ basis.reshape(len(basis), -1)
+    told += turns @ _small_motions(target).reshape(6, -1)
+    off = ((moves - told.reshape(moves.shape)) ** 2).sum(axis=2)
+    seen = np.maximum(evidence.seen.sum(axis=0), 1)
+    each = (off * evidence.seen).sum(axis=0) / seen
+    return float(np.median(each)) / (MOTION_ERROR * domain.size) ** 2
 
 
 def _squares(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -250,17 +285,20 @@ def improve(
     weights, turns = _moved(
         evidence.moves @ linear, evidence.seen, basis, target, trust, state, rough
     )
+    bend = bends @ pull
+    if soft:
+        bend = bend + _towards_mirror(carried + bend, domain)
     rest = target - carried
     strain = (rest * np.linalg.solve(bends + np.diag(SHAPE_ERROR**2 * noise), rest)).sum()
     size = np.log(_scale(linear) / scale_of(domain, evidence)) / _SPREAD
     tilt = 1.0 - linear[1, 1] / np.linalg.norm(linear[1])
-    cost = strain / len(rows) + _TAIL * np.log1p(motion[rows, nearest] / _TAIL).mean()
-    cost += 0.5 * size**2 + _UPRIGHT * tilt
+    cost = strain / len(rows) + motion[rows, nearest].mean()
+    cost += 0.5 * size**2 + _UPRIGHT * tilt + _NAMED * _against_names(carried, evidence)
     return replace(
         state,
         linear=linear,
         offset=offset,
-        bend=bends @ pull,
+        bend=bend,
         weights=weights,
         turns=turns,
         places=nearest,
@@ -281,6 +319,28 @@ def _carry(
     scale = np.sqrt((share @ (b**2).sum(axis=1)) / (share @ (a**2).sum(axis=1)))
     linear = max(float(scale), 1e-9) * turn.T
     return np.asarray(linear), np.asarray(middle - centre @ linear)
+
+
+def _against_names(carried: FloatArray, evidence: Evidence) -> float:
+    """Return 1 - the correlation of height on the face and height by name; 0 without names."""
+    known = ~np.isnan(evidence.heights)
+    if not known.any():
+        return 0.0
+    return 1.0 - float(np.corrcoef(carried[known, 1], evidence.heights[known])[0, 1])
+
+
+def _towards_mirror(points: FloatArray, domain: Domain) -> FloatArray:
+    """Return what would make carried markers (M, 3) the mirror image of their partners.
+
+    Performers wear markers in pairs, or on the middle line: where each of two is the nearest
+    to the other's mirror image they are partners.
+    """
+    apart = _squares(points, points * [-1.0, 1.0, 1.0])
+    partner = apart.argmin(axis=1)
+    mutual = partner[partner] == np.arange(len(points))
+    mutual &= apart.min(axis=1) < (_PARTNERS * domain.size) ** 2
+    middle = 0.5 * (points + points[partner] * [-1.0, 1.0, 1.0])
+    return np.where(mutual[:, None], middle - points, 0.0)
 
 
 def _moved(

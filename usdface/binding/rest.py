@@ -8,7 +8,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from usdface.retarget.align import rigid_fit
 from usdface.takes import FloatArray, IntArray, visible
 
-__all__ = ["Performance", "peak_frames", "rest_frames", "still_face"]
+__all__ = ["Performance", "peak_frames", "rest_frames", "resting_poses", "still_face"]
 
 # More frames than these say nothing new of a face.
 _MOST_FRAMES = 2000
@@ -68,12 +68,17 @@ def still_face(positions: FloatArray) -> Performance:
 
 def rest_frames(performance: Performance, times: FloatArray) -> tuple[int, int]:
     """Return the first and last frame index of the pose that the face comes back to and holds."""
+    return resting_poses(performance, times, 1)[0]
+
+
+def resting_poses(performance: Performance, times: FloatArray, count: int) -> list[tuple[int, int]]:
+    """Return the frames of up to `count` different poses that are held, the most usual first."""
     scores = performance.scores
     step = max(1, len(scores) // _MOST_FRAMES)
     some = scores[::step]
     spread = float(np.sqrt(((some - some.mean(axis=0)) ** 2).sum(axis=1).mean()))
     if spread == 0.0 or len(scores) == 1:
-        return 0, len(scores) - 1
+        return [(0, len(scores) - 1)]
     size = _SAME_POSE * spread
     apart = ((some[:, None] - some) ** 2).sum(axis=2)
     usual = np.exp(-apart / (2 * size**2)).mean(axis=1)
@@ -81,8 +86,17 @@ def rest_frames(performance: Performance, times: FloatArray) -> tuple[int, int]:
     # A turning point is slow for a moment, a resting face for longer.
     around = round(2 * _STILL / max(float(np.median(np.diff(times))), 1e-9)) + 1
     speed = maximum_filter1d(speed, min(around, len(speed)))[::step]
-    calm = 1.0 / (1.0 + (speed / max(float(np.median(speed)), 1e-12)) ** 2)
-    best = step * int((usual * calm).argmax())
+    restful = usual / (1.0 + (speed / max(float(np.median(speed)), 1e-12)) ** 2)
+    found: list[tuple[int, int]] = []
+    while len(found) < count and restful.max() > 0.0:
+        best = int(restful.argmax())
+        found.append(_held(scores, times, step * best, size))
+        restful[apart[best] < (2 * size) ** 2] = 0.0
+    return found
+
+
+def _held(scores: FloatArray, times: FloatArray, best: int, size: float) -> tuple[int, int]:
+    """Return the frames around `best` that stay within `size` of it."""
     near = np.linalg.norm(scores - scores[best], axis=1) < size
     near &= np.abs(times - times[best]) <= 0.5 * _LONGEST_REST
     breaks = np.flatnonzero(~near)

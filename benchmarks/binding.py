@@ -1,0 +1,163 @@
+"""Where anonymous markers sit, proposed: `python benchmarks/binding.py`.
+
+Performers are the faces of tests/faces.py bent at random, each shape 0.8 to 1.25 as strong, driven
+by recorded range-of-motion curves with head motion and 0.3 mm of noise; their markers are shuffled,
+turned, scaled and nameless. AnimFace's optical takes are put on the ICT face, judged by the
+binding that a person made for the tests. See README.md.
+"""
+
+import sys
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.spatial.transform import Rotation
+from stylised import bent
+
+from usdface.binding.propose import neutral_frames, propose
+from usdface.binding.skin import skin_of
+from usdface.errors import InputError
+from usdface.io.takes.files import read_take
+from usdface.retarget.transfer import solve_take
+from usdface.rigs import Mesh
+from usdface.setup import Binding, Setup
+from usdface.takes import FloatArray, IntArray, MarkerTake
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = ROOT.parent / "shared" / "data"
+sys.path.insert(0, str(ROOT / "tests"))
+from faces import Face, make_face, range_of_motion  # noqa: E402
+
+KINDS = ("ict68", "ict41", "makehuman", "example")
+SEEDS, ANCHORS = (11, 12), (0, 3, 6)
+REST = 10  # frames at the start in which the weights are 0
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A take, the true vertices of its markers, and its true weights where they are known."""
+
+    name: str
+    mesh: Mesh
+    take: MarkerTake
+    truth: IntArray
+    weights: FloatArray | None
+
+
+def curves(face: Face) -> tuple[FloatArray, float]:
+    """Return every fourth recorded frame as weights of the face; by column where names differ."""
+    try:
+        weights, rate = range_of_motion(face, SHARED)
+    except InputError:
+        recorded, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
+        used = np.resize(np.flatnonzero(recorded.weights.max(axis=0) > 0.3), len(face.mesh.shapes))
+        order = np.random.default_rng(7).permutation(used)
+        weights, rate = recorded.weights[:, order].clip(0, 1), recorded.rate
+    still = np.zeros((REST, weights.shape[1]))
+    return np.concatenate([still, weights[::4]]), rate / 4
+
+
+def simulated(kind: str, seed: int) -> Case:
+    face, rng = make_face(kind, SHARED), np.random.default_rng(seed)
+    weights, rate = curves(face)
+    vertices = face.setup.binding.points
+    neutral, turn = bent(1000 + seed, face.mesh.points[vertices], 0.004, 0.05)
+    strengths = rng.uniform(0.8, 1.25, (len(face.mesh.shapes), 1, 1))
+    moves = np.einsum("mde,sme->smd", turn, strengths * face.mesh.offsets_at(vertices))
+    positions = neutral + np.einsum("fs,smd->fmd", weights, moves)
+    times = np.arange(len(weights)) / rate
+    phases = 2 * np.pi * times[:, None] / [7.0, 7.0, 7.0] + [0.0, 2.0, 4.0]
+    angles = np.radians(6) * np.sin(phases) * np.minimum(1, times)[:, None]
+    neck = neutral.mean(axis=0) - [0.0, 0.08, 0.06]
+    turned = Rotation.from_rotvec(angles).as_matrix()
+    positions = np.einsum("fij,fmj->fmi", turned, positions - neck)
+    positions += 0.014 * np.sin(phases * 1.4)[:, None]
+    positions += 3e-4 * rng.normal(size=positions.shape)
+    order = rng.permutation(len(vertices))
+    anyhow = Rotation.random(random_state=seed).as_matrix()
+    positions = rng.uniform(0.7, 1.4) * (positions[:, order] @ anyhow.T) + rng.normal(size=3)
+    names = tuple(f"m{i}" for i in range(len(order)))
+    take = MarkerTake(names, times, positions, rate, source=kind)
+    return Case(f"{kind} {seed}", face.mesh, take, vertices[order], weights)
+
+
+def recorded(name: str) -> Case:
+    face = make_face("ict41", SHARED)
+    take, _ = read_take(SHARED / "animface" / f"{name}.c3d")
+    positions = take.select(face.setup.binding.markers)
+    only = replace(take, names=face.setup.binding.markers, positions=positions)
+    return Case(f"AnimFace {name}", face.mesh, only, face.setup.binding.points, None)
+
+
+def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
+    """Return for each marker: distance along the skin and straight, wrong side; inf if unbound."""
+    place = dict(zip(binding.markers, binding.points.tolist(), strict=True))
+    points, skin = case.mesh.points, skin_of(case.mesh)
+    found = np.array([place.get(name, -1) for name in case.take.names])
+    column = np.searchsorted(skin.vertices, found).clip(max=len(skin.vertices) - 1)
+    along = skin.reach(case.truth)[np.arange(len(found)), column]
+    straight = np.linalg.norm(points[found] - points[case.truth], axis=1)
+    across = points[found, 0] * np.sign(points[case.truth, 0]) < -0.002
+    side = across & (np.abs(points[case.truth, 0]) > 0.004)
+    sure = dict(zip(binding.markers, binding.confidence.tolist(), strict=True))
+    return {
+        "along": np.where(found >= 0, along, np.inf),
+        "side": side & (found >= 0),
+        # Near in space and far along the skin: the other lip, the other lid.
+        "lip": (straight < 0.01) & (along > 0.015) & (found >= 0),
+        "sure": np.array([sure.get(name, 0.0) for name in case.take.names]),
+    }
+
+
+def weight_error(case: Case, setup: Setup) -> float:
+    points = setup.binding.points
+    offsets = case.mesh.offsets_at(points)
+    solution, _ = solve_take(
+        case.take, case.mesh.points[points], offsets, case.mesh.shape_names, setup
+    )
+    return float(np.sqrt(np.mean((solution.weights.weights - case.weights) ** 2)))
+
+
+def main() -> None:
+    table = Table(title="proposed places, of the markers that are not given")
+    heads = ("take", "given", "5 mm", "10 mm", "side", "lip", "confidence")
+    for column in (*heads, "weights: true", "proposed", "and neutral"):
+        table.add_column(column, justify="right")
+    said: list[FloatArray] = []
+    cases = [simulated(kind, seed) for kind in KINDS for seed in SEEDS]
+    for case in (*cases, recorded("Jaw"), recorded("Eyebrows")):
+        order = np.random.default_rng(5).permutation(len(case.truth))
+        skin = set(skin_of(case.mesh).vertices.tolist())
+        order = [i for i in order if int(case.truth[i]) in skin]
+        for count in ANCHORS:
+            chosen = order[:count]
+            given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
+            neutral = neutral_frames(case.take)
+            proposal, _ = propose(case.take, case.mesh, Setup(given, neutral=neutral))
+            found = errors(case, proposal.setup.binding)
+            rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
+            near = found["along"][rest] < 0.010
+            said.append(np.stack([found["sure"][rest], near], axis=1))
+            row = [f"{100 * (found['along'][rest] < 0.005).mean():.0f} %"]
+            row += [f"{100 * near.mean():.0f} %", str(found["side"].sum()), str(found["lip"].sum())]
+            row += [f"{found['sure'][rest].mean():.2f}"]
+            if case.weights is not None:
+                true = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
+                at_rest = replace(proposal.setup, neutral=true.neutral)
+                row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal.setup)]
+            table.add_row(case.name, str(count), *row)
+    console = Console(width=130)
+    console.print(table)
+    sure, right = np.concatenate(said).T
+    edges = (0.0, 0.2, 0.4, 0.6, 0.8, 0.95, 1.01)
+    for low, high in pairwise(edges):
+        here = (sure >= low) & (sure < high)
+        share = f"{100 * right[here].mean():.0f} %" if here.any() else "-"
+        console.print(f"confidence {low:.2f} to {high:.2f}: {here.sum()} places, {share} right")
+
+
+if __name__ == "__main__":
+    main()
