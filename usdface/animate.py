@@ -214,6 +214,8 @@ def _animated(
         "rate Hz": round(shot.take.rate, 3),
         "blend shapes": solve.weights.shape[1],
     }
+    if solve.motion is not None and shot.prims.head is not None:
+        summary["head moves"] = shot.prims.head.name
     details: dict[str, Any] = {}
     if solve.solution is not None:
         mesh = shot.rig.mesh(shot.setup.binding.mesh)

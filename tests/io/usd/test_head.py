@@ -175,6 +175,10 @@ def shown(stage: Usd.Stage) -> np.ndarray:
     return evaluate_usd(stage)[0].points_at(np.arange(40.0))
 
 
+def _lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
+    return capsys.readouterr().out.splitlines()
+
+
 def moving_joints(stage: Usd.Stage) -> list[str]:
     animation = UsdSkel.Animation(next(p for p in stage.Traverse() if p.IsA(UsdSkel.Animation)))
     turns = [animation.GetRotationsAttr().Get(code) for code in range(40)]
@@ -196,9 +200,10 @@ def test_the_joint_that_carries_the_face_moves_it(tmp_path: Path, unit: tuple[fl
     assert moving_joints(stage) == ["root/neck/head"]
 
 
-def test_a_named_joint_moves_instead(tmp_path: Path) -> None:
+def test_a_named_joint_moves_instead(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     world = jointed(make_world())
     stage = processed(tmp_path, world=world, head_joint="Neck")
+    assert any(line.split() == ["head", "moves", "root/neck"] for line in _lines(capsys))
     assert moving_joints(stage) == ["root/neck"]
     at = list(world.points.values())
     np.testing.assert_allclose(shown(stage)[:, at], world.take.positions, atol=2e-5)
