@@ -38,8 +38,9 @@ class Evaluation:
     firing: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "outputs", frozen(self.outputs))
-        object.__setattr__(self, "firing", frozen(self.firing))
+        for name in ("outputs", "firing"):
+            if getattr(self, name).flags.writeable:
+                object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
@@ -72,21 +73,20 @@ def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
         raise InputError(
             f"fuzzy inputs have shape {inputs.shape}; expected (frames, {len(system.inputs)})"
         )
-    outputs = np.zeros((len(inputs), len(system.emotions)))
-    firing = np.zeros((len(inputs), len(system.rules)))
-    room = np.zeros((len(system.rules), min(len(inputs), _BLOCK)))
+    # One row for each output and rule: the work goes row by row, and so does who reads them.
+    outputs = np.zeros((len(system.emotions), len(inputs)))
+    firing = np.zeros((len(system.rules), len(inputs)))
+    answer = _mamdani if system.inference == "mamdani" else _sugeno
     for begin in range(0, len(inputs), _BLOCK):
         block = slice(begin, begin + _BLOCK)
         # Contiguous columns: numpy may round exp and power otherwise where values have gaps.
         columns = np.ascontiguousarray(inputs[block].T)
-        strengths = room[:, : columns.shape[1]]
+        strengths = firing[:, block]
         _fire(system, columns, strengths)
-        firing[block] = strengths.T
-        answer = _mamdani if system.inference == "mamdani" else _sugeno
-        outputs[block] = answer(system, columns, strengths).T
+        outputs[:, block] = answer(system, columns, strengths)
     for made in (outputs, firing):
         made.setflags(write=False)  # nobody else has them, so that they need no copy
-    return Evaluation(outputs, firing)
+    return Evaluation(outputs.T, firing.T)
 
 
 def _fire(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> None:
