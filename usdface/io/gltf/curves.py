@@ -14,10 +14,11 @@ from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.transforms import along
 from usdface.takes import FloatArray
 
-__all__ = ["Curve", "curve_of"]
+__all__ = ["Curve", "check_size", "curve_of"]
 
 _TOLERANCE = 1e-4  # of a weight, a quaternion's component, ..., where cubic curves become lines
 _MOST_PARTS = 256  # lines for one cubic segment
+_MOST_NUMBERS = 2**27  # in the curves of one animation, 1 GiB
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,6 +44,18 @@ class Curve:
         span = self.times[follow] - self.times[place]
         part = (times - self.times[place]) / np.where(span > 0, span, 1.0)
         return along(self.values, place, np.where(span > 0, part.clip(0, 1), 0.0))
+
+
+def check_size(numbers: int, what: str) -> None:
+    """Refuse a small file that unfolds into huge curves, before they are allocated.
+
+    Raises
+    ------
+    InputError
+        If there are too many numbers.
+    """
+    if numbers > _MOST_NUMBERS:
+        raise InputError(f"{what} unfolds into more than {_MOST_NUMBERS} numbers; split it")
 
 
 def curve_of(
@@ -121,6 +134,7 @@ def _resampled(times: FloatArray, keys: FloatArray, where: str) -> tuple[Curve, 
         np.abs(6 * (start - stop) + 2 * leave + 4 * arrive),
     ).max(axis=1, initial=0.0)
     parts = np.ceil(np.sqrt(bend / (8 * _TOLERANCE))).clip(1, _MOST_PARTS).astype(np.int64)
+    check_size(int(parts.sum()) * keys.shape[2], where)
     segment = np.repeat(np.arange(len(parts)), parts)
     step = np.arange(len(segment)) - np.repeat(np.cumsum(parts) - parts, parts)
     s = (step / parts[segment])[:, None]

@@ -14,7 +14,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.channels import Channel, channels_of
-from usdface.io.gltf.curves import Curve, curve_of
+from usdface.io.gltf.curves import Curve, check_size, curve_of
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
@@ -88,6 +88,14 @@ def clips_of(
     """
     found: list[Finding] = []
     motions = []
+    check_size(
+        sum(
+            reader.count(sampler.output)
+            for animation in file.document.animations or []
+            for sampler in animation.samplers or []
+        ),
+        "the animation of the file",
+    )
     for number, animation in enumerate(file.document.animations or []):
         motion, news = _motion(file, animation, number, meshes, armature, reader)
         found += news
@@ -191,6 +199,7 @@ def _joints(
         return None, []
     curves = [c for paths in motion.transforms.values() for c in paths.values()]
     times = np.unique(np.concatenate([curve.times for curve in curves]))
+    check_size(10 * len(times) * len(motion.transforms), f"{motion.name!r}")
     found: list[Finding] = []
     nodes = sorted(motion.transforms, key=lambda node: armature.nodes[node])
     parts = []

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.io.gltf.curves import Curve
+from usdface.io.gltf.curves import Curve, check_size
 from usdface.io.gltf.inbetweens import Step, folded
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, WeightsTake
@@ -61,6 +61,8 @@ def shared_weights(
     ]
     # All animations one after the other: a name is shared only if it may be in each of them.
     ends = np.cumsum([len(clock) for clock in clocks])
+    targets = sum(len(placed.weights) for placed in meshes)
+    check_size(int(ends[-1]) * targets, "the animation of weights")
     columns: dict[str, FloatArray] = {}
     renamed = []
     found: list[Finding] = []
