@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 from scipy.spatial.transform import Rotation
 from worlds import World, make_world, restaged
 
@@ -217,13 +217,11 @@ def test_a_joint_that_is_not_there_is_one_line(
     assert "no joints named 'Tail'" in capsys.readouterr().err
 
 
-def test_joints_that_are_animated_go_on_moving(tmp_path: Path) -> None:
-    """The neck nods by an animation of the rig's own; the head moves on it."""
-    world = jointed(make_world())
-    processed(tmp_path, world=world)
-    rig = Usd.Stage.Open(str(tmp_path / "rig.usda"))
-    path = next(p for p in rig.Traverse() if p.IsA(UsdSkel.Animation)).GetPath()
-    animation = UsdSkel.Animation.Get(rig, path)
+def nod(path: Path) -> None:
+    """Give the rig's neck an animation of its own."""
+    rig = Usd.Stage.Open(str(path))
+    prim = next(p for p in rig.Traverse() if p.IsA(UsdSkel.Animation))
+    animation = UsdSkel.Animation(prim)
     animation.GetJointsAttr().Set(["root/neck"])
     for code in (0.0, 39.0):
         turn = Rotation.from_rotvec([NECK[1][0] + 0.01 * code, 0, 0]).as_quat()
@@ -231,6 +229,13 @@ def test_joints_that_are_animated_go_on_moving(tmp_path: Path) -> None:
         animation.CreateRotationsAttr().Set([Gf.Quatf(turn[3], *turn[:3].tolist())], code)
         animation.CreateScalesAttr().Set([(1, 1, 1)], code)
     rig.Save()
+
+
+def test_joints_that_are_animated_go_on_moving(tmp_path: Path) -> None:
+    """The neck nods by an animation of the rig's own; the head moves on it."""
+    world = jointed(make_world())
+    processed(tmp_path, world=world)
+    nod(tmp_path / "rig.usda")
     bare = Usd.Stage.Open(str(tmp_path / "shot.usda"))
     nodding = shown(bare)
     assert main(["process", str(tmp_path / "shot.usda"), "--no-express"]) == 0
@@ -272,3 +277,18 @@ def test_a_host_sees_the_head_move_and_may_apply_again(tmp_path: Path, kind: str
     for _ in range(2):
         apply(stage, ProcessOptions(express=False))
         np.testing.assert_allclose(shown(stage), result, atol=1e-6)
+
+
+def test_a_layer_of_another_clock_gets_the_joints_of_its_moments(tmp_path: Path) -> None:
+    world = jointed(make_world())
+    processed(tmp_path, world=world)
+    nod(tmp_path / "rig.usda")
+    assert main(["process", str(tmp_path / "shot.usda"), "--no-express"]) == 0
+    result = shown(Usd.Stage.Open(str(tmp_path / "shot.usdface.usda")))
+    stage = Usd.Stage.Open(str(tmp_path / "shot.usda"))
+    over = Sdf.Layer.CreateAnonymous(".usda")
+    over.timeCodesPerSecond = 2.0 * stage.GetTimeCodesPerSecond()
+    stage.GetRootLayer().subLayerPaths.insert(0, over.identifier)
+    stage.SetEditTarget(stage.GetEditTargetForLocalLayer(over))
+    apply(stage, ProcessOptions(express=False))
+    np.testing.assert_allclose(shown(stage), result, atol=1e-5)

@@ -122,13 +122,17 @@ def author_head(
     carrier: HeadCarrier,
     motion: Pose,
     codes: list[float],
+    at: list[float],
 ) -> None:
-    """Author the motion on a layer, at time codes; `paths` are SkelRoot and SkelAnimation."""
+    """Author the motion on a layer; `paths` are SkelRoot and SkelAnimation.
+
+    `codes` are time codes of the layer, `at` the same moments on the stage.
+    """
     root, animation = paths
     if carrier.skeleton is None:
         _author_root(layer, root, carrier, motion, codes)
     else:
-        _author_joint(layer, stage, animation, carrier, motion, codes)
+        _author_joint(layer, stage, animation, carrier, motion, codes, at)
 
 
 def _author_root(
@@ -151,10 +155,11 @@ def _author_joint(
     carrier: HeadCarrier,
     motion: Pose,
     codes: list[float],
+    at: list[float],
 ) -> None:
     """Author complete joint arrays: the head's joint moves, the others do what they did."""
     moved = UsdSkel.DecomposeTransforms(matrices(_local(carrier, motion)))
-    names, others = _there(stage, path, codes)
+    names, others = _there(stage, path, at)
     if carrier.name not in names:
         names = (*names, carrier.name)
     place = names.index(carrier.name)

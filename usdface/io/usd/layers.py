@@ -110,11 +110,20 @@ def apply_animation(stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
     # USD stretches what lies on a layer by the ratio of its clock to the stage's.
     offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
     codes = np.array([offset * code for code in shot.codes.tolist()])
-    author(layer, stage, replace(shot, codes=codes), animation)
+    author(layer, stage, replace(shot, codes=codes), animation, shot.codes.tolist())
 
 
-def author(layer: Sdf.Layer, stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
-    """Author one animation of a stage's shot as overs on a layer."""
+def author(
+    layer: Sdf.Layer,
+    stage: Usd.Stage,
+    shot: Shot,
+    animation: Animation,
+    at: list[float] | None = None,
+) -> None:
+    """Author one animation of a stage's shot as overs on a layer.
+
+    `at` are the stage's time codes of the frames, where those of the layer, `shot.codes`, differ.
+    """
     prims, codes = shot.prims, shot.codes.tolist()
     with Sdf.ChangeBlock():
         anim = Sdf.CreatePrimInLayer(layer, prims.animation or f"{prims.skel_root}/{_ANIMATION}")
@@ -131,7 +140,13 @@ def author(layer: Sdf.Layer, stage: Usd.Stage, shot: Shot, animation: Animation)
             _author_solution(layer, shot, animation.solution)
         if animation.motion is not None and prims.head is not None:
             author_head(
-                layer, stage, (prims.skel_root, str(anim.path)), prims.head, animation.motion, codes
+                layer,
+                stage,
+                (prims.skel_root, str(anim.path)),
+                prims.head,
+                animation.motion,
+                codes,
+                at or codes,
             )
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
