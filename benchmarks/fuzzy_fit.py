@@ -134,12 +134,7 @@ def summary(bodies: dict[str, tuple[Posable, Face]]) -> Table:
     table = Table(title=f"Held-out expressions heard right; {PERFORMERS} performers, 0.3 mm noise")
     for column in ("emotions", "markers", "space", "rules; most conditions"):
         table.add_column(column)
-    for column in (
-        "new performer",
-        "all features, nearest mean",
-        "new variant",
-        "no emotion, most",
-    ):
+    for column in ("new performer", "nearest mean", "new variant", "nearest mean", "no emotion"):
         table.add_column(column, justify="right")
     for title, emotions in (("six", SIX), ("twelve", tuple(EMOTIONS))):
         for markers, (body, face) in bodies.items():
