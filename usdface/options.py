@@ -34,6 +34,7 @@ __all__ = [
     "SolveLimits",
     "SolveMode",
     "SolveOptions",
+    "SolvePrior",
     "TakeOptions",
 ]
 
@@ -42,6 +43,7 @@ MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
 SolveMode = Literal["take", "frame"]
 SolveLimits = Literal["declared", "known"]
+SolvePrior = Literal["learned", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
@@ -54,7 +56,7 @@ REGIONS: tuple[Region, ...] = get_args(Region)
 RESPONSE = (0.05, 0.45)
 # Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
 # 0.3 mm of noise or more; less noise is smoothed less.
-FEATURE_SMOOTHING = 0.15
+FEATURE_SMOOTHING = 0.2
 # By how much a correction may part closed lips or lids [m]: less is not seen.
 CONTACT_TOLERANCE = 0.0005
 
@@ -157,6 +159,11 @@ class SolveOptions:
     agility : float [1/s^3]
         Expected power of the second derivative of a weight over time: 27 was measured on
         real range-of-motion curves.
+    prior : {"learned", "fixed"}
+        "learned": which weights move, how far and which together is learned from the take
+        (`usdface.retarget.covariance`). "fixed": all alike, as `agility` and `spread` say.
+    pace : float [rad/s]
+        Where the prior is learned: weights move less above this frequency.
     spread : float [1]
         Expected size of a weight, for the ridge term (relative to the error of the markers):
         0.5 gave the best weights back on real range-of-motion curves.
@@ -177,6 +184,8 @@ class SolveOptions:
     smoothness: float = 1.0
     agility: float = 27.0
     spread: float = 0.5
+    prior: SolvePrior = "learned"
+    pace: float = 8.0
     sparsity: float = 0.0
     symmetry: float = 0.0
     iterations: int = 100
@@ -185,9 +194,10 @@ class SolveOptions:
     def __post_init__(self) -> None:
         _check_choice("mode", self.mode, SolveMode)
         _check_choice("limits", self.limits, SolveLimits)
+        _check_choice("prior", self.prior, SolvePrior)
         for name in ("smoothness", "sparsity", "symmetry"):
             _check_number(name, getattr(self, name))
-        for name in ("agility", "spread", "iterations", "tolerance"):
+        for name in ("agility", "spread", "pace", "iterations", "tolerance"):
             _check_number(name, getattr(self, name), above_zero=True)
 
 

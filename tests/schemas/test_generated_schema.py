@@ -86,6 +86,8 @@ def declared_default(prim: str, name: str) -> object:
         (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
         (tokens.SOLVE_MODE, options.SolveOptions().mode),
         (tokens.SOLVE_LIMITS, options.SolveOptions().limits),
+        (tokens.SOLVE_PRIOR, options.SolveOptions().prior),
+        (tokens.SOLVE_PACE, options.SolveOptions().pace),
         (tokens.SOLVE_SMOOTHNESS, options.SolveOptions().smoothness),
         (tokens.SOLVE_AGILITY, options.SolveOptions().agility),
         (tokens.SOLVE_SPREAD, options.SolveOptions().spread),

@@ -13,7 +13,8 @@ Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed
 is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
 take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; `map`
 and `solve` override `usdface.options`. A map whose kernel, radius or smoothing is named is not
-chosen, unless its `choice` says "auto".
+chosen, unless its `choice` says "auto"; a solve whose agility is named does not learn how weights
+move, unless its `prior` says "learned".
 """
 
 import json
@@ -123,7 +124,7 @@ def setup_of_json(document: object, where: str) -> Setup:
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
         roles=roles,
         map=_map_options(document.get("map", {}), f'{where}: "map"'),
-        solve=_options(SolveOptions, document.get("solve", {}), f'{where}: "solve"'),
+        solve=_solve_options(document.get("solve", {}), f'{where}: "solve"'),
         clean=_clean_options(document.get("clean", {}), f'{where}: "clean"'),
     )
 
@@ -161,6 +162,11 @@ def _neutral(value: object, where: str) -> tuple[int, int] | None:
 def _map_options(value: object, where: str) -> MapOptions:
     named = isinstance(value, dict) and not {"kernel", "radius", "smoothing"}.isdisjoint(value)
     return _options(MapOptions, {"choice": "fixed"} | value if named else value, where)  # type: ignore[operator]
+
+
+def _solve_options(value: object, where: str) -> SolveOptions:
+    named = isinstance(value, dict) and "agility" in value
+    return _options(SolveOptions, {"prior": "fixed"} | value if named else value, where)  # type: ignore[operator]
 
 
 def _options(kind: type[_Options], value: object, where: str) -> _Options:

@@ -20,7 +20,7 @@ from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.shape_model import ShapeModel
-from usdface.retarget.solve import Iterate, solve_weights
+from usdface.retarget.solve import Iterate, learned_covariance, solve_weights
 from usdface.retarget.symmetry import symmetric_pairs
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, IntArray, visible
@@ -49,6 +49,8 @@ class Joint:
     misfit : float [m]
         RMS error of a marker coordinate beyond the noise in an expressive frame, estimated.
     rounds : int
+    covariance : (P, P) float64 or None
+        How the free weights move and move together, as learned from the take; None if it was not.
     """
 
     weights: FloatArray
@@ -57,6 +59,7 @@ class Joint:
     noise: float
     misfit: float
     rounds: int
+    covariance: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -124,6 +127,7 @@ def solve_jointly(
     whole = np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
+    covariance: FloatArray | None = None
     noise = misfit = 0.0
     for done in range(1, _ROUNDS + 1):
         displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
@@ -134,7 +138,7 @@ def solve_jointly(
         misfit = marker_misfit(rest, whole, noise)
         if not fit_pose and seen.all():
             break
-        iterate = _step(rows, observed, times, (noise, misfit), setup.solve, iterate, True)
+        iterate = _step(rows, observed, times, (noise, misfit), setup.solve, iterate, covariance)
         leftover = (observed - rows.explained(iterate.weights)).reshape(*seen.shape, -1)
         moved = _rms(leftover[~seen])
         if fit_pose:
@@ -142,19 +146,27 @@ def solve_jointly(
             pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
             moved = max(moved, _rms((pose.to_head(markers) - here)[seen]))
         if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
-            break
+            known = covariance is not None
+            if not known:
+                covariance = _learned(rows, observed, times, (noise, misfit), setup.solve, iterate)
+            if known or covariance is None:
+                break
     displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
-    final = _step(rows, observed, times, (noise, misfit), setup.solve, iterate, False)
+    errors = noise, misfit
+    if covariance is None:
+        covariance = _learned(rows, observed, times, errors, setup.solve, iterate)
+    bounds = Bounds(rows=rows.model.rows, limits=np.zeros(len(rows.model.rows)))
+    final = _step(rows, observed, times, errors, setup.solve, iterate, covariance, bounds)
     if setup.pins:
         bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.rows)
-        final = _step(rows, observed, times, (noise, misfit), setup.solve, final, False, bounds)
+        final = _step(rows, observed, times, errors, setup.solve, final, covariance, bounds)
     weights = final.weights
     if rows.axes == 2:
         # What a turning head does to a flat image cannot be undone in depth: its small part
         # is taken out of the markers on the character instead.
         leftover = (observed - rows.explained(weights)) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
-    return Joint(model.complete(weights), pose, displaced, noise, misfit, done)
+    return Joint(model.complete(weights), pose, displaced, noise, misfit, done, covariance)
 
 
 def _rows(
@@ -173,12 +185,16 @@ def _step(
     errors: tuple[float, float],
     options: SolveOptions,
     start: Iterate | None,
-    rough: bool,
-    bounds: Bounds | None = None,
+    covariance: FloatArray | None,
+    final: Bounds | None = None,
 ) -> Iterate:
-    """Solve the free weights for displacements (F, M * axes); `errors` are noise and misfit."""
+    """Solve the free weights for displacements (F, M * axes); `errors` are noise and misfit.
+
+    Without `final` bounds a few steps are taken only.
+    """
     model, rigid, (noise, misfit) = rows.model, rows.rigid, errors
-    bounds = bounds or Bounds(rows=model.rows, limits=np.zeros(len(model.rows)))
+    bounds = final or Bounds(rows=model.rows, limits=np.zeros(len(model.rows)))
+    rough = final is None
     if not model.straight:
         if start is None:
             start = first_guess(model, rigid, observed, times, noise, options, misfit)
@@ -196,11 +212,42 @@ def _step(
             rows.pairs,
             **steps,
         )
-    shapes = model.shapes - (model.shapes @ rigid) @ rigid.T
-    normal, right = shapes @ shapes.T, observed @ shapes.T
+    normal, right = _equations(rows, observed)
     return solve_weights(
-        normal, right, times, noise, options, start, rough, misfit, bounds, rows.pairs
+        normal,
+        right,
+        times,
+        noise,
+        options,
+        start,
+        rough,
+        misfit,
+        bounds,
+        rows.pairs,
+        covariance,
     )
+
+
+def _learned(
+    rows: _Rows,
+    observed: FloatArray,
+    times: FloatArray,
+    errors: tuple[float, float],
+    options: SolveOptions,
+    start: Iterate | None,
+) -> FloatArray | None:
+    """Return how the free weights move in this take; None where it cannot be told."""
+    if not rows.model.straight:
+        return None
+    noise, misfit = errors
+    normal, right = _equations(rows, observed)
+    return learned_covariance(normal, right, times, noise, options, start, misfit)
+
+
+def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return normal matrix (S, S) and right-hand sides (F, S), whatever the head does."""
+    shapes = rows.model.shapes - (rows.model.shapes @ rows.rigid) @ rows.rigid.T
+    return shapes @ shapes.T, observed @ shapes.T
 
 
 def small_motions(points: FloatArray, image: bool) -> FloatArray:

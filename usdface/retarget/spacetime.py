@@ -59,9 +59,10 @@ class _System:
     joined : (S + C, S) float64
         What is clipped: the weights, then the rows of the bounds.
     penalties : (S + C,) float64
-    values : (S,) float64
-        Eigenvalues of the normal matrix with penalties.
-    vectors : (S, S) float64
+    values, vectors : (S,) and (S, S) float64
+        Of the normal matrix with penalties: both it and M^-1 are diagonal in the vectors.
+    half : (S, S) float64
+        L of M = L L'.
     """
 
     normal: FloatArray
@@ -69,6 +70,7 @@ class _System:
     penalties: FloatArray
     values: FloatArray
     vectors: FloatArray
+    half: FloatArray
 
 
 def solve_spacetime(
@@ -79,8 +81,9 @@ def solve_spacetime(
     start: Iterate | None,
     iterations: int,
     tolerance: float,
+    covariance: FloatArray | None = None,
 ) -> Iterate:
-    """Minimise ``sum_t (w_t' N w_t / 2 - b_t' w_t) + sum_s w_s' K w_s / 2`` within `bounds`.
+    """Minimise ``sum_t (w_t' N w_t / 2 - b_t' w_t) + tr(M^-1 W' K W) / 2`` within `bounds`.
 
     Parameters
     ----------
@@ -97,8 +100,10 @@ def solve_spacetime(
         Upper bound.
     tolerance : float [1]
         No iteration is done after one that changes no weight by more.
+    covariance : (S, S) float64, optional
+        M, symmetric positive definite: how weights move together; the unit matrix, if left out.
     """
-    system = _system(normal, bands, bounds.rows)
+    system = _system(normal, bands, bounds.rows, covariance)
     frames, size = right.shape
     compiled = kernels(frames, size)
     alternate = partial(_alternate_compiled, compiled) if compiled else _alternate
@@ -129,15 +134,23 @@ def solve_spacetime(
     return result
 
 
-def _system(normal: FloatArray, bands: FloatArray, rows: FloatArray) -> _System:
-    penalty = _PENALTY[0] * np.diag(normal) + _PENALTY[1] * bands[2].max()
+def _system(
+    normal: FloatArray, bands: FloatArray, rows: FloatArray, covariance: FloatArray | None = None
+) -> _System:
+    size = len(normal)
+    half: FloatArray = np.eye(size)
+    if covariance is not None:
+        half = np.linalg.cholesky(covariance).astype(np.float64)
+    usual = 1.0 if covariance is None else covariance.trace() / size
+    penalty = _PENALTY[0] * np.diag(normal) + _PENALTY[1] * bands[2].max() / usual
     rows = rows.reshape(-1, len(normal))
     # A row weighs as much as the weights it joins.
     row_penalty = 1.0 / np.maximum((rows**2 / penalty).sum(axis=1), 1e-300)
     penalties = np.concatenate([penalty, row_penalty])
     joined = np.vstack([np.eye(len(normal)), rows])
-    values, vectors = np.linalg.eigh(normal + joined.T @ (penalties[:, None] * joined))
-    return _System(normal, joined, penalties, values, vectors)
+    whole = normal + joined.T @ (penalties[:, None] * joined)
+    values, vectors = np.linalg.eigh(half.T @ whole @ half)
+    return _System(normal, joined, penalties, values, half @ vectors, half)
 
 
 def _limits(bounds: Bounds, frames: int, size: int) -> tuple[FloatArray, FloatArray]:
@@ -244,16 +257,18 @@ def _pieces(
 def _overlap(system: _System, bands: FloatArray, iterations: int) -> int:
     """Return after how many frames nothing is left of the end of a piece.
 
-    Weigh frame t by exp(c t), as Combes and Thomas (1973) do. If the symmetric part of the
-    curvature so weighed, ``K_ts cosh(c (t - s))``, is above ``-(a + d)``, with a the least
-    eigenvalue of N and d the n-th part of twice the least penalty p, then each of n iterations
-    adds what a piece's end is wrong by, less than ``1e4 p``, and multiplies what there is by
-    less than ``1 + 4 / n`` (clipping never makes two iterates differ by more). So what is felt
+    In the unknowns L^-1 w weigh frame t by exp(c t), as Combes and Thomas (1973) do. If the
+    symmetric part of the curvature so weighed, ``K_ts cosh(c (t - s))``, is above ``-(a + d)``,
+    with a the least eigenvalue of L'NL and d the n-th part of twice the least one p of L'PL, P
+    the penalties, then each of n iterations adds what a piece's end is wrong by, less than
+    ``1e4 p``, and multiplies what there is by less than ``1 + 4 / n`` (clipping never makes two
+    iterates differ by more in the metric P). So what is felt
     z frames away is below ``1e4 n exp(4 - c z)``.
     """
-    slack = float(np.linalg.eigvalsh(system.normal)[0]) + 2.0 / iterations * float(
-        system.penalties[: len(system.normal)].min()
-    )
+    penalty = system.penalties[: len(system.normal), None] * system.half
+    least = [system.half.T @ held for held in (system.normal @ system.half, penalty)]
+    seen, slack = (max(0.0, float(np.linalg.eigvalsh(matrix)[0])) for matrix in least)
+    slack = seen + 2.0 / iterations * slack
     decay, too_much = 1e-3, 2.0
     while too_much > 1.05 * decay:
         middle = float(np.sqrt(decay * too_much))

@@ -24,6 +24,8 @@ _MAP = {
 _SOLVE = {
     tokens.SOLVE_MODE: ("mode", _NAMES.Token),
     tokens.SOLVE_LIMITS: ("limits", _NAMES.Token),
+    tokens.SOLVE_PRIOR: ("prior", _NAMES.Token),
+    tokens.SOLVE_PACE: ("pace", _NAMES.Double),
     tokens.SOLVE_SMOOTHNESS: ("smoothness", _NAMES.Double),
     tokens.SOLVE_AGILITY: ("agility", _NAMES.Double),
     tokens.SOLVE_SPREAD: ("spread", _NAMES.Double),

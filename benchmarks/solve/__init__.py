@@ -1,0 +1,1 @@
+"""The ground-truth benchmark of the solve: `usdface bench solve`."""

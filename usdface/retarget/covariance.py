@@ -1,0 +1,111 @@
+"""Which weights move in a take, how far, and which move together: learned from the take itself.
+
+The weights are taken for one random process: their covariance in a frame is M, (S, S), and each
+of them is white noise through a second-order low-pass (Butterworth) of corner w0, so that its
+spectrum falls off as 1 / (w^4 + w0^4); the noise of the markers is white. M is the most likely
+one, found by expectation maximisation (Dempster, Laird and Rubin 1977; empirical Bayes). Every
+frequency is a problem of its own there, and frequencies at which the process is alike are
+counted together, so that the cost of a step does not grow with the take. The box is not
+counted; it enters with the start.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.fft import dct
+from scipy.linalg import eigh
+
+from usdface.options import SolveOptions
+from usdface.retarget.spacetime import curvature_bands
+from usdface.takes import FloatArray
+
+__all__ = ["inverse_bands", "inverse_spectrum", "learn_covariance"]
+
+_STEPS = 10
+_BINS = 16
+# What is expected before the take is seen: the variance of a weight, and as how many frames this
+# counts. A start with less than this share of it in any direction would never leave 0.
+_EXPECTED = 0.005
+_BELIEF = 5.0
+_LEAST = 0.02
+
+
+def inverse_spectrum(frequencies: FloatArray, step: float, pace: float) -> FloatArray:
+    """Return the inverse of the process's spectrum, for variance 1 in a frame.
+
+    Parameters
+    ----------
+    frequencies : (N,) float64 [rad]
+        Per frame, 0 to pi.
+    step : float [s]
+        Between frames.
+    pace : float [rad/s]
+        The corner w0.
+    """
+    curvature = (2.0 - 2.0 * np.cos(frequencies)) ** 2 / step**3
+    return np.asarray((curvature + pace**4 * step) / _power(pace))
+
+
+def inverse_bands(times: FloatArray, pace: float) -> FloatArray:
+    """Return the inverse covariance over time of the process, for variance 1: (3, F).
+
+    Upper banded storage, as `usdface.retarget.spacetime.curvature_bands`.
+    """
+    bands = curvature_bands(times)
+    bands[2] += pace**4 * np.median(np.diff(times))
+    return bands / _power(pace)
+
+
+def _power(pace: float) -> float:
+    """Return the power of the white noise that makes the variance in a frame 1 [1/s^3]."""
+    return float(2.0 * np.sqrt(2.0) * pace**3)
+
+
+def learn_covariance(
+    normal: FloatArray,
+    right: FloatArray,
+    times: FloatArray,
+    variance: float,
+    options: SolveOptions,
+    weights: FloatArray,
+) -> FloatArray:
+    """Return the most likely covariance of the weights: (S, S), symmetric positive definite.
+
+    Parameters
+    ----------
+    normal : (S, S) float64 [m^2]
+        D'D of the marker offsets D, with the ridge that is not to be learned.
+    right : (F, S) float64 [m^2]
+        D'y of every frame.
+    times : (F,) float64 [s]
+        At least three; taken as evenly spaced.
+    variance : float [m^2]
+        Of the noise of a marker coordinate, above 0.
+    options : SolveOptions
+    weights : (F, S) float64
+        A solution within bounds, where the search starts.
+    """
+    count = len(times)
+    edges = np.unique(np.round(np.geomspace(1, count, _BINS)).astype(int))
+    edges = np.concatenate([[0], edges])
+    step = float(np.median(np.diff(times)))
+    spectrum = inverse_spectrum(np.pi * np.arange(count) / count, step, options.pace)
+    waves = dct(right, norm="ortho", axis=0)
+    power = np.stack([waves[a:b].T @ waves[a:b] for a, b in pairwise(edges)])
+    held = np.diff(edges)
+    inverse = np.add.reduceat(spectrum, edges[:-1]) / held
+    ridge = variance * inverse
+    expected = _EXPECTED * np.eye(len(normal))
+    covariance = weights.T @ weights / count + _LEAST * expected
+    for _ in range(_STEPS):
+        half = np.linalg.cholesky(covariance)
+        values, turned = eigh(half.T @ normal @ half)
+        vectors = half @ turned
+        gain = 1.0 / (values + ridge[:, None])
+        seen = vectors.T @ power @ vectors
+        seen *= (gain * inverse[:, None])[:, :, None] * gain[:, None, :]
+        unsure = (held * ridge) @ gain
+        moved = vectors @ (seen.sum(axis=0) + np.diag(unsure)) @ vectors.T
+        covariance = (moved + _BELIEF * expected) / (count + _BELIEF)
+        covariance = 0.5 * (covariance + covariance.T)
+    return np.asarray(covariance)
