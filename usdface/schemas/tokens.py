@@ -84,6 +84,8 @@ __all__ = [
     "SOLVE_AGILITY",
     "SOLVE_LIMITS",
     "SOLVE_MODE",
+    "SOLVE_PACE",
+    "SOLVE_PRIOR",
     "SOLVE_SMOOTHNESS",
     "SOLVE_SPARSITY",
     "SOLVE_SPREAD",
