@@ -207,15 +207,15 @@ def test_the_variant_chooses_what_plays(tmp_path: Path, assert_valid_usd) -> Non
     assert len(found) == len(clips)
 
 
-@pytest.mark.parametrize("every", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_the_robot_goes_in_and_out_with_all_clips(
-    shared_data: Path, tmp_path: Path, validate_gltf, assert_valid_usd, every: bool
+    shared_data: Path, tmp_path: Path, validate_gltf, assert_valid_usd
 ) -> None:
     robot = shared_data / "robotexpressive" / "RobotExpressive.glb"
-    there = import_scene(robot, tmp_path / "a.usdc", None, every)
+    there = import_scene(robot, tmp_path / "a.usdc", None, True)
     assert_valid_usd(tmp_path / "a.usdc")
     options = ExportOptions(pointer=True)
-    back = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, every, options)
+    back = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, True, options)
     for outcome in (there, back):
         certificate = outcome.details["certificate"]
         assert len(certificate["clips"]) == 14
@@ -227,3 +227,22 @@ def test_the_robot_goes_in_and_out_with_all_clips(
     assert names[0] == names[1]
     issues = validate_gltf(tmp_path / "b.glb")["issues"]
     assert issues["numErrors"] == 0, issues["messages"][:3]
+
+
+def test_clips_of_different_rates_share_one_clock(tmp_path: Path) -> None:
+    rig, _ = a_character(0)
+    clips = tuple(
+        Clip(name, WeightsTake(rig.shape_names, times, np.cos(times[:, None] + [0, 1]), rate))
+        for name, rate in (("24", 24.0), ("29.97", 30000 / 1001), ("120", 120.0))
+        for times in [3 + np.arange(50) / rate]
+    )
+    write_rig(rig, tmp_path / "a.usda", clips)
+    outcome = export_scene(tmp_path / "a.usda", tmp_path / "b.glb", None, True)
+    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usda", None, True)
+    assert [f for f in outcome.findings + back.findings if f.severity != "info"] == []
+    for name in "ac":
+        others = animated_rig(open_stage(tmp_path / f"{name}.usda"))[1]
+        assert [clip.name for clip in others] == ["24", "29.97", "120"]
+        for clip, other in zip(clips, others, strict=True):
+            assert other.rate == pytest.approx(clip.rate, rel=1e-3)
+            np.testing.assert_allclose(other.times, clip.times, atol=1e-6)
