@@ -439,11 +439,19 @@ def _run_explain(parsed: argparse.Namespace) -> int:
 
 
 def _bench(commands: Any) -> None:
-    command = _command(commands, "bench", _run_bench, "re-compute a published table")
-    command.add_argument("name", choices=("papers",))
+    summary = "re-compute a published table, or measure the solve on takes of known weights"
+    command = _command(commands, "bench", _run_bench, summary)
+    command.add_argument("name", choices=("papers", "solve"))
+    command.add_argument("--data", type=Path, metavar="DIR", help="of solve: real data")
+    command.add_argument("--quick", action="store_true", help="of solve: short takes")
 
 
 def _run_bench(parsed: argparse.Namespace) -> int:
+    if parsed.name == "solve":
+        from usdface.bench import print_solve_table, solve_table
+
+        print_solve_table(solve_table(parsed.data, parsed.quick), parsed.format, parsed.report)
+        return DONE
     from usdface.papers import tables
     from usdface.report import print_tables
 

@@ -4,7 +4,7 @@ Everything random is drawn from the world's own seed, so that a table can be mad
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from benchmarks.solve.faces import Face, bent, example, has_real_data, ict, make
 from usdface.setup import Binding, Setup
 from usdface.takes import BoolArray, FloatArray, MarkerTake
 
-__all__ = ["REST", "World", "worlds"]
+__all__ = ["METRES_PER_PIXEL", "REST", "World", "worlds"]
 
 # Neutral frames before each take; they are not scored.
 REST = 15
@@ -22,6 +22,7 @@ REST = 15
 TRAINED, SCORED = slice(0, 2015), slice(2015, 4030)
 PERFORMER = 0.004  # m, bend of another performer
 ANATOMY = 0.25
+METRES_PER_PIXEL = 1e-4
 MOVING_HEAD = "head moves"
 
 
@@ -101,8 +102,8 @@ def perform(
     if performer is not None:
         clean = 1.1 * clean
     jitter = noise * rng.standard_normal(clean.shape)
-    if flat:  # an orthographic image, a tenth of a millimetre a pixel
-        clean, jitter = 1e4 * clean[..., :2], 1e4 * jitter[..., :2]
+    if flat:  # an orthographic image
+        clean, jitter = clean[..., :2] / METRES_PER_PIXEL, jitter[..., :2] / METRES_PER_PIXEL
     moving = (nodding(clean, target.rate) if head_moves else clean) + jitter
     still = clean + jitter
     if defect is not None:
@@ -213,14 +214,3 @@ def worlds(data: Path, quick: bool = False) -> Iterator[World]:
     other = makehuman(data)
     yield world("MakeHuman", other)
     yield world("MakeHuman, other performer", other, performer=bent(other, 4, PERFORMER), seed=4)
-
-
-def cut(world: World, frames: int) -> World:
-    """Return the beginning of a world."""
-    count = REST + frames
-    return replace(
-        world,
-        truth=world.truth[:frames],
-        still=world.still[:count],
-        moving=world.moving[:count],
-    )
