@@ -162,13 +162,16 @@ def _stretches(
     take, weights, solution, more = retarget(take, setup, face.mesh, face.shape_names)
     weights = weights.reordered(face.mesh.shape_names)
     seen = _features(take, weights, solution, replace(face, setup=setup), space, variables)
-    peaks = [
-        f if label.emotion == NEUTRAL else f[_height(seen[f])]
-        for f, label in zip(frames, labels, strict=True)
-    ]
+    at_rest = [label.emotion == NEUTRAL for label in labels]
+
+    def heights(values: FloatArray) -> list[FloatArray]:
+        rows = [values[f] for f in frames]
+        return [r if rest else r[_height(r)] for r, rest in zip(rows, at_rest, strict=True)]
+
+    # Each at its own height: features are smoothed over time, weights are not.
     return (
-        np.array([_mean(seen[peak]) for peak in peaks]),
-        np.array([weights.weights[peak].mean(axis=0) for peak in peaks]),
+        np.array([_mean(rows) for rows in heights(seen)]),
+        np.array([rows.mean(axis=0) for rows in heights(weights.weights)]),
         findings + more,
     )
 
