@@ -174,7 +174,7 @@ class SolveOptions:
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
     iterations : int
-        Upper bound on the iterations of the whole-take solve: 100 come within 1e-3 of the limit.
+        Iterations of the whole-take solve at 30 Hz, up to twice as many at faster rates.
     tolerance : float [1]
         The solve stops when no weight changes by more.
     """

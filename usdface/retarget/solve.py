@@ -25,6 +25,8 @@ are exponential with mean 1 / `sparsity`, left and right that differ by about 1 
 Bounds other than 0 to 1, pins and inequalities are `usdface.retarget.bounds.Bounds`.
 """
 
+from math import ceil
+
 import numpy as np
 
 from usdface.options import SolveOptions
@@ -45,6 +47,8 @@ __all__ = [
 # Where smoothing weighs less than this share of the least visible weight direction, it is left out.
 _NEGLIGIBLE = 1e-2
 _ROUGH = 12
+# Stiffness over the weakest direction of a take at 30 Hz: enough iterations are stated for it.
+_JOINED = 1500.0
 _RIDGE_FLOOR = 1e-13
 # How many markers err alike; 3 to 12 do well on performers with other movements than the rig's.
 _ALIKE = 5.0
@@ -110,7 +114,9 @@ def solve_weights(
     alone = options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest
     if alone:
         return Iterate(solve_box(ridged, pull, start.weights if start else None, bounds))
-    iterations = _ROUGH if rough else options.iterations
+    # The more frames smoothing joins, the longer it takes until all of them know.
+    joined = float(np.sqrt(bands[2].max() / weakest / _JOINED))
+    iterations = _ROUGH if rough else ceil(options.iterations * min(max(joined, 1.0), 2.0))
     if covariance is not None:
         bands = noise**2 * options.smoothness * inverse_bands(times, options.pace)
         ridged = plain + systematic_ridge(misfit, options) * np.eye(len(normal))
