@@ -263,14 +263,15 @@ def _overlap(system: _System, bands: FloatArray, iterations: int) -> int:
     symmetric part of the curvature so weighed, ``K_ts cosh(c (t - s))``, is above ``-(a + d)``,
     with a the least eigenvalue of L'NL and d the n-th part of twice the least one p of L'PL, P
     the penalties, then each of n iterations adds what a piece's end is wrong by, less than
-    ``1e3`` times the curvature's diagonal over p, and multiplies what there is by less than ``1 + 4 / n`` (clipping never makes two
-    iterates differ by more in the metric P). So what is felt
-    z frames away is below that times ``n exp(4 - c z)``.
+    ``1e3`` times the curvature's diagonal over p, and multiplies what there is by less than
+    ``1 + 4 / n`` (clipping never makes two iterates differ by more in the metric P). So what is
+    felt z frames away is below that times ``n exp(4 - c z)``.
     """
     penalty = system.penalties[: len(system.normal), None] * system.half
     least = [system.half.T @ matrix for matrix in (system.normal @ system.half, penalty)]
-    seen, slack = (max(0.0, float(np.linalg.eigvalsh(matrix)[0])) for matrix in least)
-    slack = seen + 2.0 / iterations * slack
+    seen, held = (max(0.0, float(np.linalg.eigvalsh(matrix)[0])) for matrix in least)
+    slack = seen + 2.0 / iterations * held
+    wrong = 1e3 * max(10.0, float(bands[2].max()) / max(held, 1e-300))
     decay, too_much = 1e-3, 2.0
     while too_much > 1.05 * decay:
         middle = float(np.sqrt(decay * too_much))
