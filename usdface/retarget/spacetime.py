@@ -144,7 +144,10 @@ def _system(
     if covariance is not None:
         half = np.linalg.cholesky(covariance).astype(np.float64)
     usual = 1.0 if covariance is None else covariance.trace() / size
-    penalty = _PENALTY[0] * np.diag(normal) + _PENALTY[1] * bands[2].max() / usual
+    stiffness = _PENALTY[1] * bands[2].max() / usual
+    if covariance is None:
+        stiffness = min(stiffness, _STIFFEST * np.linalg.eigvalsh(normal)[0])
+    penalty = _PENALTY[0] * np.diag(normal) + stiffness
     rows = rows.reshape(-1, len(normal))
     # A row weighs as much as the weights it joins.
     row_penalty = 1.0 / np.maximum((rows**2 / penalty).sum(axis=1), 1e-300)
