@@ -113,8 +113,10 @@ def makehuman(data: Path) -> Face:
     mesh = read_rig_file(data / "makehuman_cc0")[0].face()
     recorded, _ = read_take(data / RANGE_OF_MOTION)
     curves = np.zeros((len(recorded.times), len(mesh.shapes)))
+    columns = {name.lower(): column for column, name in enumerate(recorded.names)}
     for shape, curve in MAKEHUMAN.items():
-        curves[:, mesh.shape_names.index(shape)] = recorded.column(curve).clip(0, 1)
+        column = recorded.weights[:, columns[curve.lower()]]
+        curves[:, mesh.shape_names.index(shape)] = column.clip(0, 1)
     moved = np.linalg.norm(mesh.offsets_at(np.arange(len(mesh.points))), axis=2)
     most = np.array(list(dict.fromkeys(moved.argmax(axis=1).tolist())))
     return Face(mesh, spread_out(mesh, most, 68), curves, recorded.rate)
