@@ -31,6 +31,8 @@ _RELAXATION = 1.8
 # take shows bend no more. Tried on the ICT face, 68 landmarks, 24 to 120 Hz, 0.1 to 1 mm noise.
 _PENALTY = (0.06, 0.02)
 _STIFFEST = 60.0
+# With a learned covariance: so many times the usual diagonal entry of the normal matrix.
+_USUAL = 0.4
 # Frames of a piece, and how many overlaps it is worth at least.
 _PIECE = 2048
 _OVERLAPS = 8
@@ -147,6 +149,8 @@ def _system(
     stiffness = _PENALTY[1] * bands[2].max() / usual
     if covariance is None:
         stiffness = min(stiffness, _STIFFEST * np.linalg.eigvalsh(normal)[0])
+    else:
+        stiffness = min(stiffness, _USUAL * float(np.median(np.diag(normal))))
     penalty = _PENALTY[0] * np.diag(normal) + stiffness
     rows = rows.reshape(-1, len(normal))
     # A row weighs as much as the weights it joins.
