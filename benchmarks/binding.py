@@ -137,7 +137,7 @@ def main() -> None:
             given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
             neutral = neutral_frames(case.take)
             proposal, _ = propose(case.take, case.mesh, Setup(given, neutral=neutral))
-            found = errors(case, proposal.setup.binding)
+            found = errors(case, proposal.binding)
             rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
             near = found["along"][rest] < 0.010
             said.append(np.stack([found["sure"][rest], near], axis=1))
@@ -146,8 +146,8 @@ def main() -> None:
             row += [f"{found['sure'][rest].mean():.2f}"]
             if case.weights is not None:
                 true = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
-                at_rest = replace(proposal.setup, neutral=true.neutral)
-                row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal.setup)]
+                at_rest = replace(proposal, neutral=true.neutral)
+                row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal)]
             table.add_row(case.name, str(count), *row)
     console = Console(width=130)
     console.print(table)

@@ -8,6 +8,8 @@ import pytest
 from worlds import World, make_world
 
 from usdface.cli import main
+from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import open_stage
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +76,48 @@ def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
     assert bind["neutral"]["start"] == 0 and "NEUTRAL_FOUND" in codes(report)
 
 
+def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> None:
+    given = ("--bind", folder / "bind.json")
+    assert written(folder, *given)[0]["peaks"] == []
+    assert written(folder, *given, "--peaks", 30, 12)[0]["peaks"] == [30, 12]
+    bind, report = written(folder, *given, "--peaks", "auto")
+    frames = bind["peaks"]
+    assert len(frames) > 4 and report["summary"]["peak frames"].startswith(f"{frames[0]}, ")
+    # The farthest from neutral comes first.
+    away = np.linalg.norm(world.weights, axis=1)
+    assert away[frames[0]] > 0.7 * away.max()
+
+
+def test_places_are_proposed_by_the_peak_frames_that_are_named(folder: Path, world: World) -> None:
+    some = dict(list(world.bind["markers"].items())[:6])
+    (folder / "some.json").write_text(json.dumps(world.bind | {"markers": some, "peaks": [35, 20]}))
+    options = ("--bind", folder / "some.json", "--propose")
+    named, _ = written(folder, *options)
+    assert named["peaks"] == [35, 20]
+    found, _ = written(folder, *options, "--peaks", "auto")
+    assert found["peaks"] != [35, 20] and len(found["peaks"]) > 4
+    sure = [sum(p["confidence"] for p in bind["markers"].values()) for bind in (named, found)]
+    assert sure[0] != sure[1]
+
+
+def test_the_shot_says_how_sure_each_place_is(folder: Path) -> None:
+    given = folder / "given.json"
+    document = json.loads((folder / "bind.json").read_text())
+    first, second, *_ = document["markers"].values()
+    first["confidence"], second["confidence"] = 0.25, 1
+    given.write_text(json.dumps(document | {"peaks": [7]}))
+    assert shot(folder, "--bind", given) == 0
+    read = read_shot(open_stage(folder / "shot.usda"), "shot")[0].setup
+    assert read.binding.confidence is not None
+    np.testing.assert_array_equal(read.binding.confidence[:2], [0.25, 1.0])
+    assert np.isnan(read.binding.confidence[2:]).all() and read.peaks == (7,)
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
+        (["--peaks", "5", "-2"], "--peaks"),
+        (["--peaks", "5", "400"], "the peak frame 400 lies outside the take"),
         (["--neutral", "5", "2"], "neutral frames 5 to 2"),
         (["--neutral", "first"], "--neutral is 'first'"),
         (["--neutral", "0", "400"], "outside the take"),

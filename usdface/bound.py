@@ -18,8 +18,8 @@ __all__ = ["bound_setup", "proposal_summary"]
 
 def bound_setup(
     character: Rig, take: MarkerTake | WeightsTake, bind: Path | None, options: BindOptions
-) -> tuple[Mesh, Setup, tuple[int, ...], list[Finding]]:
-    """Read or propose where the markers sit, and find neutral frames where none are named.
+) -> tuple[Mesh, Setup, list[Finding]]:
+    """Read or propose where the markers sit, and find neutral and peak frames that are not named.
 
     Parameters
     ----------
@@ -34,8 +34,7 @@ def bound_setup(
     Mesh
         The bound one.
     Setup
-    peaks : tuple of int
-        Frame indices of the strongest expressions; empty where nothing was proposed.
+        Peak frames are in it where they are named, asked for or used to propose places.
     list of Finding
 
     Raises
@@ -43,45 +42,53 @@ def bound_setup(
     InputError
         If the binding cannot be read, or no places can be proposed.
     """
-    setup, findings = read_bind(bind) if bind else (None, [])
-    mesh = character.mesh(setup.binding.mesh) if setup else character.face()
+    read, findings = read_bind(bind) if bind else (None, [])
+    mesh = character.mesh(read.binding.mesh) if read else character.face()
     if not isinstance(take, MarkerTake):
-        return mesh, setup or unbound(take), (), findings
+        return mesh, read or unbound(take), findings
     # Only here, so that a complete binding loads no search.
-    from usdface.binding.propose import neutral_frames, propose
+    from usdface.binding.propose import (
+        check_frames,
+        neutral_frames,
+        propose,
+        strong_frames,
+    )
 
-    proposing = setup is None or options.propose
-    named = setup is not None and not any(f.code == "NEUTRAL_ASSUMED" for f in findings)
-    setup = setup or Setup(Binding((), np.zeros(0, dtype=np.int64)))
-    finding_it = options.neutral == "auto" or (proposing and not (named or options.neutral))
-    if finding_it or options.neutral:
+    proposing = read is None or options.propose
+    named = read is not None and not any(f.code == "NEUTRAL_ASSUMED" for f in findings)
+    setup = read or Setup(Binding((), np.zeros(0, dtype=np.int64)))
+    find_neutral = options.neutral == "auto" or (proposing and not (named or options.neutral))
+    if find_neutral or options.neutral:
         findings = [f for f in findings if f.code != "NEUTRAL_ASSUMED"]
     if isinstance(options.neutral, tuple):
         setup = replace(setup, neutral=options.neutral)
-    if not proposing:
-        if finding_it:
-            setup = replace(setup, neutral=neutral_frames(take))
-            findings.append(_neutral_found(take, setup))
-        return mesh, setup, (), findings
-    proposal, more = propose(take, mesh, setup, finding_it)
-    if finding_it:
-        more.append(_neutral_found(take, proposal.setup))
-    return mesh, proposal.setup, proposal.peaks, findings + more
+    if options.peaks is not None:
+        setup = replace(setup, peaks=() if options.peaks == "auto" else options.peaks)
+    check_frames(take, setup.neutral, setup.peaks)
+    if proposing:
+        setup, more = propose(take, mesh, setup, find_neutral)
+        findings += more
+    elif find_neutral:
+        setup = replace(setup, neutral=neutral_frames(take))
+    if options.peaks == "auto" and not proposing:
+        setup = replace(setup, peaks=strong_frames(take, setup.neutral or neutral_frames(take)))
+    if find_neutral:
+        frames = "{} to {}".format(*setup.neutral or (0, 0))
+        message = f"the face rests in frames {frames}: taken as neutral"
+        findings.append(finding("NEUTRAL_FOUND", take.source, message))
+    return mesh, setup, findings
 
 
-def _neutral_found(take: MarkerTake, setup: Setup) -> Finding:
-    message = "the face rests in frames {} to {}: taken as neutral".format(*setup.neutral or (0, 0))
-    return finding("NEUTRAL_FOUND", take.source, message)
-
-
-def proposal_summary(setup: Setup, peaks: tuple[int, ...]) -> dict[str, Any]:
-    """Return what the report says of a proposal; nothing where there is none."""
+def proposal_summary(setup: Setup) -> dict[str, Any]:
+    """Return what the report says of neutral and peak frames, and how sure proposed places are."""
+    said: dict[str, Any] = {}
     sure = setup.binding.confidence
-    if sure is None or not peaks:
-        return {}
-    return {
-        "neutral frames": "rig" if setup.neutral is None else "{} to {}".format(*setup.neutral),
-        "peak frames": ", ".join(map(str, peaks[:6])),
-        "confidence, mean": round(float(sure.mean()), 3),
-        "confidence, least": round(float(sure.min()), 3),
-    }
+    if setup.peaks:
+        said["neutral frames"] = (
+            "rig" if setup.neutral is None else "{} to {}".format(*setup.neutral)
+        )
+        said["peak frames"] = ", ".join(map(str, setup.peaks[:6]))
+    if sure is not None and not np.isnan(sure).all():
+        said["confidence, mean"] = round(float(np.nanmean(sure)), 3)
+        said["confidence, least"] = round(float(np.nanmin(sure)), 3)
+    return said

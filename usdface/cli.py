@@ -156,6 +156,13 @@ def _shot(commands: Any) -> None:
         help='first and last neutral frame index, or "auto"; instead of the binding\'s',
     )
     command.add_argument(
+        "--peaks",
+        nargs="+",
+        metavar="FRAME",
+        help='frame indices of strong expressions to propose by, or "auto"; instead of the '
+        "binding's",
+    )
+    command.add_argument(
         "--write-bind", type=Path, metavar="FILE.json", help="write the binding, to correct it"
     )
     command.add_argument(
@@ -200,7 +207,11 @@ def _run_shot(parsed: argparse.Namespace) -> int:
 
     given = {k: v for k, v in _settings(parsed, CorrectionOptions).items() if v is not None}
     correction = CorrectionOptions(**given) if given else None
-    binding = BindOptions(propose=parsed.propose, neutral=_frames(parsed.neutral))
+    neutral = _frames("--neutral", parsed.neutral, "one or two frame indices", 2)
+    peaks = _frames("--peaks", parsed.peaks, "frame indices")
+    if isinstance(neutral, tuple):
+        neutral = neutral[0], neutral[-1]
+    binding = BindOptions(propose=parsed.propose, neutral=neutral, peaks=peaks)
     setups = []
 
     def run(step: "OnStep | None") -> "Outcome":
@@ -237,15 +248,13 @@ def _run_shot(parsed: argparse.Namespace) -> int:
     return status
 
 
-def _frames(words: list[str] | None) -> Any:
-    """Return what --neutral says: frame indices, "auto" or None."""
+def _frames(option: str, words: list[str] | None, expected: str, most: int = 1000) -> Any:
+    """Return what an option says: frame indices, "auto" or None."""
     if words is None or words == ["auto"]:
         return words and "auto"
-    if len(words) > 2 or not all(word.isdecimal() for word in words):
-        raise InputError(
-            f'--neutral is {" ".join(words)!r}; expected one or two frame indices, or "auto"'
-        )
-    return int(words[0]), int(words[-1])
+    if len(words) > most or not all(word.isdecimal() and len(word) < 10 for word in words):
+        raise InputError(f'{option} is {" ".join(words)!r}; expected {expected}, or "auto"')
+    return tuple(int(word) for word in words)
 
 
 def _process(commands: Any) -> None:

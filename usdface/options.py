@@ -268,12 +268,14 @@ class BindOptions:
     """Where a shot's markers sit on the rig, beyond what the binding file says.
 
     `propose` finds places for the markers that the binding file leaves out; without a file it
-    is always done. `neutral` names the first and last neutral frame index instead of the file;
-    "auto" looks for them, as is done where places are proposed and the file names none.
+    is always done. `neutral` names the first and last neutral frame index instead of the file,
+    `peaks` the indices of frames of strong expressions; "auto" looks for them, as is done where
+    places are proposed and the file names none.
     """
 
     propose: bool = False
     neutral: tuple[int, int] | Literal["auto"] | None = None
+    peaks: tuple[int, ...] | Literal["auto"] | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.neutral, tuple) and not 0 <= self.neutral[0] <= self.neutral[1]:

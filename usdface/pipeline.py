@@ -142,7 +142,7 @@ def make_shot(
         stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(stage, take))
     with steps("bind"):
-        mesh, named, peaks, more = bound_setup(character, recorded, bind, binding)
+        mesh, named, more = bound_setup(character, recorded, bind, binding)
         findings += more
         setup, more = fit_setup(named, mesh, recorded)
         findings += more
@@ -165,7 +165,7 @@ def make_shot(
         write_shot(output, rig, take, setup, system, expressions, parts)
     summary = {
         "markers bound": len(setup.binding.markers),
-        **proposal_summary(setup, peaks),
+        **proposal_summary(setup),
         "blend shapes": len(character.shape_names),
         "expressions": ", ".join(e.name for e in expressions),
         "rules": len(system.rules) if system else 0,

@@ -38,6 +38,8 @@ class Binding:
                     f"the binding has {self.confidence.size} confidences "
                     f"for {len(self.markers)} markers"
                 )
+            if ((self.confidence < 0) | (self.confidence > 1)).any():
+                raise InputError("a confidence of the binding is not within 0 to 1")
         if len(set(self.markers)) != len(self.markers):
             raise InputError("the binding names a marker twice")
         if self.points.shape != (len(self.markers),):
@@ -105,6 +107,8 @@ class Setup:
     neutral : (int, int) or None
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
+    peaks : tuple of int
+        Frame indices of strong expressions, by which places are proposed; () = not named.
     nose_tip : str
         Marker that the fuzzy system measures distances to; "" = none.
     roles : mapping of str to str
@@ -119,6 +123,7 @@ class Setup:
     move_head: bool = True
     head_joint: str = ""
     neutral: tuple[int, int] | None = (0, 0)
+    peaks: tuple[int, ...] = ()
     nose_tip: str = ""
     roles: Mapping[str, str] = field(default_factory=dict)
     map: MapOptions = field(default_factory=MapOptions)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
-from usdface.binding.propose import Proposal, neutral_frames, propose
+from usdface.binding.propose import neutral_frames, propose
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.setup import Binding, Setup
@@ -39,7 +39,7 @@ def with_positions(take: MarkerTake, positions: np.ndarray, *more: str) -> Marke
 
 
 def found(world: World, take: MarkerTake, setup: Setup = NO_BINDING) -> dict[str, int]:
-    binding = propose(take, world.rig.meshes[0], setup)[0].setup.binding
+    binding = propose(take, world.rig.meshes[0], setup)[0].binding
     return dict(zip(binding.markers, binding.points.tolist(), strict=True))
 
 
@@ -53,10 +53,10 @@ def test_anonymous_markers_in_any_pose_and_size_find_their_vertices(
 ) -> None:
     take, truth = anonymous(world, seed)
     proposal, findings = propose(take, world.rig.meshes[0], NO_BINDING)
-    assert proposal.setup.binding.markers == take.names
-    np.testing.assert_array_equal(proposal.setup.binding.points, truth)
-    assert proposal.setup.binding.confidence is not None
-    assert proposal.setup.binding.confidence.min() > 0.8
+    assert proposal.binding.markers == take.names
+    np.testing.assert_array_equal(proposal.binding.points, truth)
+    assert proposal.binding.confidence is not None
+    assert proposal.binding.confidence.min() > 0.8
     assert [f.code for f in findings] == ["BIND_PROPOSED"]
 
 
@@ -66,7 +66,7 @@ def test_places_that_are_given_stay(world: World) -> None:
     beside = truth[chosen] + [0, 1, 0]
     given = Binding(tuple(take.names[i] for i in chosen), beside)
     proposal, _ = propose(take, world.rig.meshes[0], replace(NO_BINDING, binding=given))
-    binding = proposal.setup.binding
+    binding = proposal.binding
     assert binding.markers[:3] == given.markers and set(binding.markers) == set(take.names)
     np.testing.assert_array_equal(binding.points[:3], given.points)
     assert binding.confidence is not None
@@ -93,7 +93,7 @@ def test_hidden_markers_do_not_spoil_the_others(world: World) -> None:
     positions[:, 7] = np.nan
     proposal, findings = propose(with_positions(take, positions), world.rig.meshes[0], NO_BINDING)
     assert codes(findings, "MARKER_NEVER_SEEN") == ["m7"]
-    binding = proposal.setup.binding
+    binding = proposal.binding
     assert binding.markers == take.names[:7] + take.names[8:]
     assert (binding.points == np.delete(truth, 7)).mean() > 0.9
 
@@ -110,7 +110,7 @@ def test_what_is_not_on_the_face_is_left_out_and_named(world: World) -> None:
     proposal, findings = propose(take, world.rig.meshes[0], NO_BINDING)
     assert codes(findings, "MARKER_OFF_FACE") == ["chest"]
     assert codes(findings, "MARKER_DUPLICATE") == ["copy"]
-    np.testing.assert_array_equal(proposal.setup.binding.points, truth)
+    np.testing.assert_array_equal(proposal.binding.points, truth)
 
 
 def test_markers_that_fit_no_face_are_said_to_be_unsure(world: World) -> None:
@@ -128,10 +128,10 @@ def test_markers_that_fit_no_face_are_said_to_be_unsure(world: World) -> None:
 def test_a_proposal_is_the_same_twice(world: World) -> None:
     take, _ = anonymous(world, 6)
     first, second = (propose(take, world.rig.meshes[0], NO_BINDING)[0] for _ in range(2))
-    assert isinstance(first, Proposal) and first.peaks == second.peaks
+    assert first.peaks == second.peaks
     for one, other in (
-        (first.setup.binding.points, second.setup.binding.points),
-        (first.setup.binding.confidence, second.setup.binding.confidence),
+        (first.binding.points, second.binding.points),
+        (first.binding.confidence, second.binding.confidence),
     ):
         np.testing.assert_array_equal(one, other)
 
@@ -174,7 +174,7 @@ def test_a_neutral_that_is_looked_for_explains_the_peaks(world: World) -> None:
     held_by = Binding(some, np.array([world.points[name] for name in some]))
     setup = Setup(held_by, neutral=(0, 0))
     proposal, _ = propose(take, world.rig.meshes[0], setup, find_neutral=True)
-    assert proposal.setup.neutral is not None
-    first, last = proposal.setup.neutral
+    assert proposal.neutral is not None
+    first, last = proposal.neutral
     assert 0 <= first <= last < NEUTRAL + 4
     assert neutral_frames(take)[0] > 30

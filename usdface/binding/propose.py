@@ -1,7 +1,7 @@
 """A binding proposed: which vertex each marker of a take sits on, and how sure that is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -15,7 +15,13 @@ from usdface.binding.register import (
     closeness,
     unexplained_motion,
 )
-from usdface.binding.rest import peak_frames, rest_frames, resting_poses, still_face
+from usdface.binding.rest import (
+    Performance,
+    peak_frames,
+    rest_frames,
+    resting_poses,
+    still_face,
+)
 from usdface.binding.search import search
 from usdface.binding.skin import Skin, skin_of
 from usdface.errors import InputError
@@ -24,7 +30,7 @@ from usdface.rigs import Mesh
 from usdface.setup import Binding, Setup
 from usdface.takes import BoolArray, FloatArray, IntArray, MarkerTake
 
-__all__ = ["Proposal", "neutral_frames", "propose"]
+__all__ = ["check_frames", "neutral_frames", "propose", "strong_frames"]
 
 # Fewer markers fit any face anyhow; three that are given hold it.
 _FEWEST, _FEWEST_ANCHORED = 8, 4
@@ -40,22 +46,6 @@ _TWINS = 0.01
 _UNSURE = 0.5
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Proposal:
-    """What `propose` found.
-
-    Attributes
-    ----------
-    setup : Setup
-        The given one with the proposed places, their confidence, and a neutral.
-    peaks : tuple of int
-        Frame indices of expressions far from neutral and from each other.
-    """
-
-    setup: Setup
-    peaks: tuple[int, ...]
-
-
 def neutral_frames(take: MarkerTake) -> tuple[int, int]:
     """Return the first and last frame index of the pose that the face rests in.
 
@@ -64,19 +54,23 @@ def neutral_frames(take: MarkerTake) -> tuple[int, int]:
     InputError
         If the take is two-dimensional, or has too few markers to hold the head still.
     """
-    positions = _in_space(take)
-    used = np.flatnonzero(take.visible.any(axis=0))
-    if take.visible.sum(axis=1).max() < _FEWEST_ANCHORED:
-        raise InputError(
-            f"no frame of the take {take.source} shows {_FEWEST_ANCHORED} markers; "
-            "neutral frames cannot be found"
-        )
-    return rest_frames(still_face(positions[:, used]), take.times)
+    return rest_frames(_performance(take, "neutral"), take.times)
+
+
+def strong_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
+    """Return the frame indices of expressions far from neutral and from each other, most first.
+
+    Raises
+    ------
+    InputError
+        As `neutral_frames`.
+    """
+    return tuple(peak_frames(_performance(take, "peak"), neutral, _PEAKS).tolist())
 
 
 def propose(
     take: MarkerTake, mesh: Mesh, setup: Setup, find_neutral: bool = False
-) -> tuple[Proposal, list[Finding]]:
+) -> tuple[Setup, list[Finding]]:
     """Propose where the markers of a take sit on a face.
 
     Parameters
@@ -85,21 +79,23 @@ def propose(
         In space.
     mesh : Mesh
     setup : Setup
-        Its binding is kept, and helps to place the other markers; it names neutral frames.
+        Its binding is kept, and helps to place the other markers; it names neutral frames, and
+        peak frames if they are not to be looked for.
     find_neutral : bool
         Look for neutral frames instead: a pose that the face holds and from which the rig
         explains the peak frames.
 
     Returns
     -------
-    Proposal
+    Setup
+        The given one with the proposed places, their confidence, neutral and peak frames.
     list of Finding
 
     Raises
     ------
     InputError
-        If the take is two-dimensional or shows too few markers, a given place or neutral frame
-        is not there, or the mesh has no skin.
+        If the take is two-dimensional or shows too few markers, a neutral or peak frame that is
+        named is not there, or the mesh has no skin.
     """
     given = {n: int(v) for n, v in zip(setup.binding.markers, setup.binding.points, strict=True)}
     skin = skin_of(mesh)
@@ -108,17 +104,15 @@ def propose(
     performance = still_face(_in_space(take)[:, used])
     resting = resting_poses(performance, take.times, _RESTS)
     neutral = resting[0] if find_neutral else setup.neutral or resting[0]
-    if neutral[1] >= len(take.times):
-        raise InputError(
-            f"neutral frames {neutral[0]} to {neutral[1]} lie outside the take {take.source}, "
-            f"which has frames 0 to {len(take.times) - 1}"
-        )
+    check_frames(take, neutral, setup.peaks)
     peaks = peak_frames(performance, neutral, _PEAKS)
     if not len(peaks):
         raise InputError(
             f"the face in the take {take.source} does not move; where its markers sit cannot be "
             "proposed. Take one with expressions, or give --bind bind.json"
         )
+    if setup.peaks:
+        peaks = np.array(setup.peaks)
     anchors, heights = _anchors(names, given, skin), named_heights(names)
     evidence = _evidence(performance.still, neutral, peaks, anchors, heights)
     domain, answers = search(skin, evidence)
@@ -129,7 +123,7 @@ def propose(
             neutral = resting[int(left.argmin())]
         setup = replace(setup, neutral=neutral)
     places = _one_each(domain, evidence, answers[0])
-    sure = confidence(skin, domain, evidence, answers, places)
+    sure = np.round(confidence(skin, domain, evidence, answers, places), 3)
     off = _off_the_face(domain, evidence, answers[0])
     findings += [
         finding("MARKER_OFF_FACE", names[i], "it lies off the face and is left out")
@@ -144,7 +138,26 @@ def propose(
         setup.binding.mesh,
         np.array([*np.ones(len(given)), *sure[new]]),
     )
-    return Proposal(replace(setup, binding=binding), tuple(peaks.tolist())), findings
+    return replace(setup, binding=binding, peaks=tuple(peaks.tolist())), findings
+
+
+def _performance(take: MarkerTake, kind: str) -> Performance:
+    positions = _in_space(take)
+    if take.visible.sum(axis=1).max() < _FEWEST_ANCHORED:
+        raise InputError(
+            f"no frame of the take {take.source} shows {_FEWEST_ANCHORED} markers; "
+            f"{kind} frames cannot be found"
+        )
+    return still_face(positions[:, take.visible.any(axis=0)])
+
+
+def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Sequence[int]) -> None:
+    """Raise an `InputError` that names a neutral or peak frame that the take does not have."""
+    there = f"the take {take.source}, which has frames 0 to {len(take.times) - 1}"
+    if neutral and neutral[1] >= len(take.times):
+        raise InputError(f"neutral frames {neutral[0]} to {neutral[1]} lie outside {there}")
+    if max(peaks, default=0) >= len(take.times):
+        raise InputError(f"the peak frame {max(peaks)} lies outside {there}")
 
 
 def _in_space(take: MarkerTake) -> FloatArray:

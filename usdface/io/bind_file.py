@@ -5,16 +5,17 @@
     {"mesh": "/Asset/Face/Head",
      "markers": {"NoseHead": {"point": 3124}, "ForeHead": {"point": 877}},
      "head": "solve", "nose_tip": "NoseHead",
-     "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30},
+     "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30}, "peaks": [51, 204],
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
      "clean": {"gaps": false}}
 
 Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do. `head`
 is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
-take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; `map`
-and `solve` override `usdface.options`. A map whose kernel, radius or smoothing is named is not
-chosen, unless its `choice` says "auto"; a solve whose agility is named does not learn how weights
-move, unless its `prior` says "learned".
+take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; `peaks`
+are frame indices of strong expressions, by which places are proposed; `map` and `solve` override
+`usdface.options`. A map whose kernel, radius or smoothing is named is not chosen, unless its
+`choice` says "auto"; a solve whose agility is named does not learn how weights move, unless its
+`prior` says "learned".
 """
 
 import json
@@ -43,6 +44,7 @@ _KEYS = frozenset(
         "nose_tip",
         "roles",
         "neutral",
+        "peaks",
         "map",
         "solve",
         "clean",
@@ -121,6 +123,7 @@ def setup_of_json(document: object, where: str) -> Setup:
         move_head=expect(document.get("move_head", True), bool, '"move_head" as true or false'),
         head_joint=expect(document.get("head_joint", ""), str, '"head_joint" as a joint\'s name'),
         neutral=_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
+        peaks=_peaks(document.get("peaks", []), where),
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
         roles=roles,
         map=_map_options(document.get("map", {}), f'{where}: "map"'),
@@ -157,6 +160,16 @@ def _neutral(value: object, where: str) -> tuple[int, int] | None:
     raise InputError(
         f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"'
     )
+
+
+def _peaks(value: object, where: str) -> tuple[int, ...]:
+    good = isinstance(value, list) and all(
+        isinstance(frame, int) and not isinstance(frame, bool) and 0 <= frame < 2**31
+        for frame in value
+    )
+    if not good:
+        raise InputError(f'{where}: "peaks" is {value!r}; expected a list of frame indices')
+    return tuple(value)  # type: ignore[arg-type]
 
 
 def _map_options(value: object, where: str) -> MapOptions:
@@ -218,6 +231,7 @@ def bind_json(setup: Setup) -> str:
         "neutral": "rig"
         if setup.neutral is None
         else {"start": setup.neutral[0], "end": setup.neutral[1]},
+        "peaks": list(setup.peaks),
         "map": asdict(setup.map),
         "solve": asdict(setup.solve),
         "clean": asdict(setup.clean),

@@ -10,6 +10,7 @@ __all__ = [
     "AGGREGATION",
     "AND",
     "ANTAGONISTS",
+    "BIND_CONFIDENCE",
     "BIND_MARKERS",
     "BIND_MESH",
     "BIND_POINTS",
@@ -67,6 +68,7 @@ __all__ = [
     "NORMALISATION",
     "NOSE_TIP",
     "OR",
+    "PEAKS",
     "PIN_PREFIX",
     "POINTS",
     "RESIDUAL",
@@ -147,6 +149,7 @@ BIND_MESH: Final = "usdface:bind:mesh"
 # UsdFaceRetarget: attributes
 BIND_MARKERS: Final = "usdface:bind:markers"
 BIND_POINTS: Final = "usdface:bind:points"
+BIND_CONFIDENCE: Final = "usdface:bind:confidence"
 HEAD_MODE: Final = "usdface:head:mode"
 HEAD_APPLY: Final = "usdface:head:apply"
 HEAD_JOINT: Final = "usdface:head:joint"
@@ -156,6 +159,7 @@ ROLES_NAMES: Final = "usdface:roles:names"
 ROLES_MARKERS: Final = "usdface:roles:markers"
 NEUTRAL_MODE: Final = "usdface:neutral:mode"
 NEUTRAL_RANGE: Final = "usdface:neutral:range"
+PEAKS: Final = "usdface:peaks"
 MAP_KERNEL: Final = "usdface:map:kernel"
 MAP_FORM: Final = "usdface:map:form"
 MAP_CHOICE: Final = "usdface:map:choice"

@@ -11,7 +11,8 @@ from usdface.setup import Binding, Expression, Setup
 SETUPS = [
     Setup(Binding(("a", "b"), np.array([3, 9]), "/Shot/Character/Head")),
     Setup(
-        Binding(("a", "b", "c"), np.array([3, 3, 0]), "/Head"),
+        Binding(("a", "b", "c"), np.array([3, 3, 0]), "/Head", np.array([0.5, np.nan, 1.0])),
+        peaks=(51, 7),
         head="markers",
         head_markers=("a", "b", "c"),
         move_head=True,
@@ -47,13 +48,34 @@ def written(setup: Setup) -> Usd.Prim:
 HELD: list[Usd.Stage] = []  # prims do not keep their stage
 
 
+@pytest.mark.parametrize("sure", [[0.5], [0.5, 0.5, 1.5]])
+def test_confidences_that_do_not_fit_are_refused(sure: list[float]) -> None:
+    prim = written(SETUPS[1])
+    prim.GetAttribute(tokens.BIND_CONFIDENCE).Set(Vt.FloatArray(sure))
+    with pytest.raises(InputError, match=r"</Retarget>: .*confidence"):
+        read_setup(prim)
+
+
 @pytest.mark.parametrize("setup", SETUPS)
 def test_a_setup_survives_usd(setup: Setup) -> None:
     back = read_setup(written(setup))
     assert back.binding.markers == setup.binding.markers
     assert back.binding.mesh == setup.binding.mesh
     np.testing.assert_array_equal(back.binding.points, setup.binding.points)
-    for name in ("head", "head_markers", "move_head", "neutral", "nose_tip", "map", "solve"):
+    if setup.binding.confidence is None:
+        assert back.binding.confidence is None
+    else:
+        np.testing.assert_array_equal(back.binding.confidence, setup.binding.confidence)
+    for name in (
+        "peaks",
+        "head",
+        "head_markers",
+        "move_head",
+        "neutral",
+        "nose_tip",
+        "map",
+        "solve",
+    ):
         assert getattr(back, name) == getattr(setup, name)
     assert dict(back.roles) == dict(setup.roles)
 

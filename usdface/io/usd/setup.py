@@ -46,6 +46,9 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
         prim.CreateRelationship(relationship, custom=False).SetTargets(paths)
     _author(prim, tokens.BIND_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.binding.markers))
     _author(prim, tokens.BIND_POINTS, _NAMES.IntArray, Vt.IntArray(setup.binding.points.tolist()))
+    if setup.binding.confidence is not None:
+        sure = Vt.FloatArray(setup.binding.confidence.tolist())
+        _author(prim, tokens.BIND_CONFIDENCE, _NAMES.FloatArray, sure)
     _author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
     _author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
     _author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
@@ -58,6 +61,8 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
     mode = "rig" if setup.neutral is None else "frames"
     _author(prim, tokens.NEUTRAL_MODE, _NAMES.Token, mode)
     _author(prim, tokens.NEUTRAL_RANGE, _NAMES.Int2, Gf.Vec2i(*(setup.neutral or (0, 0))))
+    if setup.peaks:
+        _author(prim, tokens.PEAKS, _NAMES.IntArray, Vt.IntArray(setup.peaks))
     for name, (field, kind) in _MAP.items():
         _author(prim, name, kind, getattr(setup.map, field))
     for name, (field, kind) in _SOLVE.items():
@@ -88,16 +93,18 @@ def read_setup(prim: Usd.Prim) -> Setup:
         )
     start, end = _value(prim, tokens.NEUTRAL_RANGE, (0, 0))
     points = np.array(_value(prim, tokens.BIND_POINTS, ()), dtype=np.int64)
+    sure = np.array(_value(prim, tokens.BIND_CONFIDENCE, ()), dtype=np.float64)
     head = _choice(prim, tokens.HEAD_MODE, ("solve", "markers", "stabilised"))
     neutral = _choice(prim, tokens.NEUTRAL_MODE, ("frames", "rig"))
     try:
         return Setup(
-            Binding(markers, points, str(mesh[0]) if mesh else ""),
+            Binding(markers, points, str(mesh[0]) if mesh else "", sure if sure.size else None),
             head=head,
             head_markers=_strings(prim, tokens.HEAD_MARKERS),
             move_head=bool(_value(prim, tokens.HEAD_APPLY, True)),
             head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
             neutral=None if neutral == "rig" else (int(start), int(end)),
+            peaks=tuple(int(frame) for frame in _value(prim, tokens.PEAKS, ())),
             nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
             roles=dict(zip(roles, playing, strict=True)),
             map=MapOptions(**_fields(prim, _MAP)),
