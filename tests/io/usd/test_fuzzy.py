@@ -133,7 +133,7 @@ def test_missing_attributes_have_their_defaults(stage):
     [
         ("", tokens.MODE, "Token", "lower", "mode .* 'lower'"),
         ("", tokens.GAIN, "Float", float("nan"), "gain"),
-        ("", tokens.GAIN, "String", "much", "usdface:gain is of type string"),
+        ("", tokens.GAIN, "String", "much", "usdface:gain holds a str; expected a float"),
         ("/mouth_y", tokens.VARIABLE_KIND, "Token", "both", "'both'; expected input or output"),
         ("/mouth_y", tokens.VARIABLE_ROLE, "Token", "", "without a role"),
         ("/mouth_y", tokens.TERMS_KINDS, "TokenArray", ["ramp"], "3 terms have 1 kinds"),
@@ -145,14 +145,15 @@ def test_missing_attributes_have_their_defaults(stage):
         ("/rule_02", tokens.RULE_TEXT, "String", "IF x", "line 1, column 5: expected IS"),
         ("/rule_02", tokens.RULE_TEXT, "String", "IF x IS y THEN joy IS 1", "no input .* 'x'"),
         ("/rule_02", tokens.RULE_WEIGHT, "Float", -1.0, "weight is -1"),
-        ("/rule_02", tokens.ENABLED, "String", "yes", "of type string"),
+        ("/rule_02", tokens.ENABLED, "String", "yes", "holds a str"),
     ],
 )
 def test_nonsense_names_the_prim(stage, child, name, kind, value, says):
     write_fuzzy(stage, PATH, SYSTEM)
-    prim = stage.GetPrimAtPath(PATH + child)
-    prim.RemoveProperty(name)
-    prim.CreateAttribute(name, getattr(Sdf.ValueTypeNames, kind), False).Set(value)
+    stage.GetPrimAtPath(PATH + child).RemoveProperty(name)
+    # On the layer, where other programs may write what the registered schemas forbid.
+    prim = stage.GetRootLayer().GetPrimAtPath(PATH + child)
+    Sdf.AttributeSpec(prim, name, getattr(Sdf.ValueTypeNames, kind)).default = value
     with pytest.raises(InputError, match=says) as error:
         read_fuzzy(stage, PATH)
     assert str(error.value).startswith(f"prim <{PATH}")

@@ -222,5 +222,5 @@ def _value(prim: Usd.Prim, name: str, kind: type) -> Any:
     attribute = prim.GetAttribute(name)
     value = attribute.Get() if attribute else None
     if value is not None and not isinstance(value, kind):
-        raise InputError(f"{name} is of type {attribute.GetTypeName()}, which it cannot be")
+        raise InputError(f"{name} holds a {type(value).__name__}; expected a {kind.__name__}")
     return value
