@@ -346,6 +346,10 @@ def _fuzzy(commands: Any) -> None:
     command.add_argument("shot", type=Path)
     command.add_argument("--frame", type=int, default=0, help="frame index (default: %(default)s)")
     command.add_argument("--figure", type=Path, metavar="FILE", help="draw it: .png, .svg or .pdf")
+    command = _command(
+        actions, "neutral", _run_neutral, "what a neutral face is answered, by paper and shot"
+    )
+    command.add_argument("shot", type=Path)
     command = _command(actions, "convert", _run_convert, "between .fis, .fcl, .fll and USD")
     command.add_argument("source", type=Path, help="MATLAB .fis, FCL, FLL, or USD with one system")
     _output(command, ".fis, .fcl, .fll, .usda or .usdc")
@@ -431,6 +435,16 @@ def _run_convert(parsed: argparse.Namespace) -> int:
     from usdface.pipeline import convert_fuzzy
 
     return _report(parsed, lambda step: convert_fuzzy(parsed.source, parsed.output, step))
+
+
+def _run_neutral(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import resting
+    from usdface.report import print_resting, progress
+
+    with progress(parsed.format == "text") as on_step:
+        answers = resting(parsed.shot, on_step)
+    print_resting(answers, parsed.format, parsed.report)
+    return DONE
 
 
 def _run_explain(parsed: argparse.Namespace) -> int:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from usdface.fuzzy.system import FuzzySystem
     from usdface.io.usd.stage import Stage
     from usdface.labelled import Face
+    from usdface.resting import RestingAnswer
     from usdface.setup import Expression
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "make_shot",
     "make_take",
     "process",
+    "resting",
 ]
 
 
@@ -285,6 +287,20 @@ def explain(path: Path, on_step: OnStep | None = None) -> "Explanation":
 
     _register_schemas()
     return explain_shot(path, Steps(on_step))
+
+
+def resting(path: Path, on_step: OnStep | None = None) -> "tuple[RestingAnswer, ...]":
+    """Ask the fuzzy paper's system and that of a shot about a neutral face.
+
+    Raises
+    ------
+    InputError
+        If the shot cannot be read or has no fuzzy system.
+    """
+    from usdface.resting import resting_answers
+
+    _register_schemas()
+    return resting_answers(path, Steps(on_step))
 
 
 def export_scene(

@@ -3,7 +3,7 @@
 import json
 import sys
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -18,11 +18,13 @@ if TYPE_CHECKING:
 
     from usdface.fitting import Fitted
     from usdface.papers import PaperTable
+    from usdface.resting import RestingAnswer
 
 __all__ = [
     "print_explanation",
     "print_fit",
     "print_outcome",
+    "print_resting",
     "print_tables",
     "progress",
     "write_report",
@@ -200,3 +202,39 @@ def print_explanation(facts: dict[str, Any], form: str, report: Path | None) -> 
     for shape, weight in facts["weights"].items():
         line = f"{shape}: {weight['solved']:.2f} -> {weight['corrected']:.2f}"
         console.print(escape(line))
+
+
+def print_resting(answers: "Sequence[RestingAnswer]", form: str, report: Path | None) -> None:
+    """Print what systems answer to a neutral face, side by side."""
+    text = json.dumps([answer.as_dict() for answer in answers], indent=1, ensure_ascii=False)
+    if report:
+        write_text(report, text + "\n")
+    if form == "json":
+        print(text)
+        return
+    from rich.box import SIMPLE
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False, soft_wrap=True)
+    columns: dict[str, dict[str, float]] = {}
+    for answer in answers:
+        columns[f"{answer.system}: neutral"] = answer.exact
+        if answer.mean is not None and answer.largest is not None:
+            columns["jitter, mean"], columns["largest"] = answer.mean, answer.largest
+    table = Table(title="answers to a neutral face", title_justify="left", box=SIMPLE)
+    for name in ("", *columns):
+        table.add_column(escape(name), justify="right" if name else "left", no_wrap=True)
+    for emotion in dict.fromkeys(e for column in columns.values() for e in column):
+        cells = (f"{c[emotion]:.3f}" if emotion in c else "" for c in columns.values())
+        table.add_row(escape(emotion), *cells)
+    _print_whole(console, table)
+    console.print(
+        "jitter: 20 s of resting markers with 0.3 mm of noise, through the solve", style="dim"
+    )
+    for answer in answers:
+        if answer.rules:
+            console.print(escape(f"fires at neutral, {answer.system}:"), style="bold")
+        for rule in answer.rules:
+            console.print(escape(f"  {rule}"))

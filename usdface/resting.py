@@ -1,0 +1,108 @@
+"""What systems answer to a neutral face: the fuzzy paper's, as printed, beside a shot's."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.animate import retarget
+from usdface.errors import InputError
+from usdface.express import MARKER_NOISE, features
+from usdface.fuzzy.inference import evaluate, fires_at_neutral
+from usdface.fuzzy.paper import paper_system
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.usd.layers import layer_paths
+from usdface.io.usd.shot import Shot, read_shot
+from usdface.io.usd.stage import open_stage
+from usdface.outcome import Steps
+from usdface.takes import FloatArray, MarkerTake
+
+__all__ = ["RestingAnswer", "resting_answers"]
+
+# Long enough for the rarest excess of jitter to show; the first second tells the neutral.
+_SECONDS, _RATE = 20, 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class RestingAnswer:
+    """What one system answers to a neutral face.
+
+    Attributes
+    ----------
+    system : str
+        What people call it.
+    exact : dict of str to float
+        Each emotion where every feature is 0.
+    mean, largest : dict of str to float, or None
+        Each emotion while resting markers jitter by 0.3 mm, recorded and solved as any take; None
+        where that cannot be played.
+    rules : tuple of str
+        Those that fire where every feature is 0.
+    """
+
+    system: str
+    exact: dict[str, float]
+    mean: dict[str, float] | None
+    largest: dict[str, float] | None
+    rules: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the answer as plain values for JSON."""
+        return {
+            "system": self.system,
+            "neutral": self.exact,
+            "jitter, mean": self.mean,
+            "jitter, largest": self.largest,
+            "rules that fire": self.rules,
+        }
+
+
+def resting_answers(path: Path, steps: Steps) -> tuple[RestingAnswer, ...]:
+    """Ask the paper's system and that of a shot about a neutral face.
+
+    Raises
+    ------
+    InputError
+        If the shot cannot be read or has no fuzzy system.
+    """
+    with steps("read"):
+        ours = layer_paths(path, None)
+        shot, _ = read_shot(open_stage(path, without=(ours.solve, ours.express)), str(path))
+    if shot.system is None:
+        raise InputError(f"{path} has no fuzzy system to ask; `usdface shot` designs one")
+    with steps("play"):
+        heard = _jitter(shot, shot.system)
+    return _answer("the paper's", paper_system()), _answer("the shot's", shot.system, heard)
+
+
+def _answer(name: str, system: FuzzySystem, heard: FloatArray | None = None) -> RestingAnswer:
+    def named(values: FloatArray) -> dict[str, float]:
+        return {e: round(float(v), 4) for e, v in zip(system.emotions, values, strict=True)}
+
+    return RestingAnswer(
+        name,
+        named(evaluate(system, np.zeros((1, len(system.inputs)))).outputs[0]),
+        None if heard is None else named(heard.mean(axis=0)),
+        None if heard is None else named(heard.max(axis=0)),
+        tuple(" ".join(rule.text.split()) for rule in fires_at_neutral(system)),
+    )
+
+
+def _jitter(shot: Shot, system: FuzzySystem) -> FloatArray | None:
+    """Record the character's own face at rest, with noise; return the emotions (F, E)."""
+    binding = shot.setup.binding
+    roles = {shot.setup.roles.get(v.role, v.role) for v in system.inputs}
+    if not binding.markers or not roles <= set(binding.markers):
+        return None
+    mesh = shot.rig.mesh(binding.mesh)
+    first, frames = round(_RATE), round((1 + _SECONDS) * _RATE)
+    rest = mesh.points[binding.points]
+    jitter = np.random.default_rng(0).standard_normal((frames, *rest.shape))
+    take = MarkerTake(
+        binding.markers, np.arange(frames) / _RATE, rest + MARKER_NOISE * jitter, _RATE
+    )
+    setup = replace(shot.setup, neutral=(0, first - 1), head="solve", pins=())
+    taken, weights, solution, _ = retarget(take, setup, mesh, shot.rig.shape_names)
+    inputs = features(system, taken, mesh, setup, weights, solution)
+    return evaluate(system, inputs).outputs[first:]
