@@ -32,7 +32,7 @@ def test_one_curve_drives_both_sides_and_two_drive_their_mean() -> None:
     names = ("browInnerUp_L", "browInnerUp_R", "cheekPuff", "jawOpen", "tongueOut")
     renamed, findings = rename_weights(source, names)
     np.testing.assert_allclose(renamed.weights, [[0.5, 0.5, 0.4, 1.0, 0.0]])
-    assert not findings
+    assert [found.code for found in findings] == ["WEIGHTS_CLIPPED"]
 
 
 def test_the_same_name_wins_over_the_same_spelling() -> None:

@@ -28,6 +28,8 @@ _BINS = 16
 _EXPECTED = 0.005
 _BELIEF = 5.0
 _LEAST = 0.02
+# Of the best seen direction: what is weaker drowns in the rounding of the sums over frames.
+_SHOWN = 1e-6
 
 
 def inverse_spectrum(frequencies: FloatArray, step: float, pace: float) -> FloatArray:
@@ -100,10 +102,13 @@ def learn_covariance(
     for _ in range(_STEPS):
         half = np.linalg.cholesky(covariance)
         values, turned = eigh(half.T @ normal @ half)
+        shown = values > _SHOWN * values[-1]
+        values = np.where(shown, values, 0.0)
         vectors = half @ turned
         gain = 1.0 / (values + ridge[:, None])
         seen = vectors.T @ power @ vectors
-        seen *= (gain * inverse[:, None])[:, :, None] * gain[:, None, :]
+        seen *= (gain * inverse[:, None])[:, :, None] * np.where(shown, gain, 0.0)[:, None, :]
+        seen[:, ~shown] = 0.0
         unsure = (held * ridge) @ gain
         moved = vectors @ (seen.sum(axis=0) + np.diag(unsure)) @ vectors.T
         covariance = (moved + _BELIEF * expected) / (count + _BELIEF)
