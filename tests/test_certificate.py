@@ -41,7 +41,7 @@ def test_known_errors_are_found() -> None:
     off = ANIMATED.copy()
     off[5, 7, 1] += 2e-3
     other = mesh(off, np.radians(3), weights=WEIGHTS + np.array([0, 0.25]))
-    certificate = certify([mesh(ANIMATED)], [other], FRAMES, 0.5, 7.0)
+    certificate = certify([mesh(ANIMATED)], [other], FRAMES, 0.5, FRAMES)
     np.testing.assert_allclose(certificate.vertex_largest, 2e-3, rtol=1e-9)
     np.testing.assert_allclose(certificate.vertex_mean, 2e-3 / (8 * 30), rtol=1e-9)
     np.testing.assert_allclose(certificate.normal_largest, 3, rtol=1e-9)
@@ -96,3 +96,18 @@ def test_some_frames_are_spread_and_within_the_budget() -> None:
     assert some_frames(101, 100, 1100).tolist() == list(range(0, 101, 10))
     assert some_frames(9, 10**9, 1).tolist() == [0, 8]
     assert some_frames(1, 10**9, 1).tolist() == [0]
+
+
+def test_weights_may_be_off_by_what_the_rounding_of_times_makes_of_them() -> None:
+    """A weight that jumps by 1 within a millisecond, an hour in: its keys are 0.2 ms apart."""
+    times = 3600 + np.array([0.0, 1, 1.001, 2])
+    weights = np.array([0.0, 0, 1, 1])[:, None]
+    points = np.broadcast_to(POINTS, (4, 30, 3))
+    one = mesh(points, shapes=("a",), weights=weights)
+    for frame, told in ((1, False), (2, False), (0, True), (3, True)):
+        off = weights.copy()
+        off[frame] += 0.2
+        other = mesh(points, shapes=("a",), weights=off)
+        certificate = certify([one], [other], np.arange(4), 0.0, times)
+        np.testing.assert_allclose(certificate.weights["m/a"], 0.2)
+        assert bool(certificate.findings("x")) is told

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from usdface.findings import Finding, finding
+from usdface.partners import Traits, partners
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Certificate", "EvaluatedMesh", "certify", "joined", "paired", "some_frames"]
@@ -21,7 +21,7 @@ __all__ = ["Certificate", "EvaluatedMesh", "certify", "joined", "paired", "some_
 _EXACT = 1e-5  # of the bounding diagonal, a weight, a second: what float32 costs
 _FLOAT32 = 2.0**-23  # of a number: what float32 can tell apart
 _STRAIGHT = 0.5  # degrees
-_BLOCK = 2**22  # numbers of one evaluation at once
+_BLOCK = 2**19  # numbers of one evaluation at once
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,6 +61,8 @@ class Certificate:
         None where the source has no deformed vertex normals to compare with.
     weights : dict of str to float
         Largest error of each channel, ``mesh/shape``.
+    weight_excess : float
+        Largest of these errors beyond what comes of times that are numbers of 32 bits.
     time_drift : float [s]
     duration : float [s]
         The last moment.
@@ -81,6 +83,7 @@ class Certificate:
     normal_largest: float | None
     normal_mean: float | None
     weights: dict[str, float]
+    weight_excess: float
     time_drift: float
     duration: float
     names: dict[str, str]
@@ -123,7 +126,7 @@ class Certificate:
         losses = [
             (self.vertex_largest > limit, f"vertices by {1000 * self.vertex_largest:.3g} mm"),
             (turned > _STRAIGHT, f"normals by {turned:.3g} degrees"),
-            (weight > _EXACT, f"weights by {weight:.3g}"),
+            (self.weight_excess > _EXACT, f"weights by {weight:.3g}"),
             (
                 self.time_drift > max(_EXACT, _FLOAT32 * self.duration),
                 f"times by {self.time_drift:.3g} s",
@@ -145,7 +148,7 @@ def certify(
     result: Sequence[EvaluatedMesh],
     frames: IntArray,
     time_drift: float = 0.0,
-    duration: float = 0.0,
+    times: FloatArray | None = None,
 ) -> Certificate:
     """Compare two evaluations of one character.
 
@@ -156,12 +159,15 @@ def certify(
         name, or by place where there are equally many.
     frames : (n,) int64
         Frames whose points and normals are compared; weights are in all frames.
-    time_drift, duration : float [s]
-        By how much keys moved; the last moment.
+    time_drift : float [s]
+        By how much keys moved.
+    times : (F,) float64 [s]
+        The moments, which increase.
     """
     pairs, missing = paired([m.name for m in source], [m.name for m in result], "")
     names: dict[str, str] = {}
     weights: dict[str, float] = {}
+    excess = 0.0
     vertex, normal = _Errors(), _Errors()
     worst, diagonal = "", 0.0
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -176,6 +182,7 @@ def certify(
                 names[channel] = f"{other.name}/{other.shapes[j]}"
             off = np.abs(one.weights[:, i] - other.weights[:, j])
             weights[channel] = max(weights.get(channel, 0.0), float(off.max(initial=0.0)))
+            excess = max(excess, float((off - _slack(one.weights[:, i], times)).max(initial=0.0)))
         rest = one.points_at(frames[:1])[0]
         low, high = np.minimum(low, rest.min(axis=0)), np.maximum(high, rest.max(axis=0))
         before = vertex.largest
@@ -193,11 +200,21 @@ def certify(
         normal.largest if normal.count else None,
         normal.mean if normal.count else None,
         weights,
+        excess,
         time_drift,
-        duration,
+        0.0 if times is None else float(times[-1]),
         names,
         tuple(missing),
     )
+
+
+def _slack(weights: FloatArray, times: FloatArray | None) -> FloatArray:
+    """Return by how much weights (F,) change while times are off by their rounding."""
+    if times is None or len(times) < 2:
+        return np.zeros(len(weights))
+    speed = np.abs(np.diff(weights)) / np.diff(times)
+    around = np.maximum(np.append(speed, 0.0), np.append(0.0, speed))
+    return np.asarray(around * _FLOAT32 * times[-1])
 
 
 def paired(
@@ -238,6 +255,7 @@ def joined(clips: Mapping[str, Certificate], missing: Sequence[str]) -> Certific
         max((p.normal_largest or 0.0 for p in turned), default=None),
         _mean(turned, [p.normal_mean or 0.0 for p in turned]) if turned else None,
         weights,
+        max(p.weight_excess for p in parts),
         max(p.time_drift for p in parts),
         max(p.duration for p in parts),
         {name: now for part in parts for name, now in part.names.items()},
@@ -271,9 +289,8 @@ def _compare(
     one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
 ) -> None:
     here, there = _partners(one, other, frames)
-    step = max(1, _BLOCK // (3 * max(len(here), 1)))
-    for start in range(0, len(frames), step):
-        block = frames[start : start + step]
+    for part in _blocks(len(frames), 3 * len(here)):
+        block = frames[part]
         vertex.add(_apart(one.points_at(block)[:, here], other.points_at(block)[:, there]))
         mine, its = one.normals_at(block), other.normals_at(block)
         if mine is not None and its is not None:
@@ -290,30 +307,28 @@ def _apart(one: FloatArray, other: FloatArray) -> FloatArray:
 def _partners(
     one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Return pairs of vertices: for each vertex of a side the most alike of the other side.
+    """Return pairs of vertices that move alike.
 
-    Alike in place at first, in the mixture of the frames in which some channel is strongest,
-    and, much less, in normal. Points that agree in all of that move alike.
+    They are told apart at the first of `frames` and in mixtures of those in which some channel
+    is strongest.
     """
     strongest = np.abs(one.weights[frames]).argmax(axis=0) if one.weights.size else []
     chosen = frames[np.unique(np.concatenate([[0], strongest]).astype(np.int64))]
-    chosen = chosen[: max(2, 4 * _BLOCK // one.points_at(chosen[:1]).size)]
     mix = np.random.default_rng(0).normal(size=(3, len(chosen))) / np.sqrt(len(chosen))
 
-    def traits(mesh: EvaluatedMesh) -> FloatArray:
-        poses = mesh.points_at(chosen)
-        parts = [poses[0], *np.tensordot(mix, poses, 1)]
-        normals = [m.normals_at(chosen[:1]) for m in (one, other)]
-        if all(n is not None for n in normals):
-            size = float(np.ptp(poses[0], axis=0).max())
-            own = mesh.normals_at(chosen[:1])
-            parts += [] if own is None else [1e-4 * size * own[0]]
-        return np.concatenate(parts, 1)
+    def traits(mesh: EvaluatedMesh) -> Traits:
+        rest = mesh.points_at(chosen[:1])[0]
+        mixed = np.zeros((3, *rest.shape))
+        for block in _blocks(len(chosen), rest.size):
+            mixed += np.tensordot(mix[:, block], mesh.points_at(chosen[block]), 1)
+        normals = mesh.normals_at(chosen[:1])
+        places = np.concatenate([rest, *mixed], 1)
+        return Traits(places, None if normals is None else normals[0])
 
-    mine, its = traits(one), traits(other)
-    to_its, to_mine = KDTree(its).query(mine)[1], KDTree(mine).query(its)[1]
-    pairs = np.concatenate(
-        [np.stack([np.arange(len(mine)), to_its], 1), np.stack([to_mine, np.arange(len(its))], 1)]
-    )
-    here, there = np.unique(pairs, axis=0).T
-    return here, there
+    return partners(traits(one), traits(other))
+
+
+def _blocks(frames: int, numbers: int) -> list[slice]:
+    """Return slices of `frames` of which each has so many numbers, as many as memory allows."""
+    step = max(1, _BLOCK // max(numbers, 1))
+    return [slice(start, start + step) for start in range(0, frames, step)]

@@ -333,18 +333,19 @@ def export_scene(
         stage = open_stage(source)
         rig, clips, findings = animated_rig(stage)
         clips = chosen_clips(clips, options.clip)
-    with steps("write"):
-        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
-    with steps("certify"):
-        certificate, more = certified(
-            stage, output, exported=True, every_frame=every_frame, clip=options.clip
-        )
     summary = {
         "meshes": len(rig.meshes),
         "morph targets": len(rig.shape_names),
         "clips": len(clips),
         "frames": sum(len(clip.times) for clip in clips),
     }
+    with steps("write"):
+        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
+    del rig, clips  # their memory, for the certificate
+    with steps("certify"):
+        certificate, more = certified(
+            stage, output, exported=True, every_frame=every_frame, clip=options.clip
+        )
     return _certified((output,), findings + more, summary, steps, certificate)
 
 
@@ -364,17 +365,18 @@ def import_scene(
     check_place(output, source)
     with steps("read"):
         rig, clips, findings = read_gltf(source)
-    with steps("write"):
-        findings += write_rig(rig, output, clips)
-    with steps("certify"):
-        stage = open_stage(output)
-        certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
     summary = {
         "meshes": len(rig.meshes),
         "blend shapes": len(rig.shape_names),
         "clips": len(clips),
         "frames": sum(len(clip.times) for clip in clips),
     }
+    with steps("write"):
+        findings += write_rig(rig, output, clips)
+    del rig, clips  # their memory, for the certificate
+    with steps("certify"):
+        stage = open_stage(output)
+        certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
     return _certified((output,), findings + more, summary, steps, certificate)
 
 

@@ -78,10 +78,10 @@ def _folder(folder: Path) -> Iterator[Path]:
                 place.rmdir()
 
 
-def write_bytes(path: Path, data: bytes) -> None:
-    """Write `data` to `path` atomically."""
-    with atomic_path(path) as temporary:
-        temporary.write_bytes(data)
+def write_bytes(path: Path, *data: bytes) -> None:
+    """Write `data`, one part after the other, to `path` atomically."""
+    with atomic_path(path) as temporary, temporary.open("wb") as file:
+        file.writelines(data)
 
 
 def write_text(path: Path, text: str) -> None:

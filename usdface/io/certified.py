@@ -104,7 +104,7 @@ def _of_clip(stage: Stage, shown: ShownClip, exported: bool, budget: int | None)
     file = [_of_file(mesh, times) for mesh in shown.meshes]
     vertices = sum(len(mesh.points) for mesh in shown.meshes)
     frames = some_frames(len(times), vertices, vertices * len(times) if budget is None else budget)
-    return certify(*((usd, file) if exported else (file, usd)), frames, drift, float(times[-1]))
+    return certify(*((usd, file) if exported else (file, usd)), frames, drift, times)
 
 
 def _drift(one: FloatArray, other: FloatArray) -> float:

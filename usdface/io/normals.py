@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from usdface.takes import FloatArray, IntArray
 
@@ -27,6 +26,8 @@ def normals_of_faces(
     that bent polygons are fine), hence weighted by area. A vertex without a face gets
     (0, 1, 0). The faces are prepared once, for the many poses of one mesh.
     """
+    from scipy.sparse import csr_array  # costs more to import than faces with normals need
+
     corners = np.arange(len(face_indices))
     stops = np.cumsum(face_counts)
     starts = stops - face_counts

@@ -1,7 +1,6 @@
 """Transforms as scale, rotation and translation, and as matrices for row vectors: p @ M."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from usdface.errors import InputError
 from usdface.takes import FloatArray
@@ -22,12 +21,27 @@ def compose(translation: FloatArray, rotation: FloatArray, scale: FloatArray) ->
     if not rotation.any(axis=-1).all():
         raise InputError("a rotation is the zero quaternion")
     matrix = np.zeros((*translation.shape[:-1], 4, 4))
-    turn = Rotation.from_quat(rotation.reshape(-1, 4)).as_matrix()
-    turn = turn.reshape(*rotation.shape[:-1], 3, 3).swapaxes(-1, -2)
-    matrix[..., :3, :3] = scale[..., None] * turn
+    matrix[..., :3, :3] = scale[..., None] * _turns(rotation)
     matrix[..., 3, :3] = translation
     matrix[..., 3, 3] = 1.0
     return matrix
+
+
+def _turns(rotation: FloatArray) -> FloatArray:
+    """Return the row-vector matrices (..., 3, 3) of quaternions (..., 4), of any length."""
+    unit = rotation / np.linalg.norm(rotation, axis=-1, keepdims=True)
+    x, y, z, w = np.moveaxis(unit, -1, 0)
+    turn = np.empty((*rotation.shape[:-1], 3, 3))
+    turn[..., 0, 0] = 1 - 2 * (y * y + z * z)
+    turn[..., 0, 1] = 2 * (x * y + z * w)
+    turn[..., 0, 2] = 2 * (x * z - y * w)
+    turn[..., 1, 0] = 2 * (x * y - z * w)
+    turn[..., 1, 1] = 1 - 2 * (x * x + z * z)
+    turn[..., 1, 2] = 2 * (y * z + x * w)
+    turn[..., 2, 0] = 2 * (x * z + y * w)
+    turn[..., 2, 1] = 2 * (y * z - x * w)
+    turn[..., 2, 2] = 1 - 2 * (x * x + y * y)
+    return turn
 
 
 def decompose(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -42,8 +56,13 @@ def decompose(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     axes = linear / np.where(scale == 0, 1.0, scale)[..., None]
     flat = np.linalg.det(axes) <= 0  # flattened by a zero scale: any rotation will do
     axes = np.where(flat[..., None, None], np.eye(3), axes).swapaxes(-1, -2)
-    turn = Rotation.from_matrix(axes.reshape(-1, 3, 3)).as_quat(canonical=True)
-    return matrix[..., 3, :3], turn.reshape(*matrix.shape[:-2], 4), scale
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (*matrix.shape[:-2], 1))
+    if (axes != np.eye(3)).any():
+        from scipy.spatial.transform import Rotation  # costs more to import than many files need
+
+        turned = Rotation.from_matrix(axes.reshape(-1, 3, 3)).as_quat(canonical=True)
+        turn = turned.reshape(turn.shape)
+    return matrix[..., 3, :3], turn, scale
 
 
 def followed_by(
@@ -59,6 +78,8 @@ def followed_by(
     if size > 0 and np.allclose(
         linear @ linear.T, size**2 * np.eye(3), rtol=0, atol=_NEAR * size**2
     ):
+        from scipy.spatial.transform import Rotation
+
         turn = Rotation.from_matrix(linear.T / size)
         return (
             translations @ linear + then[3, :3],

@@ -12,7 +12,7 @@ from usdface.io.gltf.document import GltfFile
 
 def reader_of(builder: BufferBuilder) -> AccessorReader:
     document = pygltflib.GLTF2(accessors=builder.accessors, bufferViews=builder.views)
-    return AccessorReader(GltfFile(document, (), (builder.blob,), Path()))
+    return AccessorReader(GltfFile(document, (), (b"".join(builder.blob),), Path()))
 
 
 def test_a_number_beyond_float32_cannot_be_written() -> None:

@@ -19,7 +19,7 @@ def write_json(path: Path, **parts: object) -> Path:
 def test_what_is_saved_is_loaded(tmp_path: Path, suffix: str) -> None:
     document = pygltflib.GLTF2(nodes=[pygltflib.Node(name="口 é")])
     path = tmp_path / f"a b{suffix}"
-    save_document(document, b"12345", {"a.png": b"image"}, path)
+    save_document(document, [b"123", b"45"], {"a.png": b"image"}, path)
     file = load_document(path)
     assert file.document.nodes[0].name == "口 é"
     assert file.buffers == (b"12345\0\0\0",)
@@ -141,7 +141,7 @@ def test_what_is_not_gltf_is_refused(tmp_path: Path, content: bytes) -> None:
 
 def test_every_truncation_of_a_glb_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.glb"
-    save_document(pygltflib.GLTF2(), b"1234", {}, path)
+    save_document(pygltflib.GLTF2(), [b"1234"], {}, path)
     whole = path.read_bytes()
     for length in range(len(whole)):
         path.write_bytes(whole[:length])
@@ -151,7 +151,7 @@ def test_every_truncation_of_a_glb_is_refused(tmp_path: Path) -> None:
 
 def test_glb_version_and_chunk_sizes(tmp_path: Path) -> None:
     path = tmp_path / "a.glb"
-    save_document(pygltflib.GLTF2(), b"1234", {}, path)
+    save_document(pygltflib.GLTF2(), [b"1234"], {}, path)
     whole = path.read_bytes()
     for place, value in ((4, 1), (12, 2**32 - 1), (16, 0)):
         path.write_bytes(whole[:place] + struct.pack("<I", value) + whole[place + 4 :])

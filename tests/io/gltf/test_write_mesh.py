@@ -23,7 +23,7 @@ def numbers(builder: BufferBuilder, index: int) -> np.ndarray:
     dtype = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}[accessor.componentType]
     start = builder.views[accessor.bufferView].byteOffset
     width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[accessor.type]
-    flat = np.frombuffer(builder.blob, dtype, accessor.count * width, start)
+    flat = np.frombuffer(b"".join(builder.blob), dtype, accessor.count * width, start)
     return flat.reshape(-1, width)
 
 

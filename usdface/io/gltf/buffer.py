@@ -46,9 +46,9 @@ class BufferBuilder:
         self._length = 0
 
     @property
-    def blob(self) -> bytes:
-        """All bytes so far."""
-        return b"".join(self._parts)
+    def blob(self) -> tuple[bytes, ...]:
+        """All bytes so far, in parts."""
+        return tuple(self._parts)
 
     def view(self, data: bytes, target: int | None = None, stride: int | None = None) -> int:
         """Append bytes, aligned to 4; return the index of their bufferView."""

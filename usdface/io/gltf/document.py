@@ -218,10 +218,13 @@ def resource(uri: str, folder: Path) -> bytes:
         ) from error
 
 
-def save_document(document: GLTF2, blob: bytes, beside: Mapping[str, bytes], path: Path) -> None:
+def save_document(
+    document: GLTF2, blob: Sequence[bytes], beside: Mapping[str, bytes], path: Path
+) -> None:
     """Write a document as GLB, or as .gltf with a .bin and the files `beside` it, by suffix.
 
-    Names in `beside` are relative to the folder of `path`.
+    `blob` are the parts of the buffer, in order. Names in `beside` are relative to the folder of
+    `path`.
 
     Each file is written atomically, the .gltf last. Equal input gives equal bytes.
 
@@ -233,25 +236,28 @@ def save_document(document: GLTF2, blob: bytes, beside: Mapping[str, bytes], pat
     binary = path.suffix.lower() == ".glb"
     if not binary and path.suffix.lower() != ".gltf":
         raise OutputError(f"cannot write {path}: a glTF file ends in .glb or .gltf")
-    blob += bytes(-len(blob) % 4)
+    size = sum(map(len, blob))
+    blob = [*blob, bytes(-size % 4)]
+    size += -size % 4
     name = f"{path.stem}.bin"
-    if blob:
-        document.buffers = [Buffer(byteLength=len(blob), uri=None if binary else quote(name))]
+    if size:
+        document.buffers = [Buffer(byteLength=size, uri=None if binary else quote(name))]
     layout: dict[str, Any] = (
         {"separators": (",", ":")} if binary else {"indent": 1, "ensure_ascii": False}
     )
     text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
     if not binary:
-        if blob:
-            write_bytes(path.with_name(name), blob)
+        if size:
+            write_bytes(path.with_name(name), *blob)
         for file, data in beside.items():
             write_bytes(path.parent / file, data)
         write_bytes(path, text)
         return
     text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), _JSON_CHUNK) + text
-    if blob:
-        chunks += struct.pack("<II", len(blob), _BIN_CHUNK) + blob
-    if 12 + len(chunks) > _MAX_BYTES:
+    chunks = [struct.pack("<II", len(text), _JSON_CHUNK), text]
+    if size:
+        chunks += [struct.pack("<II", size, _BIN_CHUNK), *blob]
+    length = 12 + sum(map(len, chunks))
+    if length > _MAX_BYTES:
         raise OutputError(f"cannot write {path}: a GLB holds at most 4 GiB; use .gltf")
-    write_bytes(path, struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+    write_bytes(path, struct.pack("<4sII", b"glTF", 2, length), *chunks)

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from usdface.errors import InputError
 from usdface.io.gltf.shown import Sampled, ShownMesh
@@ -195,15 +194,14 @@ class _Scene(ShownFile):
         normals = None
         if all(b["normals"] is not None for b in read):
             normals = np.concatenate([np.zeros((0, 3)), *(b["normals"] for b in read)])
-        empty = np.zeros((count, 0, 3), np.float32)
         nodes, space = self._placed(node, read)
         shown = ShownMesh(
             n.get("name") or mesh.get("name") or "Mesh",
             targets,
             points,
             normals,
-            np.concatenate([empty, *(b["moves"] for b in read)], 1),
-            np.concatenate([empty, *(b["turns"] for b in read)], 1),
+            _side_by_side([b["moves"] for b in read], count),
+            _side_by_side([b["turns"] for b in read], count),
             Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
             _inbetweens(mesh.get("extras"), targets),
             space(still),
@@ -238,6 +236,8 @@ class _Scene(ShownFile):
         if "skin" not in n or not all("JOINTS_0" in b["at"] for b in read):
             return (node,), lambda nodes: nodes.of_node(node)
         skin = self.json["skins"][n["skin"]]
+        from scipy.sparse import csr_array  # only skins need it
+
         joints = tuple(skin["joints"])
         inverse = np.tile(np.eye(4), (len(joints), 1, 1))
         if "inverseBindMatrices" in skin:
@@ -281,6 +281,12 @@ class _Columns(Sampled):
         for column, curve in self.single.items():
             values[:, column] = curve.at(times)[:, 0]
         return values
+
+
+def _side_by_side(moves: list[NDArray[np.float32]], count: int) -> NDArray[np.float32]:
+    """Return the targets (T, N, 3) of all blocks; of a single one without a copy."""
+    empty = np.zeros((count, 0, 3), np.float32)
+    return moves[0] if len(moves) == 1 else np.concatenate([empty, *moves], 1)
 
 
 def _weighted(curves: dict[str, Sampled], rest: Sampled) -> Sampled:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from usdface.errors import InputError
@@ -164,6 +163,8 @@ def _bytes_of(texture: Texture) -> bytes:
 
 def _pixels(texture: Texture, data: bytes) -> tuple[NDArray[np.float32], bool]:
     """Return (height, width, channels) floats and whether the file stores floats."""
+    import OpenImageIO as oiio  # a fifth of a small conversion; most images pass unchanged
+
     suffix = (texture.suffix or Path(texture.path).suffix).lstrip(".")
     suffix = suffix if suffix.isalnum() else "img"  # part of a file name below
     with tempfile.TemporaryDirectory() as folder:
@@ -207,6 +208,8 @@ def _eight_bit(pixels: NDArray[np.float32], encode: bool) -> NDArray[np.uint8]:
 
 
 def _png(pixels: NDArray[np.uint8]) -> bytes:
+    import OpenImageIO as oiio
+
     height, width, channels = pixels.shape
     spec = oiio.ImageSpec(width, height, channels, "uint8")
     spec.attribute("oiio:UnassociatedAlpha", 1)

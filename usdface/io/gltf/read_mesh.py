@@ -270,6 +270,8 @@ def _wider(array: NDArray[Any], width: int) -> NDArray[Any]:
 
 
 def _stacked(rows: Sequence[Rows | None], starts: IntArray) -> Rows:
+    if len(rows) == 1 and rows[0] is not None:
+        return rows[0]
     filled = [(r[0] + s, r[1]) for r, s in zip(rows, starts, strict=False) if r is not None]
     return np.concatenate([i for i, _ in filled]), np.concatenate([o for _, o in filled])
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
 
 from usdface.takes import FloatArray
 
 __all__ = ["Sampled", "ShownMesh"]
 
-_BLOCK = 2**18  # matrices of one evaluation at once
+_BLOCK = 2**17  # matrices of one evaluation at once
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,6 +47,8 @@ class Sampled:
             curve = self._cubic(times, place)
             return curve / np.linalg.norm(curve, axis=1, keepdims=True) if self.turning else curve
         if self.turning and len(self.times) > 1:
+            from scipy.spatial.transform import Rotation, Slerp  # few files need it
+
             arcs = Slerp(self.times, Rotation.from_quat(self.values))
             return np.asarray(arcs(times.clip(self.times[0], self.times[-1])).as_quat())
         if not self.values.shape[1]:

@@ -28,10 +28,10 @@ class ShownFile:
 
     def __init__(self, path: Path) -> None:
         data = path.read_bytes()
-        chunk: bytes | None = None
+        chunk: memoryview | None = None
         if data[:4] == b"glTF":
             size = struct.unpack_from("<I", data, 12)[0]
-            text, chunk = data[20 : 20 + size], data[28 + size :]
+            text, chunk = data[20 : 20 + size], memoryview(data)[28 + size :]
         else:
             text = data
         self.json: dict[str, Any] = json.loads(text)
@@ -43,22 +43,22 @@ class ShownFile:
         self.budget = _MOST_NUMBERS
 
     @staticmethod
-    def _buffer(buffer: dict[str, Any], path: Path, chunk: bytes | None) -> bytes:
+    def _buffer(buffer: dict[str, Any], path: Path, chunk: memoryview | None) -> memoryview:
         uri = buffer.get("uri")
         if uri is None:
-            return chunk or b""
+            return memoryview(b"") if chunk is None else chunk
         if uri.startswith("data:"):
-            return base64.b64decode(uri.partition(",")[2])
+            return memoryview(base64.b64decode(uri.partition(",")[2]))
         beside = (path.parent / unquote(uri)).resolve()
         if not beside.is_relative_to(path.parent.resolve()):
             raise ValueError(f"{uri} is outside the folder of the file")
-        return beside.read_bytes()
+        return memoryview(beside.read_bytes())
 
     def _rows(self, view: int, offset: int, dtype: str, shape: tuple[int, int]) -> NDArray[Any]:
         v = self.json["bufferViews"][view]
         size = np.dtype(dtype).itemsize
         start, stride = v.get("byteOffset", 0), v.get("byteStride") or shape[1] * size
-        data = memoryview(self.buffers[v["buffer"]])[start : start + v["byteLength"]]
+        data = self.buffers[v["buffer"]][start : start + v["byteLength"]]
         return np.ndarray(shape, dtype, data, offset, (stride, size))
 
     def accessor(self, index: int) -> NDArray[Any]:

@@ -5,14 +5,15 @@ Source: glTF 2.0 specification, sections 3.5 (node transforms), 3.7.3 (skins), 3
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.spatial.transform import Rotation
 
 from usdface.io.gltf.shown import Sampled
 from usdface.takes import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 __all__ = ["ShownNodes", "Space"]
 
@@ -75,8 +76,7 @@ class ShownNodes:
             curve = self.curves.get((index, path))
             return np.array([node.get(path, rest)], float) if curve is None else curve.at(times)
 
-        turn = Rotation.from_quat(part("rotation", [0, 0, 0, 1])).as_matrix()
-        linear = turn * part("scale", [1, 1, 1])[:, None, :]
+        linear = _rotations(part("rotation", [0, 0, 0, 1])) * part("scale", [1, 1, 1])[:, None, :]
         move = part("translation", [0, 0, 0])
         local = np.tile(np.eye(4), (max(len(linear), len(move)), 1, 1))
         local[:, :3, :3], local[:, :3, 3] = linear, move
@@ -94,7 +94,7 @@ class ShownNodes:
         turned = _turning(still)
         return space
 
-    def of_skin(self, joints: Sequence[int], inverse: FloatArray, weights: csr_array) -> Space:
+    def of_skin(self, joints: Sequence[int], inverse: FloatArray, weights: "csr_array") -> Space:
         """Return what brings the points of a skinned mesh to the scene.
 
         `inverse` (J, 4, 4) are the inverse bind matrices, `weights` (N, J) the influences.
@@ -110,7 +110,7 @@ class ShownNodes:
         return lambda times: (points, normals)
 
 
-def _blend(weights: csr_array, matrices: FloatArray) -> FloatArray:
+def _blend(weights: "csr_array", matrices: FloatArray) -> FloatArray:
     """Return the matrices (J, F, K, K) mixed by `weights` (N, J): (F, N, K, K)."""
     joints, frames, size, _ = matrices.shape
     mixed = np.asarray(weights @ matrices.reshape(joints, -1))
@@ -122,3 +122,17 @@ def _turning(matrices: FloatArray) -> FloatArray:
     flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to nothing: there is no normal to see
     safe = np.where(flat[..., None, None], np.eye(3), linear)
     return np.asarray(np.linalg.inv(safe).swapaxes(-1, -2), np.float64)
+
+
+def _rotations(quaternions: FloatArray) -> FloatArray:
+    """Return quaternions x, y, z, w (F, 4) as matrices (F, 3, 3)."""
+    length = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    if not length.all():
+        raise ValueError("a rotation is the zero quaternion")
+    x, y, z, w = (quaternions / length).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)

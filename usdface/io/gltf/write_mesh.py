@@ -205,6 +205,9 @@ def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
     Where a shape has no normal offsets of its own, they are what the smooth normals change
     by at weight 1, whatever the neutral normals are.
     """
+    authored = [(s.indices, s.normal_offsets) for s in mesh.shapes if s.normal_offsets is not None]
+    if mesh.normals is not None and len(authored) == len(mesh.shapes):
+        return mesh.normals, authored
     smooth = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
     resting = smooth(mesh.points)
 
