@@ -182,7 +182,10 @@ def _shot(commands: Any) -> None:
         help="a fuzzy system to use, .usda, .fis, .fcl or .fll (default: designed for the rig)",
     )
     command.add_argument(
-        "--expressions", type=Path, metavar="FILE.json", help="expression poses to use"
+        "--expressions",
+        type=Path,
+        metavar="FILE",
+        help="expressions to use, also new ones: shapes or action units as JSON, or USD",
     )
     command.add_argument(
         "--mode",

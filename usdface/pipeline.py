@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.io.atomic import check_place
 from usdface.options import (
     BindOptions,
@@ -129,6 +129,8 @@ def make_shot(
     """
     from usdface.bound import bound_setup, proposal_summary
     from usdface.express import adopt, design, parts_of
+    from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.io.expressions_file import read_expressions_file
     from usdface.io.fuzzy_formats.files import read_fuzzy_file
     from usdface.io.usd.rig import read_rig
     from usdface.io.usd.shot import write_shot
@@ -137,8 +139,7 @@ def make_shot(
 
     _register_schemas()
     steps = Steps(on_step)
-    given = [path for path in (bind, fuzzy, expressions_file) if path]
-    check_place(output, rig, take, *given)
+    check_place(output, rig, take, *(p for p in (bind, fuzzy, expressions_file) if p))
     with steps("read"):
         character, findings = read_rig(rig)
         stage = open_stage(take)
@@ -149,7 +150,8 @@ def make_shot(
         setup, more = fit_setup(named, mesh, recorded)
         findings += more
     with steps("design"):
-        expressions, more = _expressions(character.shape_names, expressions_file)
+        given = read_expressions_file(expressions_file) if expressions_file else {}
+        expressions, more = expressions_for(character.shape_names, given)
         findings += more
         system: FuzzySystem | None
         if fuzzy:
@@ -173,25 +175,6 @@ def make_shot(
         "rules": len(system.rules) if system else 0,
     }
     return Outcome((output,), tuple(findings), summary, steps.seconds), setup
-
-
-def _expressions(
-    shape_names: tuple[str, ...], path: Path | None
-) -> tuple[tuple["Expression", ...], list[Finding]]:
-    """Return the poses of a file, and the dictionaries' of emotions that it does not have."""
-    from usdface.fuzzy.dictionaries import expressions_for
-    from usdface.io.expressions_file import read_expressions_file
-
-    known, findings = expressions_for(shape_names)
-    if path is None:
-        return known, findings
-    own = read_expressions_file(path)
-    named = {expression.name for expression in own}
-    findings = [f for f in findings if f.where not in named]
-    for expression in own:
-        for shape in sorted(set(expression.shapes) - set(shape_names)):
-            findings.append(finding("SHAPE_UNKNOWN", shape, f"{expression.name!r} names it"))
-    return (*(e for e in known if e.name not in named), *own), findings
 
 
 def process(

@@ -3,7 +3,9 @@ import re
 import numpy as np
 import pytest
 
-from usdface.fuzzy.dictionaries import ARKIT, EMOTIONS, FAMILIES, MAKEHUMAN, NAMED, expressions_for
+from usdface.fuzzy.dictionaries import EMOTIONS, NAMED, ActionPose, expressions_for, units_of
+from usdface.fuzzy.families import ARKIT, FAMILIES, MAKEHUMAN, UNITS, VRM, ActionUnit, action_unit
+from usdface.setup import Expression
 
 SIDES = {"Left": "Right", "_L": "_R", "left": "right"}
 
@@ -79,8 +81,8 @@ def test_what_makes_a_smile_and_a_fright():
 
 
 @pytest.mark.parametrize("emotion", EMOTIONS)
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda f: f.name)
-def test_every_family_shows_every_unit(emotion, family):
+@pytest.mark.parametrize("family", [ARKIT, MAKEHUMAN], ids=lambda f: f.name)
+def test_every_family_of_muscles_shows_every_unit(emotion, family):
     assert set(EMOTIONS[emotion]) <= set(family.units)
 
 
@@ -139,3 +141,83 @@ def test_names_on_real_rigs(shared_data):
     targets = (shared_data / "makehuman_cc0" / "targets").glob("*.target")
     for shapes in (tuple(map(str, icts)), tuple(t.stem for t in targets)):
         assert set(poses(shapes)) == set(EMOTIONS)
+
+
+MIRROR = {a: b for pair in ("Left Right", "_L _R", "left right") for a, b in [pair.split()]}
+MIRROR |= {b: a for a, b in MIRROR.items()}
+
+
+def mirrored(names):
+    """Return names and weights of the other half."""
+    return {
+        re.sub("Left$|Right$|_L$|_R$|left|right", lambda m: MIRROR[m.group()], name): weight
+        for name, weight in names.items()
+    }
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda f: f.name)
+@pytest.mark.parametrize("unit", sorted(set(UNITS) - {61, 62}))
+def test_the_halves_of_a_unit_are_mirror_images_and_make_the_whole(family, unit):
+    whole, left, right = (dict(family.names(ActionUnit(unit, side))) for side in ("", "L", "R"))
+    assert mirrored(left) == right and mirrored(whole) == whole
+    assert left | right == whole
+
+
+@pytest.mark.parametrize("family", [ARKIT, VRM], ids=lambda f: f.name)
+def test_a_look_to_the_left_is_the_mirror_image_of_one_to_the_right(family):
+    left, right = (dict(family.names(ActionUnit(unit))) for unit in (61, 62))
+    assert left and mirrored(left) == right
+
+
+def test_every_shape_of_a_family_is_one_of_its_convention(shared_data):
+    icts = set(map(str, np.load(shared_data / "ict_facekit" / "ict_expressions.npz")["shapes"]))
+    targets = {t.stem for t in (shared_data / "makehuman_cc0" / "targets").glob("*.target")}
+    assert set(shapes_of(MAKEHUMAN, ("left", "right"))) <= targets
+    for unit in ARKIT.units:
+        assert icts & {name for name, _ in ARKIT.names(ActionUnit(unit))}, unit
+
+
+def test_vrm_presets():
+    presets = ("happy", "angry", "sad", "relaxed", "surprised", "aa", "ih", "ou", "ee", "oh")
+    presets += ("blink", "blinkLeft", "blinkRight", "lookUp", "lookDown", "lookLeft", "lookRight")
+    expressions, findings = expressions_for((*presets, "neutral"))
+    assert {e.name: e.shapes for e in expressions} == {
+        "joy": ("happy",),
+        "sadness": ("sad",),
+        "anger": ("angry",),
+        "surprise": ("surprised",),
+        "relaxed": ("relaxed",),
+    }
+    assert [(f.code, f.where) for f in findings] == [
+        ("EXPRESSION_UNKNOWN", "fear"),
+        ("EXPRESSION_UNKNOWN", "disgust"),
+    ]
+    wink = ActionPose("wink", {ActionUnit(43, "L"): 1.0})
+    assert expressions_for(presets, {"wink": wink})[0][-1].shapes == ("blinkLeft",)
+    assert units_of(presets)["aa"] == {26}
+
+
+def test_what_is_given_goes_first_and_nothing_needs_a_name_that_is_known():
+    rig = (*RIGS["arkit"], "Joy")
+    given = {
+        "joy": Expression("joy", ("jawOpen",), np.ones(1)),
+        "fear": None,
+        "contempt": ActionPose("contempt", {action_unit("12L"): 0.3, action_unit("AU14L"): 0.9}),
+        "bliss": Expression("bliss", ("glow",), np.ones(1)),
+        "moods": ActionPose("moods", {action_unit("10"): 0.5, action_unit("1L"): 0.5}, 0.7),
+    }
+    expressions, findings = expressions_for(rig, given)
+    found = {e.name: dict(zip(e.shapes, e.weights, strict=True)) for e in expressions}
+    assert tuple(found)[-4:] == ("joy", "contempt", "bliss", "moods") and "fear" not in found
+    assert found["joy"] == {"jawOpen": 1.0}
+    assert found["contempt"] == {"mouthSmileLeft": 0.3, "mouthDimpleLeft": 0.9}
+    # A shape without a side stands for either half.
+    assert found["moods"]["browInnerUp"] == 0.5 and expressions[-1].gain == 0.7
+    assert [(f.code, f.where) for f in findings] == [("SHAPE_UNKNOWN", "glow")]
+
+
+def test_a_pose_that_a_rig_cannot_show_is_left_out_and_said():
+    pose = ActionPose("puffed", {action_unit("34"): 1.0})
+    expressions, findings = expressions_for(RIGS["makehuman"], {"puffed": pose})
+    assert "puffed" not in {e.name for e in expressions}
+    assert [(f.code, f.where) for f in findings] == [("EXPRESSION_UNKNOWN", "puffed")]

@@ -4,29 +4,45 @@ Two tables and their product. `EMOTIONS` says which facial action units make an 
 strongly: the emotion prototypes of FACS, as in P. Ekman, W. Friesen, J. Hager, "Facial Action
 Coding System: Investigator's Guide", 2002 (EMFACS: joy 6 + 12, sadness 1 + 4 + 15, anger
 4 + 5 + 7 + 23, fear 1 + 2 + 4 + 5 + 7 + 20 + 26, disgust 9 + 15 + 16, surprise 1 + 2 + 5B + 26;
-the letter B is a slight intensity). A `Family` says which blend shapes of a naming convention
-show an action unit. Strengths are chosen so that the poses look right and differ clearly.
-A rig with shapes named after the emotions themselves needs neither.
+the letter B is a slight intensity). `usdface.fuzzy.families` says which blend shapes of a naming
+convention show an action unit. Strengths are chosen so that the poses look right and differ
+clearly. A rig with shapes named after the emotions themselves needs neither. Emotions beyond
+these are data: poses of shapes or of action units that somebody gives.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
+from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.fuzzy.families import FAMILIES, ActionUnit, Family
 from usdface.setup import Expression
 
-__all__ = [
-    "ARKIT",
-    "EMOTIONS",
-    "FAMILIES",
-    "MAKEHUMAN",
-    "NAMED",
-    "Family",
-    "expressions_for",
-    "units_of",
-]
+__all__ = ["EMOTIONS", "NAMED", "ActionPose", "expressions_for", "units_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class ActionPose:
+    """An expression as action units, which any rig of a known family can show.
+
+    `units` has the strength of each, in [0, 1].
+    """
+
+    name: str
+    units: Mapping[ActionUnit, float]
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+        for unit, strength in self.units.items():
+            if not 0 <= strength <= 1:
+                raise InputError(
+                    f"expression {self.name!r}: {unit} is {strength:g}; expected 0 to 1"
+                )
+
 
 EMOTIONS: dict[str, dict[int, float]] = {
     "joy": {6: 0.8, 12: 0.9},
@@ -37,118 +53,70 @@ EMOTIONS: dict[str, dict[int, float]] = {
     "surprise": {1: 1.0, 2: 1.0, 5: 0.6, 26: 0.7},
 }
 
-
-@dataclass(frozen=True, slots=True)
-class Family:
-    """A naming convention: which blend shapes show an action unit, at which weight.
-
-    `{side}` in a name stands for each of `sides`; names that a rig lacks are left out.
-    """
-
-    name: str
-    sides: tuple[str, ...]
-    units: Mapping[int, Mapping[str, float]]
-
-    def names(self, unit: int) -> Iterator[tuple[str, float]]:
-        """Return every name that may stand for the unit, with its weight."""
-        for template, weight in self.units[unit].items():
-            names = dict.fromkeys(template.format(side=side) for side in self.sides)
-            yield from ((name, weight) for name in names)
-
-
-# ARKit's 52 shapes. ICT-FaceKit and others say _L, _R, and some split browInnerUp.
-ARKIT = Family(
-    "ARKit",
-    ("Left", "Right", "_L", "_R", ""),
-    {
-        1: {"browInnerUp{side}": 1.0},
-        2: {"browOuterUp{side}": 1.0},
-        4: {"browDown{side}": 1.0},
-        5: {"eyeWide{side}": 1.0},
-        6: {"cheekSquint{side}": 1.0},
-        7: {"eyeSquint{side}": 1.0},
-        # The nose wrinkler pulls the upper lip along; ARKit has that as a shape of its own.
-        9: {"noseSneer{side}": 1.0, "mouthUpperUp{side}": 0.5},
-        12: {"mouthSmile{side}": 1.0},
-        15: {"mouthFrown{side}": 1.0},
-        16: {"mouthLowerDown{side}": 1.0},
-        17: {"mouthShrugLower": 1.0},
-        20: {"mouthStretch{side}": 1.0},
-        23: {"mouthPress{side}": 1.0, "mouthRollLower": 0.3, "mouthRollUpper": 0.3},
-        26: {"jawOpen": 1.0},
-    },
-)
-
-# MakeHuman's expression units. They have no cheek raiser; narrowed lids stand in for it.
-MAKEHUMAN = Family(
-    "MakeHuman",
-    ("left", "right"),
-    {
-        1: {"eyebrows-{side}-inner-up": 1.0},
-        2: {"eyebrows-{side}-extern-up": 1.0},
-        4: {"eyebrows-{side}-down": 1.0},
-        5: {"eye-{side}-opened-up": 1.0},
-        6: {"eye-{side}-slit": 0.5},
-        7: {"eye-{side}-slit": 1.0},
-        9: {"nose-{side}-elevation": 1.0, "nose-compression": 1.0, "mouth-elevation": 0.8},
-        12: {"mouth-corner-puller": 1.0},
-        15: {"mouth-depression": 1.0},
-        16: {"mouth-depression-retraction": 1.0},
-        17: {"mouth-elevation": 0.8},
-        20: {"mouth-retraction": 1.0, "neck-platysma": 0.6},
-        23: {"mouth-eversion": 0.8},
-        26: {"mouth-open": 0.8},
-    },
-)
-
-FAMILIES = (ARKIT, MAKEHUMAN)
-
+# Words that shapes are called by, of artists, VRM 1.0 ("happy"), VRM 0.x ("sorrow", "fun") and
+# VRoid ("Fcl_ALL_Joy"). Those beyond the six count only where a rig has them.
 NAMED: dict[str, tuple[str, ...]] = {
-    "joy": ("joy", "joyful", "happy", "happiness"),
-    "sadness": ("sadness", "sad"),
-    "anger": ("anger", "angry"),
+    "joy": ("joy", "joyful", "happy", "happiness", "fcl_all_joy"),
+    "sadness": ("sadness", "sad", "sorrow", "fcl_all_sorrow"),
+    "anger": ("anger", "angry", "fcl_all_angry"),
     "fear": ("fear", "fearful", "afraid", "scared"),
     "disgust": ("disgust", "disgusted"),
-    "surprise": ("surprise", "surprised"),
+    "surprise": ("surprise", "surprised", "fcl_all_surprised"),
+    "contempt": ("contempt", "contemptuous"),
+    "relaxed": ("relaxed", "fun", "fcl_all_fun"),
 }
 
 
 def expressions_for(
     shape_names: Sequence[str],
+    given: Mapping[str, Expression | ActionPose | None] = MappingProxyType({}),
 ) -> tuple[tuple[Expression, ...], list[Finding]]:
     """Make the expression poses that a rig can show.
 
-    A shape named after the emotion (`NAMED`, in any case) is the pose; otherwise the pose is
-    put together from action units, in the family that most of the rig's names belong to.
+    What is `given` goes first. A shape named after the emotion (`NAMED`, in any case) is the pose;
+    otherwise it is put together from action units, in the family that most of the rig's names
+    belong to.
 
     Parameters
     ----------
     shape_names : sequence of str
         Blend shapes of the rig.
+    given : mapping of str to Expression, ActionPose or None
+        Poses by name, of any emotion; None leaves one of `EMOTIONS` out.
 
     Returns
     -------
     expressions : tuple of Expression
-        In the order of `EMOTIONS`; without those for which the rig has too few shapes.
+        In the order of `EMOTIONS`, then of `given`; without those for which the rig has too few
+        shapes.
     findings : list of Finding
-        EXPRESSION_UNKNOWN for each that is left out, SHAPE_UNKNOWN for each that lacks units.
+        EXPRESSION_UNKNOWN for each that is left out, SHAPE_UNKNOWN for each that lacks units or
+        shapes.
     """
     family = max(FAMILIES, key=lambda family: len(_known(family, shape_names)))
     expressions, findings = [], []
-    for emotion in EMOTIONS:
+    for emotion in NAMED:
         named = [name for name in shape_names if name.lower() in NAMED[emotion]]
+        if emotion in given or not (named or emotion in EMOTIONS):
+            continue
         if named:
             expressions.append(Expression(emotion, (named[0],), np.ones(1)))
             continue
-        pose, missing = _composed(emotion, family, shape_names)
-        if 2 * len(missing) > len(EMOTIONS[emotion]):
-            findings.append(finding("EXPRESSION_UNKNOWN", emotion))
-            continue
-        expressions.append(Expression(emotion, tuple(pose), np.array(list(pose.values()))))
-        if missing:
-            units = ", ".join(f"AU{unit}" for unit in missing)
-            message = f"the rig has no shape for {units}; {emotion} does without"
-            findings.append(finding("SHAPE_UNKNOWN", emotion, message))
+        units = {ActionUnit(unit): strength for unit, strength in EMOTIONS[emotion].items()}
+        shown, more = _composed(ActionPose(emotion, units), family, shape_names)
+        expressions += shown
+        findings += more
+    for pose in given.values():
+        if isinstance(pose, ActionPose):
+            shown, more = _composed(pose, family, shape_names)
+            expressions += shown
+            findings += more
+        elif pose is not None:
+            expressions.append(pose)
+            findings += [
+                finding("SHAPE_UNKNOWN", shape, f"{pose.name!r} names it")
+                for shape in sorted(set(pose.shapes) - set(shape_names))
+            ]
     return tuple(expressions), findings
 
 
@@ -160,26 +128,33 @@ def units_of(shape_names: Sequence[str]) -> dict[str, set[int]]:
     family = max(FAMILIES, key=lambda family: len(_known(family, shape_names)))
     units: dict[str, set[int]] = {}
     for unit in family.units:
-        for name, _ in family.names(unit):
+        for name, _ in family.names(ActionUnit(unit)):
             if name in shape_names:
                 units.setdefault(name, set()).add(unit)
     return units
 
 
 def _known(family: Family, shape_names: Sequence[str]) -> set[str]:
-    return {name for unit in family.units for name, _ in family.names(unit)} & set(shape_names)
+    names = {name for unit in family.units for name, _ in family.names(ActionUnit(unit))}
+    return names & set(shape_names)
 
 
 def _composed(
-    emotion: str, family: Family, shape_names: Sequence[str]
-) -> tuple[dict[str, float], list[int]]:
-    """Return the pose as weights of shapes, and the action units that the rig cannot show."""
-    pose: dict[str, float] = {}
+    pose: ActionPose, family: Family, shape_names: Sequence[str]
+) -> tuple[list[Expression], list[Finding]]:
+    """Return the pose as weights of shapes, unless the rig cannot show half of its units."""
+    weights: dict[str, float] = {}
     missing = []
-    for unit, strength in EMOTIONS[emotion].items():
+    for unit, strength in pose.units.items():
         shown = [(n, w) for n, w in family.names(unit) if n in shape_names]
         for name, weight in shown:
-            pose[name] = max(pose.get(name, 0.0), round(strength * weight, 6))
+            weights[name] = max(weights.get(name, 0.0), round(strength * weight, 6))
         if not shown:
-            missing.append(unit)
-    return pose, missing
+            missing.append(str(unit))
+    if 2 * len(missing) > len(pose.units):
+        return [], [finding("EXPRESSION_UNKNOWN", pose.name)]
+    made = Expression(pose.name, tuple(weights), np.array(list(weights.values())), pose.gain)
+    if not missing:
+        return [made], []
+    message = f"the rig has no shape for {', '.join(missing)}; {pose.name} does without"
+    return [made], [finding("SHAPE_UNKNOWN", pose.name, message)]

@@ -14,7 +14,7 @@ __all__ = ["shape_regions"]
 # push the lower lid) end.
 _BROWS, _EYES = 0.2, -0.4
 # Facial action units that are not of the mouth (FACS).
-_UNITS: dict[Region, tuple[int, ...]] = {"brows": (1, 2, 4), "eyes": (5, 6, 7)}
+_UNITS: dict[Region, tuple[int, ...]] = {"brows": (1, 2, 4), "eyes": (5, 6, 7, 43, 61, 62, 63, 64)}
 
 
 def shape_regions(mesh: Mesh, seams: Seams) -> dict[Region, tuple[str, ...]]:

@@ -1,9 +1,13 @@
-"""Expression poses as JSON: which blend shapes an emotion is, and how strongly.
+"""Expression poses from a file: which blend shapes an emotion is, and how strongly.
 
-::
+As JSON: blend shapes of the rig, or action units of FACS (of one half: 12L, 14R), which suit any
+rig whose shapes carry known names; null leaves one of the six basic emotions out::
 
-    {"contempt": {"shapes": {"mouthSmile_L": 0.7, "mouthDimple_L": 0.4}, "gain": 0.8},
-     "joy": {"shapes": {"mouthSmile_L": 0.9, "mouthSmile_R": 0.9}}}
+    {"contempt": {"units": {"12L": 0.3, "14L": 0.8}, "gain": 0.8},
+     "joy": {"shapes": {"mouthSmile_L": 0.9, "mouthSmile_R": 0.9}},
+     "fear": null}
+
+As USD: every `UsdFaceExpression` of the file.
 """
 
 import json
@@ -13,7 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from usdface.errors import InputError
+from usdface.fuzzy.dictionaries import EMOTIONS, ActionPose
+from usdface.fuzzy.families import action_unit
 from usdface.io.takes.text_table import read_text
+from usdface.io.usd.setup import read_expressions
+from usdface.io.usd.stage import open_stage
+from usdface.schemas import tokens
 from usdface.setup import Expression
 
 __all__ = ["expressions_json", "read_expressions_file"]
@@ -21,16 +30,19 @@ __all__ = ["expressions_json", "read_expressions_file"]
 _LARGEST = 16_000_000  # bytes
 _LARGEST_GAIN = 1e6
 _DIGITS = 6
+_USD = (".usda", ".usdc", ".usd")
 
 
-def read_expressions_file(path: Path) -> tuple[Expression, ...]:
-    """Read expression poses.
+def read_expressions_file(path: Path) -> dict[str, Expression | ActionPose | None]:
+    """Read expression poses, by name.
 
     Raises
     ------
     InputError
-        If the file is missing or not of the form above; the message names the expression.
+        If the file is missing or not of a form above; the message names the expression.
     """
+    if path.suffix.lower() in _USD:
+        return _from_usd(path)
     if path.is_file() and path.stat().st_size > _LARGEST:
         raise InputError(f"{path} is larger than any file of expressions; expected a small one")
     try:
@@ -39,31 +51,57 @@ def read_expressions_file(path: Path) -> tuple[Expression, ...]:
         raise InputError(f"{path} is no JSON that can be read: {error}") from error
     if not isinstance(document, dict) or not document:
         raise InputError(f'{path}: expected an object, e.g. {{"joy": {{"shapes": {{...}}}}}}')
-    return tuple(_expression(path, name, value) for name, value in document.items())
+    return {name: _expression(path, name, value) for name, value in document.items()}
 
 
-def _expression(path: Path, name: str, value: object) -> Expression:
+def _from_usd(path: Path) -> dict[str, Expression | ActionPose | None]:
+    stage = open_stage(path)  # held, because prims expire with it
+    prims = [prim for prim in stage.Traverse() if prim.GetTypeName() == tokens.EXPRESSION]
+    if not prims:
+        raise InputError(f"{path} has no {tokens.EXPRESSION}; author one for each expression")
+    found: dict[str, Expression | ActionPose | None] = {}
+    for expression in read_expressions(prims):
+        if expression.name in found:
+            raise InputError(f"{path} has two expressions {expression.name!r}; rename one")
+        found[expression.name] = expression
+    return found
+
+
+def _expression(path: Path, name: str, value: object) -> Expression | ActionPose | None:
     where = f"{path}: expression {name!r}"
     if not name.isidentifier():
         raise InputError(f"{where} must be called by one word of letters, digits and _")
-    if not isinstance(value, dict) or not set(value) <= {"shapes", "gain"}:
+    if value is None:
+        if name not in EMOTIONS:
+            raise InputError(f"{where} is null, which leaves out one of {', '.join(EMOTIONS)}")
+        return None
+    if not isinstance(value, dict) or not set(value) <= {"shapes", "units", "gain"}:
         raise InputError(
-            f'{where} is {value!r}; expected {{"shapes": {{name: weight}}, "gain": 1}}'
+            f'{where} is {value!r}; expected {{"shapes": {{name: weight}}, "gain": 1}} or "units"'
         )
-    shapes, gain = value.get("shapes"), value.get("gain", 1.0)
-    if not isinstance(shapes, dict) or not shapes:
-        raise InputError(f'{where} has no "shapes"; expected an object of names and weights')
-    for what, number in (*shapes.items(), ("gain", gain)):
-        if (
-            not isinstance(number, (int, float))
-            or isinstance(number, bool)
-            or not 0 <= number < 1e6
-        ):
-            raise InputError(f"{where}: {what} is {number!r}; expected a number, 0 or more")
+    gain = _number(where, "gain", value.get("gain", 1.0))
+    if ("shapes" in value) == ("units" in value):
+        raise InputError(f'{where} has no "shapes" and no "units", or both; expected one of them')
+    what = "shapes" if "shapes" in value else "units"
+    if not isinstance(value[what], dict) or not value[what]:
+        raise InputError(f'{where} has no "{what}"; expected an object of names and weights')
+    pose = {key: _number(where, key, number) for key, number in value[what].items()}
     try:
-        return Expression(name, tuple(shapes), np.array([float(w) for w in shapes.values()]), gain)
+        if what == "units":
+            return ActionPose(name, {action_unit(key): w for key, w in pose.items()}, gain)
+        return Expression(name, tuple(pose), np.array(list(pose.values())), gain)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{where}: {error}") from error
+
+
+def _number(where: str, what: str, number: object) -> float:
+    if (
+        isinstance(number, (int, float))
+        and not isinstance(number, bool)
+        and 0 <= number < _LARGEST_GAIN
+    ):
+        return float(number)
+    raise InputError(f"{where}: {what} is {number!r}; expected a number, 0 or more")
 
 
 def expressions_json(expressions: Sequence[Expression]) -> str:
