@@ -104,6 +104,11 @@ CODES: dict[str, tuple[Severity, str]] = {
         "the markers say little or nothing of a blend shape; one at this vertex would show it",
     ),
     "PIN_IGNORED": ("warning", "a pin fits no blend shape, no frame or no weight in 0 to 1"),
+    "GAIN_UNSEEN": ("info", "a blend shape never moves in the calibration take; its gain stays 1"),
+    "GAIN_UNKNOWN": (
+        "info",
+        "the calibration take leaves a gain open: small movement and low gain look alike",
+    ),
     # expressions
     "EXPRESSION_UNKNOWN": ("warning", "the rig has no shapes for an expression"),
     "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),

@@ -13,7 +13,12 @@ from usdface.errors import InputError
 
 __all__ = [
     "CONTACT_TOLERANCE",
+    "EXTREME_REACHED",
     "FEATURE_SMOOTHING",
+    "GAIN_RANGE",
+    "GAIN_SPREAD",
+    "LARGEST_OFFSET",
+    "OFFSET_SPREAD",
     "PIN_REACH",
     "REGIONS",
     "RESPONSE",
@@ -59,6 +64,15 @@ RESPONSE = (0.05, 0.45)
 FEATURE_SMOOTHING = 0.2
 # By how much a correction may part closed lips or lids [m]: less is not seen.
 CONTACT_TOLERANCE = 0.0005
+
+# How much more or less than the character's own a performer's movement may be, how far from 1 it
+# usually is, and how far from rest a performer's neutral may be and usually is [1].
+GAIN_RANGE = (0.5, 2.0)
+GAIN_SPREAD = 0.2
+LARGEST_OFFSET = 0.2
+OFFSET_SPREAD = 0.05
+# Probability that a movement went to its extreme in a take that is said to go to all of them.
+EXTREME_REACHED = 0.8
 
 # Within this time [s] of a pin a weight bends towards it.
 PIN_REACH = 0.2

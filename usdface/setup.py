@@ -8,11 +8,18 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
+from usdface.options import (
+    GAIN_RANGE,
+    LARGEST_OFFSET,
+    CleanOptions,
+    HeadMode,
+    MapOptions,
+    SolveOptions,
+)
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
 
-__all__ = ["Binding", "Expression", "Pin", "Setup", "fit_setup", "unbound"]
+__all__ = ["Binding", "Calibration", "Expression", "Pin", "Setup", "fit_setup", "unbound"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,6 +97,59 @@ class Pin:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Calibration:
+    """What a performer's movements are to the character's blend shapes.
+
+    A performer's weight w of shape k moves the markers as ``gains[k] * w - offsets[k]`` times the
+    character's shape does; shapes that are not named have gain 1 and offset 0.
+
+    Attributes
+    ----------
+    shapes : tuple of str, length K
+    gains : (K,) float64
+        In `usdface.options.GAIN_RANGE`.
+    offsets : (K,) float64
+        How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`.
+    """
+
+    shapes: tuple[str, ...]
+    gains: FloatArray
+    offsets: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gains", frozen(self.gains))
+        object.__setattr__(self, "offsets", frozen(self.offsets))
+        count = len(self.shapes)
+        if len(set(self.shapes)) != count:
+            raise InputError("the calibration names a blend shape twice")
+        for name, values, low, high in (
+            ("gains", self.gains, *GAIN_RANGE),
+            ("offsets", self.offsets, 0.0, LARGEST_OFFSET),
+        ):
+            if values.shape != (count,):
+                raise InputError(
+                    f"the calibration has {values.size} {name} for {count} blend shapes"
+                )
+            # Files hold single precision.
+            good = (values >= low - 1e-6) & (values <= high + 1e-6)
+            if not good.all():
+                worst = int(np.argmin(good))
+                raise InputError(
+                    f"the calibration's {name} must lie in {low:g} to {high:g}; "
+                    f"{self.shapes[worst]!r} has {values[worst]:g}"
+                )
+
+    def of(self, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+        """Return gains and offsets in the order of `names`: (len(names),), (len(names),)."""
+        own = {n: k for k, n in enumerate(self.shapes)}
+        gains, offsets = np.ones(len(names)), np.zeros(len(names))
+        for place, name in enumerate(names):
+            if name in own:
+                gains[place], offsets[place] = self.gains[own[name]], self.offsets[own[name]]
+        return gains, offsets
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Setup:
     """Everything `retarget` needs to know about a face besides take and rig.
 
@@ -115,6 +175,8 @@ class Setup:
         Role name (as in "lip_lower_y") to marker name.
     pins : tuple of Pin
         Weights that are fixed in some frames, one for a blend shape.
+    calibration : Calibration or None
+        Of the performer; None = movements are as large as the character's.
     """
 
     binding: Binding
@@ -130,6 +192,7 @@ class Setup:
     solve: SolveOptions = field(default_factory=SolveOptions)
     clean: CleanOptions = field(default_factory=CleanOptions)
     pins: tuple[Pin, ...] = ()
+    calibration: Calibration | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))

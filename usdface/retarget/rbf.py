@@ -51,6 +51,8 @@ class SpaceMap:
     kernel : Kernel
     radius : float
         In units of the source.
+    start : (M, 3) float64 or None
+        How far the centres themselves count as displaced; None = not at all.
     """
 
     centres: FloatArray
@@ -59,6 +61,7 @@ class SpaceMap:
     offset: FloatArray
     kernel: Kernel
     radius: float
+    start: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for name in ("centres", "coefficients", "linear", "offset"):
@@ -82,7 +85,7 @@ class SpaceMap:
     def displacements(self, points: FloatArray) -> FloatArray:
         """Return how far mapped points (..., M, D) are from the mapped centres: (..., M, 3)."""
         moved: FloatArray = self(points) - self(self.centres)
-        return moved
+        return moved if self.start is None else moved + self.start
 
 
 def distances(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -1,0 +1,180 @@
+"""How large a performer's movements are against the character's, found from a take.
+
+The whole take is solved with weights that may go beyond 0 and 1: what is found then is
+``u = gain * weight - offset`` of each shape. How far u goes up says what it says about the gain
+(`usdface.retarget.gains`); how far it goes below 0 is how far the neutral frames were from
+rest. The idea of gains from a range-of-motion take is Ribera et al. 2017, "Facial Retargeting with
+Automatic Range of Motion Alignment", section 4; a gain per shape, bounded and with a prior, is all
+that is learned here, so that a shape keeps its meaning.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.options import EXTREME_REACHED, GAIN_RANGE, GAIN_SPREAD, LARGEST_OFFSET, OFFSET_SPREAD
+from usdface.retarget.bounds import Bounds
+from usdface.retarget.confidence import weight_deviations
+from usdface.retarget.gains import gain_posterior
+from usdface.retarget.joint import small_motions
+from usdface.retarget.shape_model import ShapeModel
+from usdface.retarget.solve import learned_covariance, solve_weights
+from usdface.retarget.transfer import Solution, solve_take
+from usdface.setup import Calibration, Setup
+from usdface.takes import FloatArray, MarkerTake, frozen
+
+__all__ = ["Calibrated", "calibrate_take", "calibrated_model"]
+
+# A movement is at rest for this share of the take at least.
+_AT_REST = 0.05
+# An extreme counts if it is held for so long [s].
+_HELD = 0.1
+_FEWEST = 8
+# A gain is known if the take leaves less than this share of the prior's spread.
+_KNOWN = 0.5
+_UNLIKE = 3.0
+_NAMED = 8
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Calibrated:
+    """What a take says of the performer.
+
+    Attributes
+    ----------
+    calibration : Calibration
+        Of all shapes with a weight of their own; those the take says nothing of have gain 1.
+    deviations : (S,) float64
+        Standard deviation of each gain; that of the prior, 0.2, where nothing is known.
+    peaks : (S,) float64
+        How far each shape went, in weights of the character.
+    solution : Solution
+        The take as solved without calibration.
+    """
+
+    calibration: Calibration
+    deviations: FloatArray
+    peaks: FloatArray
+    solution: Solution
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "deviations", frozen(self.deviations))
+        object.__setattr__(self, "peaks", frozen(self.peaks))
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """Shapes whose gain the take tells."""
+        sure = self.deviations < _KNOWN * GAIN_SPREAD
+        return tuple(n for n, s in zip(self.calibration.shapes, sure, strict=True) if s)
+
+
+def calibrated_model(
+    model: ShapeModel, names: tuple[str, ...], calibration: Calibration
+) -> tuple[ShapeModel, FloatArray]:
+    """Return the performer's shapes, and what their neutral adds to the markers: (N,) [m].
+
+    A combination shape has no gain of its own. Parameters are those of the mesh's `shape_model`
+    and its shape names.
+    """
+    gains, offsets = calibration.of(names)
+    free = np.zeros(len(names), dtype=bool)
+    free[model.free] = True
+    gains, offsets = np.where(free, gains, 1.0), np.where(free, offsets, 0.0)
+    curves = tuple(replace(c, values=gains[c.shape] * c.values) for c in model.curves)
+    return (
+        replace(model, shapes=gains[:, None] * model.shapes, curves=curves),
+        offsets @ model.shapes,
+    )
+
+
+def calibrate_take(
+    take: MarkerTake,
+    points: FloatArray,
+    offsets: FloatArray,
+    shape_names: tuple[str, ...],
+    setup: Setup,
+    model: ShapeModel | None = None,
+    extremes: bool = False,
+) -> tuple[Calibrated, list[Finding]]:
+    """Find a performer's gains and offsets from a take.
+
+    Parameters are those of `usdface.retarget.transfer.solve_take`.
+
+    Parameters
+    ----------
+    extremes : bool
+        The take goes through the performer's whole range of motion, each movement to its
+        extreme. Without that only what goes beyond the character's shapes is learned.
+
+    Raises
+    ------
+    InputError
+        If the take is too short.
+    SolveError
+        If the bound markers do not determine an answer.
+    """
+    if len(take.times) < _FEWEST:
+        raise InputError(
+            f"the take {take.source} has {len(take.times)} frames; a calibration needs a range "
+            f"of motion of at least {_FEWEST}"
+        )
+    model = model or ShapeModel(offsets.reshape(len(offsets), -1))
+    solution, findings = solve_take(
+        take, points, offsets, shape_names, replace(setup, calibration=None), model
+    )
+    used = [setup.binding.markers.index(name) for name in solution.markers]
+    free = model.free
+    loose, deviations = _loose_weights(solution, points[used], offsets[free][:, used], setup)
+    held = min(max(round(_HELD * take.rate), 1), len(loose) // 4)
+    ordered = np.sort(loose, axis=0)
+    low, high = np.quantile(loose, _AT_REST, axis=0), ordered[-held]
+    shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
+    rest = np.clip(-low * shrunk, 0.0, LARGEST_OFFSET)
+    peaks = high + rest
+    gains, spreads = gain_posterior(peaks, deviations, EXTREME_REACHED if extremes else 0.0)
+    names = tuple(shape_names[s] for s in free)
+    calibrated = Calibrated(Calibration(names, gains, rest), spreads, peaks, solution)
+    return calibrated, findings + _findings(calibrated, deviations, take.source)
+
+
+def _loose_weights(
+    solution: Solution, points: FloatArray, offsets: FloatArray, setup: Setup
+) -> tuple[FloatArray, FloatArray]:
+    """Solve the markers as carried over, with weights that may leave 0 to 1: (F, S), (S,)."""
+    axes = 3 if solution.in_space else 2
+    shapes = offsets[..., :axes].reshape(len(offsets), -1)
+    if setup.head == "solve":
+        moves = small_motions(points, axes == 2)[..., :axes].reshape(6, -1)
+        rigid = np.linalg.qr(moves.T)[0]
+        shapes = shapes - (shapes @ rigid) @ rigid.T
+    observed = (solution.feature_points - points)[..., :axes].reshape(len(solution.residual), -1)
+    normal, right = shapes @ shapes.T, observed @ shapes.T
+    times, noise, misfit = solution.weights.times, solution.noise, solution.misfit
+    options = setup.solve
+    step = float(np.median(np.diff(times)))
+    covariance = learned_covariance(normal, right, times, noise, options, None, misfit)
+    bounds = Bounds(np.float64(-LARGEST_OFFSET), np.float64(GAIN_RANGE[1]))
+    loose = solve_weights(
+        normal, right, times, noise, options, None, False, misfit, bounds, None, covariance
+    )
+    return loose.weights, weight_deviations(normal, step, noise, misfit, options)
+
+
+def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> list[Finding]:
+    names, known = calibrated.calibration.shapes, set(calibrated.known)
+    still = calibrated.peaks < np.maximum(_UNLIKE * deviations, 0.1)
+    quiet = [n for n, s in zip(names, still, strict=True) if s and n not in known]
+    open_ = [n for n in names if n not in known and n not in quiet]
+    found = []
+    if quiet:
+        found.append(finding("GAIN_UNSEEN", where, f"never clearly active: {_listed(quiet)}"))
+    if open_:
+        found.append(finding("GAIN_UNKNOWN", where, f"gain stays open: {_listed(open_)}"))
+    return found
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more

@@ -1,0 +1,58 @@
+"""How strongly a performer makes a movement, from how far it went: a posterior for each gain.
+
+A take alone cannot tell a small smile from a low gain: only the product of gain and weight moves
+the markers. What a peak p of that product does say is that the weight there was at most 1, so
+that the gain is p or more. Where the performer went to the extreme, the weight there was 1, and
+the gain is p. Both are likelihoods of the gain; with its prior they give a posterior on a grid.
+"""
+
+import numpy as np
+from scipy.special import ndtr
+
+from usdface.options import GAIN_RANGE, GAIN_SPREAD
+from usdface.takes import FloatArray
+
+__all__ = ["gain_posterior"]
+
+_GRID = np.linspace(*GAIN_RANGE, 301)
+# An extreme is repeated to within this share.
+_REACH = 0.05
+# Peaks of weights that are no extremes are anywhere, on a logarithmic scale, from 0.05 to 1.
+_DECADES = np.log(20.0)
+
+
+def gain_posterior(
+    peaks: FloatArray, deviations: FloatArray, reached: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return each gain and its standard deviation: (S,), (S,).
+
+    Parameters
+    ----------
+    peaks : (S,) float64
+        Largest product of gain and weight in the take, for each shape.
+    deviations : (S,) float64
+        Their standard deviation.
+    reached : float
+        Probability that a movement went to its extreme.
+
+    Notes
+    -----
+    The likelihood of a peak p with deviation s is ``reached * N(p; g, s^2 + (0.05 g)^2)`` plus
+    ``(1 - reached) * P(g > p) / (p log 20)``; the prior N(1, 0.2^2) on [0.5, 2]. Without
+    extremes, a peak well below 1 says nothing and leaves the prior as it is.
+    """
+    peak = np.maximum(peaks, 0.05)[:, None]
+    error = np.maximum(deviations, 1e-6)[:, None]
+    width = np.hypot(error, _REACH * _GRID)
+    extreme = np.exp(-0.5 * ((peak - _GRID) / width) ** 2) / (np.sqrt(2.0 * np.pi) * width)
+    below = ndtr((_GRID - peak) / error) / (peak * _DECADES)
+    prior = np.exp(-0.5 * ((_GRID - 1.0) / GAIN_SPREAD) ** 2)
+    density = prior * (reached * extreme + (1.0 - reached) * below)
+    total = density.sum(axis=1)
+    # A peak beyond the whole range: all that is left is its end.
+    density = np.where(total[:, None] > 0.0, density, _GRID == _GRID[-1])
+    density /= density.sum(axis=1, keepdims=True)
+    mean = density @ _GRID
+    # Cut off on one side, the prior has a mean that says more than the take does; its peak stays.
+    gains = mean if reached else _GRID[density.argmax(axis=1)]
+    return gains, np.sqrt(np.maximum(density @ _GRID**2 - mean**2, 0.0))
