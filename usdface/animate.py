@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from usdface.cleanup.clean import Cleaned, clean_take
+from usdface.errors import InputError
 from usdface.express import Character, express, features, halves
 from usdface.findings import Finding, finding
 from usdface.io.usd.layers import Animation, complete_weights
@@ -14,11 +15,13 @@ from usdface.io.usd.stage import Stage
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.align import Pose
+from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.names import rename_weights
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
 from usdface.retarget.shape_model import (
+    ShapeModel,
     combinations_of,
     shape_model,
     with_combinations,
@@ -30,7 +33,7 @@ from usdface.rigs import Mesh
 from usdface.setup import Setup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["Animated", "animate", "retarget"]
+__all__ = ["Animated", "animate", "calibrate", "retarget"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,6 +171,18 @@ def _solve(
         bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
         combined = with_combinations(mesh, weights.names, bent)
         return replace(weights, weights=combined), None, findings
+    take, setup, model, findings = _prepared(take, setup, mesh, cleaned)
+    points = setup.binding.points
+    solution, more = solve_take(
+        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
+    )
+    return solution.weights, solution, findings + more
+
+
+def _prepared(
+    take: MarkerTake, setup: Setup, mesh: Mesh, cleaned: Cleaned | None
+) -> tuple[MarkerTake, Setup, ShapeModel, list[Finding]]:
+    """Return the take as observed, the setup as fitted to the mesh, and what the shapes do."""
     setup, findings = fit_setup(setup, mesh, take)
     points = setup.binding.points
     if cleaned is not None:
@@ -183,10 +198,47 @@ def _solve(
         for pin in setup.pins
         if pin.shape in combinations_of(model, mesh.shape_names)
     ]
-    solution, more = solve_take(
-        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
+    return take, setup, model, findings + notes
+
+
+def calibrate(
+    take: MarkerTake | WeightsTake, setup: Setup, mesh: Mesh, extremes: bool = False
+) -> tuple[Calibrated, list[Finding]]:
+    """Clean a take and find its performer's gains and offsets.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    setup : Setup
+    mesh : Mesh
+        The one that the markers are bound to.
+    extremes : bool
+        The take goes through the whole range of motion, each movement to its extreme.
+
+    Raises
+    ------
+    InputError
+        If the take is of weights, or too short.
+    """
+    if isinstance(take, WeightsTake):
+        raise InputError(
+            f"{take.source} is a take of weights; a calibration needs markers, which show how "
+            "large a movement is"
+        )
+    _, cleaned, findings = _clean(take, setup)
+    take = cleaned.take if cleaned else take
+    take, setup, model, more = _prepared(take, setup, mesh, cleaned)
+    points = setup.binding.points
+    calibrated, notes = calibrate_take(
+        take,
+        mesh.points[points],
+        mesh.offsets_at(points),
+        mesh.shape_names,
+        setup,
+        model,
+        extremes,
     )
-    return solution.weights, solution, findings + notes + more
+    return calibrated, findings + more + notes
 
 
 def _motion(

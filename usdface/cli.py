@@ -74,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_rig, _take, _shot, _process, _export, _import, _check, _fuzzy, _bench):
+    for add in (_rig, _take, _shot, _calibrate, _process, _export, _import, _check, _fuzzy, _bench):
         add(commands)
     return parser
 
@@ -188,6 +188,9 @@ def _shot(commands: Any) -> None:
         help="expressions to use, also new ones: shapes or action units as JSON, or USD",
     )
     command.add_argument(
+        "--calibration", type=Path, metavar="FILE.json", help="of the performer, by calibrate"
+    )
+    command.add_argument(
         "--mode",
         choices=("raise", "add"),
         help=f"how emotions go over the solved weights (default: {default.mode}, or the system's)",
@@ -228,6 +231,7 @@ def _run_shot(parsed: argparse.Namespace) -> int:
             parsed.fuzzy,
             parsed.expressions,
             binding,
+            parsed.calibration,
         )
         setups.append(setup)
         return outcome
@@ -258,6 +262,26 @@ def _frames(option: str, words: list[str] | None, expected: str, most: int = 100
     if len(words) > most or not all(word.isdecimal() and len(word) < 10 for word in words):
         raise InputError(f'{option} is {" ".join(words)!r}; expected {expected}, or "auto"')
     return tuple(int(word) for word in words)
+
+
+def _calibrate(commands: Any) -> None:
+    summary = "find how large a performer's movements are against the character's"
+    command = _command(commands, "calibrate", _run_calibrate, summary)
+    command.add_argument("shot", type=Path, help="a shot of an expressive take")
+    _output(command, "the calibration, .json, for shot --calibration")
+    command.add_argument(
+        "--extremes",
+        action="store_true",
+        help="the take is a range of motion: each movement goes to its extreme",
+    )
+
+
+def _run_calibrate(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import calibrate
+
+    return _report(
+        parsed, lambda step: calibrate(parsed.shot, parsed.output, parsed.extremes, step)
+    )
 
 
 def _process(commands: Any) -> None:

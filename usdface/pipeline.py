@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "apply",
+    "calibrate",
     "check",
     "convert_fuzzy",
     "explain",
@@ -114,12 +115,14 @@ def make_shot(
     fuzzy: Path | None = None,
     expressions_file: Path | None = None,
     binding: BindOptions = BindOptions(),
+    calibration: Path | None = None,
 ) -> tuple[Outcome, Setup]:
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
     `bind` is the binding file; without one, places for the markers are proposed. `fuzzy` is a
     system to use in place of the default design, with its own correction unless one is given;
-    `expressions_file` has poses that go before those of the dictionaries. Returns the outcome and
+    `expressions_file` has poses that go before those of the dictionaries; `calibration` is what
+    `calibrate` found of the performer. Returns the outcome and
     the setup as it was written (places, mesh and nose tip filled in).
 
     Raises
@@ -130,6 +133,7 @@ def make_shot(
     from usdface.bound import bound_setup, proposal_summary
     from usdface.express import adopt, design, parts_of
     from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.io.calibration_file import read_calibration_file
     from usdface.io.expressions_file import read_expressions_file
     from usdface.io.fuzzy_formats.files import read_fuzzy_file
     from usdface.io.usd.rig import read_rig
@@ -139,7 +143,8 @@ def make_shot(
 
     _register_schemas()
     steps = Steps(on_step)
-    check_place(output, rig, take, *(p for p in (bind, fuzzy, expressions_file) if p))
+    given = [path for path in (bind, fuzzy, expressions_file, calibration) if path]
+    check_place(output, rig, take, *given)
     with steps("read"):
         character, findings = read_rig(rig)
         stage = open_stage(take)
@@ -147,6 +152,8 @@ def make_shot(
     with steps("bind"):
         mesh, named, more = bound_setup(character, recorded, bind, binding)
         findings += more
+        if calibration:
+            named = replace(named, calibration=read_calibration_file(calibration))
         setup, more = fit_setup(named, mesh, recorded)
         findings += more
     with steps("design"):
@@ -225,6 +232,48 @@ def process(
         )
     written += [gltf] if gltf else []
     return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
+
+
+def calibrate(
+    path: Path, output: Path, extremes: bool = False, on_step: OnStep | None = None
+) -> Outcome:
+    """Find how large a performer's movements are against the character's, and write it as JSON.
+
+    `path` is a shot of an expressive take; with `extremes` one that goes through the whole range of
+    motion, each movement to its extreme.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is written.
+    """
+    from usdface.animate import calibrate as calibrate_face
+    from usdface.io.atomic import write_text
+    from usdface.io.calibration_file import calibration_json
+    from usdface.io.usd.layers import layer_paths
+    from usdface.io.usd.shot import read_shot
+    from usdface.io.usd.stage import files_of, open_stage
+
+    _register_schemas()
+    steps = Steps(on_step)
+    with steps("read"):
+        ours = layer_paths(path, None)
+        stage = open_stage(path, without=(ours.solve, ours.express))
+        check_place(output, *files_of(stage))
+        shot, findings = read_shot(stage, str(path))
+    with steps("calibrate"):
+        mesh = shot.rig.mesh(shot.setup.binding.mesh)
+        found, more = calibrate_face(shot.take, shot.setup, mesh, extremes)
+    with steps("write"):
+        text = calibration_json(found.calibration, found.deviations, found.peaks)
+        write_text(output, text)
+    summary = {
+        "frames": len(shot.take.times),
+        "blend shapes": len(found.calibration.shapes),
+        "gains known": len(found.known),
+        **found.summary(),
+    }
+    return Outcome((output,), tuple(findings + more), summary, steps.seconds)
 
 
 def apply(

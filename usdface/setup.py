@@ -234,8 +234,9 @@ def fit_setup(
     """
     setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
     binding = setup.binding
+    findings = _uncalibrated(setup, mesh)
     if not binding.markers:
-        return setup, []
+        return setup, findings
     outside = (binding.points < 0) | (binding.points >= len(mesh.points))
     if outside.any():
         first = int(outside.argmax())
@@ -263,8 +264,18 @@ def fit_setup(
     if setup.nose_tip:
         if isinstance(take, MarkerTake):
             take.select((setup.nose_tip,))
-        return setup, []
+        return setup, findings
     foremost = binding.markers[int(np.argmax(mesh.points[binding.points, 2]))]
     return replace(setup, nose_tip=foremost), [
-        finding("NOSE_TIP_ASSUMED", foremost, "no nose tip is named; the foremost marker is taken")
+        *findings,
+        finding("NOSE_TIP_ASSUMED", foremost, "no nose tip is named; the foremost marker is taken"),
+    ]
+
+
+def _uncalibrated(setup: Setup, mesh: Mesh) -> list[Finding]:
+    known = set(mesh.shape_names)
+    return [
+        finding("SHAPE_UNKNOWN", name, "the calibration names it")
+        for name in (setup.calibration.shapes if setup.calibration else ())
+        if name not in known
     ]

@@ -25,10 +25,12 @@ from usdface.retarget.transfer import Solution, solve_take
 from usdface.setup import Calibration, Setup
 from usdface.takes import FloatArray, MarkerTake, frozen
 
-__all__ = ["Calibrated", "calibrate_take", "calibrated_model"]
+__all__ = ["Calibrated", "calibrate_take"]
 
 # A movement is at rest for this share of the take at least.
 _AT_REST = 0.05
+# Noise alone goes so many standard deviations below rest there.
+_BY_NOISE = 1.645
 # An extreme counts if it is held for so long [s].
 _HELD = 0.1
 _FEWEST = 8
@@ -36,6 +38,7 @@ _FEWEST = 8
 _KNOWN = 0.5
 _UNLIKE = 3.0
 _NAMED = 8
+_SHOWN = 5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,30 +66,17 @@ class Calibrated:
         object.__setattr__(self, "deviations", frozen(self.deviations))
         object.__setattr__(self, "peaks", frozen(self.peaks))
 
+    def summary(self) -> dict[str, str]:
+        """Return the gains that are known and differ most from 1, for people."""
+        gains = dict(zip(self.calibration.shapes, self.calibration.gains.tolist(), strict=True))
+        most = sorted(self.known, key=lambda name: (-abs(gains[name] - 1.0), name))[:_SHOWN]
+        return {"gains": ", ".join(f"{name} {gains[name]:.2f}" for name in most) or "all 1"}
+
     @property
     def known(self) -> tuple[str, ...]:
         """Shapes whose gain the take tells."""
         sure = self.deviations < _KNOWN * GAIN_SPREAD
         return tuple(n for n, s in zip(self.calibration.shapes, sure, strict=True) if s)
-
-
-def calibrated_model(
-    model: ShapeModel, names: tuple[str, ...], calibration: Calibration
-) -> tuple[ShapeModel, FloatArray]:
-    """Return the performer's shapes, and what their neutral adds to the markers: (N,) [m].
-
-    A combination shape has no gain of its own. Parameters are those of the mesh's `shape_model`
-    and its shape names.
-    """
-    gains, offsets = calibration.of(names)
-    free = np.zeros(len(names), dtype=bool)
-    free[model.free] = True
-    gains, offsets = np.where(free, gains, 1.0), np.where(free, offsets, 0.0)
-    curves = tuple(replace(c, values=gains[c.shape] * c.values) for c in model.curves)
-    return (
-        replace(model, shapes=gains[:, None] * model.shapes, curves=curves),
-        offsets @ model.shapes,
-    )
 
 
 def calibrate_take(
@@ -131,7 +121,7 @@ def calibrate_take(
     ordered = np.sort(loose, axis=0)
     low, high = np.quantile(loose, _AT_REST, axis=0), ordered[-held]
     shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
-    rest = np.clip(-low * shrunk, 0.0, LARGEST_OFFSET)
+    rest = np.clip((-low - _BY_NOISE * deviations) * shrunk, 0.0, LARGEST_OFFSET)
     peaks = high + rest
     gains, spreads = gain_posterior(peaks, deviations, EXTREME_REACHED if extremes else 0.0)
     names = tuple(shape_names[s] for s in free)
@@ -155,7 +145,7 @@ def _loose_weights(
     options = setup.solve
     step = float(np.median(np.diff(times)))
     covariance = learned_covariance(normal, right, times, noise, options, None, misfit)
-    bounds = Bounds(np.float64(-LARGEST_OFFSET), np.float64(GAIN_RANGE[1]))
+    bounds = Bounds(np.asarray(-LARGEST_OFFSET), np.asarray(GAIN_RANGE[1]))
     loose = solve_weights(
         normal, right, times, noise, options, None, False, misfit, bounds, None, covariance
     )

@@ -50,7 +50,7 @@ def gain_posterior(
     density = prior * (reached * extreme + (1.0 - reached) * below)
     total = density.sum(axis=1)
     # A peak beyond the whole range: all that is left is its end.
-    density = np.where(total[:, None] > 0.0, density, _GRID == _GRID[-1])
+    density = np.where(total[:, None] > 0.0, density, GAIN_RANGE[1] <= _GRID)
     density /= density.sum(axis=1, keepdims=True)
     mean = density @ _GRID
     # Cut off on one side, the prior has a mean that says more than the take does; its peak stays.

@@ -10,6 +10,7 @@ from usdface.retarget.align import Pose, rigid_fit
 from usdface.retarget.joint import solve_jointly
 from usdface.retarget.map_choice import MapChoice, choose_map
 from usdface.retarget.neutral import neutral_markers, on_plane
+from usdface.retarget.performed import performed
 from usdface.retarget.shape_model import ShapeModel
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, frozen, visible
@@ -120,6 +121,9 @@ def solve_take(
 
     model = model or ShapeModel(offsets.reshape(len(offsets), -1))
     model = model.at((3 * np.array(used)[:, None] + np.arange(3)).ravel())
+    if setup.calibration is not None:
+        model, start = performed(model, shape_names, setup.calibration)
+        space = replace(space, start=start.reshape(target.shape))
     joint = solve_jointly(take.times, positions, target, model, space, pose, setup, shape_names)
     weights, displaced = joint.weights, joint.displaced
     predicted = model.explained(weights).reshape(displaced.shape)

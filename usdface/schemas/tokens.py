@@ -16,6 +16,9 @@ __all__ = [
     "BIND_POINTS",
     "BROWS_GAIN",
     "BROWS_SHAPES",
+    "CALIBRATION_GAINS",
+    "CALIBRATION_OFFSETS",
+    "CALIBRATION_SHAPES",
     "CLEAN_GAPS",
     "CLEAN_REPAIRS_FRAMES",
     "CLEAN_REPAIRS_KINDS",
@@ -174,6 +177,9 @@ SOLVE_AGILITY: Final = "usdface:solve:agility"
 SOLVE_SPREAD: Final = "usdface:solve:spread"
 SOLVE_SPARSITY: Final = "usdface:solve:sparsity"
 SOLVE_SYMMETRY: Final = "usdface:solve:symmetry"
+CALIBRATION_SHAPES: Final = "usdface:calibration:shapes"
+CALIBRATION_GAINS: Final = "usdface:calibration:gains"
+CALIBRATION_OFFSETS: Final = "usdface:calibration:offsets"
 CLEAN_SWAPS: Final = "usdface:clean:swaps"
 CLEAN_SPIKES: Final = "usdface:clean:spikes"
 CLEAN_GAPS: Final = "usdface:clean:gaps"

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, Vt
 from usdface.errors import InputError
 from usdface.options import CleanOptions, MapOptions, SolveOptions
 from usdface.schemas import tokens
-from usdface.setup import Binding, Expression, Setup
+from usdface.setup import Binding, Calibration, Expression, Setup
 
 __all__ = ["read_expressions", "read_setup", "write_expressions", "write_setup"]
 
@@ -69,6 +69,25 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
         _author(prim, name, kind, getattr(setup.solve, field))
     for name, (field, kind) in _CLEAN.items():
         _author(prim, name, kind, getattr(setup.clean, field))
+    if setup.calibration is not None:
+        _author_calibration(prim, setup.calibration)
+
+
+def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
+    gains, offsets = calibration.gains.tolist(), calibration.offsets.tolist()
+    names = Vt.TokenArray(calibration.shapes)
+    _author(prim, tokens.CALIBRATION_SHAPES, _NAMES.TokenArray, names)
+    _author(prim, tokens.CALIBRATION_GAINS, _NAMES.FloatArray, Vt.FloatArray(gains))
+    _author(prim, tokens.CALIBRATION_OFFSETS, _NAMES.FloatArray, Vt.FloatArray(offsets))
+
+
+def _read_calibration(prim: Usd.Prim) -> Calibration | None:
+    shapes = _strings(prim, tokens.CALIBRATION_SHAPES)
+    gains = np.array(_value(prim, tokens.CALIBRATION_GAINS, ()), dtype=np.float64)
+    offsets = np.array(_value(prim, tokens.CALIBRATION_OFFSETS, ()), dtype=np.float64)
+    if not (shapes or gains.size or offsets.size):
+        return None
+    return Calibration(shapes, gains, offsets if offsets.size else np.zeros(len(shapes)))
 
 
 def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
@@ -110,6 +129,7 @@ def read_setup(prim: Usd.Prim) -> Setup:
             map=MapOptions(**_fields(prim, _MAP)),
             solve=SolveOptions(**_fields(prim, _SOLVE)),
             clean=CleanOptions(**_fields(prim, _CLEAN)),
+            calibration=_read_calibration(prim),
         )
     except InputError as error:
         raise InputError(f"prim <{prim.GetPath()}>: {error}") from error

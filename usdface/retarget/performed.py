@@ -1,0 +1,38 @@
+"""The character's shapes as a calibrated performer makes them: larger or smaller, from rest."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.retarget.shape_model import ShapeModel
+from usdface.setup import Calibration
+from usdface.takes import FloatArray
+
+__all__ = ["performed"]
+
+
+def performed(
+    model: ShapeModel, names: tuple[str, ...], calibration: Calibration
+) -> tuple[ShapeModel, FloatArray]:
+    """Return the performer's shapes, and what their neutral adds to the markers.
+
+    A combination shape has no gain of its own.
+
+    Parameters
+    ----------
+    model : ShapeModel
+        Of the character: S shapes, N marker coordinates.
+    names : tuple of str, length S
+    calibration : Calibration
+
+    Returns
+    -------
+    ShapeModel
+    (N,) float64 [m]
+    """
+    gains, offsets = calibration.of(names)
+    free = np.isin(np.arange(len(names)), model.free)
+    gains, offsets = np.where(free, gains, 1.0), np.where(free, offsets, 0.0)
+    curves = tuple(replace(c, values=gains[c.shape] * c.values) for c in model.curves)
+    shapes = gains[:, None] * model.shapes
+    return replace(model, shapes=shapes, curves=curves), offsets @ model.shapes
