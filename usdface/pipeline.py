@@ -143,8 +143,8 @@ def make_shot(
 
     _register_schemas()
     steps = Steps(on_step)
-    given = [path for path in (bind, fuzzy, expressions_file, calibration) if path]
-    check_place(output, rig, take, *given)
+    files = [path for path in (bind, fuzzy, expressions_file, calibration) if path]
+    check_place(output, rig, take, *files)
     with steps("read"):
         character, findings = read_rig(rig)
         stage = open_stage(take)
