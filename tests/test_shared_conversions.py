@@ -25,10 +25,13 @@ REFUSED = {
 # glTF skins linearly: dual quaternions become what they are near to, and the certificate says so.
 INEXACT = "openusd_usdskel/bakeSkinning/dqs.usda"
 HERE = Path(__file__).resolve().parents[2] / "shared" / "data"
+LONG = "robotexpressive/RobotExpressive.glb"  # 14 clips of 43 joints
 FILES = [path.relative_to(HERE).as_posix() for path in sources(HERE)] or ["none"]
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow) if n == LONG else n for n in FILES]
+)
 def test_there_and_back(name, shared_data, tmp_path, validate_gltf):
     trip = round_trip(shared_data / name, tmp_path, validate_gltf)
     assert trip.refused == REFUSED.get(name, "")

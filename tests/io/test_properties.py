@@ -21,7 +21,7 @@ from usdface.takes import WeightsTake
 SAME = settings(
     derandomize=True,
     deadline=None,
-    max_examples=25,
+    max_examples=12,
     database=None,
     phases=(Phase.generate,),  # a smaller example would take minutes to find
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
