@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +9,10 @@ from worlds import animation_of, make_world
 
 from usdface.cli import main
 from usdface.explain import Explanation
+from usdface.fuzzy.rules import parse_rule
 from usdface.pipeline import explain
 from usdface.schemas import tokens
+from usdface.takes import FloatArray
 
 FRAME = 25
 
@@ -57,7 +60,63 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
 def test_a_neutral_frame_has_nothing_to_explain(explained: Explanation) -> None:
     facts = explained.frame(0)
     assert not any(facts["emotions"].values()) and not facts["weights"]
-    assert not any(rule["fires"] for rule in facts["rules"])
+    assert facts["nothing fires"] and not any(rule["fires"] for rule in facts["rules"])
+
+
+def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> None:
+    """AND is the smaller, and distances in millimetres are those between the markers."""
+    assert explained.system.and_ == "min" and explained.system.space == "character"
+    facts = explained.frame(FRAME)
+    for rule in facts["rules"]:
+        assert rule["fires"] == rule["weight"] * min(c["degree"] for c in rule["conditions"])
+    world = make_world()
+    names = list(world.take.names)
+    for feature in facts["features"]:
+        assert feature["measured to"] == "nose" and feature["marker"] in names
+    moved = {f["name"]: f["mm"] for f in facts["features"]}
+    for condition in facts["rules"][0]["conditions"]:
+        assert condition["mm"] == moved[condition["variable"]] != 0
+    # What the solved weights do to the vertices where the markers sit, without noise.
+    mesh = world.rig.meshes[0]
+    pose = dict(zip(explained.shapes, explained.solved[FRAME], strict=True))
+    weights = np.array([pose[name] for name in mesh.shape_names])
+
+    def offset(marker: str) -> FloatArray:
+        return 1000 * weights @ mesh.offsets_at(np.array([world.points[marker]]))[:, 0]
+
+    for feature in facts["features"]:
+        change = (offset(feature["marker"]) - offset("nose"))["xyz".index(feature["axis"])]
+        assert feature["mm"] == pytest.approx(change, abs=0.01)
+
+
+def test_hedges_count_in_conditions(explained: Explanation) -> None:
+    rule = explained.system.rules[0]
+    hedged = parse_rule(rule.text.replace(" IS ", " IS NOT VERY ", 1))
+    other = replace(explained, system=replace(explained.system, rules=(hedged,)))
+    other = replace(other, firing=explained.firing[:, :1])
+    (plain,) = (r for r in explained.frame(FRAME)["rules"] if r["rule"] == rule.text)
+    (found,) = other.frame(FRAME)["rules"]
+    assert found["conditions"][0]["is"].startswith("not very ")
+    degree = plain["conditions"][0]["degree"]
+    assert found["conditions"][0]["degree"] == pytest.approx(1 - degree**2, abs=1e-3)
+
+
+def test_a_time_is_a_frame(
+    shot: Path, explained: Explanation, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rate = 1 / float(np.diff(explained.times).mean())
+    seconds = explained.times[FRAME] + 0.4 / rate
+    assert explained.frame_at(seconds) == FRAME
+    arguments = ["fuzzy", "explain", str(shot), "--format", "json"]
+    assert main([*arguments, "--time", str(seconds)]) == 0
+    assert json.loads(capsys.readouterr().out) == explained.frame(FRAME)
+    assert main(arguments) == 0
+    loudest = json.loads(capsys.readouterr().out)
+    assert loudest["frame"] == explained.peak
+    assert max(loudest["emotions"].values()) == pytest.approx(explained.outputs.max(), abs=1e-4)
+    for wrong in ("-1", "1e9", "nan"):
+        assert main(["fuzzy", "explain", str(shot), f"--time={wrong}"]) == 1
+        assert "the take goes from 0 to" in capsys.readouterr().err
 
 
 def test_the_command_prints_text_and_json(

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,23 @@ def explanation(frames: int = 9, correction: float = 0.3) -> Explanation:
     inputs = rise.copy()
     inputs[0] = np.nan  # occluded
     return Explanation(
-        system, np.arange(frames) / 30, inputs, rise, rise, ("a", "b"), solved, solved + correction
+        system,
+        np.arange(frames) / 30,
+        inputs,
+        rise,
+        rise,
+        ("a", "b"),
+        solved,
+        solved + correction,
+        ("lip",),
+        "nose",
+        0.05,
     )
+
+
+def no_rules(explained: Explanation) -> Explanation:
+    system = replace(explained.system, rules=())
+    return replace(explained, system=system, firing=np.zeros((len(explained.times), 0)))
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
@@ -39,7 +55,9 @@ def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "explained", [explanation(1), explanation(correction=0.0)], ids=["one frame", "no correction"]
+    "explained",
+    [explanation(1), explanation(correction=0.0), no_rules(explanation())],
+    ids=["one frame", "no correction", "no rules"],
 )
 def test_little_to_show_is_shown(tmp_path: Path, explained: Explanation) -> None:
     write_figure(explained, 0, tmp_path / "out.png")

@@ -371,7 +371,11 @@ def _fuzzy(commands: Any) -> None:
     actions = group.add_subparsers(title="actions", required=True, metavar="ACTION")
     command = _command(actions, "explain", _run_explain, "why a frame gets its emotions")
     command.add_argument("shot", type=Path)
-    command.add_argument("--frame", type=int, default=0, help="frame index (default: %(default)s)")
+    moment = command.add_mutually_exclusive_group()
+    moment.add_argument(
+        "--frame", type=int, help="frame index (default: where the strongest emotion is strongest)"
+    )
+    moment.add_argument("--time", type=float, metavar="SECONDS", help="the frame nearest to it")
     command.add_argument("--figure", type=Path, metavar="FILE", help="draw it: .png, .svg or .pdf")
     command = _command(
         actions, "neutral", _run_neutral, "what a neutral face is answered, by paper and shot"
@@ -478,13 +482,19 @@ def _run_explain(parsed: argparse.Namespace) -> int:
     from usdface.pipeline import explain
     from usdface.report import print_explanation, progress
 
+    if parsed.figure:
+        from usdface.figure import check_picture
+
+        check_picture(parsed.figure)
     with progress(parsed.format == "text") as on_step:
         explained = explain(parsed.shot, on_step)
-    print_explanation(explained.frame(parsed.frame), parsed.format, parsed.report)
+    frame = explained.peak if parsed.frame is None else parsed.frame
+    frame = frame if parsed.time is None else explained.frame_at(parsed.time)
+    print_explanation(explained.frame(frame), parsed.format, parsed.report)
     if parsed.figure:
         from usdface.figure import write_figure
 
-        write_figure(explained, parsed.frame, parsed.figure)
+        write_figure(explained, frame, parsed.figure)
     return DONE
 
 

@@ -9,14 +9,21 @@ import numpy as np
 from usdface.animate import animate
 from usdface.errors import InputError
 from usdface.express import features
+from usdface.fuzzy.features import face_unit
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.membership import membership
+from usdface.fuzzy.norms import HEDGES
+from usdface.fuzzy.rules import Proposition
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.layers import layer_paths
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
 from usdface.options import ProcessOptions
 from usdface.outcome import Steps
+from usdface.retarget.neutral import on_plane
+from usdface.retarget.transfer import Solution
+from usdface.rigs import Mesh
+from usdface.setup import Setup
 from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["Explanation", "explain_shot"]
@@ -41,6 +48,12 @@ class Explanation:
     shapes : tuple of str, length T
     solved, corrected : (F, T) float64
         Weights before and after.
+    markers : tuple of str, length I
+        The marker that each input reads.
+    nose_tip : str
+        The marker that distances are measured to.
+    unit : float [m]
+        What the inputs are divided by.
     """
 
     system: FuzzySystem
@@ -51,6 +64,30 @@ class Explanation:
     shapes: tuple[str, ...]
     solved: FloatArray
     corrected: FloatArray
+    markers: tuple[str, ...]
+    nose_tip: str
+    unit: float
+
+    @property
+    def peak(self) -> int:
+        """The frame in which the strongest emotion is strongest; 0 where there is none."""
+        return int(self.outputs.max(axis=1, initial=0.0).argmax())
+
+    def frame_at(self, seconds: float) -> int:
+        """Return the frame nearest to a time of the take.
+
+        Raises
+        ------
+        InputError
+            If the time lies outside the take by more than half a frame.
+        """
+        first, last = float(self.times[0]), float(self.times[-1])
+        slack = float(np.median(np.diff(self.times))) / 2 if len(self.times) > 1 else 0.0
+        if not first - slack <= seconds <= last + slack:
+            raise InputError(
+                f"there is no frame at {seconds:g} s; the take goes from {first:g} to {last:g} s"
+            )
+        return int(np.abs(self.times - seconds).argmin())
 
     def frame(self, index: int) -> dict[str, Any]:
         """Return one frame as plain values for people and JSON.
@@ -66,7 +103,13 @@ class Explanation:
         change = self.corrected[index] - self.solved[index]
         moved = sorted(np.flatnonzero(np.abs(change) >= _VISIBLE), key=lambda s: -abs(change[s]))
         rules = [
-            {"rule": rule.text, "fires": round(float(strength), 4), "enabled": rule.enabled}
+            {
+                "rule": " ".join(rule.text.split()),
+                "fires": round(float(strength), 4),
+                "weight": rule.weight,
+                "enabled": rule.enabled,
+                "conditions": [self._condition(index, p) for p in rule.propositions],
+            }
             for rule, strength in zip(self.system.rules, self.firing[index], strict=True)
         ]
         return {
@@ -76,6 +119,7 @@ class Explanation:
                 name: round(float(value), 4)
                 for name, value in zip(self.system.emotions, self.outputs[index], strict=True)
             },
+            "nothing fires": not self.firing[index].any(),
             "rules": sorted(rules, key=lambda rule: -rule["fires"]),
             "features": [self._feature(index, i) for i in range(len(self.system.inputs))],
             "weights": {
@@ -92,14 +136,35 @@ class Explanation:
         return {
             "name": variable.name,
             "marker role": variable.role,
+            "marker": self.markers[column],
+            "measured to": self.nose_tip,
             "axis": variable.axis,
             "value": round(float(value), 5) if np.isfinite(value) else None,
+            "mm": self._millimetres(value),
             "terms": {
                 term.name: round(
                     float(membership(term.kind, term.parameters, np.array([value]))[0]), 4
                 )
                 for term in variable.terms
             },
+        }
+
+    def _millimetres(self, value: float) -> float | None:
+        return round(1000.0 * self.unit * float(value), 3) if np.isfinite(value) else None
+
+    def _condition(self, index: int, asked: Proposition) -> dict[str, Any]:
+        column = [v.name for v in self.system.inputs].index(asked.variable)
+        term = self.system.inputs[column].term(asked.term)
+        value = self.inputs[index, column : column + 1]
+        degree = membership(term.kind, term.parameters, value)
+        for hedge in reversed(asked.hedges):
+            degree = HEDGES[hedge](degree)
+        return {
+            "variable": asked.variable,
+            "marker": self.markers[column],
+            "mm": self._millimetres(value[0]),
+            "is": " ".join((*asked.hedges, asked.term)),
+            "degree": round(float(degree[0]), 4) if np.isfinite(value[0]) else 0.0,
         }
 
 
@@ -133,4 +198,13 @@ def explain_shot(path: Path, steps: Steps) -> Explanation:
         animated.solve.names,
         animated.solve.weights,
         animated.final.weights,
+        tuple(shot.setup.roles.get(v.role, v.role) for v in shot.system.inputs),
+        shot.setup.nose_tip,
+        _unit(shot.system, mesh, shot.setup, solution),
     )
+
+
+def _unit(system: FuzzySystem, mesh: Mesh, setup: Setup, solution: Solution | None) -> float:
+    if system.space == "take" and solution is not None:
+        return face_unit(system, on_plane(solution.neutral))
+    return face_unit(system, mesh.points[setup.binding.points])

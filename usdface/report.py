@@ -188,20 +188,34 @@ def print_explanation(facts: dict[str, Any], form: str, report: Path | None) -> 
     emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
     console.print(escape("  ".join(emotions)))
     fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
-    console.print("\nrules that fire" if fired else "\nno rule fires", style="bold")
+    title = "rules that fire" if fired else "no rule fires; every emotion has its default"
+    console.print(f"\n{title}", style="bold")
+    asked = set()
     for rule in fired:
-        console.print(escape(f"{rule['fires']:.2f}  {' '.join(rule['rule'].split())}"))
-    table = Table(title="features", title_justify="left", box=None, padding=(0, 2, 0, 0))
-    for column in ("feature", "value", "terms"):
-        table.add_column(column)
+        console.print(escape(f"{rule['fires']:.2f}  {rule['rule']}"))
+        for part in rule["conditions"]:
+            asked.add(part["variable"])
+            line = f"        {_distance(part)}  {part['variable']} is {part['is']}"
+            console.print(escape(f"{line} {part['degree']:.2f}"))
+    table = Table(title="\nother features", title_justify="left", box=None, padding=(0, 2, 0, 0))
+    for column in ("change", "feature", "terms"):
+        table.add_column(column, justify="right" if column == "change" else "left")
     for feature in facts["features"]:
         terms = ", ".join(f"{name} {value:.2f}" for name, value in feature["terms"].items())
-        value = "occluded" if feature["value"] is None else f"{feature['value']:+.4f}"
-        table.add_row(escape(feature["name"]), value, escape(terms))
-    console.print(table)
+        if feature["name"] not in asked:
+            table.add_row(_distance(feature), escape(feature["name"]), escape(terms))
+    if table.row_count:
+        console.print(table)
+    if facts["weights"]:
+        console.print("\nweights, solved and corrected", style="bold")
     for shape, weight in facts["weights"].items():
-        line = f"{shape}: {weight['solved']:.2f} -> {weight['corrected']:.2f}"
+        line = f"{weight['solved']:.2f} -> {weight['corrected']:.2f}  {shape}"
         console.print(escape(line))
+
+
+def _distance(fact: dict[str, Any]) -> str:
+    """Return how far a marker has moved relative to the nose tip, in ten characters."""
+    return f"{'occluded' if fact['mm'] is None else format(fact['mm'], '+.2f') + ' mm':>10}"
 
 
 def print_resting(answers: "Sequence[RestingAnswer]", form: str, report: Path | None) -> None:

@@ -83,9 +83,14 @@ class Rule:
         return rule_name(self.text)
 
     @property
+    def propositions(self) -> tuple[Proposition, ...]:
+        """Every proposition, in the order of the text."""
+        return tuple(_propositions(self.condition))
+
+    @property
     def antecedent(self) -> tuple[tuple[str, str], ...]:
         """The (variable, term) of every proposition, in the order of the text."""
-        return tuple((p.variable, p.term) for p in _propositions(self.condition))
+        return tuple((p.variable, p.term) for p in self.propositions)
 
 
 def _propositions(condition: Condition) -> list[Proposition]:
