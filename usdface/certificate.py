@@ -11,9 +11,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from usdface.findings import Finding, finding
 from usdface.partners import Traits, partners
+from usdface.sums import Sums, distances, turns
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Certificate", "EvaluatedMesh", "certify", "joined", "paired", "some_frames"]
@@ -21,6 +23,9 @@ __all__ = ["Certificate", "EvaluatedMesh", "certify", "joined", "paired", "some_
 _EXACT = 1e-5  # of the bounding diagonal, a weight, a second: what float32 costs
 _FLOAT32 = 2.0**-23  # of a number: what float32 can tell apart
 _STRAIGHT = 0.5  # degrees
+_SHOWN = 20  # frames in which the programs themselves show what else is summed up
+_ADDS_UP = 1e-6  # of the largest coordinate
+_TURNS_ALIKE = 1e-4  # of a unit normal, which may come of three that nearly cancel
 _BLOCK = 2**19  # numbers of one evaluation at once
 
 
@@ -35,6 +40,9 @@ class EvaluatedMesh:
     weights : (F, S) float64
     points_at : function from frames (f,) to (f, N, 3) float64 [m]
     normals_at : function from frames (f,) to (f, N, 3) unit vectors, or None
+    sums : function to Sums or None
+        All F moments as sums of what the program itself makes of each shape; None where more than
+        shapes move points.
     """
 
     name: str
@@ -42,6 +50,7 @@ class EvaluatedMesh:
     weights: FloatArray
     points_at: Callable[[IntArray], FloatArray]
     normals_at: Callable[[IntArray], FloatArray | None]
+    sums: Callable[[], Sums | None] = lambda: None
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,7 +284,7 @@ class _Errors:
     def __init__(self) -> None:
         self.largest, self.total, self.count = 0.0, 0.0, 0
 
-    def add(self, values: FloatArray) -> None:
+    def add(self, values: NDArray[Any]) -> None:
         self.largest = max(self.largest, float(values.max(initial=0.0)))
         self.total += float(values.sum())
         self.count += values.size
@@ -288,7 +297,16 @@ class _Errors:
 def _compare(
     one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
 ) -> None:
-    here, there = _partners(one, other, frames)
+    here, there = pairs = _partners(one, other, frames)
+    shown = frames[some_frames(len(frames), 1, _SHOWN)]
+    sums = _sums(one, other, shown) if len(shown) < len(frames) else None
+    if sums is not None:
+        summed = np.setdiff1d(frames, shown)
+        for apart in distances(*sums, pairs, summed):
+            vertex.add(apart)
+        for turned in turns(*sums, pairs, summed):
+            normal.add(_degrees(turned))
+        frames = shown
     for part in _blocks(len(frames), 3 * len(here)):
         block = frames[part]
         vertex.add(_apart(one.points_at(block)[:, here], other.points_at(block)[:, there]))
@@ -296,7 +314,28 @@ def _compare(
         if mine is not None and its is not None:
             # The chord gives small angles, where the cosine has no digits left.
             chord = _apart(mine[:, here], its[:, there])
-            normal.add(np.degrees(2 * np.arcsin((chord / 2).clip(max=1.0))))
+            normal.add(_degrees(chord))
+
+
+def _degrees(chord: NDArray[Any]) -> NDArray[Any]:
+    return np.asarray(np.degrees(2 * np.arcsin((chord / 2).clip(max=1.0))))
+
+
+def _sums(one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray) -> tuple[Sums, Sums] | None:
+    """Return both meshes as sums, if what their programs show at `frames` is these sums."""
+    both = one.sums(), other.sums()
+    for mesh, sums in zip((one, other), both, strict=True):
+        if sums is None or (sums.normals is None) != (mesh.normals_at(frames[:1]) is None):
+            return None
+        size = float(np.abs(sums.points).max(initial=0.0))
+        for frame in frames:
+            off = np.abs(sums.points_at(frame) - mesh.points_at(frame[None])[0])
+            turned, seen = sums.normals_at(frame), mesh.normals_at(frame[None])
+            aside = 0.0 if turned is None or seen is None else np.abs(turned - seen[0]).max()
+            if off.max(initial=0.0) > _ADDS_UP * size or aside > _TURNS_ALIKE:
+                return None
+    assert both[0] is not None and both[1] is not None
+    return both[0], both[1]
 
 
 def _apart(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -132,6 +132,7 @@ def _of_stage(mesh: StagedMesh, codes: FloatArray) -> EvaluatedMesh:
         mesh.weights_at(codes),
         lambda frames: mesh.points_at(codes[frames]),
         lambda frames: mesh.normals_at(codes[frames]),
+        lambda: mesh.sums_at(codes),
     )
 
 
@@ -141,4 +142,5 @@ def _of_file(mesh: ShownMesh, times: FloatArray) -> EvaluatedMesh:
         *mesh.channels_at(times),
         lambda frames: mesh.points_at(times[frames]),
         lambda frames: mesh.normals_at(times[frames]),
+        lambda: mesh.sums_at(times),
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.sums import Sums
 from usdface.takes import FloatArray
 
 __all__ = ["Sampled", "ShownMesh"]
@@ -129,6 +130,19 @@ class ShownMesh:
         if normals is None:
             return None
         return self._in_blocks(times, lambda block: self._turned(normals, block))
+
+    def sums_at(self, times: FloatArray) -> Sums | None:
+        """Return the mesh at `times` (F,) [s] as sums; None where nodes move it."""
+        place, turning = self.space(times[:1])
+        if place.ndim > 3:
+            return None
+        points = _times(place[..., :3, :3], self.points[None])[0] + place[..., :3, 3]
+        moves = _times(place[..., :3, :3], np.asarray(self.moves, np.float64)).astype(np.float32)
+        weights = self.weights_at(times)
+        if self.normals is None:
+            return Sums(weights, points, moves)
+        turns = _times(turning, np.asarray(self.turns, np.float64)).astype(np.float32)
+        return Sums(weights, points, moves, _times(turning, self.normals[None])[0], turns)
 
     def _in_blocks(self, times: FloatArray, part: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """Skins that move have a matrix for each vertex and time."""

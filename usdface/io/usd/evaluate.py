@@ -3,14 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import metrics_of, to_si
+from usdface.sums import Sums
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["StagedMesh", "evaluate_usd", "keys_of_stage"]
 
+_ALIKE = 1e-9  # of transforms, in stage units
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
@@ -85,6 +88,68 @@ class StagedMesh:
             return None
         return np.stack([self._normals(float(code)) for code in codes])
 
+    def sums_at(self, codes: FloatArray) -> Sums | None:
+        """Return the mesh at `codes` (F,) as sums of what UsdSkel makes of each sub-shape alone.
+
+        None where more than blend shapes moves it, or joints turn its normals in different ways.
+        """
+        space, moves = self._space(float(codes[0]))
+        turning = self._turned_by(moves, float(codes[0])) @ _turning(space)
+        if self._moves() or not np.isfinite(turning).all():
+            return None
+        still = np.zeros((len(self._mesh.GetPointsAttr().Get(_START)), 3), np.float32)
+
+        def shown(points: Vt.Vec3fArray) -> FloatArray:
+            if self._bound is not None and moves is not None:
+                self._bound.skinning.ComputeSkinnedPoints(moves, points, float(codes[0]))
+            return np.array(points, np.float64)[self.used] @ space[:3, :3]
+
+        nowhere = shown(Vt.Vec3fArray.FromNumpy(still))
+        count = self._deformer.count
+        parts = np.zeros((count, len(self.used), 3), np.float32)
+        for k, part in enumerate(parts):
+            part[:] = shown(self._deformer.part(k, still)) - nowhere
+        weights = self._deformer.weights(self.weights_at(codes))
+        points = self._points(float(codes[0]), posed=False)
+        if not self._deformer.turns_normals:
+            return Sums(weights, points, parts)
+        turns = np.zeros_like(parts)
+        for k, turn in enumerate(turns):
+            turn[:] = np.array(self._deformer.part(k, still, turning=True))[self.used] @ turning
+        normals = np.array(self._mesh.GetNormalsAttr().Get(_START), np.float64)[self.used]
+        return Sums(weights, points, parts, normals @ turning, turns)
+
+    def _turned_by(self, moves: Vt.Matrix4dArray | None, code: float) -> FloatArray:
+        """Return the matrix (3, 3) by which a skin turns all normals; NaN where there is none."""
+        if self._bound is None or moves is None or not self._deformer.turns_normals:
+            return np.eye(3)
+        joints = np.array(moves, np.float64)
+        if np.ptp(joints, axis=0).max() > _ALIKE:
+            return np.full((3, 3), np.nan)
+        bound = np.array(self._bound.skinning.GetGeomBindTransform(code))
+        return _turning(bound) @ _turning(joints[0])
+
+    def _moves(self) -> bool:
+        """Whether anything but blend shapes may move the mesh."""
+        mesh, bound = self._mesh, self._bound
+        prims = [mesh.GetPrim(), *_above(mesh.GetPrim())]
+        joints = False
+        if bound is not None:
+            prims += [bound.skeleton.GetPrim(), *_above(bound.skeleton.GetPrim())]
+            animation = bound.skeleton.GetAnimQuery()
+            joints = (
+                bool(animation)
+                and bound.skinning.HasJointInfluences()
+                and animation.JointTransformsMightBeTimeVarying()
+            )
+        placed = (UsdGeom.Xformable(prim) for prim in prims)
+        held = mesh.GetPointsAttr(), mesh.GetNormalsAttr()
+        return (
+            joints
+            or any(xform and xform.TransformMightBeTimeVarying() for xform in placed)
+            or any(attribute.ValueMightBeTimeVarying() for attribute in held)
+        )
+
     def _weights(self, code: float) -> Vt.FloatArray:
         weights = self._bound.weights(code) if self._bound else None
         return Vt.FloatArray(len(self.shapes)) if weights is None else weights
@@ -102,9 +167,10 @@ class StagedMesh:
             return np.array(self._bound.skinning.ComputeSkinnedTransform(moves, code)) @ space, None
         return space, moves
 
-    def _points(self, code: float) -> FloatArray:
+    def _points(self, code: float, posed: bool = True) -> FloatArray:
         points = self._mesh.GetPointsAttr().Get(code)
-        self._deformer.move(points, self._weights(code))
+        if posed:
+            self._deformer.move(points, self._weights(code))
         space, moves = self._space(code)
         if self._bound is not None and moves is not None:
             self._bound.skinning.ComputeSkinnedPoints(moves, points, code)
@@ -158,6 +224,31 @@ class _Deformer:
 
     def turn(self, normals: Vt.Vec3fArray, weights: Vt.FloatArray) -> None:
         self._apply(normals, weights, self._turns)
+
+    @property
+    def count(self) -> int:
+        """How many sub-shapes there are: shapes and their inbetweens."""
+        return len(self._moves)
+
+    def part(self, number: int, still: NDArray[np.float32], turning: bool = False) -> Vt.Vec3fArray:
+        """Return what one sub-shape adds to points, or to normals, by its whole weight."""
+        values = Vt.Vec3fArray.FromNumpy(still)
+        one, place = Vt.FloatArray([1.0]), Vt.UIntArray([number])
+        shape = Vt.UIntArray([self._query.GetBlendShapeIndex(number)])
+        offsets = self._turns if turning else self._moves
+        self._query.ComputeDeformedPoints(one, shape, place, self._indices, offsets, values)
+        return values
+
+    def weights(self, weights: FloatArray) -> FloatArray:
+        """Return the weights (F, B) of the sub-shapes by those of the shapes (F, S)."""
+        result = np.zeros((len(weights), self.count))
+        for row, given in zip(result, weights.astype(np.float32), strict=True):
+            if len(given):
+                values, _, places = self._query.ComputeSubShapeWeights(
+                    Vt.FloatArray.FromNumpy(given)
+                )
+                np.add.at(row, np.array(places, np.int64), np.array(values, np.float64))
+        return result
 
     def _apply(self, values: Vt.Vec3fArray, weights: Vt.FloatArray, offsets: object) -> None:
         if len(weights):
