@@ -19,6 +19,7 @@ from stylised import bent
 
 from usdface.binding.propose import neutral_frames, propose
 from usdface.binding.skin import skin_of
+from usdface.bound import shown_at_rest
 from usdface.errors import InputError
 from usdface.io.takes.files import read_take
 from usdface.retarget.transfer import solve_take
@@ -124,7 +125,7 @@ def weight_error(case: Case, setup: Setup) -> float:
 def main() -> None:
     table = Table(title="proposed places, of the markers that are not given")
     heads = ("take", "given", "5 mm", "10 mm", "side", "lip", "confidence")
-    for column in (*heads, "weights: true", "proposed", "and neutral"):
+    for column in (*heads, "weights: true", "proposed", "and neutral", "less its own"):
         table.add_column(column, justify="right")
     said: list[FloatArray] = []
     cases = [simulated(kind, seed) for kind in KINDS for seed in SEEDS]
@@ -147,7 +148,9 @@ def main() -> None:
             if case.weights is not None:
                 true = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
                 at_rest = replace(proposal, neutral=true.neutral)
-                row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal)]
+                shown = shown_at_rest(case.take, case.mesh, proposal)
+                less = replace(proposal, neutral_weights=shown)
+                row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal, less)]
             table.add_row(case.name, str(count), *row)
     console = Console(width=130)
     console.print(table)

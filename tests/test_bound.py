@@ -1,15 +1,18 @@
 """Shots without a binding, or with a part of one, through the command line."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from worlds import World, make_world
 
+from usdface.bound import shown_at_rest
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
+from usdface.setup import Binding, Setup
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +77,33 @@ def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
     assert written(folder, *given, 3)[0]["neutral"] == {"start": 3, "end": 3}
     bind, report = written(folder, *given, "auto")
     assert bind["neutral"]["start"] == 0 and "NEUTRAL_FOUND" in codes(report)
+
+
+def test_weights_of_the_neutral_reach_the_shot(folder: Path, world: World) -> None:
+    weights = {world.rig.meshes[0].shape_names[0]: 0.125}
+    neutral = {"start": 0, "end": 3, "weights": weights}
+    (folder / "rest.json").write_text(json.dumps(world.bind | {"neutral": neutral}))
+    assert written(folder, "--bind", folder / "rest.json")[0]["neutral"] == neutral
+    read, _ = read_shot(open_stage(folder / "shot.usda"), "shot")
+    assert dict(read.setup.neutral_weights) == weights
+    # Frames that are named instead show nothing but what is said of them.
+    bind, _ = written(folder, "--bind", folder / "rest.json", "--neutral", 1, 2)
+    assert bind["neutral"] == {"start": 1, "end": 2}
+
+
+def test_what_a_rest_shows_is_said(folder: Path, world: World) -> None:
+    """A take without its neutral frames, that rests with a shape of its own at 0.3."""
+    mesh = world.rig.meshes[0]
+    points = list(world.points.values())
+    shown = 0.3 * mesh.offsets_at(points)[0]
+    held = world.take.positions[:1] + np.repeat(shown[None], 60, axis=0)
+    positions = np.concatenate([held, world.take.positions[10:]])
+    times = np.arange(len(positions)) / world.take.rate
+    take = replace(world.take, positions=positions, times=times)
+    setup = Setup(Binding(take.names, np.array(points)), neutral=(0, 20))
+    found = shown_at_rest(take, mesh, setup)
+    assert max(found, key=lambda name: found[name]) == mesh.shape_names[0]
+    assert 0.1 < found[mesh.shape_names[0]] <= 0.4
 
 
 def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> None:

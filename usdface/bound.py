@@ -9,11 +9,12 @@ import numpy as np
 from usdface.findings import Finding, finding
 from usdface.io.bind_file import read_bind
 from usdface.options import BindOptions
+from usdface.retarget.neutral import neutral_markers
 from usdface.rigs import Mesh, Rig
 from usdface.setup import Binding, Setup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["bound_setup", "proposal_summary"]
+__all__ = ["bound_setup", "proposal_summary", "shown_at_rest"]
 
 
 def bound_setup(
@@ -61,7 +62,7 @@ def bound_setup(
     if find_neutral or options.neutral:
         findings = [f for f in findings if f.code != "NEUTRAL_ASSUMED"]
     if isinstance(options.neutral, tuple):
-        setup = replace(setup, neutral=options.neutral)
+        setup = replace(setup, neutral=options.neutral, neutral_weights={})
     if options.peaks is not None:
         setup = replace(setup, peaks=() if options.peaks == "auto" else options.peaks)
     check_frames(take, setup.neutral, setup.peaks)
@@ -73,10 +74,34 @@ def bound_setup(
     if options.peaks == "auto" and not proposing:
         setup = replace(setup, peaks=strong_frames(take, setup.neutral or neutral_frames(take)))
     if find_neutral:
-        frames = "{} to {}".format(*setup.neutral or (0, 0))
-        message = f"the face rests in frames {frames}: taken as neutral"
-        findings.append(finding("NEUTRAL_FOUND", take.source, message))
+        setup = replace(setup, neutral_weights=shown_at_rest(take, mesh, setup))
+        findings.append(_neutral_found(take, setup))
     return mesh, setup, findings
+
+
+def shown_at_rest(take: MarkerTake, mesh: Mesh, setup: Setup) -> dict[str, float]:
+    """Return the blend shapes, and their weights, that the face shows where it rests."""
+    from usdface.retarget.rest_weights import rest_weights
+
+    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
+    names = tuple(n for n in take.names if 0 <= vertex.get(n, -1) < len(mesh.points))
+    if not names or setup.neutral is None:
+        return {}
+    points, positions = np.array([vertex[name] for name in names]), take.select(names)
+    neutral = neutral_markers(positions, setup.neutral)
+    found = rest_weights(positions, neutral, mesh.points[points], mesh.offsets_at(points))
+    pairs = zip(mesh.shape_names, found.round(3).tolist(), strict=True)
+    return {name: weight for name, weight in pairs if weight > 0.0}
+
+
+def _neutral_found(take: MarkerTake, setup: Setup) -> Finding:
+    frames = "{} to {}".format(*setup.neutral or (0, 0))
+    message = f"the face rests in frames {frames}: taken as neutral"
+    shown = sorted(setup.neutral_weights.items(), key=lambda item: -item[1])
+    if shown:
+        most = ", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3])
+        message += f", without what it shows there ({len(shown)} blend shapes, most {most})"
+    return finding("NEUTRAL_FOUND", take.source, message)
 
 
 def proposal_summary(setup: Setup) -> dict[str, Any]:

@@ -167,6 +167,9 @@ class Setup:
     neutral : (int, int) or None
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
+    neutral_weights : mapping of str to float
+        Blend shape weights that the performer shows in the neutral frames, a little open mouth
+        say; those not named are 0.
     peaks : tuple of int
         Frame indices of strong expressions, by which places are proposed; () = not named.
     nose_tip : str
@@ -185,6 +188,7 @@ class Setup:
     move_head: bool = True
     head_joint: str = ""
     neutral: tuple[int, int] | None = (0, 0)
+    neutral_weights: Mapping[str, float] = field(default_factory=dict)
     peaks: tuple[int, ...] = ()
     nose_tip: str = ""
     roles: Mapping[str, str] = field(default_factory=dict)
@@ -196,6 +200,13 @@ class Setup:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
+        weights = MappingProxyType(dict(self.neutral_weights))
+        object.__setattr__(self, "neutral_weights", weights)
+        for name, weight in weights.items():
+            if not 0 <= weight <= 1:
+                raise InputError(f"the neutral weight of {name!r} is {weight}; expected 0 to 1")
+        if weights and self.neutral is None:
+            raise InputError('the neutral "rig" has no weights; name neutral frames')
         if self.head == "markers" and len(self.head_markers) < 3:
             raise InputError(
                 f"the head needs at least three rigid markers; got {len(self.head_markers)}. "

@@ -11,7 +11,8 @@
 
 Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do. `head`
 is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
-take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; `peaks`
+take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; its
+"weights" are those of blend shapes that the performer shows in the neutral frames; `peaks`
 are frame indices of strong expressions, by which places are proposed; `map` and `solve` override
 `usdface.options`. A map whose kernel, radius or smoothing is named is not chosen, unless its
 `choice` says "auto"; a solve whose agility is named does not learn how weights move, unless its
@@ -123,6 +124,7 @@ def setup_of_json(document: object, where: str) -> Setup:
         move_head=expect(document.get("move_head", True), bool, '"move_head" as true or false'),
         head_joint=expect(document.get("head_joint", ""), str, '"head_joint" as a joint\'s name'),
         neutral=_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
+        neutral_weights=_neutral_weights(document.get("neutral"), where),
         peaks=_peaks(document.get("peaks", []), where),
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
         roles=roles,
@@ -160,6 +162,20 @@ def _neutral(value: object, where: str) -> tuple[int, int] | None:
     raise InputError(
         f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"'
     )
+
+
+def _neutral_weights(value: object, where: str) -> dict[str, float]:
+    weights = value.get("weights", {}) if isinstance(value, dict) else {}
+    good = isinstance(weights, dict) and all(
+        isinstance(weight, (int, float)) and not isinstance(weight, bool)
+        for weight in weights.values()
+    )
+    if not good:
+        raise InputError(
+            f'{where}: the "weights" of "neutral" are {weights!r}; expected a number for each of '
+            "some blend shapes"
+        )
+    return {name: float(weight) for name, weight in weights.items()}
 
 
 def _peaks(value: object, where: str) -> tuple[int, ...]:
@@ -230,7 +246,8 @@ def bind_json(setup: Setup) -> str:
         "roles": dict(setup.roles),
         "neutral": "rig"
         if setup.neutral is None
-        else {"start": setup.neutral[0], "end": setup.neutral[1]},
+        else {"start": setup.neutral[0], "end": setup.neutral[1]}
+        | ({"weights": dict(setup.neutral_weights)} if setup.neutral_weights else {}),
         "peaks": list(setup.peaks),
         "map": asdict(setup.map),
         "solve": asdict(setup.solve),

@@ -11,6 +11,7 @@ from usdface.retarget.joint import solve_jointly
 from usdface.retarget.map_choice import MapChoice, choose_map
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.performed import performed
+from usdface.retarget.rest_weights import without_weights
 from usdface.retarget.shape_model import ShapeModel
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, frozen, visible
@@ -115,6 +116,7 @@ def solve_take(
     basis = offsets[:, used]
     setup, notes = _determined(setup, take, positions, basis)
     findings += notes + _unseen_shapes(basis[..., : take.dimension], shape_names)
+    neutral = _without_weights(neutral, target, basis, shape_names, take, setup)
     space, choice = choose_map(neutral, target, setup.map)
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
@@ -199,6 +201,25 @@ def _usable_markers(
                 finding("MARKER_OCCLUDED", name, f"hidden in {count} of {len(positions)} frames")
             )
     return [known[k] for k in keep], neutral[keep], findings
+
+
+def _without_weights(
+    neutral: FloatArray,
+    target: FloatArray,
+    basis: FloatArray,
+    shape_names: tuple[str, ...],
+    take: MarkerTake,
+    setup: Setup,
+) -> FloatArray:
+    if not setup.neutral_weights:
+        return neutral
+    if take.dimension == 2:
+        raise InputError("a 2D take cannot have neutral weights")
+    unknown = sorted(setup.neutral_weights.keys() - set(shape_names))
+    if unknown:
+        raise InputError(f"a neutral weight is of {unknown[0]!r}, a blend shape the rig has not")
+    weights = np.array([setup.neutral_weights.get(name, 0.0) for name in shape_names])
+    return without_weights(neutral, target, basis, weights)
 
 
 def _determined(

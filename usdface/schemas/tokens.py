@@ -68,6 +68,8 @@ __all__ = [
     "NEUTRAL_MODE",
     "NEUTRAL_RANGE",
     "NEUTRAL_RULE",
+    "NEUTRAL_SHAPES",
+    "NEUTRAL_WEIGHTS",
     "NORMALISATION",
     "NOSE_TIP",
     "OR",
@@ -162,6 +164,8 @@ ROLES_NAMES: Final = "usdface:roles:names"
 ROLES_MARKERS: Final = "usdface:roles:markers"
 NEUTRAL_MODE: Final = "usdface:neutral:mode"
 NEUTRAL_RANGE: Final = "usdface:neutral:range"
+NEUTRAL_SHAPES: Final = "usdface:neutral:shapes"
+NEUTRAL_WEIGHTS: Final = "usdface:neutral:weights"
 PEAKS: Final = "usdface:peaks"
 MAP_KERNEL: Final = "usdface:map:kernel"
 MAP_FORM: Final = "usdface:map:form"

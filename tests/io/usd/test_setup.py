@@ -13,6 +13,7 @@ SETUPS = [
     Setup(
         Binding(("a", "b", "c"), np.array([3, 3, 0]), "/Head", np.array([0.5, np.nan, 1.0])),
         peaks=(51, 7),
+        neutral_weights={"jawOpen": 0.125, "mouthFrown_L": 0.062},
         head="markers",
         head_markers=("a", "b", "c"),
         move_head=True,
@@ -78,6 +79,7 @@ def test_a_setup_survives_usd(setup: Setup) -> None:
     ):
         assert getattr(back, name) == getattr(setup, name)
     assert dict(back.roles) == dict(setup.roles)
+    assert dict(back.neutral_weights) == dict(setup.neutral_weights)
 
 
 def test_what_is_not_authored_has_its_default() -> None:

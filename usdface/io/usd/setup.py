@@ -61,6 +61,10 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
     mode = "rig" if setup.neutral is None else "frames"
     _author(prim, tokens.NEUTRAL_MODE, _NAMES.Token, mode)
     _author(prim, tokens.NEUTRAL_RANGE, _NAMES.Int2, Gf.Vec2i(*(setup.neutral or (0, 0))))
+    if setup.neutral_weights:
+        shapes, weights = zip(*setup.neutral_weights.items(), strict=True)
+        _author(prim, tokens.NEUTRAL_SHAPES, _NAMES.TokenArray, Vt.TokenArray(shapes))
+        _author(prim, tokens.NEUTRAL_WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(weights))
     if setup.peaks:
         _author(prim, tokens.PEAKS, _NAMES.IntArray, Vt.IntArray(setup.peaks))
     for name, (field, kind) in _MAP.items():
@@ -110,6 +114,13 @@ def read_setup(prim: Usd.Prim) -> Setup:
             f"{prim.GetPath()}: {tokens.ROLES_NAMES} has {len(roles)} entries, "
             f"{tokens.ROLES_MARKERS} has {len(playing)}; expected as many"
         )
+    shown = _strings(prim, tokens.NEUTRAL_SHAPES)
+    weights = np.array(_value(prim, tokens.NEUTRAL_WEIGHTS, ()), dtype=np.float64).round(6)
+    if len(shown) != len(weights):
+        raise InputError(
+            f"{prim.GetPath()}: {tokens.NEUTRAL_SHAPES} has {len(shown)} entries, "
+            f"{tokens.NEUTRAL_WEIGHTS} has {len(weights)}; expected as many"
+        )
     start, end = _value(prim, tokens.NEUTRAL_RANGE, (0, 0))
     points = np.array(_value(prim, tokens.BIND_POINTS, ()), dtype=np.int64)
     sure = np.array(_value(prim, tokens.BIND_CONFIDENCE, ()), dtype=np.float64)
@@ -123,6 +134,7 @@ def read_setup(prim: Usd.Prim) -> Setup:
             move_head=bool(_value(prim, tokens.HEAD_APPLY, True)),
             head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
             neutral=None if neutral == "rig" else (int(start), int(end)),
+            neutral_weights=dict(zip(shown, weights.tolist(), strict=True)),
             peaks=tuple(int(frame) for frame in _value(prim, tokens.PEAKS, ())),
             nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
             roles=dict(zip(roles, playing, strict=True)),
