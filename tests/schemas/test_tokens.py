@@ -18,7 +18,10 @@ def test_every_declared_name_has_a_token_and_every_token_is_declared() -> None:
     declared = {spec.name for spec in classes()}
     declared |= {prop.name for spec in classes() for prop in spec.properties}
     # `points` is inherited; emotions are named by the fuzzy system's outputs
-    assert declared | {tokens.POINTS, tokens.EMOTION_PREFIX, tokens.PIN_PREFIX} == NAMES
+    assert (
+        declared | {tokens.POINTS, tokens.EMOTION_PREFIX, tokens.PIN_PREFIX, tokens.RESIDUAL_PREFIX}
+        == NAMES
+    )
 
 
 def test_fallback_types_are_the_declared_ones() -> None:

@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import confidence_of
+from usdface.retarget.regions import place_name, region_errors
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
@@ -59,15 +60,22 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
     unseen = {names[shape]: int(places[place]) for shape, place in sure.unseen.items()}
     wanted = [int(places[place]) for place in sure.places]
     least = np.argsort(-sure.deviations, kind="stable")[:_NAMED]
+    regions = region_errors(mesh, setup.binding, solution)
+    named = {
+        vertex: place_name(mesh, vertex, setup.binding)
+        for vertex in dict.fromkeys([*unseen.values(), *wanted])
+    }
     summary = {
+        "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items()),
         "weights, standard deviation": round(float(np.median(sure.deviations)), 3),
         "least sure": ", ".join(f"{names[s]} {sure.deviations[s]:.2f}" for s in least),
     }
     if wanted:
-        summary["next markers, vertices"] = ", ".join(map(str, wanted))
+        summary["next markers"] = "; ".join(named[vertex] for vertex in wanted)
     details = {
         "residual": {
             "markers mm": _of_markers(solution),
+            "regions mm": regions,
             "frames mm": np.round(1000.0 * solution.residual, 3).tolist(),
         },
         "confidence": {
@@ -77,9 +85,13 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
             },
             "hardly seen, and the vertex that would show it": unseen,
             "next markers, vertices": wanted,
+            "where these are": {str(vertex): where for vertex, where in named.items()},
         },
     }
-    found = [finding("SHAPE_UNSURE", f"{name}: vertex {place}") for name, place in unseen.items()]
+    found = [
+        finding("SHAPE_UNSURE", name, f"hardly seen; a marker would show it: {named[vertex]}")
+        for name, vertex in unseen.items()
+    ]
     return SolveReport(summary, details, found)
 
 

@@ -77,6 +77,7 @@ __all__ = [
     "PIN_PREFIX",
     "POINTS",
     "RESIDUAL",
+    "RESIDUAL_PREFIX",
     "RESPONSE",
     "RETARGET",
     "RIG",
@@ -192,6 +193,8 @@ CLEAN_REPAIRS_FRAMES: Final = "usdface:clean:repairs:frames"
 CLEAN_REPAIRS_KINDS: Final = "usdface:clean:repairs:kinds"
 HEAD_TRANSFORM: Final = "usdface:head:transform"
 RESIDUAL: Final = "usdface:residual"
+# Followed by the name of a region: usdface:residual:mouth
+RESIDUAL_PREFIX: Final = "usdface:residual:"
 # Followed by the name of a blend shape: usdface:pin:jawOpen
 PIN_PREFIX: Final = "usdface:pin:"
 FEATURE_POINTS: Final = "usdface:featurePoints"

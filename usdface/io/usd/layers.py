@@ -25,6 +25,7 @@ from usdface.io.usd.stage import (
 )
 from usdface.retarget.align import Pose
 from usdface.retarget.head_joint import matrices_of
+from usdface.retarget.regions import region_residuals
 from usdface.retarget.transfer import Solution
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import FloatArray
@@ -207,6 +208,11 @@ def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
     unit = shot.metrics.meters_per_unit
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
     _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
+    mesh, binding = shot.rig.mesh(shot.setup.binding.mesh), shot.setup.binding
+    for region, curve in region_residuals(mesh, binding, solution).items():
+        name = tokens.RESIDUAL_PREFIX + region
+        _attribute(prim, name, Sdf.ValueTypeNames.Float)
+        _samples(layer, prim, name, codes, _floats(curve / unit))
     to_stage = np.linalg.inv(to_si(shot.metrics))
     pose = matrices_of(solution.pose)
     if solution.in_space:
