@@ -133,6 +133,7 @@ def make_shot(
     from usdface.bound import bound_setup, proposal_summary
     from usdface.express import adopt, design, parts_of
     from usdface.fuzzy.dictionaries import expressions_for
+    from usdface.fuzzy.doubts import rule_findings
     from usdface.io.calibration_file import read_calibration_file
     from usdface.io.expressions_file import read_expressions_file
     from usdface.io.fuzzy_formats.files import read_fuzzy_file
@@ -163,7 +164,7 @@ def make_shot(
         system: FuzzySystem | None
         if fuzzy:
             system, more = read_fuzzy_file(fuzzy)
-            findings += more
+            findings += more + rule_findings(system)
             setup, more = adopt(system, setup, expressions, str(fuzzy))
             system = replace(system, **asdict(correction)) if correction else system
         else:

@@ -26,7 +26,11 @@ def rule_findings(system: FuzzySystem) -> list[Finding]:
     that have a range).
     """
     neutral = [
-        finding("RULE_FIRES_AT_NEUTRAL", str(rule), f"the rule {rule} fires on a neutral face")
+        finding(
+            "RULE_FIRES_AT_NEUTRAL",
+            rule.place or str(rule),
+            f"the rule {rule} fires on a neutral face; begin its terms away from 0",
+        )
         for rule in fires_at_neutral(system)
     ]
     return neutral + _silent(system) + _contradictions(system) + _gaps(system)
@@ -38,12 +42,17 @@ def _silent(system: FuzzySystem) -> list[Finding]:
     variables = {v.name: v for v in system.inputs}
     for rule in system.rules:
         if not rule.enabled or rule.weight == 0:
-            why = "is disabled or has no weight"
+            why = "is disabled or has no weight; enable it, or remove it"
         elif not _alternatives(rule.condition, variables, points, False):
-            why = "can never fire: no value belongs to all that it asks of one variable"
+            why = (
+                "can never fire: no value belongs to all that it asks of one variable; drop or "
+                "change one of these conditions"
+            )
         else:
             continue
-        findings.append(finding("RULE_UNREACHABLE", str(rule), f"the rule {rule} {why}"))
+        findings.append(
+            finding("RULE_UNREACHABLE", rule.place or str(rule), f"the rule {rule} {why}")
+        )
     return findings
 
 
@@ -98,7 +107,7 @@ def _contradictions(system: FuzzySystem) -> list[Finding]:
                         f"the rules {one} and {other} ask for the same, but say {output} IS "
                         f"{said[output]} and {value}; keep one, or tell their conditions apart"
                     )
-                    findings.append(finding("RULES_CONTRADICT", str(other), message))
+                    findings.append(finding("RULES_CONTRADICT", other.place or str(other), message))
     return findings
 
 
@@ -118,8 +127,11 @@ def _gaps(system: FuzzySystem) -> list[Finding]:
         covered = np.any([membership(t.kind, t.parameters, x) > 0 for t in variable.terms], axis=0)
         bare = x[1:-1][~covered[1:-1]]
         if bare.size:
+            # Where terms end is a parameter of theirs, a little before or after the samples.
+            marks = np.array([*variable.range, *(p for t in variable.terms for p in t.parameters)])
+            low, high = marks[marks <= bare[0]].max(), marks[marks >= bare[-1]].min()
             message = (
-                f"no term of {variable.name} covers all of {bare[0]:g} to {bare[-1]:g}; no rule "
+                f"no term of {variable.name} covers all of {low:g} to {high:g}; no rule "
                 "about it fires there; widen a term or shorten the range"
             )
             findings.append(finding("RANGE_UNCOVERED", variable.name, message))
@@ -127,8 +139,9 @@ def _gaps(system: FuzzySystem) -> list[Finding]:
 
 
 def _points(variable: Variable) -> FloatArray:
-    """Values between which no term of a variable changes from 0 to more."""
+    """Values that a variable can have, between which no term changes from 0 to more."""
     marks = np.array([p for t in variable.terms for p in t.parameters if np.isfinite(p)] + [0.0])
     marks = np.unique(marks)
     beyond = [marks[0] - 1.0, marks[-1] + 1.0]
-    return np.concatenate([marks, (marks[1:] + marks[:-1]) / 2, beyond])
+    points = np.concatenate([marks, (marks[1:] + marks[:-1]) / 2, beyond])
+    return points[points >= 0] if variable.measure == "absolute" else points

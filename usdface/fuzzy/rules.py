@@ -16,7 +16,7 @@ one where no name follows.
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 from typing import Literal
 
@@ -67,6 +67,8 @@ class Rule:
     weight : float
         In [0, 1]; multiplies the firing strength.
     enabled : bool
+    place : str
+        Where it was read, for messages: file and line, or prim. It says nothing of the rule.
     """
 
     text: str
@@ -74,13 +76,19 @@ class Rule:
     consequents: tuple[tuple[str, float | str], ...]
     weight: float = 1.0
     enabled: bool = True
+    place: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if not 0 <= self.weight <= 1:
-            raise InputError(f"rule {self}: weight is {self.weight}; expected 0 to 1")
+            raise InputError(f"{self.named}: weight is {self.weight}; expected 0 to 1")
 
     def __str__(self) -> str:
         return rule_name(self.text)
+
+    @property
+    def named(self) -> str:
+        """Its place and text, as messages begin."""
+        return f"{self.place}: rule {self}" if self.place else f"rule {self}"
 
     @property
     def propositions(self) -> tuple[Proposition, ...]:
@@ -99,7 +107,7 @@ def _propositions(condition: Condition) -> list[Proposition]:
     return [p for part in condition.parts for p in _propositions(part)]
 
 
-def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
+def parse_rule(text: str, weight: float = 1.0, enabled: bool = True, place: str = "") -> Rule:
     """Read a rule.
 
     Parameters
@@ -109,6 +117,8 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
     weight : float
         In [0, 1].
     enabled : bool
+    place : str
+        Where it was read, for messages.
 
     Raises
     ------
@@ -122,7 +132,7 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True) -> Rule:
     consequents = [words.conclusion()]
     while words.keyword("AND", "") == "AND":
         consequents.append(words.conclusion())
-    return Rule(text, condition, tuple(consequents), float(weight), bool(enabled))
+    return Rule(text, condition, tuple(consequents), float(weight), bool(enabled), place)
 
 
 def rule_name(text: str) -> str:

@@ -256,41 +256,42 @@ class FuzzySystem:
         for variable, term in rule.antecedent:
             if variable not in terms:
                 raise InputError(
-                    f"rule {rule}: no input is called {variable!r}; "
-                    f"there are {', '.join(terms) or 'none'}"
+                    f"{rule.named}: no input is called {variable!r}; there are "
+                    f"{', '.join(terms) or 'none'}; correct the rule, or add the input"
                 )
             if term not in terms[variable]:
                 raise InputError(
-                    f"rule {rule}: {variable} has no term {term!r}; "
-                    f"it has {', '.join(terms[variable]) or 'none'}"
+                    f"{rule.named}: {variable} has no term {term!r}; "
+                    f"it has {', '.join(terms[variable]) or 'none'}; "
+                    "correct the rule, or add the term"
                 )
         for output, value in rule.consequents:
             if output not in self.emotions:
                 raise InputError(
-                    f"rule {rule}: no output is called {output!r}; "
-                    f"there are {', '.join(self.emotions) or 'none'}"
+                    f"{rule.named}: no output is called {output!r}; there are "
+                    f"{', '.join(self.emotions) or 'none'}; correct the rule, or add the output"
                 )
             self._check_conclusion(rule, self._output(output), value)
-        _check_unique(f"rule {rule}: output", (output for output, _ in rule.consequents))
+        _check_unique(f"{rule.named}: output", (output for output, _ in rule.consequents))
 
     def _check_conclusion(self, rule: Rule, output: Variable, value: float | str) -> None:
         named = [term.name for term in output.terms]
         if isinstance(value, str) and value not in named:
             raise InputError(
-                f"rule {rule}: {output.name} has no term {value!r}; "
+                f"{rule.named}: {output.name} has no term {value!r}; "
                 f"give it a number, or one of {', '.join(named) or 'none'}"
             )
         if isinstance(value, str):
             return
         if self.inference == "mamdani":
             raise InputError(
-                f"rule {rule}: {output.name} IS {value:g}, but the inference is mamdani; "
+                f"{rule.named}: {output.name} IS {value:g}, but the inference is mamdani; "
                 f"conclude with one of its terms, {', '.join(named) or 'none'}"
             )
         low, high = output.span
         if not low <= value <= high:
             raise InputError(
-                f"rule {rule}: {output.name} IS {value:g}; expected {low:g} to {high:g}"
+                f"{rule.named}: {output.name} IS {value:g}; expected {low:g} to {high:g}"
             )
 
     def _output(self, name: str) -> Variable:

@@ -6,7 +6,7 @@ linear conclusions are written as fuzzylite reads them, and those of jFuzzyLogic
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
@@ -291,7 +291,8 @@ class _Parser:
     def _rule_block(self, statement: _Statement) -> None:
         words = statement.words
         if statement.first == "RULE" and ":" in words:
-            self._rules.append(_read_rule(words[words.index(":") + 1 :]))
+            rule = _read_rule(words[words.index(":") + 1 :])
+            self._rules.append(replace(rule, place=f"{self._name}, line {statement.line}"))
             return
         tables = {
             "AND": ("and_", _AND),

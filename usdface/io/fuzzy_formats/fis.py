@@ -5,6 +5,7 @@ MathWorks, Fuzzy Logic Toolbox User's Guide, "Fuzzy Inference System file".
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -190,7 +191,10 @@ def read_fis(path: Path) -> tuple[FuzzySystem, list[Finding]]:
             taken = [v.name for v in variables]
             variables.append(_read_variable(path.name, kind.lower(), section, taken, findings))
     rules = [
-        _at(path.name, line, partial(_read_rule, text, variables))
+        replace(
+            _at(path.name, line, partial(_read_rule, text, variables)),
+            place=f"{path.name}, line {line}",
+        )
         for line, text in sections.get("Rules", {}).values()
     ]
     _announced(path.name, system, "NumRules", len(rules))

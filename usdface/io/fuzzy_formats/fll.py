@@ -4,6 +4,7 @@ Rada-Vilela, "The FuzzyLite Libraries for Fuzzy Logic Control", 2018, https://fu
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import inf, isfinite, isnan
 from pathlib import Path
 from typing import Any
@@ -246,7 +247,8 @@ class _Parser:
 
     def _rule_block(self, line: int, key: str, value: str) -> None:
         if key == "rule":
-            self._rules.append(_read_rule(value, self._enabled))
+            rule = _read_rule(value, self._enabled)
+            self._rules.append(replace(rule, place=f"{self._name}, line {line}"))
         elif key == "enabled":
             self._enabled = value == "true"
         elif key == "conjunction" and value != "none":

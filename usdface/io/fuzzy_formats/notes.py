@@ -217,7 +217,9 @@ def _named(where: str, make: Callable[[], _Made]) -> _Made:
     try:
         return make()
     except InputError as error:
-        raise InputError(f"{where}: {error}") from error
+        # A rule names its place by itself.
+        prefix = "" if str(error).startswith(f"{where}, line ") else f"{where}: "
+        raise InputError(f"{prefix}{error}") from error
 
 
 def check_names(system: FuzzySystem, suffix: str) -> None:

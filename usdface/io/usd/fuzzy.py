@@ -145,7 +145,9 @@ def _checked(prim: Usd.Prim, read: Callable[[Usd.Prim], _Read]) -> _Read:
     try:
         return read(prim)
     except InputError as error:
-        raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
+        # A rule names its prim by itself.
+        prefix = "" if str(error).startswith("prim <") else f"prim <{prim.GetPath()}>: "
+        raise InputError(f"{prefix}{error}") from error
 
 
 def _read_system(
@@ -198,6 +200,7 @@ def _read_rule(prim: Usd.Prim) -> Rule:
         _value(prim, tokens.RULE_TEXT, str) or "",
         1.0 if weight is None else weight,
         True if enabled is None else enabled,
+        f"prim <{prim.GetPath()}>",
     )
 
 
