@@ -21,6 +21,7 @@ from usdface.io.atomic import write_bytes
 __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
 
 _MAX_BYTES = 2**32 - 1  # what a GLB header can announce
+_MOST_OBJECTS = 2**18  # of the JSON: about 150 MB as pygltflib's
 _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
 # Without these the file can still be read truly, or at worst looks plainer.
 _DECODED = (
@@ -119,6 +120,8 @@ def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:
 
 
 def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...]]:
+    if data.count(b"{") > _MOST_OBJECTS:
+        raise InputError(f"the JSON has more than {_MOST_OBJECTS} objects", "TOO_LARGE")
     try:
         text = data.decode("utf-8-sig")
         raw = json.loads(text, parse_constant=_refuse_constant)
