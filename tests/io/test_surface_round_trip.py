@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from pygltflib import GLTF2
 
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Placement, Texture
-from usdface.rigs import BlendShape, CornerValues, Mesh, Rig
+from usdface.rigs import BlendShape, CornerValues, MaterialSubset, Mesh, Rig
 
 
 def png(path: Path, channels: int = 3, value: float = 0.25) -> Texture:
@@ -180,8 +181,6 @@ def test_vertex_colours_are_those_seen(tmp_path: Path, suffix: str) -> None:
     mesh = replace(mesh, corner_values=(CornerValues("displayColor", colours),))
     shown = Material("m", (1.0, 1.0, 1.0), vertex_colours=True)
     write_gltf(Rig("r", (mesh,), None, (shown,)), tmp_path / "a.glb")
-    from pygltflib import GLTF2
-
     document = GLTF2.load(str(tmp_path / "a.glb"))
     document.materials[0].pbrMetallicRoughness.baseColorFactor = [0.5, 0.25, 1.0, 1.0]
     document.save(str(tmp_path / "b.glb"))
@@ -201,6 +200,26 @@ def test_colours_that_no_material_shows_stay_behind(tmp_path: Path) -> None:
     found = write_gltf(Rig("r", (mesh,), None, (Material("m"),)), tmp_path / "a.glb")
     assert [f.code for f in found] == ["CHANNEL_IGNORED"]
     assert read_gltf(tmp_path / "a.glb")[0].meshes[0].corner_values == ()
+
+
+def test_colours_without_a_material_are_no_metal(tmp_path: Path, validate_gltf: Callable) -> None:
+    """glTF shows metal where there is no material; the one that says otherwise is none in USD."""
+    colours = CornerValues("displayColor", np.linspace(0, 1, 36).reshape(12, 3))
+    half = replace(
+        sheet(), corner_values=(colours,), subsets=(MaterialSubset("Material", np.array([0])),)
+    )
+    rig = Rig("r", (half,), None, (Material("Material", vertex_colours=True),))
+    write_gltf(rig, tmp_path / "a.glb")
+    assert validate_gltf(tmp_path / "a.glb")["issues"]["numErrors"] == 0
+    document = GLTF2.load(str(tmp_path / "a.glb"))
+    plain = document.materials[document.meshes[0].primitives[1].material]
+    assert plain.pbrMetallicRoughness.metallicFactor == 0
+    back, _, found = read_gltf(tmp_path / "a.glb")
+    assert [m.name for m in back.materials] == ["Material"] and found == []
+    (mesh,) = back.meshes
+    assert mesh.material == ""
+    assert [(s.material, s.faces.tolist()) for s in mesh.subsets] == [("Material", [0])]
+    np.testing.assert_allclose(mesh.corners("displayColor"), colours.values, atol=1e-6)
 
 
 def test_separate_images_are_packed(tmp_path: Path, validate_gltf: Callable) -> None:

@@ -3,6 +3,8 @@
 import struct
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import compress
+from operator import not_
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +28,7 @@ from usdface.io.gltf.read_skin import Armature, armature_of
 from usdface.io.gltf.read_weights import PlacedMesh
 from usdface.io.gltf.scene import read_scene
 from usdface.io.gltf.textures import uv_names_in
-from usdface.io.gltf.vertex_colours import tinted
+from usdface.io.gltf.vertex_colours import is_bare, tinted
 from usdface.rigs import Mesh, Rig, Skin
 from usdface.takes import FloatArray
 
@@ -93,10 +95,14 @@ def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     tree = node_tree(document)
     carriers = [n for n in tree.order if n in tree.scene and document.nodes[n].mesh is not None]
     _check_size(document, carriers, reader)
-    given = [material.name or "Material" for material in document.materials or []]
-    names, found = _unique(given, "material")
+    bare = [is_bare(material) for material in document.materials or []]
+    shown = compress(document.materials or [], map(not_, bare))
+    unique, found = _unique([material.name or "Material" for material in shown], "material")
+    named = iter(unique)
+    names = tuple("" if none else next(named) for none in bare)
     uv_names = uv_names_in(document.asset.extras)
     materials, news = read_materials(file, names, uv_names)
+    materials = tuple(material for material in materials if material.name)
     found += news
     armature, news = armature_of(document, tree, reader, moved_nodes(file, tree))
     found += news

@@ -130,6 +130,8 @@ def _material(primitive: Primitive, materials: tuple[str, ...]) -> int:
     index = primitive.material
     if index is not None and not 0 <= index < len(materials):
         raise InputError(f"there is no material {index}; the file has {len(materials)}")
+    if index is not None and not materials[index]:  # stands for none
+        return -1
     return -1 if index is None else int(index)
 
 

@@ -10,14 +10,40 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+import pygltflib
 
 from usdface.materials import Material
 from usdface.rigs import CornerValues, Mesh, Rig
 
-__all__ = ["COLOURS", "tinted", "whitened"]
+__all__ = ["COLOURS", "bare", "bare_material", "is_bare", "tinted", "whitened"]
 
 COLOURS = "displayColor"
+_BARE = {"usdface": {"material": False}}
 _WHITE = (1.0, 1.0, 1.0)
+
+
+def bare(rig: Rig) -> bool:
+    """Whether vertex colours are on faces without a material.
+
+    What glTF shows without one is metal, which USD's colours alone are not.
+    """
+    return any(
+        mesh.corners(COLOURS) is not None
+        and not mesh.material
+        and sum(len(s.faces) for s in mesh.subsets) < len(mesh.face_counts)
+        for mesh in rig.meshes
+    )
+
+
+def bare_material() -> pygltflib.Material:
+    """Return what stands for no material, with UsdPreviewSurface's defaults."""
+    surface = pygltflib.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.5)
+    return pygltflib.Material(pbrMetallicRoughness=surface, extras=_BARE)
+
+
+def is_bare(material: pygltflib.Material) -> bool:
+    """Whether it is `bare_material`."""
+    return bool(material.extras == _BARE)
 
 
 def tinted(mesh: Mesh, materials: Iterable[Material]) -> Mesh:

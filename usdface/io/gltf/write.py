@@ -18,7 +18,7 @@ from usdface.io.gltf.extras import written_extras
 from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.scene import write_scene
 from usdface.io.gltf.textures import TextureBuilder, uv_notes
-from usdface.io.gltf.vertex_colours import whitened
+from usdface.io.gltf.vertex_colours import bare, bare_material, whitened
 from usdface.io.gltf.write_animation import written_clip
 from usdface.io.gltf.write_materials import written_materials
 from usdface.io.gltf.write_mesh import written_mesh
@@ -79,10 +79,12 @@ def write_gltf(
     materials, news = written_materials(whitened(rig), textures)
     found += news
     by_name = {material.name: material for material in materials}
+    if bare(rig):
+        by_name[""] = bare_material()
     coloured = {"", *(m.name for m in rig.materials if m.vertex_colours)}
     document = pygltflib.GLTF2(
         asset=_asset(rig, uv_names),
-        materials=materials,
+        materials=list(by_name.values()),
         scene=0,
         extensionsUsed=sorted({key for material in materials for key in material.extensions}),
     )
