@@ -82,6 +82,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     # binding
     "BIND_PROPOSED": ("info", "where markers sit was proposed, not given"),
     "BIND_UNSURE": ("warning", "most proposed places are unsure"),
+    "PLACE_DOUBTED": ("warning", "the given place of a marker does not fit the others"),
     "PLACE_UNSURE": ("warning", "the proposed place of a marker may be wrong"),
     "MARKER_OFF_FACE": ("warning", "a marker lies off the face and gets no place"),
     "MARKER_DUPLICATE": ("warning", "two markers are always at one place; one is left out"),

@@ -73,6 +73,27 @@ def test_places_that_are_given_stay(world: World) -> None:
     np.testing.assert_array_equal(binding.confidence[:3], 1.0)
 
 
+@pytest.mark.parametrize("count", [4, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_given_place_that_is_wrong_is_named_and_not_followed(world: World, count: int) -> None:
+    take, truth = anonymous(world, 3)
+    chosen = np.array([0, 9, 14, 18])[:count]
+    points = world.rig.meshes[0].points
+    far = np.linalg.norm(points[truth] - points[truth[9]], axis=1).argmax()
+    places = truth[chosen]
+    places[1] = truth[far]
+    given = Binding(tuple(take.names[i] for i in chosen), places)
+    setup, findings = propose(take, world.rig.meshes[0], replace(NO_BINDING, binding=given))
+    assert codes(findings, "PLACE_DOUBTED") == ["m9"]
+    binding = setup.binding
+    # A person's word stays, but is said to be unsure.
+    np.testing.assert_array_equal(binding.points[:count], places)
+    assert binding.confidence is not None
+    np.testing.assert_array_equal(binding.confidence[:count], np.arange(count) != 1)
+    placed = dict(zip(binding.markers, binding.points.tolist(), strict=True))
+    others = [i for i in range(len(truth)) if i not in chosen]
+    assert np.mean([placed[f"m{i}"] == truth[i] for i in others]) > 0.85
+
+
 def test_three_anchors_hold_what_motion_alone_does_not(world: World) -> None:
     """Four still markers on a face that hardly moves: only the anchors can tell their places."""
     names = ("chin", "nose", "brow_out_l", "brow_out_r", "forehead", "cheek_l", "cheek_r", "jaw_l")

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from usdface.binding.confidence import confidence
+from usdface.binding.given import doubted
 from usdface.binding.names import named_heights
 from usdface.binding.register import (
     Domain,
@@ -115,7 +116,9 @@ def propose(
         peaks = np.array(setup.peaks)
     anchors, heights = _anchors(names, given, skin), named_heights(names)
     evidence = _evidence(performance.still, neutral, peaks, anchors, heights)
-    domain, answers = search(skin, evidence)
+    evidence, domain, answers, wrong = _searched(skin, names, evidence)
+    anchors = evidence.anchors
+    findings += wrong
     if find_neutral:
         others = [_evidence(performance.still, r, peaks, anchors, heights) for r in resting]
         left = np.array([unexplained_motion(domain, other, answers[0]) for other in others])
@@ -132,11 +135,12 @@ def propose(
     new = [i for i, name in enumerate(names) if name not in given and not off[i]]
     points = skin.vertices[places[new]]
     findings += _doubts(take, [names[i] for i in new], points, sure[new])
+    doubtful = {f.where for f in wrong}
     binding = Binding(
         (*given, *(names[i] for i in new)),
         np.array([*given.values(), *points], dtype=np.int64),
         setup.binding.mesh,
-        np.array([*np.ones(len(given)), *sure[new]]),
+        np.array([*(0.0 if n in doubtful else 1.0 for n in given), *sure[new]]),
     )
     return replace(setup, binding=binding, peaks=tuple(peaks.tolist())), findings
 
@@ -158,6 +162,29 @@ def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Seque
         raise InputError(f"neutral frames {neutral[0]} to {neutral[1]} lie outside {there}")
     if max(peaks, default=0) >= len(take.times):
         raise InputError(f"the peak frame {max(peaks)} lies outside {there}")
+
+
+def _searched(
+    skin: Skin, names: Sequence[str], evidence: Evidence
+) -> tuple[Evidence, Domain, tuple[Registration, ...], list[Finding]]:
+    """Register the markers, given places that do not fit left out of the evidence and named."""
+    domain, answers = search(skin, evidence)
+    if not (evidence.anchors >= 0).any():
+        return evidence, domain, answers, []
+    doubt, likely = doubted(skin, domain, evidence, answers[0])
+    if not doubt.any():
+        return evidence, domain, answers, []
+    found = []
+    for i in np.flatnonzero(doubt).tolist():
+        at, other = skin.vertices[[evidence.anchors[i], likely[i]]]
+        away = 1000.0 * float(skin.reach(np.array([at]))[0, likely[i]])
+        message = (
+            f"given at vertex {at}, but it fits vertex {other}, {away:.0f} mm away along the "
+            "skin; kept there, and not used to place the others"
+        )
+        found.append(finding("PLACE_DOUBTED", names[i], message))
+    evidence = replace(evidence, anchors=np.where(doubt, -1, evidence.anchors))
+    return evidence, *search(skin, evidence), found
 
 
 def _in_space(take: MarkerTake) -> FloatArray:

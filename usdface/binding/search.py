@@ -19,7 +19,7 @@ from usdface.binding.skin import Skin
 from usdface.retarget.align import similarity_fit
 from usdface.takes import FloatArray
 
-__all__ = ["search"]
+__all__ = ["released", "search"]
 
 _ROLLS, _TILTS, _SCALES = range(0, 360, 30), (-25.0, 0.0, 25.0), (0.9, 1.13)
 # How many starts, answers and final answers are followed.
@@ -61,6 +61,11 @@ def search(skin: Skin, evidence: Evidence) -> tuple[Domain, tuple[Registration, 
     full = domain_of(skin)
     final = [_finish(full, evidence, state) for state in _different(followed, _FINAL)]
     return full, tuple(_different(final, _FINAL))
+
+
+def released(skin: Skin, full: Domain, evidence: Evidence, answer: Registration) -> Registration:
+    """Return what an answer on all of the skin becomes with other evidence, from nearby."""
+    return _finish(full, evidence, _follow(domain_of(skin, _MIDDLE), evidence, answer))
 
 
 def _directions(domain: Domain, evidence: Evidence) -> list[FloatArray]:

@@ -28,7 +28,7 @@ _FRAMES, _STEPS = 200, 60
 _SEEN, _FEWEST_FRAMES, _FEWEST_MARKERS = 0.9, 10, 8
 # Performers of another face than the rig's seem to show up to 0.15 where they show nothing: if no
 # weight is larger the rest is a neutral. Of others what is small is left out.
-_NEUTRAL, _LEAST = 0.18, 0.02
+_NEUTRAL, _LEAST = 0.16, 0.02
 
 
 def rest_weights(
