@@ -288,6 +288,9 @@ def _process(commands: Any) -> None:
     command = _command(commands, "process", _run_process, "retarget, correct, write layers")
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
+    command.add_argument(
+        "--figure", default="", metavar="FILE", help="also draw the take: .png, .svg or .pdf"
+    )
     command.add_argument("--no-express", dest="express", action="store_false")
     command.add_argument(
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
@@ -433,7 +436,7 @@ def _run_fit(parsed: argparse.Namespace) -> int:
     if bool(parsed.rig) != bool(parsed.bind):
         raise InputError("--rig and --bind belong together: give both, or --shot alone")
     if parsed.figure:
-        from usdface.figure import check_picture
+        from usdface.picture import check_picture
 
         check_picture(parsed.figure)
     options = FitOptions(**_settings(parsed, FitOptions))
@@ -483,7 +486,7 @@ def _run_explain(parsed: argparse.Namespace) -> int:
     from usdface.report import print_explanation, progress
 
     if parsed.figure:
-        from usdface.figure import check_picture
+        from usdface.picture import check_picture
 
         check_picture(parsed.figure)
     with progress(parsed.format == "text") as on_step:

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from usdface.figure import save_figure
 from usdface.fuzzy.fit_validation import Validation
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.picture import save_figure
 
 __all__ = ["write_fit_figure"]
 

@@ -309,6 +309,7 @@ class ProcessOptions:
 
     output: str = ""
     gltf: str = ""
+    figure: str = ""
     express: bool = True
     head: bool = True
     clean: bool = True

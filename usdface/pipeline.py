@@ -206,6 +206,12 @@ def process(
     path = Path(path)
     root = Path(options.output) if options.output else None
     gltf = Path(options.gltf) if options.gltf else None
+    figure = Path(options.figure) if options.figure else None
+    if figure:
+        from usdface.picture import check_picture
+        from usdface.take_figure import write_take_figure
+
+        check_picture(figure)
     if gltf:
         from usdface.io.gltf.write import write_gltf
         from usdface.io.head_clip import head_clip
@@ -214,8 +220,9 @@ def process(
     with steps("read"):
         ours = layer_paths(path, root)
         stage = open_stage(path, without=(ours.solve, ours.express))
-        for place in (ours.root, ours.solve, *([gltf] if gltf else [])):
-            check_place(place, *files_of(stage))
+        for place in (ours.root, ours.solve, gltf, figure):
+            if place:
+                check_place(place, *files_of(stage))
         shot, findings = read_shot(stage, str(path))
     solved = animate(stage, shot, options, steps)
     findings += solved.findings
@@ -231,7 +238,10 @@ def process(
         written = write_layers(
             path, stage, shot, solved.solve, solved.express, root, options.in_place
         )
-    written += [gltf] if gltf else []
+    if figure:
+        with steps("draw"):
+            write_take_figure(solved, figure)
+    written += [place for place in (gltf, figure) if place]
     return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
 
 

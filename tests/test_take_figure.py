@@ -1,0 +1,67 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from worlds import make_world
+
+from usdface.animate import Animated, animate
+from usdface.cli import main
+from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import open_stage
+from usdface.options import ProcessOptions
+from usdface.outcome import Steps
+from usdface.pipeline import make_shot
+from usdface.take_figure import write_take_figure
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    world = make_world(head_moves=False)
+    folder = world.write(tmp_path_factory.mktemp("face"))
+    files = (folder / "rig.usda", folder / "take.usda", folder / "bind.json", folder / "shot.usda")
+    make_shot(*files)
+    return folder / "shot.usda"
+
+
+@pytest.fixture(scope="module")
+def animated(shot: Path) -> Animated:
+    stage = open_stage(shot)
+    return animate(stage, read_shot(stage, "shot")[0], ProcessOptions(), Steps())
+
+
+def test_process_draws_the_take_and_the_same_take_the_same(shot: Path, tmp_path: Path) -> None:
+    drawn = []
+    for name in ("one.png", "two.png"):
+        assert main(["process", str(shot), "--figure", str(tmp_path / name)]) == 0
+        drawn.append((tmp_path / name).read_bytes())
+    assert drawn[0].startswith(PNG) and len(drawn[0]) > 20_000
+    assert drawn[0] == drawn[1]
+
+
+def test_the_regions_and_the_largest_weights_are_named(animated: Animated, tmp_path: Path) -> None:
+    path = tmp_path / "take.svg"
+    write_take_figure(animated, path)
+    said = path.read_text()
+    regions = animated.details["residual"]["regions mm"]
+    for region, entry in regions.items():
+        assert f"{region} {entry['rms']:.2f}" in said
+    assert "jawOpen" in said
+
+
+def test_what_is_not_there_is_not_drawn(animated: Animated, tmp_path: Path) -> None:
+    """A take of weights has no residual, an uncorrected one no emotions, a still one no weights."""
+    still = replace(animated.solve, weights=np.zeros_like(animated.solve.weights))
+    bare = replace(animated, express=None, details={}, solve=still)
+    write_take_figure(bare, tmp_path / "bare.svg")
+    said = (tmp_path / "bare.svg").read_text()
+    assert "no weight moves" in said and "RMS [mm]" not in said and "emotions" not in said
+
+
+def test_a_file_that_is_no_picture_is_refused_before_any_work(shot: Path, tmp_path: Path) -> None:
+    result = tmp_path / "result.usda"
+    wanted = ["process", str(shot), "-o", str(result), "--figure", str(tmp_path / "take.txt")]
+    assert main(wanted) == 1
+    assert not result.exists()

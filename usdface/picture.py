@@ -1,0 +1,52 @@
+"""Picture files of figures (matplotlib): refused before the work, written without a half."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from usdface.errors import InputError
+from usdface.io.atomic import write_bytes
+
+__all__ = ["check_picture", "save_figure"]
+
+_SUFFIXES = (".png", ".svg", ".pdf")
+
+
+def save_figure(draw: Callable[[Any], None], path: Path) -> None:
+    """Let `draw` fill a figure, and write it; the same figure gives the same bytes.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed, or the file name is no picture's.
+    OutputError
+        If the file cannot be written.
+    """
+    check_picture(path)
+    try:
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise InputError("figures need matplotlib: pip install 'usdface[plot]'") from error
+    figure = Figure(layout="constrained")
+    draw(figure)
+    drawn = io.BytesIO()
+    # Without date and random names, so that the same take gives the same bytes.
+    metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    suffix = path.suffix.lower()
+    with rc_context({"svg.hashsalt": "usdface"}):
+        figure.savefig(drawn, format=suffix[1:], dpi=110, metadata=metadata[suffix])
+    write_bytes(path, drawn.getvalue())
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a file name that is no picture's.
+
+    Raises
+    ------
+    InputError
+        If it ends in something else.
+    """
+    if path.suffix.lower() not in _SUFFIXES:
+        raise InputError(f"{path} is no picture; end it in {', '.join(_SUFFIXES)}")
