@@ -56,3 +56,10 @@ def test_hedges():
     for name, values in expected.items():
         np.testing.assert_allclose(HEDGES[name](x), values, atol=1e-15)
     np.testing.assert_allclose(HEDGES["seldom"](HEDGES["extremely"](x)), x, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", S_NORMS)
+def test_no_s_norm_exceeds_1_by_rounding(name):
+    a, b = np.random.default_rng(0).uniform(0, 1, (2, 100_000)) ** 0.1
+    joined = S_NORMS[name](a, b)
+    assert joined.max() <= 1 and joined.min() >= 0

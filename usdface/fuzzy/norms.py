@@ -38,7 +38,7 @@ def _nilpotent(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _algebraic_sum(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a + b - a * b
+    return np.minimum(a + b - a * b, 1.0)  # as the next two, a bit above by rounding
 
 
 def _lukasiewicz_sum(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -47,11 +47,12 @@ def _lukasiewicz_sum(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def _hamacher_sum(a: FloatArray, b: FloatArray) -> FloatArray:
     rest = 1.0 - a * b
-    return np.divide(a + b - 2.0 * a * b, rest, out=np.ones_like(rest), where=rest > 0)
+    joined = np.divide(a + b - 2.0 * a * b, rest, out=np.ones_like(rest), where=rest > 0)
+    return np.minimum(joined, 1.0)
 
 
 def _einstein_sum(a: FloatArray, b: FloatArray) -> FloatArray:
-    return (a + b) / (1.0 + a * b)
+    return np.minimum((a + b) / (1.0 + a * b), 1.0)
 
 
 def _drastic_sum(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -79,10 +79,16 @@ def _renumbered(rule: Rule, numbers: dict[tuple[str, str], float]) -> Rule:
         for output, value in rule.consequents
     )
     ends = [
-        f"{name} IS {value if isinstance(value, str) else f'{value:g}'}" for name, value in said
+        f"{name} IS {value if isinstance(value, str) else _plain(value)}" for name, value in said
     ]
     text = f"IF {condition_text(rule.condition)} THEN {' AND '.join(ends)}"
     return replace(rule, text=text, consequents=said)
+
+
+def _plain(value: float) -> str:
+    """Return a number as people write it, with all of its digits."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)
 
 
 def _number_term(value: float) -> Term:
