@@ -1,6 +1,6 @@
 """Run by Blender's own Python: import a file and write what its shape keys play at frames.
 
-blender_reader.py SOURCE OUT.json '[0, 10, ...]'
+blender_reader.py SOURCE OUT.json '[0, 10, ...]' [CLIP]
 """
 
 import json
@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 
 source, out, frames = sys.argv[1], sys.argv[2], json.loads(sys.argv[3])
+clip = sys.argv[4] if len(sys.argv) > 4 else ""
 bpy.ops.wm.read_factory_settings(use_empty=True)
 scene = bpy.context.scene
 scene.render.fps = 60
@@ -17,6 +18,12 @@ if source.endswith(".glb"):
     bpy.ops.import_scene.gltf(filepath=source)
 else:
     bpy.ops.wm.usd_import(filepath=source)
+for keys in bpy.data.shape_keys if clip else ():
+    # The glTF importer puts each animation on a track of its own, whose strips begin at frame 1.
+    data = keys.animation_data
+    (strip,) = next(track.strips for track in data.nla_tracks if track.name == clip)
+    data.use_nla = False
+    data.action, data.action_slot = strip.action, strip.action_slot
 played = []
 for frame in frames:
     scene.frame_set(frame)

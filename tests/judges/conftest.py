@@ -35,16 +35,16 @@ def example(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def blender() -> Callable[[Path, list[int]], dict[str, Any]]:
-    """Import a file into Blender and return what its shape keys play."""
+def blender() -> Callable[..., dict[str, Any]]:
+    """Import a file into Blender and return what its shape keys play, in a clip if one is named."""
     if not BLENDER.exists():
         pytest.skip("Blender (bpy) is not in .venv-blender; .ci/run puts it there")
 
-    def read(path: Path, frames: list[int]) -> dict[str, Any]:
+    def read(path: Path, frames: list[int], *clip: str) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "answer.json"
             script = HERE / "blender_reader.py"
-            command = [BLENDER, script, path, out, json.dumps(frames)]
+            command = [BLENDER, script, path, out, json.dumps(frames), *clip]
             done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS)
             assert out.exists(), done.stderr[-2000:]
             return json.loads(out.read_text())
@@ -74,10 +74,11 @@ class _Files(SimpleHTTPRequestHandler):
 
 
 @pytest.fixture(scope="session")
-def three() -> Callable[[Path, list[float], float], dict[str, Any]]:
+def three() -> Callable[..., dict[str, Any]]:
     """Load a GLB in three.js in a headless Chromium; return morph influences and a picture.
 
-    The function takes the GLB, the times [s] of the influences and that of the picture.
+    The function takes the GLB, the times [s] of the influences, that of the picture, and maybe the
+    one clip to play.
     """
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if not chromium:
@@ -85,7 +86,7 @@ def three() -> Callable[[Path, list[float], float], dict[str, Any]]:
     if not (ROOT / "node_modules" / "three").is_dir():
         pytest.skip("three is not in node_modules; npm install --no-save three")
 
-    def read(path: Path, times: list[float], draw: float) -> dict[str, Any]:
+    def read(path: Path, times: list[float], draw: float, clip: str = "") -> dict[str, Any]:
         answers: Queue[bytes] = Queue()
         handler = type("Files", (_Files,), {"glb": path, "answers": answers})
         server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
@@ -95,7 +96,7 @@ def three() -> Callable[[Path, list[float], float], dict[str, Any]]:
             "--disable-background-networking --disable-component-update "
             "--use-angle=swiftshader --enable-unsafe-swiftshader"
         )
-        query = f"times={quote(json.dumps(times))}&draw={draw}"
+        query = f"times={quote(json.dumps(times))}&draw={draw}&clip={quote(clip)}"
         address = f"http://127.0.0.1:{server.server_port}/?{query}"
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
             command = [chromium, *flags.split(), f"--user-data-dir={profile}", address]
