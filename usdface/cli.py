@@ -19,6 +19,7 @@ from usdface.options import (
     CorrectionOptions,
     ExportOptions,
     FitOptions,
+    MarkerOptions,
     ProcessOptions,
     RigOptions,
     TakeOptions,
@@ -74,7 +75,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_rig, _take, _shot, _calibrate, _process, _export, _import, _check, _fuzzy, _bench):
+    first = _rig, _take, _markers, _shot, _calibrate, _process
+    for add in (*first, _export, _import, _check, _fuzzy, _bench):
         add(commands)
     return parser
 
@@ -262,6 +264,56 @@ def _frames(option: str, words: list[str] | None, expected: str, most: int = 100
     if len(words) > most or not all(word.isdecimal() and len(word) < 10 for word in words):
         raise InputError(f'{option} is {" ".join(words)!r}; expected {expected}, or "auto"')
     return tuple(int(word) for word in words)
+
+
+def _markers(commands: Any) -> None:
+    summary = "find where markers would tell most of a character's blend shapes"
+    command = _command(commands, "markers", _run_markers, summary)
+    command.add_argument("rig", type=Path, help="USD rig")
+    default = MarkerOptions()
+    command.add_argument(
+        "-n",
+        "--count",
+        type=int,
+        default=default.count,
+        help="how many markers (default: %(default)s)",
+    )
+    command.add_argument("--bind", type=Path, help="the markers that are there, JSON")
+    command.add_argument(
+        "--noise",
+        type=float,
+        default=default.noise,
+        help="of a marker coordinate [m] (default: %(default)s)",
+    )
+    command.add_argument(
+        "-o", "--output", type=Path, metavar="FILE.json", help="the binding with the new markers"
+    )
+    command.add_argument("--figure", type=Path, metavar="FILE", help="draw them: .png, .svg, .pdf")
+
+
+def _run_markers(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline import make_markers
+
+    options = MarkerOptions(**_settings(parsed, MarkerOptions))
+    bindings = []
+
+    def run(step: "OnStep | None") -> "Outcome":
+        outcome, binding = make_markers(parsed.rig, parsed.bind, parsed.output, options, step)
+        bindings.append(binding)
+        return outcome
+
+    if parsed.figure:
+        from usdface.picture import check_picture
+
+        check_picture(parsed.figure)
+    status = _report(parsed, run)
+    if parsed.figure:
+        from usdface.bind_figure import write_bind_figure
+        from usdface.io.usd.rig import read_rig
+
+        mesh = read_rig(parsed.rig)[0].mesh(bindings[0].mesh)
+        write_bind_figure(mesh, bindings[0], parsed.figure)
+    return status
 
 
 def _calibrate(commands: Any) -> None:

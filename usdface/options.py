@@ -18,6 +18,8 @@ __all__ = [
     "GAIN_RANGE",
     "GAIN_SPREAD",
     "LARGEST_OFFSET",
+    "MARKER_NOISE",
+    "NEXT_MARKERS",
     "OFFSET_SPREAD",
     "PIN_REACH",
     "REGIONS",
@@ -33,6 +35,7 @@ __all__ = [
     "HoldOut",
     "Kernel",
     "MapOptions",
+    "MarkerOptions",
     "ProcessOptions",
     "Region",
     "RigOptions",
@@ -73,6 +76,11 @@ LARGEST_OFFSET = 0.2
 OFFSET_SPREAD = 0.05
 # Probability that a movement went to its extreme in a take that is said to go to all of them.
 EXTREME_REACHED = 0.8
+
+# How many places for more markers are named.
+NEXT_MARKERS = 5
+# Noise of a marker coordinate where there is no take to measure it on [m].
+MARKER_NOISE = 3e-4
 
 # Within this time [s] of a pin a weight bends towards it.
 PIN_REACH = 0.2
@@ -297,6 +305,17 @@ class BindOptions:
                 f"neutral frames {self.neutral[0]} to {self.neutral[1]}; expected the first and "
                 "the last frame index, 0 or more"
             )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkerOptions:
+    """How many places for markers are looked for, and the `noise` of a coordinate [m]."""
+
+    count: int = NEXT_MARKERS
+    noise: float = MARKER_NOISE
+
+    def __post_init__(self) -> None:
+        _check_number("noise", self.noise)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,6 +16,7 @@ from usdface.options import (
     CorrectionOptions,
     ExportOptions,
     FitOptions,
+    MarkerOptions,
     ProcessOptions,
     RigOptions,
     TakeOptions,
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from usdface.io.usd.stage import Stage
     from usdface.labelled import Face
     from usdface.resting import RestingAnswer
-    from usdface.setup import Expression
+    from usdface.setup import Binding, Expression
 
 __all__ = [
     "apply",
@@ -43,6 +44,7 @@ __all__ = [
     "export_scene",
     "fit_fuzzy",
     "import_scene",
+    "make_markers",
     "make_rig",
     "make_shot",
     "make_take",
@@ -183,6 +185,55 @@ def make_shot(
         "rules": len(system.rules) if system else 0,
     }
     return Outcome((output,), tuple(findings), summary, steps.seconds), setup
+
+
+def make_markers(
+    rig: Path,
+    bind: Path | None = None,
+    output: Path | None = None,
+    options: MarkerOptions = MarkerOptions(),
+    on_step: OnStep | None = None,
+) -> tuple[Outcome, "Binding"]:
+    """Find where the next markers on a face, or the first, would tell most of its blend shapes.
+
+    `bind` has the markers that are there; the binding with the new ones goes to `output`, if that
+    is given, and is returned.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is written.
+    """
+    from usdface.io.atomic import write_text
+    from usdface.io.bind_file import bind_json, read_bind, setup_of_json
+    from usdface.io.usd.rig import read_rig
+    from usdface.marker_places import marker_places
+
+    steps = Steps(on_step)
+    if output:
+        check_place(output, rig, *([bind] if bind else []))
+    with steps("read"):
+        character, findings = read_rig(rig)
+        setup = read_bind(bind)[0] if bind else setup_of_json({"markers": {}}, str(rig))
+        mesh = character.mesh(setup.binding.mesh)
+        setup = fit_setup(setup, mesh)[0]
+    with steps("place"):
+        found = marker_places(mesh, setup.binding, options.count, options.noise)
+    binding = found.binding(setup.binding)
+    if output:
+        write_text(output, bind_json(replace(setup, binding=binding)))
+    rows = zip(binding.markers[-len(found.where) :], found.where, found.unseen, strict=True)
+    summary: dict[str, Any] = {
+        "markers there": len(setup.binding.markers),
+        "blend shapes hardly seen": len(found.unseen_before),
+    }
+    summary |= {name: f"{where}; then {len(rest)} hardly seen" for name, where, rest in rows}
+    details = {
+        "vertices": found.vertices.tolist(),
+        "hardly seen": {"before": found.unseen_before, "after": found.unseen[-1]},
+    }
+    written = (output,) if output else ()
+    return Outcome(written, tuple(findings), summary, steps.seconds, details), binding
 
 
 def process(

@@ -11,18 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.options import SolveOptions
+from usdface.options import NEXT_MARKERS, SolveOptions
 from usdface.retarget.joint import small_motions
 from usdface.retarget.solve import error_variance
 from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations"]
 
+# The head may be anywhere within so much [m, rad]; more would cost digits where no marker is yet.
+_HEAD = 1.0
 # Markers are not believed beyond this [m]: without any error all that is seen is sure.
 _FINEST = 1e-5
 # A shape is not seen if this share of what was unknown before the take still is.
 _UNSEEN = 0.7
-_NEXT = 5
 _FREQUENCIES = 256
 
 
@@ -59,6 +60,7 @@ def confidence_of(
     step: float,
     errors: tuple[float, float],
     options: SolveOptions,
+    wanted: int = NEXT_MARKERS,
 ) -> Confidence:
     """Say how sure a solve is.
 
@@ -78,6 +80,8 @@ def confidence_of(
     errors : (float, float) [m]
         Noise and misfit of a marker coordinate.
     options : SolveOptions
+    wanted : int
+        How many places for more markers to look for.
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
@@ -85,7 +89,7 @@ def confidence_of(
     rows = np.ascontiguousarray(np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0))
     noise, misfit = max(errors[0], _FINEST), errors[1]
     variance = error_variance(noise, misfit)
-    prior = np.concatenate([np.full(count, options.spread**-2), np.full(len(motions), 1e-9)])
+    prior = np.concatenate([np.full(count, options.spread**-2), np.full(len(motions), _HEAD**-2)])
     seen = rows[bound].reshape(-1, rows.shape[2])
     spread = np.linalg.inv(seen.T @ seen / variance + np.diag(prior))
     # The normal matrix of the weights alone, whatever the head does.
@@ -105,7 +109,7 @@ def confidence_of(
         for shape, place, gain in zip(hidden, gains.argmax(axis=0), gains.max(axis=0), strict=True)
         if gain > 0.0
     }
-    return Confidence(deviations, unseen, free[_greedy(spread, tried, variance)])
+    return Confidence(deviations, unseen, free[_greedy(spread, tried, variance, wanted)])
 
 
 def weight_deviations(
@@ -154,10 +158,10 @@ def _at_places(
     return across, np.asarray(np.linalg.inv(predicted + variance * np.eye(rows.shape[1])))
 
 
-def _greedy(spread: FloatArray, rows: FloatArray, variance: float) -> IntArray:
+def _greedy(spread: FloatArray, rows: FloatArray, variance: float, wanted: int) -> IntArray:
     """Return the places, one after the other, that most lower the volume of what is unknown."""
     chosen: list[int] = []
-    for _ in range(min(_NEXT, len(rows))):
+    for _ in range(min(wanted, len(rows))):
         across, inverse = _at_places(spread, rows, variance)
         # The log determinant falls by that of the predicted covariance over the marker's own.
         gains = -np.linalg.slogdet(inverse)[1]
