@@ -1,4 +1,4 @@
-"""Where anonymous markers sit, proposed: `python benchmarks/binding.py`.
+"""Where anonymous markers sit, proposed: `python benchmarks/binding.py [rests | given]`.
 
 Performers are the faces of tests/faces.py bent at random, each shape 0.8 to 1.25 as strong, driven
 by recorded range-of-motion curves with head motion and 0.3 mm of noise; their markers are shuffled,
@@ -61,9 +61,21 @@ def curves(face: Face) -> tuple[FloatArray, float]:
     return np.concatenate([still, weights[::4]]), rate / 4
 
 
-def simulated(kind: str, seed: int) -> Case:
+def rested(weights: FloatArray, seed: int, count: int) -> FloatArray:
+    """Return curves that come down to 0, after a rest that shows `count` shapes at up to 0.35."""
+    moving = weights[REST:]
+    low = np.quantile(moving, 0.15, axis=0)
+    rng, shown = np.random.default_rng(seed), np.zeros(weights.shape[1])
+    if count:
+        shown[rng.choice(len(shown), count, replace=False)] = rng.uniform(0.05, 0.35, count)
+    return np.concatenate([np.tile(shown, (REST, 1)), ((moving - low) / (1 - low)).clip(0, 1)])
+
+
+def simulated(kind: str, seed: int, shown: int | None = None) -> Case:
     face, rng = make_face(kind, SHARED), np.random.default_rng(seed)
     weights, rate = curves(face)
+    if shown is not None:
+        weights = rested(weights, seed, shown)
     vertices = face.setup.binding.points
     neutral, turn = bent(1000 + seed, face.mesh.points[vertices], 0.004, 0.05)
     strengths = rng.uniform(0.8, 1.25, (len(face.mesh.shapes), 1, 1))
@@ -122,6 +134,50 @@ def weight_error(case: Case, setup: Setup) -> float:
     return float(np.sqrt(np.mean((solution.weights.weights - case.weights) ** 2)))
 
 
+def rests() -> None:
+    """What it costs to take a rest that shows something as neutral."""
+    table = Table(title="weight RMS error where the rest shows some shapes")
+    for column in ("take", "shapes", "as neutral", "less its own", "less the true"):
+        table.add_column(column, justify="right")
+    for kind in KINDS:
+        for seed, count in ((11, 0), (11, 8), (12, 12)):
+            case = simulated(kind, seed, count)
+            setup = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
+            true = dict(zip(case.mesh.shape_names, case.weights[0].tolist(), strict=True))
+            found = shown_at_rest(case.take, case.mesh, setup)
+            errors = [
+                weight_error(case, replace(setup, neutral_weights=weights))
+                for weights in ({}, found, true)
+            ]
+            table.add_row(case.name, str(count), *(f"{error:.3f}" for error in errors))
+    Console(width=130).print(table)
+
+
+def wrong_given() -> None:
+    """Is a given place that is wrong by 30 to 60 mm along the skin doubted, and no other?"""
+    table = Table(title="given places")
+    for column in ("take", "given", "wrong doubted", "right doubted"):
+        table.add_column(column, justify="right")
+    for kind in KINDS:
+        case = simulated(kind, SEEDS[0])
+        skin, rng = skin_of(case.mesh), np.random.default_rng(1)
+        there = np.flatnonzero(np.isin(case.truth, skin.vertices))
+        for count in (1, 3, 6):
+            chosen = rng.choice(there, count, replace=False)
+            points, names = case.truth[chosen], [case.take.names[i] for i in chosen]
+            far = skin.reach(points[:1])[0]
+            places = points.copy()
+            places[0] = skin.vertices[rng.choice(np.flatnonzero((far > 0.03) & (far < 0.06)))]
+            doubted = []
+            for given in (places, points):
+                setup = Setup(Binding(tuple(names), given), neutral=neutral_frames(case.take))
+                _, findings = propose(case.take, case.mesh, setup)
+                doubted.append([f.where for f in findings if f.code == "PLACE_DOUBTED"])
+            right = len(doubted[1]) + len(set(doubted[0]) - {names[0]})
+            table.add_row(case.name, str(count), str(names[0] in doubted[0]), str(right))
+    Console(width=130).print(table)
+
+
 def main() -> None:
     table = Table(title="proposed places, of the markers that are not given")
     heads = ("take", "given", "5 mm", "10 mm", "side", "lip", "confidence")
@@ -163,4 +219,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    {"rests": rests, "given": wrong_given}.get(" ".join(sys.argv[1:]), main)()

@@ -74,6 +74,35 @@ def test_split_vertices_do_not_tear_the_skin() -> None:
     np.testing.assert_allclose(other.reach(np.array([0]))[0], far, atol=1e-6)
 
 
+def test_a_shell_that_touches_the_skin_is_none() -> None:
+    """As over an eye: its rim lies on vertices of the lid, which goes on behind it."""
+    mesh = make_world().rig.meshes[0]
+    count = len(mesh.points)
+    # Two neighbours amid the face.
+    a = int(np.linalg.norm(mesh.points - mesh.points.mean(axis=0), axis=1).argmin())
+    b = int(mesh.face_indices[np.flatnonzero(mesh.face_indices == a)[0] + 1])
+    edge = mesh.points[[a, b]]
+    away = np.array([0.0, 0.004, 0.002])
+    shell = np.concatenate([edge, edge[::-1] + away])
+    turn = np.arange(4)
+    if np.cross(shell[1] - shell[0], shell[2] - shell[0])[2] < 0:
+        turn = turn[::-1]
+    moves = mesh.offsets_at(np.arange(count))
+    carried = np.concatenate([moves, np.repeat(moves[:, [a]], 4, axis=1) + 0.01], axis=1)
+    shapes = tuple(
+        BlendShape.from_dense(name, move)
+        for name, move in zip(mesh.shape_names, carried, strict=True)
+    )
+    more = Mesh(
+        "more",
+        np.concatenate([mesh.points, shell]),
+        np.append(mesh.face_counts, 4),
+        np.concatenate([mesh.face_indices, count + turn]),
+        shapes=shapes,
+    )
+    np.testing.assert_array_equal(np.setdiff1d(skin_of(more).vertices, np.arange(count)), [])
+
+
 def test_a_mesh_that_nothing_moves_has_no_skin() -> None:
     mesh = lips()
     still = Mesh("still", mesh.points, mesh.face_counts, mesh.face_indices)

@@ -101,20 +101,23 @@ def _triangles(mesh: Mesh) -> IntArray:
 
 
 def _graph(mesh: Mesh) -> csr_array:
-    """Return the lengths of edges and quads' diagonals; vertices at one place are joined."""
-    pairs = []
+    """Return the lengths of edges and quads' diagonals, and join what a seam has split."""
+    pairs, edges = [], []
     counts, first = mesh.face_counts, np.cumsum(mesh.face_counts) - mesh.face_counts
     for size in np.unique(counts).tolist():
         corners = mesh.face_indices[first[counts == size][:, None] + np.arange(size)]
-        pairs += [np.stack([corners, np.roll(corners, 1, axis=1)], -1).reshape(-1, 2)]
+        edges += [np.stack([corners, np.roll(corners, 1, axis=1)], -1).reshape(-1, 2)]
         if size == 4:
             pairs += [corners[:, [0, 2]], corners[:, [1, 3]]]
-    # Files that split vertices along texture seams would tear the skin.
-    _, where = np.unique(np.round(mesh.points, 7), axis=0, return_inverse=True)
+    # Files that split vertices along texture seams would tear the skin. A seam has two open edges;
+    # a shell over the eye has one too, but the lid that it touches there goes on.
+    unique, count = np.unique(np.sort(np.concatenate(edges), axis=1), axis=0, return_counts=True)
+    rim = np.unique(unique[count == 1])
+    _, where = np.unique(np.round(mesh.points[rim], 7), axis=0, return_inverse=True)
     order = np.argsort(where.ravel(), kind="stable")
     same = where.ravel()[order][1:] == where.ravel()[order][:-1]
-    pairs.append(np.stack([order[1:][same], order[:-1][same]], axis=1))
-    a, b = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0).T
+    pairs.append(np.stack([rim[order[1:][same]], rim[order[:-1][same]]], axis=1))
+    a, b = np.unique(np.sort(np.concatenate([unique, *pairs]), axis=1), axis=0).T
     lengths = np.maximum(np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1), 1e-9)
     size = len(mesh.points)
     return csr_array((lengths, (a, b)), shape=(size, size))
