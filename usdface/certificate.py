@@ -79,6 +79,8 @@ class Certificate:
         Names of meshes and channels in the source, and in the result if they differ.
     missing : tuple of str
         Meshes, channels and clips that only one side has.
+    decoded : bool
+        Compressed data were decoded for the evaluation by the decoder of the conversion.
     clips : mapping of str to Certificate
         Each clip for itself, where there are several.
     """
@@ -98,6 +100,7 @@ class Certificate:
     names: dict[str, str]
     missing: tuple[str, ...]
     clips: Mapping[str, "Certificate"] = field(default_factory=dict)
+    decoded: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate as plain values, each name with its unit."""
@@ -116,6 +119,7 @@ class Certificate:
             "time drift s": self.time_drift,
             "names": self.names,
             "missing": list(self.missing),
+            "decoded by the conversion's own decoder": self.decoded,
         } | ({"clips": clips} if clips else {})
 
     def line(self) -> str:

@@ -1,5 +1,6 @@
 """The certificate of a conversion between USD and glTF."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +82,8 @@ def _certificate(
         )
         for i, j in pairs
     }
-    return joined(certificates, missing)
+    decoded = any(clip.decoded for clip in shown)
+    return replace(joined(certificates, missing), decoded=decoded)
 
 
 def _of_clip(stage: Stage, shown: ShownClip, exported: bool, budget: int | None) -> Certificate:

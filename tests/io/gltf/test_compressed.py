@@ -16,6 +16,7 @@ from usdface.errors import InputError
 from usdface.io.gltf import compressed
 from usdface.io.gltf.check import check_gltf
 from usdface.io.gltf.read import read_gltf
+from usdface.pipeline import import_scene
 from usdface.rigs import Mesh
 
 RNG = np.random.default_rng(2)
@@ -137,6 +138,15 @@ def test_draco_is_undone(tmp_path: Path) -> None:
     rig, _, _ = read_gltf(path)
     assert_is_the_mesh(rig.meshes[0])
     assert [f for f in check_gltf(path) if f.severity == "error"] == []
+
+
+@pytest.mark.parametrize("made", [meshopt_glb, draco_glb])
+def test_compressed_files_are_certified_and_say_how(tmp_path: Path, made: Callable) -> None:
+    outcome = import_scene(made(tmp_path / "a.glb"), tmp_path / "a.usda")
+    certificate = outcome.details["certificate"]
+    assert certificate["decoded by the conversion's own decoder"]
+    assert certificate["vertex error mm, largest"] < 1e-3
+    assert not {f.code for f in outcome.findings} & {"CONVERSION_UNCERTIFIED"}
 
 
 def test_octahedral_normals_are_unfolded(tmp_path: Path) -> None:

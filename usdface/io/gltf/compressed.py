@@ -45,7 +45,8 @@ def decompressed(file: GltfFile) -> GltfFile:
         if find_spec(_LIBRARIES[name]) is None:
             raise InputError(
                 f"the file requires {name}; install {_LIBRARIES[name]} "
-                "(pip install usdface[compression])"
+                "(pip install usdface[compression])",
+                "EXTENSION_UNSUPPORTED",
             )
     if not required:
         return file
@@ -77,7 +78,7 @@ class _Plain:
         self._parts.append(data + bytes(-len(data) % 4))
         self._length += len(self._parts[-1])
         if self._length > _MOST_BYTES:
-            raise InputError("the decompressed data take more than 1 GiB")
+            raise InputError("the decompressed data take more than 1 GiB", "TOO_LARGE")
         return view
 
     def file(self) -> GltfFile:

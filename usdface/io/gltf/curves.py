@@ -55,7 +55,8 @@ def check_size(numbers: int, what: str) -> None:
         If there are too many numbers.
     """
     if numbers > _MOST_NUMBERS:
-        raise InputError(f"{what} unfolds into more than {_MOST_NUMBERS} numbers; split it")
+        message = f"{what} unfolds into more than {_MOST_NUMBERS} numbers; split it"
+        raise InputError(message, "TOO_LARGE")
 
 
 def curve_of(

@@ -42,13 +42,15 @@ _Space = Callable[[ShownNodes], Space]
 class ShownClip:
     """What a file shows in one animation; `times` (K,) [s] are all of its keys.
 
-    `cubic` tells whether anything moves along curves between them.
+    `cubic` tells whether anything moves along curves between them, `decoded` whether our own
+    decoder had a part in it.
     """
 
     name: str
     meshes: tuple[ShownMesh, ...]
     times: FloatArray
     cubic: bool
+    decoded: bool = False
 
 
 def evaluate_gltf(path: Path) -> tuple[ShownMesh, ...]:
@@ -167,7 +169,7 @@ class _Scene(ShownFile):
             shown.append(replace(part.mesh, weights=weights, space=part.space(moving)))
         times = np.unique(np.concatenate([np.zeros(0), *(curve.times for curve in used)]))
         cubic = any(curve.interpolation == "CUBICSPLINE" for curve in used)
-        return ShownClip(name, tuple(shown), times, cubic)
+        return ShownClip(name, tuple(shown), times, cubic, self.decoded)
 
     def _mesh(self, node: int, still: ShownNodes) -> "_Part":
         n = self.json["nodes"][node]

@@ -14,17 +14,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.errors import InputError
+from usdface.io.gltf.compressed import decompressed
+from usdface.io.gltf.document import load_document
 
 __all__ = ["ShownFile"]
 
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _MOST_NUMBERS = 2**28  # in the morph targets of one file
+_COMPRESSED = {
+    *("EXT_meshopt_compression", "KHR_meshopt_compression"),
+    "KHR_draco_mesh_compression",
+}
 _KNOWN = {"KHR_animation_pointer", "KHR_mesh_quantization"}
 
 
 class ShownFile:
-    """JSON and buffers of one file."""
+    """JSON and buffers of one file.
+
+    `decoded` tells whether it was compressed; then our own decoder made it plain.
+    """
 
     def __init__(self, path: Path) -> None:
         data = path.read_bytes()
@@ -35,12 +44,23 @@ class ShownFile:
         else:
             text = data
         self.json: dict[str, Any] = json.loads(text)
-        if unknown := set(self.json.get("extensionsRequired", [])) - _KNOWN:
+        self.decoded = bool(_COMPRESSED & set(self.json.get("extensionsRequired", [])))
+        if unknown := set(self.json.get("extensionsRequired", [])) - _KNOWN - _COMPRESSED:
             raise InputError(f"{path} cannot be evaluated: it needs {', '.join(sorted(unknown))}")
-        self.buffers = [
-            self._buffer(buffer, path, chunk) for buffer in self.json.get("buffers", [])
-        ]
+        if self.decoded:
+            self.buffers = self._decoded(path)
+        else:
+            buffers = self.json.get("buffers", [])
+            self.buffers = [self._buffer(buffer, path, chunk) for buffer in buffers]
         self.budget = _MOST_NUMBERS
+
+    def _decoded(self, path: Path) -> list[memoryview]:
+        """Take what holds compressed data from the reader: there is no second decoder."""
+        plain = decompressed(load_document(path))
+        stored = json.loads(plain.document.to_json())
+        for name in ("accessors", "bufferViews", "meshes"):
+            self.json[name] = stored[name]
+        return [memoryview(data) for data in plain.buffers]
 
     @staticmethod
     def _buffer(buffer: dict[str, Any], path: Path, chunk: memoryview | None) -> memoryview:
