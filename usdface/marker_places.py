@@ -7,7 +7,7 @@ import numpy as np
 from usdface.binding.skin import skin_of
 from usdface.errors import InputError
 from usdface.options import SolveOptions
-from usdface.retarget.confidence import confidence_of
+from usdface.retarget.confidence import Confidence, confidence_of
 from usdface.retarget.regions import place_name
 from usdface.rigs import Mesh
 from usdface.setup import Binding
@@ -74,33 +74,32 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
     InputError
         If `count` is less than 1 or more than the skin has vertices, or the mesh has no skin.
     """
-    skin = np.setdiff1d(skin_of(mesh).vertices, binding.points)
+    face = skin_of(mesh)
+    skin = np.setdiff1d(face.vertices[face.moving], binding.points)
     free = skin[:: max(1, -(-len(skin) // _TRIED))]
     if not 1 <= count <= len(free):
         raise InputError(f"{count} new markers are asked for; expected 1 to {len(free)}")
     places = np.concatenate([binding.points, free])
     present = len(binding.points)
-    chosen = np.arange(present)
-
-    def sure(bound: IntArray, wanted: int) -> tuple[tuple[str, ...], IntArray]:
-        found = confidence_of(
-            mesh.points[places],
-            offsets,
-            bound,
-            3,
-            True,
-            1.0 / _RATE,
-            (noise, _MISFIT),
-            SolveOptions(),
-            wanted,
-        )
-        return tuple(mesh.shape_names[s] for s in found.unseen), found.places
-
-    offsets = mesh.offsets_at(places)
-    before, added = sure(chosen, count)
-    remaining = tuple(
-        sure(np.concatenate([chosen, added[: k + 1]]), 0)[0] for k in range(len(added))
-    )
-    vertices = places[added]
+    shown = _confidence(mesh, places, present, count, noise)
+    vertices = places[shown.places]
+    bound = np.concatenate([binding.points, vertices])
+    unseen = [_confidence(mesh, bound, present + k, 0, noise).hidden for k in range(count + 1)]
+    named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
     where = tuple(place_name(mesh, vertex, binding) for vertex in vertices.tolist())
-    return MarkerPlaces(vertices, where, before, remaining)
+    return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
+
+
+def _confidence(mesh: Mesh, places: IntArray, bound: int, wanted: int, noise: float) -> Confidence:
+    """Say how sure a solve with markers on the first `bound` places is."""
+    return confidence_of(
+        mesh.points[places],
+        mesh.offsets_at(places),
+        np.arange(bound),
+        3,
+        True,
+        1.0 / _RATE,
+        (noise, _MISFIT),
+        SolveOptions(),
+        wanted,
+    )

@@ -40,15 +40,19 @@ class Confidence:
         more marker would show it best.
     places : (K,) int64
         The vertices where the next markers would say most, the best first (greedy D-optimal).
+    hidden : (H,) int64
+        Shapes that the markers say little or nothing about, whether another would show them or not.
     """
 
     deviations: FloatArray
     unseen: dict[int, int]
     places: IntArray
+    hidden: IntArray
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "deviations", frozen(self.deviations))
         object.__setattr__(self, "places", frozen(self.places, np.int64))
+        object.__setattr__(self, "hidden", frozen(self.hidden, np.int64))
 
 
 def confidence_of(
@@ -98,7 +102,7 @@ def confidence_of(
     hidden = np.flatnonzero(np.diag(spread)[:count] > (_UNSEEN * options.spread) ** 2)
     free = np.setdiff1d(np.flatnonzero(np.abs(offsets).max(axis=(0, 2)) > 0.0), bound)
     if not len(free):
-        return Confidence(deviations, {}, np.zeros(0, np.int64))
+        return Confidence(deviations, {}, np.zeros(0, np.int64), hidden)
     tried = rows[free]
     spreads, inverse = _at_places(spread, tried, variance)
     # What a marker would take off the variance of a shape: (V, H).
@@ -109,7 +113,8 @@ def confidence_of(
         for shape, place, gain in zip(hidden, gains.argmax(axis=0), gains.max(axis=0), strict=True)
         if gain > 0.0
     }
-    return Confidence(deviations, unseen, free[_greedy(spread, tried, variance, wanted)])
+    places = free[_greedy(spread, tried, variance, wanted)]
+    return Confidence(deviations, unseen, places, hidden)
 
 
 def weight_deviations(
