@@ -42,6 +42,9 @@ def test_it_explains_what_process_writes(shot: Path, explained: Explanation) -> 
         attribute = system.GetAttribute(tokens.EMOTION_PREFIX + name)
         authored = [attribute.Get(code) for code in attribute.GetTimeSamples()]
         np.testing.assert_allclose(curve, authored, atol=1e-6)
+    fired = system.GetAttribute(tokens.FIRING)
+    authored = [fired.Get(code) for code in fired.GetTimeSamples()]
+    np.testing.assert_allclose(explained.firing, authored, atol=1e-6)
 
 
 def test_a_frame_adds_up(explained: Explanation) -> None:

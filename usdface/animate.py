@@ -9,6 +9,7 @@ from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.express import Character, express, features, halves
 from usdface.findings import Finding, finding
+from usdface.fuzzy.inference import evaluate
 from usdface.io.usd.layers import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
@@ -95,9 +96,10 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         return _animated(shot, solved, None, [*findings, finding("EXPRESS_SKIPPED", "")])
     with steps("express"):
         read = (shot.system, shot.take, mesh, shot.setup, weights, solution)
+        inputs = features(*read)
         corrected, emotions, more = express(
             shot.system,
-            features(*read),
+            inputs,
             names,
             complete,
             shot.expressions,
@@ -107,7 +109,8 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         pins, times = shot.setup.pins, shot.take.times
         corrected = kept_at_pins(pins, names, times, complete, corrected)
         corrected = with_combinations(mesh, names, corrected)
-    expressed = Animation(names, corrected, None, emotions)
+        firing = evaluate(shot.system, inputs).firing
+    expressed = Animation(names, corrected, None, emotions, firing=firing)
     return _animated(shot, solved, expressed, findings + more)
 
 

@@ -41,6 +41,7 @@ __all__ = [
     "FALLBACK_TYPES",
     "FEATURE_POINTS",
     "FEATURE_SMOOTHING",
+    "FIRING",
     "FUZZY_RULE",
     "FUZZY_SYSTEM",
     "FUZZY_VARIABLE",
@@ -237,6 +238,7 @@ AGGREGATION: Final = "usdface:aggregation"
 DEFUZZIFIER: Final = "usdface:defuzzifier"
 SAMPLES: Final = "usdface:samples"
 SAMPLING: Final = "usdface:sampling"
+FIRING: Final = "usdface:firing"
 # Followed by the name of an output: usdface:emotion:joy
 EMOTION_PREFIX: Final = "usdface:emotion:"
 

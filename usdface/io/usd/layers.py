@@ -55,6 +55,8 @@ class Animation:
         Head pose, residual and feature points, for the solve layer.
     emotions : mapping of str to (F,) float64
         Emotion curves, for the express layer.
+    firing : (F, R) float64 or None
+        How far each rule fires, for the express layer.
     repairs : tuple of Repair
         What was cleaned before the solve, for the solve layer.
     motion : Pose or None
@@ -67,6 +69,7 @@ class Animation:
     emotions: dict[str, FloatArray]
     repairs: tuple[Repair, ...] = ()
     motion: Pose | None = None
+    firing: FloatArray | None = None
 
 
 def complete_weights(
@@ -156,6 +159,10 @@ def author(
             for name, curve in animation.emotions.items():
                 _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
                 _samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
+            if animation.firing is not None:
+                fired = animation.firing.astype(np.float32)
+                _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
+                _samples(layer, system, tokens.FIRING, codes, map(Vt.FloatArray.FromNumpy, fired))
 
 
 def _author_repairs(layer: Sdf.Layer, shot: Shot, repairs: tuple[Repair, ...]) -> None:
