@@ -33,5 +33,8 @@ for frame in frames:
             keys = item.data.shape_keys.key_blocks
             meshes[item.name] = {key.name: key.value for key in keys if key.name != "Basis"}
     played.append(meshes)
-count = sum(item.type == "MESH" for item in bpy.data.objects)
+# The importer draws joints as a mesh of its own.
+armatures = [item for item in bpy.data.objects if item.type == "ARMATURE"]
+drawn = {bone.custom_shape for item in armatures for bone in item.pose.bones}
+count = sum(item.type == "MESH" and item not in drawn for item in bpy.data.objects)
 Path(out).write_text(json.dumps({"frames": played, "meshes": count}), encoding="utf-8")
