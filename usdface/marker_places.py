@@ -8,7 +8,7 @@ from usdface.binding.skin import skin_of
 from usdface.errors import InputError
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
-from usdface.retarget.regions import place_name
+from usdface.retarget.regions import place_names
 from usdface.rigs import Mesh
 from usdface.setup import Binding
 from usdface.takes import IntArray, frozen
@@ -86,7 +86,7 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
     bound = np.concatenate([binding.points, vertices])
     unseen = [_confidence(mesh, bound, present + k, 0, noise).hidden for k in range(count + 1)]
     named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
-    where = tuple(place_name(mesh, vertex, binding) for vertex in vertices.tolist())
+    where = place_names(mesh, vertices, binding)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 

@@ -6,7 +6,7 @@ import pytest
 from ict_face import ict_mesh, landmarks
 from worlds import make_world
 
-from usdface.retarget.regions import place_name, region_errors, region_residuals, regions_of
+from usdface.retarget.regions import place_names, region_errors, region_residuals, regions_of
 from usdface.retarget.transfer import solve_take
 from usdface.rigs import BlendShape
 from usdface.setup import Binding, Setup
@@ -70,8 +70,9 @@ def test_residuals_of_regions_make_up_that_of_the_face() -> None:
 
 def test_places_are_told_by_region_side_and_the_nearest_marker() -> None:
     vertex = dict(zip(BINDING.markers, BINDING.points.tolist(), strict=True))
-    told = place_name(MESH, vertex["brow_mid_l"], BINDING)
-    assert told.startswith("left brow, 0 mm from marker brow_mid_l")
-    assert place_name(MESH, vertex["brow_mid_r"], BINDING).startswith("right brow")
+    pair = np.array([vertex["brow_mid_l"], vertex["brow_mid_r"]])
+    left, right = place_names(MESH, pair, BINDING)
+    assert left.startswith("left brow, 0 mm from marker brow_mid_l")
+    assert right.startswith("right brow")
     nobody, chin = Binding((), np.zeros(0, int)), vertex["chin"]
-    assert place_name(MESH, chin, nobody) == f"middle of the jaw (vertex {chin})"
+    assert place_names(MESH, np.array([chin]), nobody) == (f"middle of the jaw (vertex {chin})",)

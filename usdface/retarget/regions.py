@@ -14,7 +14,7 @@ from usdface.rigs import Mesh
 from usdface.setup import Binding
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["place_name", "region_errors", "region_residuals", "regions_of"]
+__all__ = ["place_names", "region_errors", "region_residuals", "regions_of"]
 
 # Words in the names of shapes, the more telling first: a cheek squints, too.
 _WORDS = (
@@ -124,22 +124,28 @@ def _of_markers(mesh: Mesh, binding: Binding, solution: Solution) -> tuple[str, 
     return regions_of(mesh, np.array([vertex[name] for name in solution.markers]))
 
 
-def place_name(mesh: Mesh, vertex: int, binding: Binding) -> str:
-    """Return where a vertex is, for people: "left cheek, 14 mm from marker m7 (vertex 310)".
+def place_names(mesh: Mesh, vertices: IntArray, binding: Binding) -> tuple[str, ...]:
+    """Return where vertices are, for people: "left cheek, 14 mm from marker m7 (vertex 310)".
 
     Left is the character's.
     """
-    region = regions_of(mesh, np.array([vertex]))[0]
-    place = mesh.points[vertex]
     moved = np.unique(np.concatenate([s.indices for s in mesh.shapes]))
     low, high = mesh.points[moved, 0].min(), mesh.points[moved, 0].max()
-    aside = (place[0] - (low + high) / 2) / max(high - low, 1e-12)
+    asides = (mesh.points[vertices, 0] - (low + high) / 2) / max(high - low, 1e-12)
+    regions = regions_of(mesh, vertices)
+    return tuple(
+        _place_name(mesh, vertex, binding, region, aside)
+        for vertex, region, aside in zip(vertices.tolist(), regions, asides.tolist(), strict=True)
+    )
+
+
+def _place_name(mesh: Mesh, vertex: int, binding: Binding, region: str, aside: float) -> str:
     side = "" if abs(aside) < _MIDDLE else ("left " if aside > 0 else "right ")
     # In the middle there is no one brow.
     named = f"{side}{_ONE.get(region, region)}" if side else f"middle of the {region}"
     if not binding.markers:
         return f"{named} (vertex {vertex})"
-    away = np.linalg.norm(mesh.points[binding.points] - place, axis=1)
+    away = np.linalg.norm(mesh.points[binding.points] - mesh.points[vertex], axis=1)
     nearest = int(away.argmin())
     distance = f"{1000 * away[nearest]:.0f} mm from marker {binding.markers[nearest]}"
     return f"{named}, {distance} (vertex {vertex})"

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import confidence_of
-from usdface.retarget.regions import place_name, region_errors
+from usdface.retarget.regions import place_names, region_errors
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
@@ -61,10 +61,8 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
     wanted = [int(places[place]) for place in sure.places]
     least = np.argsort(-sure.deviations, kind="stable")[:_NAMED]
     regions = region_errors(mesh, setup.binding, solution)
-    named = {
-        vertex: place_name(mesh, vertex, setup.binding)
-        for vertex in dict.fromkeys([*unseen.values(), *wanted])
-    }
+    there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
+    named = dict(zip(there.tolist(), place_names(mesh, there, setup.binding), strict=True))
     summary = {
         "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items()),
         "weights, standard deviation": round(float(np.median(sure.deviations)), 3),
