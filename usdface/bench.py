@@ -65,7 +65,15 @@ def print_solve_table(table: dict[str, Any], form: str, report: Path | None) -> 
 
     names = list(table["rows"][0]["solvers"])
     shown = Table(title=f"weight RMS error; {table['curves']}", box=SIMPLE)
-    detail = ("roughness / true", "mesh mm", "marker mm", "lip gap mm")
+    detail = (
+        "roughness / true",
+        "mesh mm",
+        "marker mm",
+        "lip gap mm",
+        "sd said / true",
+        "within 1 sd",
+        "within 2 sd",
+    )
     for name in ("take", *names, *(f"ours: {name}" for name in detail), "best"):
         shown.add_column(name, justify="left" if name in ("take", "best") else "right")
     for row in table["rows"]:
@@ -73,4 +81,11 @@ def print_solve_table(table: dict[str, Any], form: str, report: Path | None) -> 
         errors = (f"{found[n]['weight rms']:.4f}" if n in found else "-" for n in names)
         ours = (f"{found['ours'][n]:.2f}" if n in found["ours"] else "-" for n in detail)
         shown.add_row(row["world"], *errors, *ours, row["best"])
-    Console(width=180).print(shown)
+    every = [found for row in table["rows"] for found in row["solvers"].values()]
+    differ = [found["from exact"] for found in every if "from exact" in found]
+    if differ:
+        shown.caption = (
+            "exact, lsq_linear and daqp solve the same problem: "
+            f"no weight differs by more than {max(differ):.0e}"
+        )
+    Console(width=230).print(shown)

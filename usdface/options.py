@@ -210,7 +210,7 @@ class SolveOptions:
     pace: float = 8.0
     sparsity: float = 0.0
     symmetry: float = 0.0
-    iterations: int = 100
+    iterations: int = 130
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:

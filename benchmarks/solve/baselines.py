@@ -1,13 +1,14 @@
 """What others do with the same markers, told the head's pose: functions of a `World` to weights.
 
 Each frame is solved for itself, from the markers that it shows; only the Butterworth filter looks
-at more than one.
+at more than one. All but the textbook RBF start from the similarity delta.
 """
 
 from collections.abc import Callable
+from importlib.util import find_spec
 
 import numpy as np
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear, nnls
 from scipy.signal import butter, filtfilt
 
 from benchmarks.solve.worlds import METRES_PER_PIXEL, REST, World
@@ -17,7 +18,9 @@ from usdface.retarget.box import solve_box
 from usdface.retarget.rbf import fit_map
 from usdface.takes import FloatArray
 
-__all__ = ["BASELINES"]
+__all__ = ["BASELINES", "SAME"]
+
+Solver = Callable[[World], FloatArray]
 
 # Of the Audio2Face solver's form: L1 and L2, the size of its template [cm].
 A2F_L1, A2F_L2, A2F_SIZE = 1.0, 3.5, 54.7
@@ -57,6 +60,21 @@ def nonnegative(columns: FloatArray, rows: FloatArray) -> FloatArray:
     return np.clip([nnls(columns, row)[0] for row in rows], 0, 1)
 
 
+def bounded_least_squares(columns: FloatArray, rows: FloatArray) -> FloatArray:
+    return np.array([lsq_linear(columns, row, (0, 1), "bvls").x for row in rows])
+
+
+def daqp(columns: FloatArray, rows: FloatArray) -> FloatArray:
+    import qpsolvers
+
+    normal = columns.T @ columns
+    size, scale = len(normal), len(normal) / normal.trace()
+    normal, rights = scale * normal + 1e-12 * size * np.eye(size), scale * rows @ columns
+    low, high = np.zeros(size), np.ones(size)
+    solved = [qpsolvers.solve_qp(normal, -r, lb=low, ub=high, solver="daqp") for r in rights]
+    return np.clip(solved, low, high)
+
+
 def exact(columns: FloatArray, rows: FloatArray) -> FloatArray:
     normal = columns.T @ columns
     floor = 1e-12 * normal.trace() * np.eye(len(normal))
@@ -88,11 +106,21 @@ def textbook_rbf(world: World) -> FloatArray:
     return frame_by_frame(world, (carried - world.target.neutral)[..., :axes], exact)
 
 
-BASELINES: dict[str, Callable[[World], FloatArray]] = {
-    "least squares, clipped": lambda w: frame_by_frame(w, similarity(w), clipped),
+def each_frame(solve: Callable[[FloatArray, FloatArray], FloatArray]) -> Solver:
+    return lambda world: frame_by_frame(world, similarity(world), solve)
+
+
+# Other programs for the problem that "exact" solves.
+SAME: dict[str, Solver] = {"lsq_linear": each_frame(bounded_least_squares)}
+if find_spec("qpsolvers") and find_spec("daqp"):  # the extra "bench"
+    SAME["daqp"] = each_frame(daqp)
+
+BASELINES: dict[str, Solver] = {
     "textbook RBF, exact": textbook_rbf,
-    "nnls, clipped": lambda w: frame_by_frame(w, similarity(w), nonnegative),
-    "exact": lambda w: frame_by_frame(w, similarity(w), exact),
+    "least squares, clipped": each_frame(clipped),
+    "nnls, clipped": each_frame(nonnegative),
+    "exact": each_frame(exact),
+    **SAME,
     "exact + Butterworth 6 Hz": butterworth,
-    "Audio2Face form": lambda w: frame_by_frame(w, similarity(w), audio2face),
+    "Audio2Face form": each_frame(audio2face),
 }

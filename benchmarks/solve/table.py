@@ -5,20 +5,25 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.solve.baselines import BASELINES
+from benchmarks.solve.baselines import BASELINES, SAME
 from benchmarks.solve.faces import has_real_data
 from benchmarks.solve.worlds import REST, World, worlds
 from usdface.cleanup.clean import clean_take
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.confidence import confidence_of, within_bounds
+from usdface.retarget.solve_report import usual_misfit
+from usdface.retarget.transfer import Solution, solve_take
 from usdface.takes import FloatArray
 
 __all__ = ["measured"]
 
 # Nearer than this is a draw.
 DRAW = 1e-6
+# A shape with less weight is not counted as used.
+USED = 0.01
 
 
-def ours(world: World) -> FloatArray:
+def ours(world: World) -> tuple[FloatArray, FloatArray]:
+    """Return weights (F, S), and the standard deviations that are said of them (S,)."""
     setup, face = world.setup, world.target
     cleaned, _ = clean_take(world.take, world.take.names, setup.clean, world.head_moves)
     take = cleaned.take
@@ -26,7 +31,24 @@ def ours(world: World) -> FloatArray:
     positions = np.where(cleaned.measured[..., None], take.positions, np.nan)
     take = type(take)(take.names, take.times, positions, take.rate)
     solution, _ = solve_take(take, face.neutral, face.offsets, face.mesh.shape_names, setup)
-    return solution.weights.weights[REST:]
+    return solution.weights.weights[REST:], deviations(world, solution)
+
+
+def deviations(world: World, solution: Solution) -> FloatArray:
+    """Return what `usdface.retarget.solve_report` says of each weight."""
+    face, used = world.target, world.target.names
+    sure = confidence_of(
+        face.neutral,
+        face.offsets,
+        np.array([used.index(name) for name in solution.markers]),
+        world.still.shape[2],
+        world.head_moves,
+        1.0 / face.rate,
+        (solution.noise, usual_misfit(solution)),
+        world.setup.solve,
+        covariance=solution.covariance,
+    )
+    return within_bounds(sure.deviations, solution.weights.weights)
 
 
 def rms(values: FloatArray) -> float:
@@ -43,6 +65,8 @@ def figures(world: World, weights: FloatArray, gram: FloatArray) -> dict[str, fl
         "roughness / true": rms(np.diff(weights, 2, axis=0)) / max(rough, 1e-12),
         "mesh mm": 1000 * float(np.sqrt(np.einsum("fs,st,ft->f", off, gram, off).mean())),
         "marker mm": 1000 * float(np.sqrt(3.0) * rms(off @ offsets)),
+        "cardinality": float((weights > USED).sum(axis=1).mean()),
+        "L1 / true": float(np.abs(weights).sum() / world.truth.sum()),
         "outside bounds": float(((weights < 0) | (weights > 1)).mean()),
     }
     if world.target.lips:
@@ -59,10 +83,20 @@ def measured(data: Path, quick: bool = False) -> dict[str, Any]:
         moved = np.unique(np.concatenate([shape.indices for shape in mesh.shapes]))
         flat = mesh.offsets_at(moved).reshape(len(mesh.shapes), -1)
         gram = flat @ flat.T / len(moved)
-        solvers = {"ours": ours, **BASELINES}
+        solvers = dict(BASELINES)
         if "2D" in world.name:  # the textbook map is into space
             solvers.pop("textbook RBF, exact")
-        found = {name: figures(world, solve(world), gram) for name, solve in solvers.items()}
+        mine, said = ours(world)
+        solved = {"ours": mine, **{name: solve(world) for name, solve in solvers.items()}}
+        found = {name: figures(world, weights, gram) for name, weights in solved.items()}
+        away = np.abs(mine - world.truth)
+        found["ours"] |= {
+            "sd said / true": rms(said) / max(rms(away), 1e-12),
+            "within 1 sd": float((away <= said).mean()),
+            "within 2 sd": float((away <= 2 * said).mean()),
+        }
+        for name in SAME:
+            found[name]["from exact"] = float(np.abs(solved[name] - solved["exact"]).max())
         best = min(found, key=lambda name: found[name]["weight rms"])
         won = found["ours"]["weight rms"] <= found[best]["weight rms"] + DRAW
         rows.append({"world": world.name, "best": "ours" if won else best, "solvers": found})

@@ -1,8 +1,16 @@
 import numpy as np
 import pytest
+from scipy.linalg import cholesky_banded, solve_banded
 
 from usdface.options import SolveOptions
-from usdface.retarget.confidence import Confidence, confidence_of, weight_deviations
+from usdface.retarget.bounds import Bounds
+from usdface.retarget.confidence import (
+    Confidence,
+    confidence_of,
+    weight_deviations,
+    within_bounds,
+)
+from usdface.retarget.covariance import inverse_bands
 from usdface.retarget.solve import error_variance, solve_weights
 from usdface.retarget.spacetime import curvature_bands
 
@@ -50,6 +58,58 @@ def test_deviations_are_how_far_weights_are_off(smoothness: float) -> None:
     said = weight_deviations(NORMAL, STEP, noise, 0.0, options)
     # Slow weights are smoothed at no cost in truth, so that they are nearer than said.
     np.testing.assert_allclose(off, said, rtol=0.1 if smoothness == 0.0 else 0.5)
+
+
+SHAPED = 0.02 * np.eye(4) + 0.03 * np.outer([1.0, 0.8, -0.5, 0.2], [1.0, 0.8, -0.5, 0.2])
+
+
+def test_with_a_learned_covariance_they_are_those_of_its_posterior() -> None:
+    frames, noise = 61, 0.004
+    bands = inverse_bands(STEP * np.arange(frames), OPTIONS.pace)
+    over_time = np.diag(bands[2])
+    for k, row in ((1, bands[1, 1:]), (2, bands[0, 2:])):
+        over_time += np.diag(row, k) + np.diag(row, -k)
+    whole = np.kron(np.eye(frames), NORMAL)
+    whole += np.kron(noise**2 * over_time, np.linalg.inv(SHAPED))
+    middle = slice(4 * (frames // 2), 4 * (frames // 2) + 4)
+    variances = noise**2 * np.diag(np.linalg.inv(whole))[middle]
+    ours = weight_deviations(NORMAL, STEP, noise, 0.0, OPTIONS, SHAPED)
+    np.testing.assert_allclose(ours, np.sqrt(variances), rtol=1e-3)
+
+
+def test_with_a_learned_covariance_they_are_how_far_weights_of_the_process_are_off() -> None:
+    """Drawn from the very process: shares within one and two deviations are a normal error's."""
+    frames, noise = 3000, 2e-3
+    times = STEP * np.arange(frames)
+    wide = cholesky_banded(inverse_bands(times, OPTIONS.pace))
+    drawn = solve_banded((0, 2), wide, RNG.normal(size=(frames, 4)))
+    truth = 0.5 + 0.3 * drawn @ np.linalg.cholesky(SHAPED).T
+    seen = (truth - 0.5) @ BASIS + noise * RNG.normal(size=(frames, 24))
+    free = Bounds(np.full(4, -10.0), np.full(4, 10.0))
+    found = solve_weights(
+        NORMAL, seen @ BASIS.T, times, noise, OPTIONS, bounds=free, covariance=0.09 * SHAPED
+    ).weights
+    said = weight_deviations(NORMAL, STEP, noise, 0.0, OPTIONS, 0.09 * SHAPED)
+    off = np.abs(found - (truth - 0.5)) / said
+    assert (off < 1).mean() == pytest.approx(0.683, abs=0.02)
+    assert (off < 2).mean() == pytest.approx(0.954, abs=0.01)
+
+
+def test_what_no_marker_sees_is_not_learned_either() -> None:
+    normal = NORMAL.copy()
+    normal[2] = normal[:, 2] = 0.0
+    said = weight_deviations(normal, STEP, 3e-4, 0.0, OPTIONS, 1e-4 * np.eye(4))
+    assert said[2] == pytest.approx(OPTIONS.spread, rel=1e-6)
+    assert np.delete(said, 2).max() <= 0.01
+
+
+def test_bounds_cut_errors_off() -> None:
+    said = within_bounds(np.array([0.01, 0.01, 10.0]), np.array([[0.5, 0.005, 0.5]]))
+    assert said[0] == pytest.approx(0.01)
+    # Within [-1/2, oo): numbers from a table of the normal distribution.
+    assert said[1] == pytest.approx(0.01 * np.sqrt(1 - 0.5 * 0.35207 / 0.69146), rel=1e-4)
+    # Where nothing is known: even over [0, 1].
+    assert said[2] == pytest.approx(np.sqrt(1 / 12), rel=1e-3)
 
 
 def test_misfit_does_not_average_out() -> None:

@@ -2,21 +2,23 @@
 
 The solve is the most probable answer of a linear model with Gaussian errors, so its normal
 matrix also says how far each weight can be off (Tarantola 2005, "Inverse Problem Theory",
-section 3.2). Noise averages out over the frames that the smoothness joins; misfit of face and
-rig does not. Where the head is solved too, its pose is unknown like the weights. The box is not
-counted: a weight that rests on 0 or 1 is surer than said.
+section 3.2). Noise averages out over the frames that the smoothness joins, or that what is learned
+of the take says hang together; misfit of face and rig does not. Where the head is solved too, its
+pose is unknown like the weights. Near its bounds a weight is surer (`within_bounds`).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr
 
 from usdface.options import NEXT_MARKERS, SolveOptions
+from usdface.retarget.covariance import inverse_spectrum
 from usdface.retarget.joint import small_motions
-from usdface.retarget.solve import error_variance
+from usdface.retarget.solve import error_variance, systematic_ridge
 from usdface.takes import FloatArray, IntArray, frozen
 
-__all__ = ["Confidence", "confidence_of", "weight_deviations"]
+__all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 
 # The head may be anywhere within so much [m, rad]; more would cost digits where no marker is yet.
 _HEAD = 1.0
@@ -25,6 +27,10 @@ _FINEST = 1e-5
 # A shape is not seen if this share of what was unknown before the take still is.
 _UNSEEN = 0.7
 _FREQUENCIES = 256
+# How many frames may tell of a weight together.
+_MANY = 1000
+# Frames that are looked at for bounds, at most twice as many.
+_FRAMES = 1000
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,7 +40,7 @@ class Confidence:
     Attributes
     ----------
     deviations : (S,) float64 [1]
-        Standard deviation of each weight, in a frame that shows all markers.
+        Standard deviation of each weight where all markers are seen, before its bounds.
     unseen : dict of int to int
         Shapes that the markers say little or nothing about, each with the vertex at which one
         more marker would show it best.
@@ -65,6 +71,7 @@ def confidence_of(
     errors: tuple[float, float],
     options: SolveOptions,
     wanted: int = NEXT_MARKERS,
+    covariance: FloatArray | None = None,
 ) -> Confidence:
     """Say how sure a solve is.
 
@@ -86,6 +93,8 @@ def confidence_of(
     options : SolveOptions
     wanted : int
         How many places for more markers to look for.
+    covariance : (S, S) float64, optional
+        Of the weights, where it was learned from the take.
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
@@ -98,7 +107,7 @@ def confidence_of(
     spread = np.linalg.inv(seen.T @ seen / variance + np.diag(prior))
     # The normal matrix of the weights alone, whatever the head does.
     normal = variance * (np.linalg.inv(spread[:count, :count]) - np.diag(prior[:count]))
-    deviations = weight_deviations(normal, step, noise, misfit, options)
+    deviations = weight_deviations(normal, step, noise, misfit, options, covariance)
     hidden = np.flatnonzero(np.diag(spread)[:count] > (_UNSEEN * options.spread) ** 2)
     free = np.setdiff1d(np.flatnonzero(np.abs(offsets).max(axis=(0, 2)) > 0.0), bound)
     if not len(free):
@@ -118,7 +127,12 @@ def confidence_of(
 
 
 def weight_deviations(
-    normal: FloatArray, step: float, noise: float, misfit: float, options: SolveOptions
+    normal: FloatArray,
+    step: float,
+    noise: float,
+    misfit: float,
+    options: SolveOptions,
+    covariance: FloatArray | None = None,
 ) -> FloatArray:
     """Return the standard deviation of each weight far from both ends of a take: (S,).
 
@@ -130,6 +144,8 @@ def weight_deviations(
         Time between two frames; 0 for a single one.
     noise, misfit : float [m]
     options : SolveOptions
+    covariance : (S, S) float64, optional
+        As in `usdface.retarget.solve.solve_weights`.
 
     Notes
     -----
@@ -139,19 +155,78 @@ def weight_deviations(
     of the noise, what it takes away of weights that move as `agility` says, the misfit, which
     is slow, and a share r / a of the weight itself, which is about `spread`. Without ridge and
     misfit this is the posterior of the whole take, without smoothness that of one frame.
+
+    With a learned covariance M, normal matrix and M^-1 are diagonal in the same vectors, and q is
+    the inverse of the spectrum that weights are taken to have. Misfit is taken to move as they do.
     """
+    if covariance is not None:
+        return _learned_deviations(normal, step, noise, misfit, options, covariance)
     values, vectors = np.linalg.eigh(normal)
     values = np.maximum(values, 0.0)[:, None]
     total = error_variance(noise, misfit)
     ridge = total / options.spread**2
     ridged = values + ridge
     curve = noise**2 * options.smoothness / options.agility / step**3 if step > 0 else 0.0
-    angle = np.pi * (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES
+    angle = _angles()
     rough = curve * (2.0 - 2.0 * np.cos(angle)) ** 2
     passed = (values + options.smoothness * rough) / (ridged + rough) ** 2
     variances = noise**2 * passed.mean(axis=1, keepdims=True)
     variances += ((total - noise**2) * values + (ridge * options.spread) ** 2) / ridged**2
     return np.asarray(np.sqrt(vectors**2 @ variances.clip(max=options.spread**2))[:, 0])
+
+
+def _learned_deviations(
+    normal: FloatArray,
+    step: float,
+    noise: float,
+    misfit: float,
+    options: SolveOptions,
+    covariance: FloatArray,
+) -> FloatArray:
+    ridged = normal + systematic_ridge(misfit, options) * np.eye(len(normal))
+    half = np.linalg.cholesky(covariance)
+    values, turned = np.linalg.eigh(half.T @ ridged @ half)
+    vectors, values = half @ turned, values.clip(min=0.0)[:, None]
+    inverse = inverse_spectrum(_angles(), step, options.pace)
+    prior = noise**2 * inverse
+    solved = values + options.smoothness * prior
+    slow = (error_variance(noise, misfit) - noise**2) * values / inverse
+    variances = ((noise**2 * (values + options.smoothness**2 * prior) + slow) / solved**2).mean(
+        axis=1
+    )
+    # Of what many frames together do not show, a take teaches nothing.
+    unit = np.eye(len(normal))
+    unknown = np.linalg.inv(_MANY / noise**2 * normal + unit / options.spread**2)
+    least = np.sqrt(np.diag(unknown).clip(min=0.0))
+    return np.asarray(np.sqrt(vectors**2 @ variances).clip(least, options.spread))
+
+
+def _angles() -> FloatArray:
+    return np.asarray(np.pi * (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES)
+
+
+def within_bounds(deviations: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the standard deviation of weights over a take, as none leaves [0, 1]: (S,).
+
+    In each frame the error is that of a normal distribution about the weight, cut off at the
+    bounds; root mean square over the frames.
+
+    Parameters
+    ----------
+    deviations : (S,) float64
+        Above 0, without bounds.
+    weights : (F, S) float64
+        In [0, 1].
+    """
+    some = weights[:: max(1, len(weights) // _FRAMES)]
+    low, high = -some / deviations, (1.0 - some) / deviations
+    cut = low * _bell(low) - high * _bell(high)
+    left = 1.0 + cut / (ndtr(high) - ndtr(low))
+    return np.asarray(deviations * np.sqrt(left.mean(axis=0)))
+
+
+def _bell(values: FloatArray) -> FloatArray:
+    return np.asarray(np.exp(-0.5 * values**2) / np.sqrt(2.0 * np.pi))
 
 
 def _at_places(

@@ -21,7 +21,7 @@ from usdface.takes import FloatArray
 
 __all__ = ["inverse_bands", "inverse_spectrum", "learn_covariance"]
 
-_STEPS = 10
+_STEPS = 20
 _BINS = 16
 # What is expected before the take is seen: the variance of a weight, and as how many frames this
 # counts. A start with less than this share of it in any direction would never leave 0.

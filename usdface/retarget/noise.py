@@ -5,11 +5,11 @@ from scipy.special import chdtri
 
 from usdface.takes import BoolArray, FloatArray
 
-__all__ = ["marker_misfit", "marker_noise", "unexplained"]
+__all__ = ["MOST", "marker_misfit", "marker_noise", "unexplained"]
 
 # Misfit grows with the expression and is nothing at rest. This share of the frames has less:
 # neither a resting face nor a few swapped markers decide.
-_MOST = 0.9
+MOST = 0.9
 
 
 def unexplained(explained: FloatArray) -> FloatArray:
@@ -60,6 +60,6 @@ def marker_misfit(rest: FloatArray, seen: BoolArray, noise: float) -> float:
     if count == 0:
         return 0.0
     rest = rest[seen] if seen.sum() >= 16 else rest
-    most = float(np.quantile((rest**2).mean(axis=1), _MOST))
-    of_noise = noise**2 * float(chdtri(count, 1.0 - _MOST)) / count
+    most = float(np.quantile((rest**2).mean(axis=1), MOST))
+    of_noise = noise**2 * float(chdtri(count, 1.0 - MOST)) / count
     return float(np.sqrt(max(0.0, most - of_noise)))

@@ -8,14 +8,15 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from usdface.findings import Finding, finding
-from usdface.retarget.confidence import confidence_of
+from usdface.retarget.confidence import confidence_of, within_bounds
+from usdface.retarget.noise import MOST
 from usdface.retarget.regions import place_names, region_errors
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["SolveReport", "solve_report"]
+__all__ = ["SolveReport", "solve_report", "usual_misfit"]
 
 # Vertices that are tried as places of markers; more of them are thinned out evenly.
 _PLACES = 2000
@@ -53,20 +54,22 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
         axes,
         setup.head == "solve",
         step,
-        (solution.noise, solution.misfit),
+        (solution.noise, usual_misfit(solution)),
         setup.solve,
+        covariance=solution.covariance,
     )
+    deviations = within_bounds(sure.deviations, solution.weights.weights)
     names = mesh.shape_names
     unseen = {names[shape]: int(places[place]) for shape, place in sure.unseen.items()}
     wanted = [int(places[place]) for place in sure.places]
-    least = np.argsort(-sure.deviations, kind="stable")[:_NAMED]
+    least = np.argsort(-deviations, kind="stable")[:_NAMED]
     regions = region_errors(mesh, setup.binding, solution)
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
     named = dict(zip(there.tolist(), place_names(mesh, there, setup.binding), strict=True))
     summary = {
         "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items()),
-        "weights, standard deviation": round(float(np.median(sure.deviations)), 3),
-        "least sure": ", ".join(f"{names[s]} {sure.deviations[s]:.2f}" for s in least),
+        "weights, standard deviation": round(float(np.median(deviations)), 3),
+        "least sure": ", ".join(f"{names[s]} {deviations[s]:.2f}" for s in least),
     }
     if wanted:
         summary["next markers"] = "; ".join(named[vertex] for vertex in wanted)
@@ -78,8 +81,7 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
         },
         "confidence": {
             "standard deviation": {
-                name: round(float(value), 4)
-                for name, value in zip(names, sure.deviations, strict=True)
+                name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)
             },
             "hardly seen, and the vertex that would show it": unseen,
             "next markers, vertices": wanted,
@@ -91,6 +93,13 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
         for name, vertex in unseen.items()
     ]
     return SolveReport(summary, details, found)
+
+
+def usual_misfit(solution: Solution) -> float:
+    """Return the misfit of a marker coordinate over all frames, not the expressive ones [m]."""
+    squares = solution.residual**2
+    most = float(np.quantile(squares, MOST))
+    return solution.misfit * float(np.sqrt(min(1.0, squares.mean() / most))) if most else 0.0
 
 
 def _free_places(mesh: Mesh, bound: IntArray) -> IntArray:

@@ -53,6 +53,8 @@ class Solution:
         Between a marker and what the weights explain, on the character; NaN where occluded.
     in_space : bool
         False for an image's markers: then the pose is in pixels.
+    covariance : (S, S) float64 or None
+        How weights move and move together, as learned from the take; None if it was not.
     """
 
     weights: WeightsTake
@@ -67,6 +69,7 @@ class Solution:
     choice: MapChoice
     distances: FloatArray
     in_space: bool = True
+    covariance: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))
@@ -152,6 +155,7 @@ def solve_take(
         choice,
         np.where(seen, np.sqrt((misfit**2).sum(axis=2)), np.nan),
         in_space=take.dimension == 3,
+        covariance=joint.covariance,
     )
     return solution, findings
 
