@@ -196,7 +196,8 @@ class SolveOptions:
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
     iterations : int
-        Iterations of the whole-take solve at 30 Hz, up to twice as many at faster rates.
+        Iterations of the whole-take solve at 30 Hz, up to twice as many at faster rates; 1.3
+        times as many where the prior is learned.
     tolerance : float [1]
         The solve stops when no weight changes by more.
     """
@@ -210,7 +211,7 @@ class SolveOptions:
     pace: float = 8.0
     sparsity: float = 0.0
     symmetry: float = 0.0
-    iterations: int = 130
+    iterations: int = 100
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import qpsolvers
 from slits import EXPRESSIONS, LID_GAP, LIP_GAP, slit_face
 
 from usdface.errors import InputError
@@ -114,6 +113,8 @@ def test_every_gap_changes_as_it_may_and_every_weight_stays_between():
 
 
 def test_little_more_is_taken_back_than_a_solver_of_quadratic_programs_takes():
+    pytest.importorskip("daqp", reason="the extra `bench` is not installed")
+    qpsolvers = pytest.importorskip("qpsolvers", reason="the extra `bench` is not installed")
     solved, wanted = random_corrections(120)
     held, limited, _ = hold(solved, wanted, GAPS)
     before = GAPS.at(solved)

@@ -49,6 +49,8 @@ _NEGLIGIBLE = 1e-2
 _ROUGH = 12
 # Stiffness over the weakest direction of a take at 30 Hz: enough iterations are stated for it.
 _JOINED = 1500.0
+# A learned covariance makes some directions slow to settle.
+_LEARNED_LONGER = 1.3
 _RIDGE_FLOOR = 1e-13
 # How many markers err alike; 3 to 12 do well on performers with other movements than the rig's.
 _ALIKE = 5.0
@@ -118,6 +120,7 @@ def solve_weights(
     joined = float(np.sqrt(bands[2].max() / weakest / _JOINED))
     iterations = _ROUGH if rough else ceil(options.iterations * min(max(joined, 1.0), 2.0))
     if covariance is not None:
+        iterations = _ROUGH if rough else ceil(_LEARNED_LONGER * iterations)
         bands = noise**2 * options.smoothness * inverse_bands(times, options.pace)
         ridged = plain + systematic_ridge(misfit, options) * np.eye(len(normal))
     return solve_spacetime(
