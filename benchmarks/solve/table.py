@@ -91,10 +91,11 @@ def measured(data: Path, quick: bool = False) -> dict[str, Any]:
         found = {name: figures(world, weights, gram) for name, weights in solved.items()}
         away = np.abs(mine - world.truth)
         found["ours"] |= {
-            "sd said / true": rms(said) / max(rms(away), 1e-12),
             "within 1 sd": float((away <= said).mean()),
             "within 2 sd": float((away <= 2 * said).mean()),
         }
+        if rms(away) > DRAW:  # else there is nothing to be unsure of
+            found["ours"]["sd said / true"] = rms(said) / rms(away)
         for name in SAME:
             found[name]["from exact"] = float(np.abs(solved[name] - solved["exact"]).max())
         best = min(found, key=lambda name: found[name]["weight rms"])
