@@ -61,7 +61,7 @@ def test_the_written_system_is_the_one_that_was_fitted(fitted, folder):
 
 def test_poses_come_from_the_labelled_frames(fitted, folder):
     """Of anger with open and with closed mouth the pose has the brows, and opens no mouth."""
-    poses = {e.name: e for e in read_expressions_file(folder / "poses.json")}
+    poses = read_expressions_file(folder / "poses.json")
     assert set(poses) == {emotion for emotion, _ in SHOWN}
     assert set(poses["anger"].shapes) == {"browDownLeft", "browDownRight"}
     assert set(poses["contempt"].shapes) == set(SHOWN["contempt", ""])

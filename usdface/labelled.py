@@ -17,7 +17,7 @@ from usdface.fuzzy.naming import direction_words, known_roles, marker_variables
 from usdface.fuzzy.selection import single_movements
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.labels import NEUTRAL, Label
-from usdface.options import FeatureSpace, FitOptions
+from usdface.options import LEARNED_SMOOTHING, FeatureSpace, FitOptions
 from usdface.outcome import Steps
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
@@ -189,7 +189,10 @@ def _features(
     there = set(solution.markers if solution and space == "take" else setup.binding.markers)
     known = [setup.roles[v.role] in there for v in variables]
     everything = FuzzySystem(
-        tuple(v for v, yes in zip(variables, known, strict=True) if yes), (), space=space
+        tuple(v for v, yes in zip(variables, known, strict=True) if yes),
+        (),
+        space=space,
+        smoothing=LEARNED_SMOOTHING,
     )
     seen = np.full((len(take.times), len(variables)), np.nan)
     seen[:, known] = features(everything, take, face.mesh, setup, weights, solution)

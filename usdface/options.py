@@ -18,6 +18,7 @@ __all__ = [
     "GAIN_RANGE",
     "GAIN_SPREAD",
     "LARGEST_OFFSET",
+    "LEARNED_SMOOTHING",
     "MARKER_NOISE",
     "NEXT_MARKERS",
     "OFFSET_SPREAD",
@@ -65,6 +66,9 @@ RESPONSE = (0.05, 0.45)
 # Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
 # 0.3 mm of noise or more; less noise is smoothed less.
 FEATURE_SMOOTHING = 0.2
+# The same where rules are learned from labelled takes: those hold an expression for a fraction of
+# a second, and 0.2 s would flatten it (benchmarks/fuzzy_fit.py).
+LEARNED_SMOOTHING = 0.15
 # By how much a correction may part closed lips or lids [m]: less is not seen.
 CONTACT_TOLERANCE = 0.0005
 

@@ -8,7 +8,7 @@ from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.features import smooth
 from usdface.fuzzy.fit import answers, answers_to, fit_system, heard
 from usdface.fuzzy.fit_examples import NO_EMOTION
-from usdface.options import FEATURE_SMOOTHING
+from usdface.options import LEARNED_SMOOTHING
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_a_neutral_face_answers_exactly_nothing(system):
 
 def test_jitter_at_neutral_is_not_heard(system):
     jitter = NOISE * np.random.default_rng(0).standard_normal((3000, len(VARIABLES)))
-    read = smooth(jitter, np.arange(3000) / 60.0, FEATURE_SMOOTHING)
+    read = smooth(jitter, np.arange(3000) / 60.0, LEARNED_SMOOTHING)
     outputs = answers_to(system, VARIABLES, read)
     assert outputs.mean(axis=0).max() <= 0.02
     assert outputs.max() <= 0.1
@@ -159,3 +159,7 @@ def test_what_a_face_does_without_meaning_it_is_kept_out():
 
 def test_faces_without_a_system_mean_nothing():
     assert heard(np.zeros((2, 0)), ()) == (NO_EMOTION, NO_EMOTION)
+
+
+def test_a_learned_system_reads_features_as_its_examples_were_read(system):
+    assert system.smoothing == LEARNED_SMOOTHING

@@ -17,6 +17,7 @@ from usdface.fuzzy.fit_terms import Words, words_of
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.system import FuzzySystem, Space, Variable
+from usdface.options import LEARNED_SMOOTHING
 from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["answers", "answers_to", "fit_system", "heard"]
@@ -47,7 +48,8 @@ def fit_system(examples: Examples, space: Space = "character") -> tuple[FuzzySys
     learned = learn_rules(examples, words, parts)
     rules = tuple(_rule(rule, words, examples) for rule in learned)
     outputs = tuple(Variable(emotion, "output") for emotion in examples.names)
-    system = FuzzySystem((*_inputs(learned, words, examples), *outputs), rules, space=space)
+    inputs = _inputs(learned, words, examples)
+    system = FuzzySystem((*inputs, *outputs), rules, space=space, smoothing=LEARNED_SMOOTHING)
     silent = set(examples.names) - {rule.emotion for rule in learned}
     return system, [
         finding("EXPRESSION_UNSEEN", name, f"no few marker motions show {name}; it gets no rule")
