@@ -11,6 +11,7 @@ from faces import (
     AMOUNTS,
     FACES,
     Face,
+    Weak,
     contact,
     loudest_alone,
     make_face,
@@ -37,6 +38,11 @@ SLOW = tuple(kind for kind in FACES if kind != QUICK)
 def face(request: pytest.FixtureRequest) -> tuple[str, Face]:
     shared = Path() if request.param == "example" else request.getfixturevalue("shared_data")
     return request.param, make_face(request.param, shared)
+
+
+@pytest.fixture(scope="module")
+def weakened(face: tuple[str, Face]) -> Weak:
+    return weak(face[1])
 
 
 def test_an_expression_is_heard_as_loud_as_it_is(face: tuple[str, Face]) -> None:
@@ -77,16 +83,22 @@ def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(
     assert np.abs(played.corrected - played.solved).mean() <= 0.02
 
 
-def test_a_weak_expression_comes_half_way_and_neutral_stays(face: tuple[str, Face]) -> None:
-    _, made = face
-    corrected = weak(made)
-    for emotion, shares in corrected.share.items():
+def test_a_weak_expression_comes_half_way_and_neutral_stays(weakened: Weak) -> None:
+    for emotion, shares in weakened.share.items():
         assert len(shares) == len(AMOUNTS) and max(shares) <= 0.5, emotion
-    assert corrected.neutral <= 0.001
-    # The aim is 1. Since the solve learns how weights move, what it gives is about half as rough as
-    # it was, and the correction, which became smoother too, is at 0.9 to 1.06 of that.
-    assert corrected.roughness <= 1.07
-    assert corrected.jump <= 0.15
+    assert weakened.neutral <= 0.001
+    assert weakened.jump <= 0.15
+
+
+def test_the_correction_does_not_flicker(
+    face: tuple[str, Face], weakened: Weak, request: pytest.FixtureRequest
+) -> None:
+    kind, _ = face
+    if kind in ("makehuman", "example"):
+        # Measured: 1.01 and 1.06, since the solve gives weights that are half as rough as before.
+        why = "the correction is rougher than the solved weights"
+        request.applymarker(pytest.mark.xfail(reason=why, strict=True))
+    assert weakened.roughness <= 1.0
 
 
 def test_a_correction_opens_no_closed_lips_or_lids_and_crosses_none(face: tuple[str, Face]) -> None:
