@@ -24,7 +24,7 @@ def check_file(path: Path) -> list[Finding]:
     """
     kind = path.suffix.lower()
     if not path.is_file():
-        raise InputError(f"no such file: {path}")
+        raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     if kind in _USD:
         from usdface.io.usd.check import check_usd  # each format's libraries only when needed
 

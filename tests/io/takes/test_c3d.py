@@ -285,3 +285,10 @@ def test_real_labels_lose_their_subject(shared_data):
     assert "gauche_ext" in take.names
     assert take.up_axis == "Z"
     assert "LABEL_CHANGED" in codes(findings)
+
+
+@pytest.mark.parametrize("data", [c3d_bytes()[:1024], c3d_bytes(frames=60_000)[:-10]])
+def test_a_file_that_is_cut_off_says_so_by_its_code(read, data):
+    with pytest.raises(InputError) as raised:
+        read(data)
+    assert raised.value.code == "FILE_CUT_OFF"

@@ -38,7 +38,7 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
         rig, notes = with_combinations_of(path, rig)
         findings += notes
     elif not path.exists():
-        raise InputError(f"no such file or folder: {path}")
+        raise InputError(f"no such file or folder: {path}", "FILE_UNREADABLE")
     elif kind in _GLTF:
         from usdface.io.gltf.read import read_gltf  # loads glTF's libraries only here
 

@@ -68,7 +68,9 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}") from error
     if len(data) < 2 * _BLOCK or data[1] != _KEY:
-        raise InputError(f"{path} is not a C3D file, or is cut off within its header")
+        raise InputError(
+            f"{path} is not a C3D file, or is cut off within its header", "FILE_UNREADABLE"
+        )
     header = _header(path, data)
     parameters = header.parameters
     layout, findings = _layout(path, len(data), header)
@@ -90,7 +92,7 @@ def _header(path: Path, data: NDArray[np.uint8]) -> _Header:
     start = (int(data[0]) - 1) * _BLOCK
     order = _ORDERS.get(int(data[start + 3])) if 0 < start < len(data) - 3 else None
     if order is None:
-        raise InputError(f"{path}: the C3D parameter section is missing or cut off")
+        raise InputError(f"{path}: the C3D parameter section is missing or cut off", "FILE_CUT_OFF")
     first = data[:_BLOCK].tobytes()
     words = np.frombuffer(first, ">u2" if order == "mips" else "<u2").tolist()
     end = (words[8] - 1) * _BLOCK  # where the points begin
@@ -109,7 +111,9 @@ def _layout(path: Path, size: int, header: _Header) -> tuple[_Layout, list[Findi
     scale = _number(parameters, "POINT:SCALE", header.floats[3])
     start = int(words[8] or _number(parameters, "POINT:DATA_START", 0)) * _BLOCK - _BLOCK
     if not (np.isfinite(scale) and markers > 0 and 0 < start < size):
-        raise InputError(f"{path}: the C3D file has no points, or is cut off before them")
+        raise InputError(
+            f"{path}: the C3D file has no points, or is cut off before them", "FILE_CUT_OFF"
+        )
     values = 4 * markers + _analog_count(header, rate)
     frame_bytes = values * (2 if scale > 0 else 4)
     announced = _frame_count(header)
@@ -118,7 +122,7 @@ def _layout(path: Path, size: int, header: _Header) -> tuple[_Layout, list[Findi
     if announced > held:
         message = f"the header announces {announced} frames, the file holds {held}"
         if rest or not held:
-            raise InputError(f"{path} is cut off: {message} and a part")
+            raise InputError(f"{path} is cut off: {message} and a part", "FILE_CUT_OFF")
         findings = [finding("FRAMES_MISSING", str(path), message)]
     frames = max(0, min(announced, held))
     return _Layout(start, frames, markers, frame_bytes, scale, rate, header.order), findings

@@ -50,7 +50,7 @@ def read_take(
             "track the markers first and give their positions as CSV"
         )
     if not path.is_file():
-        raise InputError(f"no such file: {path}")
+        raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     match suffix:
         case ".c3d":
             return read_c3d(path, options)

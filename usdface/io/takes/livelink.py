@@ -58,7 +58,7 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     try:
         take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{path}: {error}", error.code) from error
     return take, findings + guesses + more
 
 

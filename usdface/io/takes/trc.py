@@ -38,7 +38,9 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         row for row in read_rows(path, text, "\t" if "\t" in first_line else ",") if any(row[1])
     ]
     if len(rows) < 5:
-        raise InputError(f"{path}: the header is cut off; expected five lines before the data")
+        raise InputError(
+            f"{path}: the header is cut off; expected five lines before the data", "FILE_CUT_OFF"
+        )
     header = dict(zip((key.lower() for key in rows[1][1]), rows[2][1], strict=False))
     labels = tuple(cell for cell in rows[3][1][2:] if cell)
     announced = positive(header.get("nummarkers", ""))
