@@ -23,7 +23,15 @@ def test_the_probe_sees_what_is_loaded() -> None:
 
 @pytest.mark.parametrize(
     "module",
-    ["usdface", "usdface.options", "usdface.errors", "usdface.findings", "usdface.schemas"],
+    [
+        "usdface",
+        "usdface.cli",
+        "usdface.errors",
+        "usdface.findings",
+        "usdface.options",
+        "usdface.pipeline",
+        "usdface.schemas",
+    ],
 )
 def test_light_modules_load_no_library(module: str) -> None:
     assert not {*FOREIGN, "numpy"} & loaded_by(f"import {module}")

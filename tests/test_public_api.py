@@ -2,26 +2,33 @@ import ast
 import tomllib
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import usdface
+import usdface.pipeline
 
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
 
 
-def test_all_is_sorted_and_complete() -> None:
-    homes = [name for names in usdface._HOMES.values() for name in names]
-    assert usdface.__all__ == sorted(homes)
-    assert set(usdface.__all__) <= set(dir(usdface))
+PACKAGES = (usdface, usdface.pipeline)
+HOMES = [(package, home) for package in PACKAGES for home in package._HOMES]
 
 
-@pytest.mark.parametrize("home", usdface._HOMES)
-def test_every_name_is_public_at_home(home: str) -> None:
-    module = import_module(f"usdface.{home}")
-    for name in usdface._HOMES[home]:
+@pytest.mark.parametrize("package", PACKAGES)
+def test_all_is_sorted_and_complete(package: ModuleType) -> None:
+    homes = [name for names in package._HOMES.values() for name in names]
+    assert package.__all__ == sorted(homes)
+    assert set(package.__all__) <= set(dir(package))
+
+
+@pytest.mark.parametrize(("package", "home"), HOMES)
+def test_every_name_is_public_at_home(package: ModuleType, home: str) -> None:
+    module = import_module(f"{package.__name__}.{home}")
+    for name in package._HOMES[home]:
         assert name in module.__all__
-        assert getattr(usdface, name) is getattr(module, name)
+        assert getattr(package, name) is getattr(module, name)
 
 
 def test_every_error_is_exported() -> None:
@@ -48,12 +55,13 @@ def test_the_version_has_one_source() -> None:
     assert project["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "usdface.__version__"}
 
 
-def test_type_checkers_see_the_same_names() -> None:
-    tree = ast.parse(Path(usdface.__file__).read_text(encoding="utf-8"))
+@pytest.mark.parametrize("package", PACKAGES)
+def test_type_checkers_see_the_same_names(package: ModuleType) -> None:
+    tree = ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If))
     homes = {
-        str(node.module).removeprefix("usdface."): tuple(alias.name for alias in node.names)
+        str(node.module).removeprefix(f"{package.__name__}."): tuple(a.name for a in node.names)
         for node in block.body
         if isinstance(node, ast.ImportFrom)
     }
-    assert homes == usdface._HOMES
+    assert homes == package._HOMES

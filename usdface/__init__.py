@@ -5,8 +5,9 @@ to and from glTF. The public names below are loaded when first asked for, so tha
 ``import usdface`` costs next to nothing.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from usdface.lazy import lazy_names
 
 if TYPE_CHECKING:
     from usdface.errors import InputError, OutputError, SchemaError, SolveError, UsdFaceError
@@ -45,17 +46,4 @@ _HOMES = {
     "setup": ("Binding", "Expression", "Setup"),
     "takes": ("MarkerTake", "WeightsTake"),
 }
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    """Load a public name from its module (PEP 562)."""
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'usdface' has no attribute {name!r}")
-    value = getattr(import_module(f"usdface.{_HOME_OF[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)

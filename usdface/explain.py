@@ -15,9 +15,8 @@ from usdface.fuzzy.membership import membership
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Proposition
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.usd.layers import layer_paths
+from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import open_stage
 from usdface.options import ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.neutral import on_plane
@@ -177,8 +176,7 @@ def explain_shot(path: Path, steps: Steps) -> Explanation:
         If the shot cannot be processed or has no fuzzy system.
     """
     with steps("read"):
-        ours = layer_paths(path, None)
-        stage = open_stage(path, without=(ours.solve, ours.express))
+        stage = open_shot(path)
         shot, _ = read_shot(stage, str(path))
     if shot.system is None:
         raise InputError(f"{path} has no fuzzy system to explain; `usdface shot` designs one")

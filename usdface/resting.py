@@ -12,9 +12,8 @@ from usdface.express import MARKER_NOISE, features
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.paper import paper_system
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.usd.layers import layer_paths
+from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import Shot, read_shot
-from usdface.io.usd.stage import open_stage
 from usdface.outcome import Steps
 from usdface.takes import FloatArray, MarkerTake
 
@@ -67,8 +66,7 @@ def resting_answers(path: Path, steps: Steps) -> tuple[RestingAnswer, ...]:
         If the shot cannot be read or has no fuzzy system.
     """
     with steps("read"):
-        ours = layer_paths(path, None)
-        shot, _ = read_shot(open_stage(path, without=(ours.solve, ours.express)), str(path))
+        shot, _ = read_shot(open_shot(path), str(path))
     if shot.system is None:
         raise InputError(f"{path} has no fuzzy system to ask; `usdface shot` designs one")
     with steps("play"):

@@ -19,6 +19,7 @@ from usdface.io.usd.stage import (
     Metrics,
     matrices,
     new_layer,
+    open_stage,
     relative_asset,
     save_layers,
     to_si,
@@ -36,6 +37,7 @@ __all__ = [
     "author",
     "complete_weights",
     "layer_paths",
+    "open_shot",
     "write_layers",
 ]
 
@@ -254,6 +256,18 @@ def layer_paths(shot: Path, root: Path | None) -> _Paths:
     stem = root.stem if root.stem.endswith(".usdface") else f"{root.stem}.usdface"
     folder = root.with_name(stem)
     return _Paths(root, folder / "solve.usdc", folder / "express.usdc")
+
+
+def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
+    """Open a shot as its user wrote it, without the layers that `write_layers` put over it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened, or `root` would overwrite it.
+    """
+    ours = layer_paths(shot, root)
+    return open_stage(shot, without=(ours.solve, ours.express))
 
 
 def write_layers(

@@ -1,0 +1,61 @@
+"""The order of work, a table of contents: one function per command, one module per job.
+
+A character and a take become USD (`make_rig`, `make_take`); the two come together in a shot
+(`make_shot`, with places for the markers by `make_markers`, and how large the performer's
+movements are by `calibrate`). `process` is the main job: it retargets and corrects a shot and
+writes the layers; `apply` does it on a stage that a host holds open. Around it, scenes go to and
+from glTF (`export_scene`, `import_scene`), files are checked (`check`), and the expression layer
+is fitted, converted and asked (`fit_fuzzy`, `convert_fuzzy`, `explain`, `resting`).
+
+A function is loaded when first asked for, with the libraries that its job uses and no others.
+"""
+
+from typing import TYPE_CHECKING
+
+from usdface.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from usdface.pipeline.answers import explain, resting
+    from usdface.pipeline.calibration import calibrate
+    from usdface.pipeline.checking import check
+    from usdface.pipeline.fuzzy_files import convert_fuzzy
+    from usdface.pipeline.fuzzy_fit import fit_fuzzy
+    from usdface.pipeline.markers import make_markers
+    from usdface.pipeline.processing import apply, process
+    from usdface.pipeline.rig import make_rig
+    from usdface.pipeline.scenes import export_scene, import_scene
+    from usdface.pipeline.shot import make_shot
+    from usdface.pipeline.take import make_take
+
+__all__ = [
+    "apply",
+    "calibrate",
+    "check",
+    "convert_fuzzy",
+    "explain",
+    "export_scene",
+    "fit_fuzzy",
+    "import_scene",
+    "make_markers",
+    "make_rig",
+    "make_shot",
+    "make_take",
+    "process",
+    "resting",
+]
+
+_HOMES = {
+    "answers": ("explain", "resting"),
+    "calibration": ("calibrate",),
+    "checking": ("check",),
+    "fuzzy_files": ("convert_fuzzy",),
+    "fuzzy_fit": ("fit_fuzzy",),
+    "markers": ("make_markers",),
+    "processing": ("apply", "process"),
+    "rig": ("make_rig",),
+    "scenes": ("export_scene", "import_scene"),
+    "shot": ("make_shot",),
+    "take": ("make_take",),
+}
+
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)

@@ -1,0 +1,48 @@
+"""How large a performer's movements are against the character's: `usdface calibrate`."""
+
+from pathlib import Path
+
+from usdface.animate import calibrate as calibrate_face
+from usdface.io.atomic import check_place, write_text
+from usdface.io.calibration_file import calibration_json
+from usdface.io.usd.layers import open_shot
+from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import files_of
+from usdface.outcome import OnStep, Outcome, Steps
+from usdface.pipeline.schemas import register_schemas
+
+__all__ = ["calibrate"]
+
+
+def calibrate(
+    path: Path, output: Path, extremes: bool = False, on_step: OnStep | None = None
+) -> Outcome:
+    """Find how large a performer's movements are against the character's, and write it as JSON.
+
+    `path` is a shot of an expressive take; with `extremes` one that goes through the whole range of
+    motion, each movement to its extreme.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is written.
+    """
+    register_schemas()
+    steps = Steps(on_step)
+    with steps("read"):
+        stage = open_shot(path)
+        check_place(output, *files_of(stage))
+        shot, findings = read_shot(stage, str(path))
+    with steps("calibrate"):
+        mesh = shot.rig.mesh(shot.setup.binding.mesh)
+        found, more = calibrate_face(shot.take, shot.setup, mesh, extremes)
+    with steps("write"):
+        text = calibration_json(found.calibration, found.deviations, found.peaks)
+        write_text(output, text)
+    summary = {
+        "frames": len(shot.take.times),
+        "blend shapes": len(found.calibration.shapes),
+        "gains known": len(found.known),
+        **found.summary(),
+    }
+    return Outcome((output,), tuple(findings + more), summary, steps.seconds)

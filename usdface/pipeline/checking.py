@@ -1,0 +1,22 @@
+"""What is wrong with a file's blend shapes: `usdface check`."""
+
+from pathlib import Path
+
+from usdface.findings import Finding
+from usdface.io.check import check_file
+from usdface.outcome import OnStep, Outcome, Steps
+from usdface.pipeline.schemas import register_schemas
+
+__all__ = ["check"]
+
+
+def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:
+    """Check blend shapes and their animation beyond what the standard validators look at."""
+    register_schemas()
+    steps = Steps(on_step)
+    findings: list[Finding] = []
+    for path in paths:
+        with steps(f"check {path.name}"):
+            findings += check_file(path)
+    summary = {"files": len(paths), "findings": len(findings)}
+    return Outcome((), tuple(findings), summary, steps.seconds)

@@ -1,0 +1,30 @@
+"""A character becomes UsdSkel: `usdface rig`."""
+
+from pathlib import Path
+
+from usdface.io.atomic import check_place
+from usdface.io.rigs.files import read_rig_file
+from usdface.io.usd.rig_write import write_rig
+from usdface.options import RigOptions
+from usdface.outcome import OnStep, Outcome, Steps
+
+__all__ = ["make_rig"]
+
+
+def make_rig(
+    source: Path, output: Path, options: RigOptions = RigOptions(), on_step: OnStep | None = None
+) -> Outcome:
+    """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel."""
+    steps = Steps(on_step)
+    check_place(output, source)
+    with steps("read"):
+        rig, findings = read_rig_file(source, options)
+    with steps("write"):
+        findings += write_rig(rig, output)
+    summary = {
+        "meshes": len(rig.meshes),
+        "vertices": sum(len(mesh.points) for mesh in rig.meshes),
+        "blend shapes": len(rig.shape_names),
+        "joints": len(rig.skeleton.joints) if rig.skeleton else 0,
+    }
+    return Outcome((output,), tuple(findings), summary, steps.seconds)

@@ -1,0 +1,102 @@
+"""A character and a take come together: `usdface shot`."""
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from usdface.bound import bound_setup, proposal_summary
+from usdface.express import adopt, design, parts_of
+from usdface.findings import Finding
+from usdface.fuzzy.dictionaries import expressions_for
+from usdface.fuzzy.doubts import rule_findings
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.atomic import check_place
+from usdface.io.calibration_file import read_calibration_file
+from usdface.io.expressions_file import read_expressions_file
+from usdface.io.fuzzy_formats.files import read_fuzzy_file
+from usdface.io.usd.rig import read_rig
+from usdface.io.usd.shot import write_shot
+from usdface.io.usd.stage import default_prim, open_stage
+from usdface.io.usd.take import read_take_prim
+from usdface.options import BindOptions, CorrectionOptions
+from usdface.outcome import OnStep, Outcome, Steps
+from usdface.pipeline.schemas import register_schemas
+from usdface.rigs import Mesh
+from usdface.setup import Expression, Setup, fit_setup
+
+__all__ = ["make_shot"]
+
+
+def make_shot(
+    rig: Path,
+    take: Path,
+    bind: Path | None,
+    output: Path,
+    correction: CorrectionOptions | None = None,
+    on_step: OnStep | None = None,
+    fuzzy: Path | None = None,
+    expressions_file: Path | None = None,
+    binding: BindOptions = BindOptions(),
+    calibration: Path | None = None,
+) -> tuple[Outcome, Setup]:
+    """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
+
+    `bind` is the binding file; without one, places for the markers are proposed. `fuzzy` is a
+    system to use in place of the default design, with its own correction unless one is given;
+    `expressions_file` has poses that go before those of the dictionaries; `calibration` is what
+    `calibrate` found of the performer. Returns the outcome and
+    the setup as it was written (places, mesh and nose tip filled in).
+
+    Raises
+    ------
+    InputError
+        If the binding does not fit rig and take, or no places can be proposed.
+    """
+    register_schemas()
+    steps = Steps(on_step)
+    files = [path for path in (bind, fuzzy, expressions_file, calibration) if path]
+    check_place(output, rig, take, *files)
+    with steps("read"):
+        character, findings = read_rig(rig)
+        stage = open_stage(take)
+        recorded, _ = read_take_prim(default_prim(stage, take))
+    with steps("bind"):
+        mesh, named, more = bound_setup(character, recorded, bind, binding)
+        findings += more
+        if calibration:
+            named = replace(named, calibration=read_calibration_file(calibration))
+        setup, more = fit_setup(named, mesh, recorded)
+        findings += more
+    with steps("design"):
+        given = read_expressions_file(expressions_file) if expressions_file else {}
+        expressions, more = expressions_for(character.shape_names, given)
+        findings += more
+        system, setup, more = _corrector(mesh, setup, expressions, fuzzy, correction)
+        parts = parts_of(mesh, setup, expressions) if system else None
+        findings += more
+    with steps("write"):
+        write_shot(output, rig, take, setup, system, expressions, parts)
+    summary = {
+        "markers bound": len(setup.binding.markers),
+        **proposal_summary(setup),
+        "blend shapes": len(character.shape_names),
+        "expressions": ", ".join(e.name for e in expressions),
+        "rules": len(system.rules) if system else 0,
+    }
+    return Outcome((output,), tuple(findings), summary, steps.seconds), setup
+
+
+def _corrector(
+    mesh: Mesh,
+    setup: Setup,
+    expressions: tuple[Expression, ...],
+    fuzzy: Path | None,
+    correction: CorrectionOptions | None,
+) -> tuple[FuzzySystem | None, Setup, list[Finding]]:
+    """Return the fuzzy system of a file, or one designed for the rig, and the setup with it."""
+    if fuzzy is None:
+        return design(mesh, setup, expressions, correction or CorrectionOptions())
+    system, findings = read_fuzzy_file(fuzzy)
+    findings += rule_findings(system)
+    setup, more = adopt(system, setup, expressions, str(fuzzy))
+    system = replace(system, **asdict(correction)) if correction else system
+    return system, setup, findings + more
