@@ -33,7 +33,7 @@ RATE = 30.0
 NOISE = 3e-4  # m
 
 IMPORTS = """
-import rich.console, rich.table, usdface.animate, usdface.pipeline, usdface.report
+import rich.console, rich.table, usdface.cli.report, usdface.pipeline.processing
 import usdface.io.usd.layers, usdface.io.usd.shot
 """
 # What USD does with the same files: compose the shot, read and write every layer.

@@ -1,4 +1,3 @@
-import json
 from pathlib import Path
 
 import numpy as np
@@ -37,14 +36,3 @@ def test_outside_a_checkout_one_line_says_what_is_needed(
     monkeypatch.setattr(usdface.bench, "CHECKOUT", tmp_path)
     assert main(["bench", "solve"]) == 1
     assert "needs a checkout" in capsys.readouterr().err
-
-
-def test_the_table_is_printed_and_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ours = {"weight rms": 0.01, "roughness / true": 0.9, "mesh mm": 0.1, "marker mm": 0.1}
-    row = {"world": "noise 0.3 mm", "best": "ours", "solvers": {"ours": ours}}
-    made = {"curves": "made up", "quick": True, "rows": [row]}
-    usdface.bench.print_solve_table(made, "text", tmp_path / "report.json")
-    assert "noise 0.3 mm" in capsys.readouterr().out
-    assert json.loads((tmp_path / "report.json").read_text()) == made

@@ -1,0 +1,62 @@
+import json
+from pathlib import Path
+
+import pytest
+
+from usdface.cli.report import print_json, print_outcome, write_report
+from usdface.errors import OutputError
+from usdface.findings import finding
+from usdface.outcome import Outcome
+
+FINDINGS = (
+    finding("MARKER_OCCLUDED", "nose [1]", "hidden in 3 of 9 frames"),
+    finding("SHAPE_UNSEEN", "a"),
+    *(finding("SHAPE_EMPTY", f"[bold]{i}[/bold]") for i in range(6)),
+)
+OUTCOME = Outcome(
+    (Path("out [1]") / "näme.usda",), FINDINGS, {"frames": 9, "rate Hz": 29.97}, {"solve": 1.23456}
+)
+
+
+def test_text_says_every_figure_file_and_kind_of_finding_once(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    print_outcome(OUTCOME, "text")
+    said = capsys.readouterr().out
+    for wanted in ("frames", "29.97", "wrote out [1]/näme.usda", "(nose [1])"):
+        assert wanted in said
+    assert said.count("SHAPE_EMPTY") == 1
+    assert "[bold]0[/bold], " in said and "and 2 more" in said
+
+
+def test_json_is_the_outcome_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
+    print_outcome(OUTCOME, "json")
+    document = json.loads(capsys.readouterr().out)
+    assert document["written"] == [str(Path("out [1]") / "näme.usda")]
+    assert document["findings"] == [f.as_dict() for f in FINDINGS]
+    assert document["summary"] == OUTCOME.summary
+    assert document["seconds"] == {"solve": 1.235}
+    assert document["peak_memory_mb"] > 1
+
+
+def test_the_file_holds_what_json_prints(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_report(OUTCOME, tmp_path / "deep" / "report.json")
+    print_outcome(OUTCOME, "json")
+    written = json.loads((tmp_path / "deep" / "report.json").read_text(encoding="utf-8"))
+    printed = json.loads(capsys.readouterr().out)
+    written.pop("peak_memory_mb"), printed.pop("peak_memory_mb")
+    assert written == printed
+    with pytest.raises(OutputError, match="cannot write"):
+        write_report(OUTCOME, tmp_path / "deep" / "report.json" / "no.json")
+
+
+def test_plain_values_are_printed_only_where_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert not print_json({"ä": [1]}, "text", tmp_path / "facts.json")
+    assert capsys.readouterr().out == ""
+    assert json.loads((tmp_path / "facts.json").read_text(encoding="utf-8")) == {"ä": [1]}
+    assert print_json({"ä": [1]}, "json", None)
+    assert json.loads(capsys.readouterr().out) == {"ä": [1]}

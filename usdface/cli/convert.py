@@ -1,0 +1,114 @@
+"""The commands `rig`, `take`, `export`, `import` and `check`: files in, files out."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from usdface import pipeline
+from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.progress import progress
+from usdface.options import ExportOptions, RigOptions, TakeOptions
+
+__all__ = ["add_check", "add_export", "add_import", "add_rig", "add_take"]
+
+
+def add_rig(commands: Any) -> None:
+    """Add `usdface rig`."""
+    command = add_command(commands, "rig", _rig, "convert a character to UsdSkel")
+    command.add_argument(
+        "source", type=Path, help="glTF/GLB, a folder of OBJ/PLY or MakeHuman targets, UsdSkel"
+    )
+    add_output(command, "the rig, .usda or .usdc")
+    default = RigOptions()
+    command.add_argument("--neutral", default="", help="neutral mesh of a folder")
+    command.add_argument(
+        "--meters-per-unit",
+        type=float,
+        default=default.meters_per_unit,
+        help="unit of OBJ and PLY files (default: %(default)s, centimetres)",
+    )
+    command.add_argument("--up-axis", choices=("Y", "Z"), default=default.up_axis)
+
+
+def _rig(parsed: argparse.Namespace) -> int:
+    options = RigOptions(**settings(parsed, RigOptions))
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.make_rig(parsed.source, parsed.output, options, step)
+    return report(parsed, outcome)
+
+
+def add_take(commands: Any) -> None:
+    """Add `usdface take`."""
+    command = add_command(commands, "take", _take, "convert a recorded take to USD")
+    command.add_argument("source", type=Path, help="C3D, TRC, CSV, BVH or Live Link Face CSV")
+    add_output(command, "the take, .usda or .usdc")
+    command.add_argument("--units", choices=("mm", "cm", "m", "in"), help="override the file's")
+    command.add_argument("--up-axis", choices=("Y", "Z"), help="override the file's")
+    command.add_argument("--rate", type=float, help="frames per second; override the file's")
+    command.add_argument(
+        "--dimension", type=int, choices=(2, 3), help="2: pixels of an image, y down"
+    )
+    command.add_argument(
+        "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
+    )
+
+
+def _take(parsed: argparse.Namespace) -> int:
+    if parsed.image_size:
+        parsed.image_size = tuple(parsed.image_size)
+    options = TakeOptions(**settings(parsed, TakeOptions))
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.make_take(parsed.source, parsed.output, options, step)
+    return report(parsed, outcome)
+
+
+def add_export(commands: Any) -> None:
+    """Add `usdface export`."""
+    command = add_command(commands, "export", _export, "write a USD scene as glTF or USDZ")
+    command.add_argument("scene", type=Path)
+    add_output(command, ".glb, .gltf or .usdz")
+    command.add_argument("--clip", default="", metavar="NAME", help="only this one of the clips")
+    command.add_argument(
+        "--pointer",
+        action="store_true",
+        help="a channel for each weight, too, by KHR_animation_pointer",
+    )
+    command.add_argument(
+        "--quantize",
+        action="store_true",
+        help="points, normals and texture coordinates as 16-bit integers, by KHR_mesh_quantization",
+    )
+
+
+def _export(parsed: argparse.Namespace) -> int:
+    every = bool(parsed.report or parsed.strict)
+    options = ExportOptions(**settings(parsed, ExportOptions))
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.export_scene(parsed.scene, parsed.output, step, every, options)
+    return report(parsed, outcome)
+
+
+def add_import(commands: Any) -> None:
+    """Add `usdface import`."""
+    command = add_command(commands, "import", _import, "write a glTF as USD")
+    command.add_argument("source", type=Path)
+    add_output(command, ".usda or .usdc")
+
+
+def _import(parsed: argparse.Namespace) -> int:
+    every = bool(parsed.report or parsed.strict)
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.import_scene(parsed.source, parsed.output, step, every)
+    return report(parsed, outcome)
+
+
+def add_check(commands: Any) -> None:
+    """Add `usdface check`."""
+    command = add_command(commands, "check", _check, "check blend shapes of USD and glTF files")
+    command.add_argument("files", type=Path, nargs="+")
+
+
+def _check(parsed: argparse.Namespace) -> int:
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.check(parsed.files, step)
+    return report(parsed, outcome, fail_on=("error",))

@@ -1,0 +1,83 @@
+"""The command `fuzzy fit`: a system from poses or labelled takes."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from usdface import pipeline
+from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.progress import progress
+from usdface.errors import InputError
+from usdface.options import FitOptions
+
+__all__ = ["add_fit"]
+
+
+def add_fit(actions: Any) -> None:
+    """Add `usdface fuzzy fit`."""
+    command = add_command(
+        actions, "fit", _fit, "design or learn a system from poses or labelled takes"
+    )
+    source = command.add_mutually_exclusive_group(required=True)
+    source.add_argument("--shot", type=Path, help="whose face, binding and expression poses count")
+    source.add_argument("--rig", type=Path, help="USD rig, with --bind")
+    command.add_argument("--bind", type=Path, help="where the markers sit on --rig, JSON")
+    command.add_argument(
+        "--labels",
+        type=Path,
+        help="CSV or JSON: take, start_s and end_s or start_frame and end_frame, emotion, variant, "
+        "intensity (default: the rig's own expression poses)",
+    )
+    add_output(command, ".usda, .usdc, .fis, .fcl or .fll")
+    command.add_argument(
+        "--expressions", type=Path, metavar="FILE.json", help="also write the expression poses"
+    )
+    command.add_argument(
+        "--figure", type=Path, metavar="FILE", help="draw memberships and confusion"
+    )
+    default = FitOptions()
+    command.add_argument(
+        "--paper", action="store_true", help="terms from minimum, medium, maximum over the poses"
+    )
+    command.add_argument(
+        "--space",
+        choices=("character", "take"),
+        default=default.space,
+        help="where features are measured (default: %(default)s)",
+    )
+    command.add_argument(
+        "--hold-out",
+        choices=("auto", "recording", "variant"),
+        default=default.hold_out,
+        help="what is left out in turn to test what was learned (default: %(default)s)",
+    )
+
+
+def _fit(parsed: argparse.Namespace) -> int:
+    if bool(parsed.rig) != bool(parsed.bind):
+        raise InputError("--rig and --bind belong together: give both, or --shot alone")
+    if parsed.figure:
+        from usdface.picture import check_picture
+
+        check_picture(parsed.figure)
+    options = FitOptions(**settings(parsed, FitOptions))
+    with progress(parsed.format == "text") as step:
+        outcome, fitted = pipeline.fit_fuzzy(
+            parsed.shot or parsed.rig,
+            parsed.output,
+            options,
+            step,
+            parsed.bind,
+            parsed.labels,
+            parsed.expressions,
+        )
+    if parsed.format == "text":
+        from usdface.cli.fuzzy_tables import print_fit
+
+        print_fit(fitted)
+    status = report(parsed, outcome)
+    if parsed.figure:
+        from usdface.fit_figure import write_fit_figure
+
+        write_fit_figure(fitted.system, fitted.validation, parsed.figure)
+    return status

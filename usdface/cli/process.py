@@ -1,0 +1,65 @@
+"""The commands `process` and `calibrate`: what is done to a shot."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from usdface import pipeline
+from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.progress import progress
+from usdface.options import ProcessOptions
+
+__all__ = ["add_calibrate", "add_process"]
+
+
+def add_process(commands: Any) -> None:
+    """Add `usdface process`."""
+    command = add_command(commands, "process", _process, "retarget, correct, write layers")
+    command.add_argument("shot", type=Path)
+    command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
+    command.add_argument(
+        "--figure", default="", metavar="FILE", help="also draw the take: .png, .svg or .pdf"
+    )
+    command.add_argument("--no-express", dest="express", action="store_false")
+    command.add_argument(
+        "--no-head", dest="head", action="store_false", help="the character's head stays still"
+    )
+    command.add_argument(
+        "--no-clean", dest="clean", action="store_false", help="solve the markers as recorded"
+    )
+    command.add_argument(
+        "--solve",
+        choices=("take", "frame"),
+        help="all frames together or each alone (default: as the shot says)",
+    )
+    result = command.add_mutually_exclusive_group()
+    result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
+    result.add_argument(
+        "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
+    )
+
+
+def _process(parsed: argparse.Namespace) -> int:
+    options = ProcessOptions(**settings(parsed, ProcessOptions))
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.process(parsed.shot, options, step)
+    return report(parsed, outcome)
+
+
+def add_calibrate(commands: Any) -> None:
+    """Add `usdface calibrate`."""
+    summary = "find how large a performer's movements are against the character's"
+    command = add_command(commands, "calibrate", _calibrate, summary)
+    command.add_argument("shot", type=Path, help="a shot of an expressive take")
+    add_output(command, "the calibration, .json, for shot --calibration")
+    command.add_argument(
+        "--extremes",
+        action="store_true",
+        help="the take is a range of motion: each movement goes to its extreme",
+    )
+
+
+def _calibrate(parsed: argparse.Namespace) -> int:
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.calibrate(parsed.shot, parsed.output, parsed.extremes, step)
+    return report(parsed, outcome)

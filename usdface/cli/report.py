@@ -1,0 +1,94 @@
+"""Reports: a table when a command is done, JSON for farms."""
+
+import json
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from usdface.findings import Finding
+from usdface.io.atomic import write_text
+from usdface.outcome import Outcome
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+__all__ = ["print_json", "print_outcome", "print_whole", "write_report"]
+
+_STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
+_EXAMPLES = 4
+_ANY_WIDTH = 1000  # characters
+
+
+def print_outcome(outcome: Outcome, form: str, file: TextIO | None = None) -> None:
+    """Print an outcome as a table, or as JSON, to a stream (standard output)."""
+    if form == "json":
+        print(json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False), file=file)
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(file=file, soft_wrap=True, highlight=False)
+    if outcome.summary:
+        table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
+        for name, value in outcome.summary.items():
+            table.add_row(escape(name), escape(str(value)))
+        console.print(table)
+    for line, severity in _lines(outcome.findings):
+        console.print(escape(line), style=_STYLES[severity])
+    for path in outcome.written:
+        console.print(f"wrote {escape(str(path))}", style="bold")
+
+
+def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
+    """Yield one line for each code, however often it was found."""
+    groups: dict[str, list[Finding]] = defaultdict(list)
+    for finding in findings:
+        groups[finding.code].append(finding)
+    for code, group in groups.items():
+        first = group[0]
+        if len(group) == 1:
+            where = f" ({first.where})" if first.where else ""
+            yield f"{first.severity} {code}: {first.message}{where}", first.severity
+            continue
+        places = ", ".join(f.where for f in group[:_EXAMPLES])
+        more = f" and {len(group) - _EXAMPLES} more" if len(group) > _EXAMPLES else ""
+        yield f"{first.severity} {code}: {first.message} ({places}{more})", first.severity
+
+
+def write_report(outcome: Outcome, path: Path) -> None:
+    """Write an outcome as JSON, atomically.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    write_text(path, json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False) + "\n")
+
+
+def print_json(document: object, form: str, report: Path | None) -> bool:
+    """Write plain values as JSON where a file is named, print them if JSON is the form that is.
+
+    Returns
+    -------
+    bool
+        Whether they were printed.
+    """
+    text = json.dumps(document, indent=1, ensure_ascii=False)
+    if report:
+        write_text(report, text + "\n")
+    if form == "json":
+        print(text)
+    return form == "json"
+
+
+def print_whole(console: "Console", table: "Table") -> None:
+    """Print a table in lines as long as they need to be, also in a pipe: half a figure is none."""
+    from rich.measure import Measurement
+
+    unbounded = console.options.update(max_width=_ANY_WIDTH)
+    console.width = max(console.width, Measurement.get(console, unbounded, table).maximum)
+    console.print(table)
