@@ -31,6 +31,28 @@ def test_known_areas(sampling, defuzzifier, expected):
     assert found[0] == pytest.approx(expected, abs=0.006)
 
 
+def test_matlabs_documented_defuzzified_sets():
+    """Fuzzy Logic Toolbox: `defuzz`; "Defuzzification Methods", 201 values of x."""
+
+    def number(defuzzifier, *cuts):
+        out = Variable("out", "output", range=(-10, 10), terms=tuple(term for _, term in cuts))
+        settings = {"inference": "mamdani", "implication": "prod", "samples": 201}
+        system = FuzzySystem((out,), (), defuzzifier=defuzzifier, **settings)
+        return defuzzify(system, out, [(np.array([f]), term) for f, term in cuts], 1)[0]
+
+    one = (1.0, Term("one", "trapezoidal", (-10, -8, -4, 7)))
+    assert number("centroid", one) == pytest.approx(-3.2857, abs=5.1e-5)
+    three = (
+        (0.9, Term("a", "trapezoidal", (-10, -8, -2, 2))),
+        (0.5, Term("b", "trapezoidal", (-5, -3, 2, 4))),
+        (0.1, Term("c", "trapezoidal", (2, 3, 8, 9))),
+    )
+    assert number("mean_of_max", *three) == pytest.approx(-5, abs=1e-9)
+    # MATLAB prints som = -2 and lom = -8: smallest and largest by their distance to 0.
+    assert number("smallest_of_max", *three) == pytest.approx(-8, abs=1e-9)
+    assert number("largest_of_max", *three) == pytest.approx(-2, abs=1e-9)
+
+
 def test_an_empty_set_gives_the_default():
     np.testing.assert_array_equal(answer([0.0, 0.0]), [7, 7])
 

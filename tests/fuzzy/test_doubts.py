@@ -51,3 +51,10 @@ def test_what_no_term_covers_is_named():
     assert found(rule) == []
     assert found(rule, range_=(0.2, 1.0)) == []
     assert found(rule, range_=(-1, 1)) == [("RANGE_UNCOVERED", "a")]
+
+
+def test_every_rule_is_compared_with_the_first_that_asks_for_the_same():
+    texts = [f"IF a IS high THEN joy IS {n / 5000}" for n in range(5000)]
+    codes = found(*texts)
+    assert codes == [("RULES_CONTRADICT", f'"{text}"') for text in texts[1:]]
+    assert found(*texts[:1] * 5000) == []

@@ -51,7 +51,6 @@ def test_a_ramp_mirrors_and_scales():
         ("bump", (0, 1, 2), "unknown kind"),
         ("gaussian", (0, 0), "deviation must be over 0"),
         ("gaussian", (inf, 1), "finite"),
-        ("gaussian_pair", (1, 1, 0, 1), "left mean"),
         ("sigmoid", (0, 0), "slope must be not 0"),
         ("bell", (0, -1, 2), "width must be over 0"),
         ("bell", (0, 1, -2), "slope must be over 0"),
@@ -92,6 +91,16 @@ def test_smooth_kinds_agree_with_pyfuzzylite(kind):
     judge = term("t", *parameters)
     expected = [judge.membership(float(value)) for value in x]
     np.testing.assert_allclose(membership(kind, parameters, x), expected, atol=1e-14)
+
+
+def test_a_gaussian_pair_whose_flanks_cross_is_nowhere_1_as_in_pyfuzzylite_and_matlab():
+    crossed = (0.6, 0.3, -0.5, 0.8)
+    check_parameters("gaussian_pair", crossed)
+    x = np.linspace(-2, 2, 401)
+    judge = fl.GaussianProduct("t", *crossed)
+    found = membership("gaussian_pair", crossed, x)
+    np.testing.assert_allclose(found, [judge.membership(float(v)) for v in x], atol=1e-14)
+    assert 0.1 < found.max() < 1
 
 
 @pytest.mark.parametrize("kind", FL_KINDS)

@@ -74,3 +74,10 @@ def test_settings_are_checked(settings):
 def test_variables_and_terms_are_checked(make):
     with pytest.raises(InputError):
         make()
+
+
+def test_more_rules_than_anybody_reads_are_refused():
+    brow = Variable("a", "input", "a", terms=(Term("on", "ramp", (0, 1)),))
+    rules = (parse_rule("IF a IS on THEN joy IS 1"),) * 10_001
+    with pytest.raises(InputError, match="10001 rules; expected at most 10000"):
+        FuzzySystem((brow, Variable("joy", "output")), rules)

@@ -1,7 +1,5 @@
 """What is doubtful about a rule base: findings, before a take is wasted on it."""
 
-from itertools import combinations
-
 import numpy as np
 
 from usdface.findings import Finding, finding
@@ -93,21 +91,21 @@ def _together(a: dict[str, BoolArray], b: dict[str, BoolArray]) -> dict[str, Boo
 
 
 def _contradictions(system: FuzzySystem) -> list[Finding]:
+    """Compare each rule with the first that asks for the same and speaks of the same output."""
     findings = []
-    groups: dict[object, list[Rule]] = {}
+    first: dict[object, tuple[Rule, float | str]] = {}
     for rule in system.rules:
-        if rule.enabled and rule.weight > 0:
-            groups.setdefault(_meaning(rule.condition), []).append(rule)
-    for rules in groups.values():
-        for one, other in combinations(rules, 2):
-            said = dict(one.consequents)
-            for output, value in other.consequents:
-                if said.get(output, value) != value:
-                    message = (
-                        f"the rules {one} and {other} ask for the same, but say {output} IS "
-                        f"{said[output]} and {value}; keep one, or tell their conditions apart"
-                    )
-                    findings.append(finding("RULES_CONTRADICT", other.place or str(other), message))
+        if not rule.enabled or rule.weight == 0:
+            continue
+        asks = _meaning(rule.condition)
+        for output, value in rule.consequents:
+            other, said = first.setdefault((asks, output), (rule, value))
+            if said != value:
+                message = (
+                    f"the rules {other} and {rule} ask for the same, but say {output} IS {said} "
+                    f"and {value}; keep one, or tell their conditions apart"
+                )
+                findings.append(finding("RULES_CONTRADICT", rule.place or str(rule), message))
     return findings
 
 

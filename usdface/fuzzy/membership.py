@@ -150,8 +150,6 @@ def check_parameters(kind: str, parameters: tuple[float, ...]) -> None:
             raise InputError(f"{found}: {name} must be {'over' if name in _POSITIVE else 'not'} 0")
     if kind == "bell" and parameters[2] < 0:
         raise InputError(f"{found}: slope must be over 0")
-    if kind == "gaussian_pair" and parameters[0] > parameters[2]:
-        raise InputError(f"{found}: the left mean must not lie right of the right one")
 
 
 def _names(kind: str, count: int) -> tuple[str, ...]:
@@ -173,7 +171,8 @@ def membership(kind: str, parameters: tuple[float, ...], x: FloatArray) -> Float
     ----------
     kind : key of `KINDS`
         "ramp": 0 at the foot, 1 at the top and beyond; the foot may lie on either side.
-        "gaussian": exp(-(x - mean)^2 / (2 deviation^2)); "gaussian_pair": its flanks, 1 between.
+        "gaussian": exp(-(x - mean)^2 / (2 deviation^2)); "gaussian_pair": its flanks, 1 between
+        (where the left mean lies right of the right one, their product, nowhere 1).
         "sigmoid": 1 / (1 + exp(-slope (x - inflection))).
         "bell": 1 / (1 + |(x - centre) / width|^(2 slope)).
         "s_shape", "z_shape", "pi_shape": as ramp, ramp and trapezoidal, with two parabolas for

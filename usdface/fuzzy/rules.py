@@ -29,7 +29,7 @@ KEYWORDS = ("IF", "IS", "AND", "OR", "NOT", "THEN")
 # Deeper ones are no rule that a person wrote, and would exhaust the stack.
 _DEEPEST = 32
 # What of a rule's text fits a message.
-_LONGEST = 1000
+_LONGEST = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,8 +137,11 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True, place: str 
 
 def rule_name(text: str) -> str:
     """Return the text in quotes and on one line, as messages show it."""
-    line = " ".join(text.split())
-    return f'"{line if len(line) <= _LONGEST else f"{line[:_LONGEST]} ..."}"'
+    return f'"{_shortened(" ".join(text.split()))}"'
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
 
 
 class _Words:
@@ -201,6 +204,8 @@ class _Words:
         except ValueError:
             if not word or word.upper() in (*KEYWORDS, "(", ")"):
                 raise self._error(at, "a number or a term", word) from None
+            if word.lower() in HEDGES and self._names_next():
+                raise self._error(at, "a number or a term without a hedge", word) from None
             return output, word
         if not isfinite(value):
             raise self._error(at, "a finite number", word)
@@ -233,6 +238,11 @@ class _Words:
         after = self._rest[-2][1].upper() if len(self._rest) > 1 else ")"
         return after == "NOT" or after not in (*KEYWORDS, "(", ")")
 
+    def _names_next(self) -> bool:
+        """Whether the next word is a name."""
+        ahead = self._ahead()
+        return bool(ahead) and ahead not in (*KEYWORDS, "(", ")")
+
     def _next(self) -> tuple[int, str]:
         return self._rest.pop() if self._rest else (len(self._text), "")
 
@@ -240,9 +250,17 @@ class _Words:
         line = self._text.count("\n", 0, at) + 1
         column = at - self._text.rfind("\n", 0, at)
         return InputError(
-            f"rule {rule_name(self._text)}, line {line}, column {column}: "
-            f"expected {expected}, found {found or 'the end of the rule'}"
+            f"rule {self._around(at)}, line {line}, column {column}: "
+            f"expected {expected}, found {_shortened(found) or 'the end of the rule'}"
         )
+
+    def _around(self, at: int) -> str:
+        """Return the text in quotes; of a long one, what stands around a place."""
+        begin = max(0, at - _LONGEST // 2) if len(self._text) > _LONGEST else 0
+        part = self._text[begin : begin + _LONGEST]
+        before = "... " if begin else ""
+        after = " ..." if begin + _LONGEST < len(self._text) else ""
+        return f'"{before}{" ".join(part.split())}{after}"'
 
 
 def _without_parentheses(at: int, word: str) -> list[tuple[int, str]]:

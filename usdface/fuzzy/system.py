@@ -44,6 +44,8 @@ FaceUnit = Literal["none", "marker_spread"]
 
 # More would only cost time: the centroid changes by less than 1e-6 of the range.
 _MOST_SAMPLES = 10_000
+# Nobody reads more, and how far each fires is kept for every frame.
+_MOST_RULES = 10_000
 
 
 def _check_choice(what: str, value: object, choices: Any) -> None:
@@ -226,6 +228,10 @@ class FuzzySystem:
         if not 2 <= self.samples <= _MOST_SAMPLES:
             raise InputError(
                 f"the fuzzy system has {self.samples} samples; expected 2 to {_MOST_SAMPLES}"
+            )
+        if len(self.rules) > _MOST_RULES:
+            raise InputError(
+                f"the fuzzy system has {len(self.rules)} rules; expected at most {_MOST_RULES}"
             )
         _check_unique("fuzzy variable", (v.name for v in self.variables))
         for variable in self.variables:

@@ -10,9 +10,12 @@ from usdface.errors import InputError, OutputError
 from usdface.findings import Finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import atomic_path, write_text
-from usdface.io.fuzzy_formats.fcl import fcl_text, read_fcl
-from usdface.io.fuzzy_formats.fis import fis_text, read_fis
-from usdface.io.fuzzy_formats.fll import fll_text, read_fll
+from usdface.io.fuzzy_formats.read_fcl import read_fcl
+from usdface.io.fuzzy_formats.read_fis import read_fis
+from usdface.io.fuzzy_formats.read_fll import read_fll
+from usdface.io.fuzzy_formats.write_fcl import fcl_text
+from usdface.io.fuzzy_formats.write_fis import fis_text
+from usdface.io.fuzzy_formats.write_fll import fll_text
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens, write_fallback_types

@@ -13,7 +13,7 @@ Other programs skip them. Where they are missing, the name of an input says whic
 
 import json
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -33,6 +33,7 @@ __all__ = [
     "differs",
     "finish",
     "guessed_input",
+    "kept_in_range",
     "notes_of",
     "read_text",
 ]
@@ -119,6 +120,25 @@ def guessed_input(name: str) -> Variable:
     if role and axis in ("x", "y", "z"):
         return Variable(name, "input", role, cast("Axis", axis))
     return Variable(name, "input", name)
+
+
+def kept_in_range(
+    where: str, outputs: Iterable[Variable], cut: Container[str] = ()
+) -> list[Finding]:
+    """Return a MEANING_DIFFERS for each output whose terms may leave its range.
+
+    Ours are kept in it; those of the other program only where their name is in `cut`.
+    """
+    findings = []
+    for v in outputs:
+        low, high = v.span
+        free = any(t.kind == "linear" for t in v.terms) or any(
+            not low <= t.parameters[0] <= high for t in v.terms if t.kind == "constant"
+        )
+        if free and v.name not in cut:
+            message = f"the answers of {v.name} are kept in its range, {low:g} to {high:g}"
+            findings.append(finding("MEANING_DIFFERS", f"{where}: {v.name}", message))
+    return findings
 
 
 def notes_of(

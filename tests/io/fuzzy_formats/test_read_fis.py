@@ -3,7 +3,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.fuzzy.inference import evaluate
-from usdface.io.fuzzy_formats.fis import read_fis
+from usdface.io.fuzzy_formats.read_fis import read_fis
 
 # The tipping example of the Fuzzy Logic Toolbox, by the figures of its documentation.
 TIPPER = """% a comment
@@ -102,7 +102,7 @@ def test_negative_indices_say_not(file):
     [
         ("1 1, 1 (1) : 2", "1 7, 1 (1) : 2", "line 39: rule .* food has no term 7; it has 2"),
         ("1 1, 1 (1) : 2", "1 nan, 1 (1) : 2", "line 39: .* no term nan"),
-        ("1 1, 1 (1) : 2", "1 1.5, 1 (1) : 2", "line 39: .* no term 1.5"),
+        ("1 1, 1 (1) : 2", "1 1.5, 1 (1) : 2", "line 39: .* hedge of 1.5 has no counterpart"),
         ("1 1, 1 (1) : 2", "1, 1 (1) : 2", "line 39: expected 2 numbers"),
         ("1 1, 1 (1) : 2", "1 1, -1 (1) : 2", "line 39: .* conclusion with NOT"),
         ("1 1, 1 (1) : 2", "0 0, 1 (1) : 2", "line 39: .* no condition"),
@@ -126,3 +126,83 @@ def test_what_has_no_counterpart_is_named_with_its_line(file, old, new, says):
     with pytest.raises(InputError, match=says) as error:
         read_fis(file(TIPPER.replace(old, new, 1)))
     assert str(error.value).startswith("tip.fis") and "\n" not in str(error.value)
+
+
+# In the manner of Octave's fuzzy-logic-toolkit: its comments, norms, and hedges in hundredths.
+OCTAVE = """## a comment
+[System]
+Name = 'Risk'
+Type = 'sugeno'
+NumInputs = 2
+NumOutputs = 1
+NumRules = 3
+AndMethod = 'einstein_product'
+OrMethod = 'algebraic_sum'
+ImpMethod = 'einstein_product'
+AggMethod = 'einstein_sum'
+DefuzzMethod = 'wtaver'
+
+[Input1]
+Name = 'a'
+Range = [0 1]
+NumMFs = 1
+MF1 = 'on' : 'trimf', [0 1 2]
+
+[Input2]
+Name = 'b'
+Range = [0 1]
+NumMFs = 1
+MF1 = 'on' : 'trimf', [0 1 2]
+
+[Output1]
+Name = 'risk'
+Range = [0 10]
+NumMFs = 2
+MF1 = 'low' : 'constant', [1]
+MF2 = 'high' : 'constant', [9]
+
+[Rules]
+1.20 -1.05, 1 (1) : 1
+1.40 0, 2 (1) : 1
+1.00 1.00, 2.00 (0.50) : 2
+"""
+
+
+def test_octaves_norms_and_hedges(file):
+    system, _ = read_fis(file(OCTAVE))
+    a, b = 0.8, 0.25
+    x, y = a * a, 1 - np.sqrt(b)
+    fired = [x * y / (2 - (x + y - x * y)), a**4, 0.5 * (a + b - a * b)]
+    found = evaluate(system, np.array([[a, b]]))
+    np.testing.assert_allclose(found.firing[0], fired, atol=1e-15)
+    np.testing.assert_allclose(found.outputs[0, 0], np.dot(fired, [1, 9, 9]) / sum(fired))
+
+
+def test_a_hedge_that_has_no_counterpart_is_named(file):
+    with pytest.raises(InputError, match=r"line 35: .* hedge of 1.3 .* expected .05"):
+        read_fis(file(OCTAVE.replace("1.40 0,", "1.30 0,")))
+    with pytest.raises(InputError, match=r"line 35: .* conclusion with VERY .* term of its own"):
+        read_fis(file(OCTAVE.replace("1.40 0, 2", "1.40 0, 2.2")))
+
+
+def test_files_of_matlabs_first_version_fill_up_with_zeros_and_count_as_they_like(file):
+    old = TIPPER.replace("'trimf',[0 5 10]", "'trimf',[0 5 10 0]")
+    old = old.replace("'gaussmf',[1.5 5]", "'gaussmf',[1.5 5 0 0]").replace("MF3='exc", "MF2='exc")
+    assert old.count("0]") > TIPPER.count("0]")
+    assert read_fis(file(old))[0] == read_fis(file(TIPPER))[0]
+    with pytest.raises(InputError, match="line 19: gaussmf has 3 parameters; expected 2"):
+        read_fis(file(TIPPER.replace("[1.5 0]", "[1.5 0 1]")))
+
+
+def test_what_matlab_answers_in_another_way_is_said(file):
+    def said(text):
+        return [f.message for f in read_fis(file(text))[1] if f.code == "MEANING_DIFFERS"]
+
+    smallest = TIPPER.replace("'centroid'", "'som'")
+    assert said(TIPPER) == said(smallest) == said(OCTAVE) == []
+    (message,) = said(smallest.replace("Range=[0 30]", "Range=[-1 30]"))
+    assert "their distance to 0" in message
+    (message,) = said(OCTAVE.replace("'constant', [9]", "'linear', [1 2 3]"))
+    assert "the answers of risk are kept in its range, 0 to 10" in message
+    (message,) = said(OCTAVE.replace("'constant', [9]", "'constant', [11]"))
+    assert "kept in its range" in message

@@ -6,7 +6,8 @@ from usdface.errors import InputError
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.fuzzy_formats.fll import fll_text, read_fll
+from usdface.io.fuzzy_formats.read_fll import read_fll
+from usdface.io.fuzzy_formats.write_fll import fll_text
 
 TERMS = (
     Term("tri", "triangular", (-1, -0.5, 0.25)),

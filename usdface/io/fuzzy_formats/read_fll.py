@@ -1,11 +1,8 @@
-"""FLL, the language of fuzzylite: one ``key: value`` a line, indented under its block.
-
-Rada-Vilela, "The FuzzyLite Libraries for Fuzzy Logic Control", 2018, https://fuzzylite.com.
-"""
+"""Fuzzy systems from FLL: one ``key: value`` a line, indented under its block."""
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import inf, isfinite, isnan
+from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
 
@@ -13,134 +10,12 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.fuzzy_formats.notes import (
-    FACE_SETTINGS,
-    Draft,
-    check_names,
-    check_no_group_negated,
-    differs,
-    finish,
-    guessed_input,
-    notes_of,
-    read_text,
-)
-from usdface.io.fuzzy_formats.rule_text import conclusions, condition_text, output_terms
+from usdface.io.fuzzy_formats.fll_words import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
+from usdface.io.fuzzy_formats.notes import Draft, finish, guessed_input, read_text
 
-__all__ = ["FLL_KINDS", "fll_text", "read_fll"]
+__all__ = ["read_fll"]
 
-FLL_KINDS = {
-    "triangular": "Triangle",
-    "trapezoidal": "Trapezoid",
-    "ramp": "Ramp",
-    "gaussian": "Gaussian",
-    "gaussian_pair": "GaussianProduct",
-    "sigmoid": "Sigmoid",
-    "bell": "Bell",
-    "s_shape": "SShape",
-    "z_shape": "ZShape",
-    "pi_shape": "PiShape",
-    "constant": "Constant",
-    "linear": "Linear",
-}
-_T_NORMS = {
-    "min": "Minimum",
-    "prod": "AlgebraicProduct",
-    "lukasiewicz": "BoundedDifference",
-    "hamacher": "HamacherProduct",
-    "einstein": "EinsteinProduct",
-    "drastic": "DrasticProduct",
-    "nilpotent": "NilpotentMinimum",
-}
-_S_NORMS = {
-    "max": "Maximum",
-    "probor": "AlgebraicSum",
-    "lukasiewicz": "BoundedSum",
-    "hamacher": "HamacherSum",
-    "einstein": "EinsteinSum",
-    "drastic": "DrasticSum",
-    "nilpotent": "NilpotentMaximum",
-    "sum": "UnboundedSum",
-}
-_DEFUZZIFIERS = {
-    "centroid": "Centroid",
-    "bisector": "Bisector",
-    "mean_of_max": "MeanOfMaximum",
-    "smallest_of_max": "SmallestOfMaximum",
-    "largest_of_max": "LargestOfMaximum",
-}
-# fuzzylite's own, where a file names none.
-_SAMPLES = 1000
 _BLOCKS = ("Engine", "InputVariable", "OutputVariable", "RuleBlock")
-
-
-def fll_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
-    """Return a system as FLL.
-
-    Raises
-    ------
-    OutputError
-        If a name cannot be written.
-    """
-    check_names(system, ".fll")
-    check_no_group_negated(system, ".fll")
-    mamdani = system.inference == "mamdani"
-    beyond = [
-        (mamdani and system.sampling == "ends", "samples at the ends of the range"),
-    ]
-    settings = (*FACE_SETTINGS, "normalisation", *(("sampling",) if mamdani else ()))
-    lines = [f"# {note}" for note in notes_of(system, settings)]
-    lines.append(f"Engine: {name}")
-    for v in system.inputs:
-        low, high = v.range or (-inf, inf)
-        lines += _block("InputVariable", v.name, low, high, "false")
-        lines += [_term(term) for term in v.terms]
-    for v in system.outputs:
-        lines += _block("OutputVariable", v.name, *v.span, "true")
-        lines += [f"  {key}: {value}" for key, value in _output(system, v).items()]
-        lines += [_term(term) for term in output_terms(system, v)]
-    lines += ["RuleBlock: rules", "  enabled: true"]
-    lines += [f"  conjunction: {_T_NORMS[system.and_]}", f"  disjunction: {_S_NORMS[system.or_]}"]
-    lines.append(f"  implication: {_T_NORMS[system.implication] if mamdani else 'none'}")
-    lines.append("  activation: General")
-    lines += [f"  rule: {_rule(rule)}" for rule in system.rules]
-    return "\n".join(lines) + "\n", differs(system, ".fll", beyond)
-
-
-def _block(kind: str, name: str, low: float, high: float, locked: str) -> list[str]:
-    return [
-        f"{kind}: {name}",
-        "  enabled: true",
-        f"  range: {low!r} {high!r}",
-        f"  lock-range: {locked}",
-    ]
-
-
-def _output(system: FuzzySystem, output: Variable) -> dict[str, str]:
-    mamdani = system.inference == "mamdani"
-    how = "WeightedSum" if system.normalisation == "weighted_sum" else "WeightedAverage"
-    return {
-        "aggregation": _S_NORMS[system.aggregation] if mamdani else "none",
-        "defuzzifier": f"{_DEFUZZIFIERS[system.defuzzifier]} {system.samples}"
-        if mamdani
-        else f"{how} TakagiSugeno",
-        "default": repr(output.default),
-        "lock-previous": "false",
-    }
-
-
-def _term(term: Term) -> str:
-    return f"  term: {term.name} {FLL_KINDS[term.kind]} {' '.join(map(repr, term.parameters))}"
-
-
-def _rule(rule: Rule) -> str:
-    ends = " and ".join(f"{output} is {term}" for output, term in conclusions(rule))
-    # A rule that is switched off weighs nothing for others; its weight is in the notes.
-    weight = rule.weight if rule.enabled else 0.0
-    weighted = "" if weight == 1 else f" with {weight!r}"
-    condition = condition_text(rule.condition, str.lower)
-    # Parentheses are words of their own there.
-    condition = condition.replace("(", "( ").replace(")", " )")
-    return f"if {condition} then {ends}{weighted}"
 
 
 def read_fll(path: Path) -> tuple[FuzzySystem, list[Finding]]:
@@ -220,7 +95,7 @@ class _Parser:
             (current["default"],) = _numbers(value, 1)
         elif key == "aggregation":
             if value != "none":
-                self._set("aggregation", _known(value, _S_NORMS, "aggregation"))
+                self._set("aggregation", _known(value, S_NORMS, "aggregation"))
         elif key == "defuzzifier":
             self._defuzzifier(value)
         elif (key, value) in (("enabled", "false"), ("lock-previous", "true")):
@@ -241,9 +116,9 @@ class _Parser:
             average = name == "WeightedAverage"
             self._set("normalisation", "per_output" if average else "weighted_sum")
             return
-        self._set("defuzzifier", _known(name, _DEFUZZIFIERS, "defuzzifier"))
+        self._set("defuzzifier", _known(name, DEFUZZIFIERS, "defuzzifier"))
         self._set("inference", "mamdani")
-        self._set("samples", int(_numbers(rest[0], 1)[0]) if rest else _SAMPLES)
+        self._set("samples", int(_numbers(rest[0], 1)[0]) if rest else SAMPLES)
 
     def _rule_block(self, line: int, key: str, value: str) -> None:
         if key == "rule":
@@ -252,11 +127,11 @@ class _Parser:
         elif key == "enabled":
             self._enabled = value == "true"
         elif key == "conjunction" and value != "none":
-            self._set("and_", _known(value, _T_NORMS, "conjunction"))
+            self._set("and_", _known(value, T_NORMS, "conjunction"))
         elif key == "disjunction" and value != "none":
-            self._set("or_", _known(value, {k: v for k, v in _S_NORMS.items() if k != "sum"}, key))
+            self._set("or_", _known(value, {k: v for k, v in S_NORMS.items() if k != "sum"}, key))
         elif key == "implication" and value != "none":
-            self._set("implication", _known(value, _T_NORMS, "implication"))
+            self._set("implication", _known(value, T_NORMS, "implication"))
         elif key == "activation":
             if value not in ("General", "none"):
                 raise InputError(f"the activation {value!r} has no counterpart; use General")

@@ -3,7 +3,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.fuzzy.inference import evaluate
-from usdface.io.fuzzy_formats.fcl import read_fcl
+from usdface.io.fuzzy_formats.read_fcl import read_fcl
 
 # In the manner of the examples of IEC 61131-7, annex C: one output, singletons, a comment.
 FAN = """FUNCTION_BLOCK Fan (* a comment
@@ -115,3 +115,64 @@ def test_what_has_no_counterpart_is_named_with_its_line(file, old, new, says):
     with pytest.raises(InputError, match=says) as error:
         read_fcl(file(text))
     assert str(error.value).startswith("fan.fcl") and "\n" not in str(error.value)
+
+
+def test_fuzzylites_blocks_without_names_and_rules_without_semicolons(file):
+    bare = FAN.replace("FUNCTION_BLOCK Fan", "FUNCTION_BLOCK", 1).replace("BLOCK No1", "BLOCK")
+    rules = bare.index("RULE 1")
+    bare = bare[:rules] + bare[rules:].replace(";", "")
+    assert read_fcl(file(bare))[0] == read_fcl(file(FAN))[0]
+    without = FAN.replace("    AND : MIN;\n", "").replace("BLOCK No1", "BLOCK")
+    assert read_fcl(file(without))[0] == read_fcl(file(FAN))[0]
+
+
+def test_comments_of_every_kind(file):
+    text = FAN.replace("FUZZIFY temp", "/* as in C,\n * over lines */ FUZZIFY temp // and so on")
+    assert read_fcl(file(text))[0] == read_fcl(file(FAN))[0]
+    with pytest.raises(InputError, match=r"line 11: '/ \* TERM cold.* has no counterpart"):
+        read_fcl(file(FAN.replace("TERM cold", "/* TERM cold", 1)))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "expected"),
+    [
+        ("AND : MIN", "AND : DMIN", "and_", "drastic"),
+        ("AND : MIN", "AND : NIPMIN", "or_", "nilpotent"),
+        ("AND : MIN", "AND : HAMACHER", "and_", "hamacher"),
+        ("AND : MIN", "OR : EINSTEIN", "and_", "einstein"),
+        ("AND : MIN", "OR : DMAX", "or_", "drastic"),
+        ("ACCU : MAX", "ACCU : PROBOR", "aggregation", "probor"),
+    ],
+)
+def test_jfuzzylogics_norms(file, old, new, field, expected):
+    assert getattr(read_fcl(file(FAN.replace(old, new)))[0], field) == expected
+
+
+@pytest.mark.parametrize(
+    ("points", "expected"),
+    [
+        ("(3, 1) (5, 1) (7, 1) (27, 0)", ("ramp", (27, 7))),
+        ("(3, 0) (5, 0) (27, 1)", ("ramp", (5, 27))),
+        ("(3, 0) (5, 1) (7, 1) (9, 1) (27, 0) (30, 0)", ("trapezoidal", (3, 5, 9, 27))),
+        ("(3, 1) (27, 1)", ("trapezoidal", (-np.inf, 3, 27, np.inf))),
+    ],
+)
+def test_points_that_say_nothing_are_left_out(file, points, expected):
+    system, _ = read_fcl(file(FAN.replace("(3, 1) (27, 0)", points)))
+    (cold,) = (t for t in system.inputs[0].terms if t.name == "cold")
+    assert (cold.kind, cold.parameters) == expected
+
+
+def test_an_output_without_a_range_reaches_as_far_as_its_points_and_its_default(file):
+    text = FAN.replace("METHOD : COGS", "METHOD : COG").replace("DEFAULT := 0", "DEFAULT := -9")
+    for value, points in (("-100", "(0, 1) (5, 1) (10, 0)"), ("0", "(8, 0) (9, 1) (10, 0)")):
+        text = text.replace(f":= {value};\n    TERM", f":= {points};\n    TERM", 1)
+    text = text.replace(":= 100;", ":= (10, 0) (15, 1) (22, 1);")
+    assert read_fcl(file(text))[0].outputs[0].range == (-9, 22)
+    assert read_fcl(file(text.replace("-9", "3")))[0].outputs[0].range == (0, 22)
+
+
+def test_a_function_of_the_inputs_has_no_counterpart(file):
+    text = FAN.replace(":= 100;", ":= FUNCTION (temp * 0.8) + 1;")
+    with pytest.raises(InputError, match="line 21: the TERM 'FUNCTION' has no counterpart"):
+        read_fcl(file(text))

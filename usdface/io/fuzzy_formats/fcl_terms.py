@@ -1,0 +1,94 @@
+"""Terms of FCL: lists of points, singletons, and the words of fuzzylite and jFuzzyLogic."""
+
+import re
+from collections.abc import Mapping
+from math import inf
+from types import MappingProxyType
+
+from usdface.errors import InputError
+from usdface.fuzzy.system import Term
+from usdface.io.fuzzy_formats.fcl_words import JFUZZY
+from usdface.io.fuzzy_formats.fll_words import FLL_KINDS
+
+__all__ = ["known", "number", "read_term"]
+
+
+def read_term(name: str, words: tuple[str, ...]) -> Term:
+    """Return a term of what stands behind its `:=`.
+
+    Raises
+    ------
+    InputError
+        If our systems have no such term.
+    """
+    if words[0] == "(":
+        return _from_points(name, words)
+    if not re.match(r"[^\W\d]", words[0]):
+        return Term(name, "constant", tuple(map(number, words)))
+    kind, order = JFUZZY.get(words[0].lower(), ("", ()))
+    kind = kind or known(words[0], FLL_KINDS, "TERM")
+    numbers = tuple(number(word) for word in words[1:] if word not in (",", "(", ")"))
+    if order:
+        if len(numbers) != len(order):
+            raise InputError(f"{words[0]} has {len(numbers)} numbers; expected {len(order)}")
+        return Term(name, kind, tuple(numbers[i] for i in order))
+    return Term(name, kind, numbers)
+
+
+def _from_points(name: str, words: tuple[str, ...]) -> Term:
+    """Return the ramp, triangle or trapezium that a list of points is."""
+    text = " ".join(words)
+    found = re.findall(r"\( (\S+) , (\S+) \)", text)
+    if " ".join(f"( {x} , {y} )" for x, y in found) != text:
+        raise InputError(f"expected points such as (0, 1) (2, 0), found {text[:60]!r}")
+    points = _bends([(number(a), number(b)) for a, b in found])
+    x, y = tuple(x for x, _ in points), tuple(y for _, y in points)
+    kinds: dict[tuple[float, ...], tuple[str, tuple[float, ...]]] = {
+        (0, 1): ("ramp", x),
+        (1, 0): ("ramp", x[::-1]),
+        (0, 1, 0): ("triangular", x),
+        (0, 1, 1, 0): ("trapezoidal", x),
+        (1, 1): ("trapezoidal", (-inf, *x, inf)),
+    }
+    if y not in kinds:
+        heights = ", ".join(f"{height:g}" for _, height in points)
+        raise InputError(
+            f"the term {name!r} has the heights {heights}; expected a ramp, a triangle or a "
+            "trapezium between 0 and 1"
+        )
+    kind, parameters = kinds[y]
+    return Term(name, kind, parameters)
+
+
+def _bends(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Leave out points that say nothing: beyond the first and the last, the height stays."""
+    heights = [None, *(y for _, y in points), None]
+    kept = [
+        point
+        for point, before, after in zip(points, heights, heights[2:], strict=False)
+        if not {before, after} <= {point[1], None}
+    ]
+    return kept if len(kept) > 1 else points[:2]
+
+
+def number(word: str) -> float:
+    """Return the number that a word is, or raise InputError."""
+    try:
+        return float(word)
+    except ValueError:
+        raise InputError(f"expected a number, found {word!r}") from None
+
+
+def known(
+    name: str,
+    table: Mapping[str, str],
+    what: str,
+    more: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """Return what we call the word `name` of `table` or `more`; raise InputError for others."""
+    for ours, theirs in (*table.items(), *more.items()):
+        if theirs.upper() == name.upper():
+            return ours
+    raise InputError(
+        f"the {what} {name!r} has no counterpart; expected one of {', '.join(table.values())}"
+    )

@@ -1,0 +1,77 @@
+"""Fuzzy systems to FCL, the Fuzzy Control Language of IEC 61131-7:2000.
+
+The standard's terms are lists of points and singletons. Smooth terms, norms beyond its three and
+linear conclusions are written as fuzzylite reads them.
+"""
+
+from math import isfinite
+
+from usdface.findings import Finding
+from usdface.fuzzy.rules import Rule
+from usdface.fuzzy.system import FuzzySystem, Term
+from usdface.io.fuzzy_formats.fcl_words import ACCU, AND, METHODS, OR, SMOOTH
+from usdface.io.fuzzy_formats.fll_words import FLL_KINDS
+from usdface.io.fuzzy_formats.notes import FACE_SETTINGS, check_names, differs, notes_of
+from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, condition_text, output_terms
+
+__all__ = ["fcl_text"]
+
+
+def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
+    """Return a system as FCL.
+
+    Raises
+    ------
+    OutputError
+        If a name cannot be written.
+    """
+    check_names(system, ".fcl")
+    mamdani = system.inference == "mamdani"
+    kinds = {t.kind for v in system.variables for t in v.terms}
+    beyond = [
+        (not kinds.isdisjoint({*SMOOTH, "linear"}), "terms that are no lists of points"),
+        (any("(" in condition_text(r.condition) for r in system.rules), "parentheses"),
+        (system.normalisation == "weighted_sum" and not mamdani, "the weighted sum"),
+    ]
+    sampled = ("samples", "sampling") if mamdani else ()
+    fields = (*FACE_SETTINGS, "normalisation", *sampled)
+    lines = [f"// {note}" for note in notes_of(system, fields)]
+    lines += [f"FUNCTION_BLOCK {name}", ""]
+    for kind, variables in (("VAR_INPUT", system.inputs), ("VAR_OUTPUT", system.outputs)):
+        lines += [kind, *(f"    {v.name} : REAL;" for v in variables), "END_VAR", ""]
+    for v in system.inputs:
+        ranged = [f"    RANGE := ({v.range[0]!r} .. {v.range[1]!r});"] if v.range else []
+        lines += [f"FUZZIFY {v.name}", *ranged, *map(_term, v.terms), "END_FUZZIFY", ""]
+    for v in system.outputs:
+        lines += [f"DEFUZZIFY {v.name}", f"    RANGE := ({v.span[0]!r} .. {v.span[1]!r});"]
+        lines += map(_term, output_terms(system, v))
+        lines.append(f"    METHOD : {METHODS[system.defuzzifier] if mamdani else 'COGS'};")
+        lines += [f"    ACCU : {ACCU[system.aggregation]};"] if mamdani else []
+        lines += [f"    DEFAULT := {v.default!r};", "END_DEFUZZIFY", ""]
+    lines += ["RULEBLOCK rules", f"    AND : {AND[system.and_]};", f"    OR : {OR[system.or_]};"]
+    lines += [f"    ACT : {AND[system.implication]};"] if mamdani else []
+    lines += [f"    RULE {i + 1} : {_rule(rule)};" for i, rule in enumerate(system.rules)]
+    lines += ["END_RULEBLOCK", "", "END_FUNCTION_BLOCK"]
+    return "\n".join(lines) + "\n", differs(system, ".fcl", beyond)
+
+
+def _term(term: Term) -> str:
+    p = as_ramp(term).parameters
+    kind = as_ramp(term).kind
+    if kind == "constant":
+        said = repr(p[0])
+    elif kind in (*SMOOTH, "linear") or not all(map(isfinite, p)):
+        said = f"{FLL_KINDS[kind]} {' '.join(map(repr, p))}"
+    else:
+        heights = {"ramp": (0, 1) if p[0] < p[1] else (1, 0), "triangular": (0, 1, 0)}
+        points = zip(sorted(p), heights.get(kind, (0, 1, 1, 0)), strict=True)
+        said = " ".join(f"({x!r}, {y})" for x, y in points)
+    return f"    TERM {term.name} := {said};"
+
+
+def _rule(rule: Rule) -> str:
+    ends = ", ".join(f"{output} IS {term}" for output, term in conclusions(rule))
+    # A rule that is switched off weighs nothing for others; its weight is in the notes.
+    weight = rule.weight if rule.enabled else 0.0
+    weighted = "" if weight == 1 else f" WITH {weight!r}"
+    return f"IF {condition_text(rule.condition)} THEN {ends}{weighted}"

@@ -1,0 +1,142 @@
+"""Fuzzy systems to MATLAB's .fis: sections of ``key=value``, rules as indices of terms."""
+
+from collections.abc import Iterable, Sequence
+from math import isfinite
+
+from usdface.errors import OutputError
+from usdface.findings import Finding
+from usdface.fuzzy.rules import Combined, Proposition, Rule
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.io.fuzzy_formats.fis_words import (
+    AGGREGATIONS,
+    AND,
+    DEFUZZIFIERS,
+    KINDS,
+    MATLABS_SAMPLES,
+    OR,
+    counts_from_0,
+)
+from usdface.io.fuzzy_formats.notes import (
+    FACE_SETTINGS,
+    check_names,
+    differs,
+    kept_in_range,
+    notes_of,
+)
+from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, output_terms
+
+__all__ = ["fis_text"]
+
+
+def fis_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
+    """Return a system as .fis.
+
+    Raises
+    ------
+    OutputError
+        If a name or a rule cannot be written: the format has rules of ANDs or of ORs, each
+        variable once, with NOT and no other hedge.
+    """
+    check_names(system, ".fis")
+    mamdani = system.inference == "mamdani"
+    sampled = (system.samples, system.sampling) == (MATLABS_SAMPLES, "ends")
+    beyond = {
+        "and_": system.and_ not in AND,
+        "or_": system.or_ not in OR,
+        "normalisation": mamdani or system.normalisation == "all_rules",
+        "implication": mamdani and system.implication not in AND,
+        "aggregation": mamdani and system.aggregation not in AGGREGATIONS,
+        "samples": mamdani and not sampled,
+        "sampling": mamdani and not sampled,
+    }
+    lost = [field for field, here in beyond.items() if here]
+    middle = any(v.default != sum(v.span) / 2 for v in system.outputs)
+    notes = notes_of(system, (*FACE_SETTINGS, *lost), ranges=True, defaults=middle)
+    lines = [f"% {note}" for note in notes] + ["[System]", f"Name='{name}'"]
+    lines += [f"{key}={value}" for key, value in _settings(system).items()]
+    terms = {v.name: output_terms(system, v) for v in system.outputs}
+    terms |= {v.name: v.terms for v in system.inputs}
+    for kind, variables in (("Input", system.inputs), ("Output", system.outputs)):
+        for i, v in enumerate(variables):
+            lines += ["", f"[{kind}{i + 1}]", f"Name='{v.name}'", f"Range={_list(_range(v))}"]
+            lines.append(f"NumMFs={len(terms[v.name])}")
+            lines += [f"MF{k + 1}={_term(term)}" for k, term in enumerate(terms[v.name])]
+    lines += ["", "[Rules]", *(_rule(system, rule, terms) for rule in system.rules)]
+    missing = [(True, field.strip("_")) for field in lost if field != "normalisation"]
+    missing.append((middle, "the defaults of outputs"))
+    missing.append((counts_from_0(system), "maxima below 0"))
+    findings = differs(system, ".fis", missing)
+    if not mamdani:
+        findings += kept_in_range(".fis", system.outputs)
+    return "\n".join(lines) + "\n", findings
+
+
+def _settings(system: FuzzySystem) -> dict[str, object]:
+    mamdani = system.inference == "mamdani"
+    average = "wtsum" if system.normalisation == "weighted_sum" else "wtaver"
+    return {
+        "Type": f"'{system.inference}'",
+        "Version": "2.0",
+        "NumInputs": len(system.inputs),
+        "NumOutputs": len(system.outputs),
+        "NumRules": len(system.rules),
+        "AndMethod": f"'{AND.get(system.and_, 'min')}'",
+        "OrMethod": f"'{OR.get(system.or_, 'max')}'",
+        "ImpMethod": f"'{AND.get(system.implication, 'min') if mamdani else 'prod'}'",
+        "AggMethod": f"'{AGGREGATIONS.get(system.aggregation, 'max') if mamdani else 'sum'}'",
+        "DefuzzMethod": f"'{DEFUZZIFIERS[system.defuzzifier] if mamdani else average}'",
+    }
+
+
+def _range(variable: Variable) -> tuple[float, float]:
+    """The format wants a range; without one it is where the terms' parameters lie."""
+    if variable.range or variable.kind == "output":
+        return variable.span
+    marks = [p for term in variable.terms for p in term.parameters if isfinite(p)] or [0.0]
+    return min(marks) - 1.0, max(marks) + 1.0
+
+
+def _term(term: Term) -> str:
+    term = as_ramp(term)
+    p = term.parameters
+    if term.kind == "ramp":
+        kind, values = ("linsmf", p) if p[0] < p[1] else ("linzmf", p[::-1])
+    elif term.kind in KINDS:
+        kind, order = KINDS[term.kind]
+        values = tuple(p[i] for i in order)
+    else:
+        kind, values = term.kind, p
+    return f"'{term.name}':'{kind}',{_list(values)}"
+
+
+def _list(values: Iterable[float]) -> str:
+    return f"[{' '.join(repr(v).replace('inf', 'Inf').removesuffix('.0') for v in values)}]"
+
+
+def _rule(system: FuzzySystem, rule: Rule, terms: dict[str, tuple[Term, ...]]) -> str:
+    condition = rule.condition
+    parts = condition.parts if isinstance(condition, Combined) else (condition,)
+    asked: dict[str, int] = {}
+    for part in parts:
+        if not isinstance(part, Proposition) or part.hedges not in ((), ("not",)):
+            raise OutputError(
+                f"rule {rule}: .fis has ANDs or ORs of terms, with NOT and no other hedge; "
+                "split the rule, or write .fll"
+            )
+        if part.variable in asked:
+            raise OutputError(
+                f"rule {rule}: .fis asks each variable once, this rule asks {part.variable} "
+                "twice; make one term of both, or write .fll"
+            )
+        place = _place(terms[part.variable], part.term)
+        asked[part.variable] = -place if part.hedges else place
+    said = {output: _place(terms[output], term) for output, term in conclusions(rule)}
+    joined = 2 if isinstance(condition, Combined) and condition.how == "or" else 1
+    ins = " ".join(str(asked.get(v.name, 0)) for v in system.inputs)
+    outs = " ".join(str(said.get(v.name, 0)) for v in system.outputs)
+    weight = rule.weight if rule.enabled else 0.0
+    return f"{ins}, {outs} ({repr(weight).removesuffix('.0')}) : {joined}"
+
+
+def _place(terms: Sequence[Term], name: str) -> int:
+    return [term.name for term in terms].index(name) + 1
