@@ -1,7 +1,6 @@
 """The parts of a face, and the gains over a take, as USD attributes (`docs/architecture.md`)."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, Vt
@@ -9,6 +8,7 @@ from pxr import Sdf, Usd, Vt
 from usdface.errors import InputError
 from usdface.fuzzy.gains import Gains
 from usdface.fuzzy.parts import FaceParts
+from usdface.io.usd.attributes import author, value_of
 from usdface.options import CONTACT_TOLERANCE, Region
 from usdface.schemas import tokens
 from usdface.takes import FloatArray, IntArray
@@ -34,16 +34,12 @@ def write_parts(prim: Usd.Prim, parts: FaceParts, meters_per_unit: float) -> Non
     names |= {token: parts.regions.get(r, ()) for r, token in _REGION_SHAPES.items()}
     names[tokens.ANTAGONISTS] = tuple(name for pair in parts.antagonists for name in pair)
     for token, listed in names.items():
-        _author(prim, token, _NAMES.TokenArray, Vt.TokenArray(listed))
+        author(prim, token, _NAMES.TokenArray, Vt.TokenArray(listed))
     for token, pairs in ((tokens.CONTACT_LIPS, parts.lips), (tokens.CONTACT_LIDS, parts.lids)):
         value = Vt.Vec2iArray.FromNumpy(pairs.astype(np.int32).reshape(-1, 2))
-        _author(prim, token, _NAMES.Int2Array, value)
+        author(prim, token, _NAMES.Int2Array, value)
     tolerance = parts.tolerance / meters_per_unit
-    _author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
-
-
-def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
-    prim.CreateAttribute(name, kind, False, Sdf.VariabilityUniform).Set(value)
+    author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
 
 
 def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
@@ -54,14 +50,11 @@ def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
     InputError
         If a value cannot be used; the message names the prim.
     """
-    opposed = _names(prim, tokens.ANTAGONISTS)
-    if len(opposed) % 2:
-        raise InputError(
-            f"prim <{prim.GetPath()}>: {tokens.ANTAGONISTS} has {len(opposed)} entries; "
-            "expected pairs"
-        )
-    tolerance = _value(prim, tokens.CONTACT_TOLERANCE, float)
     try:
+        opposed = _names(prim, tokens.ANTAGONISTS)
+        if len(opposed) % 2:
+            raise InputError(f"{tokens.ANTAGONISTS} has {len(opposed)} entries; expected pairs")
+        tolerance = value_of(prim, tokens.CONTACT_TOLERANCE, float)
         return FaceParts(
             _names(prim, tokens.LEFT_SHAPES),
             _names(prim, tokens.RIGHT_SHAPES),
@@ -109,21 +102,10 @@ def _curve(prim: Usd.Prim, name: str, codes: FloatArray) -> FloatArray:
     return np.array([float(str(np.float32(value))) for value in known])
 
 
-def _value(prim: Usd.Prim, name: str, kind: type) -> Any:
-    attribute = prim.GetAttribute(name)
-    value = attribute.Get() if attribute else None
-    if value is not None and not isinstance(value, kind):
-        raise InputError(
-            f"prim <{prim.GetPath()}>: {name} is of type {attribute.GetTypeName()}, "
-            "which it cannot be"
-        )
-    return value
-
-
 def _names(prim: Usd.Prim, name: str) -> tuple[str, ...]:
-    return tuple(str(entry) for entry in _value(prim, name, Vt.TokenArray) or ())
+    return tuple(str(entry) for entry in value_of(prim, name, Vt.TokenArray) or ())
 
 
 def _pairs(prim: Usd.Prim, name: str) -> IntArray:
-    value = _value(prim, name, Vt.Vec2iArray)
+    value = value_of(prim, name, Vt.Vec2iArray)
     return np.zeros((0, 2), np.int64) if value is None else np.array(value, np.int64).reshape(-1, 2)

@@ -14,6 +14,7 @@ from usdface.errors import InputError, OutputError
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.prim_names import prim_names
+from usdface.io.usd.attributes import author, value_of
 from usdface.schemas import tokens
 
 __all__ = ["read_fuzzy", "write_fuzzy"]
@@ -58,17 +59,17 @@ def write_fuzzy(stage: Usd.Stage, path: str, system: FuzzySystem) -> None:
         if prim.GetChildren():
             raise OutputError(f"prim <{path}> already has children; remove it to write it anew")
         for name, field in _SYSTEM.items():
-            _author(prim, name, _NAMES.Token, getattr(system, field))
+            author(prim, name, _NAMES.Token, getattr(system, field))
         for name, field in _INFERENCE.items():
             if getattr(system, field) != getattr(_DEFAULT, field):
-                _author(prim, name, _NAMES.Token, getattr(system, field))
+                author(prim, name, _NAMES.Token, getattr(system, field))
         if system.samples != _DEFAULT.samples:
-            _author(prim, tokens.SAMPLES, _NAMES.Int, system.samples)
-        _author(prim, tokens.NEUTRAL_RULE, _NAMES.Bool, system.neutral_rule)
-        _author(prim, tokens.RESPONSE, _NAMES.Double2, Gf.Vec2d(*system.response))
+            author(prim, tokens.SAMPLES, _NAMES.Int, system.samples)
+        author(prim, tokens.NEUTRAL_RULE, _NAMES.Bool, system.neutral_rule)
+        author(prim, tokens.RESPONSE, _NAMES.Double2, Gf.Vec2d(*system.response))
         for name, field in _NUMBERS.items():
-            _author(prim, name, _NAMES.Double, getattr(system, field))
-        _author(prim, tokens.GAIN, _NAMES.Float, system.gain, Sdf.VariabilityVarying)
+            author(prim, name, _NAMES.Double, getattr(system, field))
+        author(prim, tokens.GAIN, _NAMES.Float, system.gain, Sdf.VariabilityVarying)
         for variable in system.variables:
             _write_variable(
                 stage.DefinePrim(f"{path}/{variable.name}", tokens.FUZZY_VARIABLE), variable
@@ -83,39 +84,29 @@ def write_fuzzy(stage: Usd.Stage, path: str, system: FuzzySystem) -> None:
 
 
 def _write_variable(prim: Usd.Prim, variable: Variable) -> None:
-    _author(prim, tokens.VARIABLE_KIND, _NAMES.Token, variable.kind)
+    author(prim, tokens.VARIABLE_KIND, _NAMES.Token, variable.kind)
     if variable.range is not None:
-        _author(prim, tokens.VARIABLE_RANGE, _NAMES.Double2, Gf.Vec2d(*variable.range))
+        author(prim, tokens.VARIABLE_RANGE, _NAMES.Double2, Gf.Vec2d(*variable.range))
     if variable.default:
-        _author(prim, tokens.VARIABLE_DEFAULT, _NAMES.Double, variable.default)
+        author(prim, tokens.VARIABLE_DEFAULT, _NAMES.Double, variable.default)
     if variable.kind == "input":
         for name, field in _INPUT.items():
-            _author(prim, name, _NAMES.Token, getattr(variable, field))
+            author(prim, name, _NAMES.Token, getattr(variable, field))
     elif not variable.terms:
         return
     terms = variable.terms
     parameters = [p for term in terms for p in term.parameters]
     counts = [len(term.parameters) for term in terms]
-    _author(prim, tokens.TERMS_NAMES, _NAMES.TokenArray, Vt.TokenArray([t.name for t in terms]))
-    _author(prim, tokens.TERMS_KINDS, _NAMES.TokenArray, Vt.TokenArray([t.kind for t in terms]))
-    _author(prim, tokens.TERMS_PARAMETERS, _NAMES.DoubleArray, Vt.DoubleArray(parameters))
-    _author(prim, tokens.TERMS_COUNTS, _NAMES.IntArray, Vt.IntArray(counts))
+    author(prim, tokens.TERMS_NAMES, _NAMES.TokenArray, Vt.TokenArray([t.name for t in terms]))
+    author(prim, tokens.TERMS_KINDS, _NAMES.TokenArray, Vt.TokenArray([t.kind for t in terms]))
+    author(prim, tokens.TERMS_PARAMETERS, _NAMES.DoubleArray, Vt.DoubleArray(parameters))
+    author(prim, tokens.TERMS_COUNTS, _NAMES.IntArray, Vt.IntArray(counts))
 
 
 def _write_rule(prim: Usd.Prim, rule: Rule) -> None:
-    _author(prim, tokens.RULE_TEXT, _NAMES.String, rule.text)
-    _author(prim, tokens.RULE_WEIGHT, _NAMES.Float, rule.weight, Sdf.VariabilityVarying)
-    _author(prim, tokens.ENABLED, _NAMES.Bool, rule.enabled, Sdf.VariabilityVarying)
-
-
-def _author(
-    prim: Usd.Prim,
-    name: str,
-    kind: Sdf.ValueTypeName,
-    value: object,
-    variability: Sdf.Variability = Sdf.VariabilityUniform,
-) -> None:
-    prim.CreateAttribute(name, kind, False, variability).Set(value)
+    author(prim, tokens.RULE_TEXT, _NAMES.String, rule.text)
+    author(prim, tokens.RULE_WEIGHT, _NAMES.Float, rule.weight, Sdf.VariabilityVarying)
+    author(prim, tokens.ENABLED, _NAMES.Bool, rule.enabled, Sdf.VariabilityVarying)
 
 
 def read_fuzzy(stage: Usd.Stage, path: str) -> FuzzySystem:
@@ -154,14 +145,14 @@ def _read_system(
     prim: Usd.Prim, variables: tuple[Variable, ...], rules: tuple[Rule, ...]
 ) -> FuzzySystem:
     settings: dict[str, Any] = _words(prim, _SYSTEM | _INFERENCE)
-    if (samples := _value(prim, tokens.SAMPLES, int)) is not None:
+    if (samples := value_of(prim, tokens.SAMPLES, int)) is not None:
         settings["samples"] = samples
-    if (flag := _value(prim, tokens.NEUTRAL_RULE, bool)) is not None:
+    if (flag := value_of(prim, tokens.NEUTRAL_RULE, bool)) is not None:
         settings["neutral_rule"] = flag
-    if (response := _value(prim, tokens.RESPONSE, Gf.Vec2d)) is not None:
+    if (response := value_of(prim, tokens.RESPONSE, Gf.Vec2d)) is not None:
         settings["response"] = tuple(response)
     for name, field in _NUMBERS.items():
-        if (number := _value(prim, name, float)) is not None:
+        if (number := value_of(prim, name, float)) is not None:
             settings[field] = number
     if (gain := _float(prim, tokens.GAIN)) is not None:
         settings["gain"] = gain
@@ -169,7 +160,7 @@ def _read_system(
 
 
 def _read_variable(prim: Usd.Prim) -> Variable:
-    kind: Any = _value(prim, tokens.VARIABLE_KIND, str) or "input"
+    kind: Any = value_of(prim, tokens.VARIABLE_KIND, str) or "input"
     names = _array(prim, tokens.TERMS_NAMES, Vt.TokenArray)
     kinds = _array(prim, tokens.TERMS_KINDS, Vt.TokenArray)
     counts = _array(prim, tokens.TERMS_COUNTS, Vt.IntArray)
@@ -186,18 +177,18 @@ def _read_variable(prim: Usd.Prim) -> Variable:
         for name, kind_, count, end in zip(names, kinds, counts, ends, strict=True)
     )
     settings = _words(prim, _INPUT) if kind == "input" else {}
-    if (bounds := _value(prim, tokens.VARIABLE_RANGE, Gf.Vec2d)) is not None:
+    if (bounds := value_of(prim, tokens.VARIABLE_RANGE, Gf.Vec2d)) is not None:
         settings["range"] = tuple(bounds)
-    if (default := _value(prim, tokens.VARIABLE_DEFAULT, float)) is not None:
+    if (default := value_of(prim, tokens.VARIABLE_DEFAULT, float)) is not None:
         settings["default"] = default
     return Variable(prim.GetName(), kind, terms=terms, **settings)
 
 
 def _read_rule(prim: Usd.Prim) -> Rule:
     weight = _float(prim, tokens.RULE_WEIGHT)
-    enabled = _value(prim, tokens.ENABLED, bool)
+    enabled = value_of(prim, tokens.ENABLED, bool)
     return parse_rule(
-        _value(prim, tokens.RULE_TEXT, str) or "",
+        value_of(prim, tokens.RULE_TEXT, str) or "",
         1.0 if weight is None else weight,
         True if enabled is None else enabled,
         f"prim <{prim.GetPath()}>",
@@ -206,24 +197,16 @@ def _read_rule(prim: Usd.Prim) -> Rule:
 
 def _words(prim: Usd.Prim, table: dict[str, str]) -> dict[str, Any]:
     """Return the fields of `table` that are authored."""
-    found = {field: _value(prim, name, str) for name, field in table.items()}
+    found = {field: value_of(prim, name, str) for name, field in table.items()}
     return {field: value for field, value in found.items() if value is not None}
 
 
 def _array(prim: Usd.Prim, name: str, kind: type) -> list[Any]:
-    value = _value(prim, name, kind)
+    value = value_of(prim, name, kind)
     return [] if value is None else list(value)
 
 
 def _float(prim: Usd.Prim, name: str) -> float | None:
     """Return a number as its shortest decimal: 0.7 is written as a float, and is read as 0.7."""
-    value = _value(prim, name, float)
+    value = value_of(prim, name, float)
     return None if value is None else float(str(np.float32(value)))
-
-
-def _value(prim: Usd.Prim, name: str, kind: type) -> Any:
-    attribute = prim.GetAttribute(name)
-    value = attribute.Get() if attribute else None
-    if value is not None and not isinstance(value, kind):
-        raise InputError(f"{name} holds a {type(value).__name__}; expected a {kind.__name__}")
-    return value

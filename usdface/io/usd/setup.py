@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.errors import InputError
+from usdface.io.usd.attributes import author
 from usdface.options import CleanOptions, MapOptions, SolveOptions
 from usdface.schemas import tokens
 from usdface.setup import Binding, Calibration, Expression, Setup
@@ -44,35 +45,35 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
     prim = stage.DefinePrim(path, tokens.RETARGET)
     for relationship, paths in targets.items():
         prim.CreateRelationship(relationship, custom=False).SetTargets(paths)
-    _author(prim, tokens.BIND_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.binding.markers))
-    _author(prim, tokens.BIND_POINTS, _NAMES.IntArray, Vt.IntArray(setup.binding.points.tolist()))
+    author(prim, tokens.BIND_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.binding.markers))
+    author(prim, tokens.BIND_POINTS, _NAMES.IntArray, Vt.IntArray(setup.binding.points.tolist()))
     if setup.binding.confidence is not None:
         sure = Vt.FloatArray(setup.binding.confidence.tolist())
-        _author(prim, tokens.BIND_CONFIDENCE, _NAMES.FloatArray, sure)
-    _author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
-    _author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
-    _author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
-    _author(prim, tokens.HEAD_JOINT, _NAMES.Token, setup.head_joint)
-    _author(prim, tokens.NOSE_TIP, _NAMES.Token, setup.nose_tip)
-    _author(prim, tokens.ROLES_NAMES, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles)))
-    _author(
+        author(prim, tokens.BIND_CONFIDENCE, _NAMES.FloatArray, sure)
+    author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
+    author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
+    author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
+    author(prim, tokens.HEAD_JOINT, _NAMES.Token, setup.head_joint)
+    author(prim, tokens.NOSE_TIP, _NAMES.Token, setup.nose_tip)
+    author(prim, tokens.ROLES_NAMES, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles)))
+    author(
         prim, tokens.ROLES_MARKERS, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles.values()))
     )
     mode = "rig" if setup.neutral is None else "frames"
-    _author(prim, tokens.NEUTRAL_MODE, _NAMES.Token, mode)
-    _author(prim, tokens.NEUTRAL_RANGE, _NAMES.Int2, Gf.Vec2i(*(setup.neutral or (0, 0))))
+    author(prim, tokens.NEUTRAL_MODE, _NAMES.Token, mode)
+    author(prim, tokens.NEUTRAL_RANGE, _NAMES.Int2, Gf.Vec2i(*(setup.neutral or (0, 0))))
     if setup.neutral_weights:
         shapes, weights = zip(*setup.neutral_weights.items(), strict=True)
-        _author(prim, tokens.NEUTRAL_SHAPES, _NAMES.TokenArray, Vt.TokenArray(shapes))
-        _author(prim, tokens.NEUTRAL_WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(weights))
+        author(prim, tokens.NEUTRAL_SHAPES, _NAMES.TokenArray, Vt.TokenArray(shapes))
+        author(prim, tokens.NEUTRAL_WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(weights))
     if setup.peaks:
-        _author(prim, tokens.PEAKS, _NAMES.IntArray, Vt.IntArray(setup.peaks))
+        author(prim, tokens.PEAKS, _NAMES.IntArray, Vt.IntArray(setup.peaks))
     for name, (field, kind) in _MAP.items():
-        _author(prim, name, kind, getattr(setup.map, field))
+        author(prim, name, kind, getattr(setup.map, field))
     for name, (field, kind) in _SOLVE.items():
-        _author(prim, name, kind, getattr(setup.solve, field))
+        author(prim, name, kind, getattr(setup.solve, field))
     for name, (field, kind) in _CLEAN.items():
-        _author(prim, name, kind, getattr(setup.clean, field))
+        author(prim, name, kind, getattr(setup.clean, field))
     if setup.calibration is not None:
         _author_calibration(prim, setup.calibration)
 
@@ -80,9 +81,9 @@ def write_setup(stage: Usd.Stage, path: str, setup: Setup, targets: dict[str, li
 def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
     gains, offsets = calibration.gains.tolist(), calibration.offsets.tolist()
     names = Vt.TokenArray(calibration.shapes)
-    _author(prim, tokens.CALIBRATION_SHAPES, _NAMES.TokenArray, names)
-    _author(prim, tokens.CALIBRATION_GAINS, _NAMES.FloatArray, Vt.FloatArray(gains))
-    _author(prim, tokens.CALIBRATION_OFFSETS, _NAMES.FloatArray, Vt.FloatArray(offsets))
+    author(prim, tokens.CALIBRATION_SHAPES, _NAMES.TokenArray, names)
+    author(prim, tokens.CALIBRATION_GAINS, _NAMES.FloatArray, Vt.FloatArray(gains))
+    author(prim, tokens.CALIBRATION_OFFSETS, _NAMES.FloatArray, Vt.FloatArray(offsets))
 
 
 def _read_calibration(prim: Usd.Prim) -> Calibration | None:
@@ -92,10 +93,6 @@ def _read_calibration(prim: Usd.Prim) -> Calibration | None:
     if not (shapes or gains.size or offsets.size):
         return None
     return Calibration(shapes, gains, offsets if offsets.size else np.zeros(len(shapes)))
-
-
-def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
-    prim.CreateAttribute(name, kind, False, Sdf.VariabilityUniform).Set(value)
 
 
 def read_setup(prim: Usd.Prim) -> Setup:
@@ -177,8 +174,8 @@ def write_expressions(stage: Usd.Stage, scope: str, expressions: Sequence[Expres
     paths = []
     for expression in expressions:
         prim = stage.DefinePrim(f"{scope}/{expression.name}", tokens.EXPRESSION)
-        _author(prim, tokens.SHAPES, _NAMES.TokenArray, Vt.TokenArray(expression.shapes))
-        _author(prim, tokens.WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(expression.weights.tolist()))
+        author(prim, tokens.SHAPES, _NAMES.TokenArray, Vt.TokenArray(expression.shapes))
+        author(prim, tokens.WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(expression.weights.tolist()))
         gain = prim.CreateAttribute(tokens.GAIN, _NAMES.Float, False)
         gain.Set(expression.gain)
         paths.append(str(prim.GetPath()))

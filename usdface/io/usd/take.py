@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.errors import InputError
+from usdface.io.usd.attributes import author
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import (
     Metrics,
@@ -54,17 +55,13 @@ def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
         prim = _define_markers(stage, take, codes, metrics)
     else:
         prim = _define_weights(stage, take, codes)
-    _author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, Path(take.source).name)
-    _author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
-    _author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
+    author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, Path(take.source).name)
+    author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
+    author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
     stage.SetDefaultPrim(prim)
     if isinstance(take, MarkerTake):
         write_fallback_types(stage.GetRootLayer())
     save_layer(stage.GetRootLayer(), path)
-
-
-def _author(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
-    prim.CreateAttribute(name, kind, False, Sdf.VariabilityUniform).Set(value)
 
 
 def _define_markers(
@@ -72,9 +69,9 @@ def _define_markers(
 ) -> Usd.Prim:
     prim = stage.DefinePrim("/Take", tokens.MARKER_TAKE)
     names = Sdf.ValueTypeNames
-    _author(prim, tokens.MARKERS_NAMES, names.TokenArray, Vt.TokenArray(take.names))
-    _author(prim, tokens.DIMENSION, names.Token, f"{take.dimension}d")
-    _author(prim, tokens.IMAGE_SIZE, names.Int2, Gf.Vec2i(*(take.image_size or (0, 0))))
+    author(prim, tokens.MARKERS_NAMES, names.TokenArray, Vt.TokenArray(take.names))
+    author(prim, tokens.DIMENSION, names.Token, f"{take.dimension}d")
+    author(prim, tokens.IMAGE_SIZE, names.Int2, Gf.Vec2i(*(take.image_size or (0, 0))))
     native = np.zeros((*take.positions.shape[:2], 3))
     native[..., : take.dimension] = _last_seen(take.positions)
     if take.dimension == 3:

@@ -1,0 +1,26 @@
+import pytest
+from pxr import Sdf, Usd
+
+from usdface.errors import InputError
+from usdface.io.usd.attributes import author, value_of
+
+
+@pytest.fixture
+def prim() -> Usd.Prim:
+    return Usd.Stage.CreateInMemory().DefinePrim("/P", "Scope")
+
+
+def test_what_is_authored_is_read_and_no_custom_attribute(prim: Usd.Prim) -> None:
+    author(prim, "usdface:a", Sdf.ValueTypeNames.Double, 0.5)
+    author(prim, "usdface:b", Sdf.ValueTypeNames.Float, 1.0, Sdf.VariabilityVarying)
+    assert value_of(prim, "usdface:a", float) == 0.5
+    assert not prim.GetAttribute("usdface:a").IsCustom()
+    assert prim.GetAttribute("usdface:a").GetVariability() == Sdf.VariabilityUniform
+    assert prim.GetAttribute("usdface:b").GetVariability() == Sdf.VariabilityVarying
+
+
+def test_another_type_is_refused_and_nothing_is_none(prim: Usd.Prim) -> None:
+    author(prim, "usdface:a", Sdf.ValueTypeNames.String, "much")
+    assert value_of(prim, "usdface:none", float) is None
+    with pytest.raises(InputError, match=r"usdface:a holds a str; expected a float"):
+        value_of(prim, "usdface:a", float)

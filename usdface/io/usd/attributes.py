@@ -1,0 +1,35 @@
+"""Attributes of our own prims: authored one way, read with the type that they should have."""
+
+from typing import Any
+
+from pxr import Sdf, Usd
+
+from usdface.errors import InputError
+
+__all__ = ["author", "value_of"]
+
+
+def author(
+    prim: Usd.Prim,
+    name: str,
+    kind: Sdf.ValueTypeName,
+    value: object,
+    variability: Sdf.Variability = Sdf.VariabilityUniform,
+) -> None:
+    """Author one value, as a schema attribute: not custom."""
+    prim.CreateAttribute(name, kind, False, variability).Set(value)
+
+
+def value_of(prim: Usd.Prim, name: str, kind: type) -> Any:
+    """Return the value of an attribute, None where there is none.
+
+    Raises
+    ------
+    InputError
+        If it is of another type than `kind`; the message does not name the prim.
+    """
+    attribute = prim.GetAttribute(name)
+    value = attribute.Get() if attribute else None
+    if value is not None and not isinstance(value, kind):
+        raise InputError(f"{name} holds a {type(value).__name__}; expected a {kind.__name__}")
+    return value
