@@ -17,9 +17,9 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 from stylised import bent
 
+from usdface.binding.bound import shown_at_rest
 from usdface.binding.propose import neutral_frames, propose
 from usdface.binding.skin import skin_of
-from usdface.bound import shown_at_rest
 from usdface.errors import InputError
 from usdface.io.takes.files import read_take
 from usdface.retarget.transfer import solve_take

@@ -4,10 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from usdface.binding.marker_places import marker_places
 from usdface.io.atomic import check_place, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.usd.rig import read_rig
-from usdface.marker_places import marker_places
 from usdface.options import MarkerOptions
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.setup import Binding, fit_setup

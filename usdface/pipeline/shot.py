@@ -3,13 +3,14 @@
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from usdface.bound import bound_setup, proposal_summary
+from usdface.binding.bound import bound_setup, proposal_summary
 from usdface.express import adopt, design, parts_of
 from usdface.findings import Finding
 from usdface.fuzzy.dictionaries import expressions_for
 from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import check_place
+from usdface.io.bind_file import read_bind
 from usdface.io.calibration_file import read_calibration_file
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
@@ -59,16 +60,17 @@ def make_shot(
         character, findings = read_rig(rig)
         stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(stage, take))
+        bound, notes = read_bind(bind) if bind else (None, [])
     with steps("bind"):
-        mesh, named, more = bound_setup(character, recorded, bind, binding)
+        mesh, named, more = bound_setup(character, recorded, bound, notes, binding)
         findings += more
         if calibration:
             named = replace(named, calibration=read_calibration_file(calibration))
         setup, more = fit_setup(named, mesh, recorded)
         findings += more
     with steps("design"):
-        given = read_expressions_file(expressions_file) if expressions_file else {}
-        expressions, more = expressions_for(character.shape_names, given)
+        posed = read_expressions_file(expressions_file) if expressions_file else {}
+        expressions, more = expressions_for(character.shape_names, posed)
         findings += more
         system, setup, more = _corrector(mesh, setup, expressions, fuzzy, correction)
         parts = parts_of(mesh, setup, expressions) if system else None

@@ -56,9 +56,9 @@ def test_a_shot_can_say_otherwise(prim):
     [
         (tokens.ANTAGONISTS, "TokenArray", Vt.TokenArray(["a", "b", "c"]), "3 entries"),
         (tokens.LEFT_SHAPES, "TokenArray", Vt.TokenArray(["mouthSmileRight"]), "both sides"),
-        (tokens.CONTACT_LIPS, "IntArray", Vt.IntArray([1, 2]), "type"),
+        (tokens.CONTACT_LIPS, "IntArray", Vt.IntArray([1, 2]), "expected a"),
         (tokens.CONTACT_TOLERANCE, "Double", -1.0, "tolerance"),
-        (tokens.CONTACT_TOLERANCE, "Token", "wide", "type"),
+        (tokens.CONTACT_TOLERANCE, "Token", "wide", "expected a"),
     ],
 )
 def test_what_cannot_be_is_refused_with_the_prim(prim, name, kind, value, said):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from worlds import World, make_world
 
-from usdface.bound import shown_at_rest
+from usdface.binding.bound import shown_at_rest
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from worlds import make_world
 
+from usdface.binding.marker_places import marker_places
 from usdface.cli import main
 from usdface.errors import InputError
-from usdface.marker_places import marker_places
 from usdface.setup import Binding
 
 WORLD = make_world(head_moves=False)

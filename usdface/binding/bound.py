@@ -1,15 +1,16 @@
 """Where the markers of a shot sit: read from a binding file, proposed, or some of each."""
 
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from usdface.binding.propose import check_frames, neutral_frames, propose, strong_frames
 from usdface.findings import Finding, finding
-from usdface.io.bind_file import read_bind
 from usdface.options import BindOptions
 from usdface.retarget.neutral import neutral_markers
+from usdface.retarget.rest_weights import rest_weights
 from usdface.rigs import Mesh, Rig
 from usdface.setup import Binding, Setup, unbound
 from usdface.takes import MarkerTake, WeightsTake
@@ -18,16 +19,22 @@ __all__ = ["bound_setup", "proposal_summary", "shown_at_rest"]
 
 
 def bound_setup(
-    character: Rig, take: MarkerTake | WeightsTake, bind: Path | None, options: BindOptions
+    character: Rig,
+    take: MarkerTake | WeightsTake,
+    read: Setup | None,
+    notes: Sequence[Finding],
+    options: BindOptions,
 ) -> tuple[Mesh, Setup, list[Finding]]:
-    """Read or propose where the markers sit, and find neutral and peak frames that are not named.
+    """Find what the binding file leaves out: places, neutral and peak frames.
 
     Parameters
     ----------
     character : Rig
     take : MarkerTake or WeightsTake
-    bind : Path or None
-        The binding file; without one all places are proposed.
+    read : Setup or None
+        As the binding file has it; without one all places are proposed.
+    notes : sequence of Finding
+        What was found in the file.
     options : BindOptions
 
     Returns
@@ -37,24 +44,17 @@ def bound_setup(
     Setup
         Peak frames are in it where they are named, asked for or used to propose places.
     list of Finding
+        Those of `notes` that still hold, and more.
 
     Raises
     ------
     InputError
-        If the binding cannot be read, or no places can be proposed.
+        If no places can be proposed.
     """
-    read, findings = read_bind(bind) if bind else (None, [])
+    findings = list(notes)
     mesh = character.mesh(read.binding.mesh) if read else character.face()
     if not isinstance(take, MarkerTake):
         return mesh, read or unbound(take), findings
-    # Only here, so that a complete binding loads no search.
-    from usdface.binding.propose import (
-        check_frames,
-        neutral_frames,
-        propose,
-        strong_frames,
-    )
-
     proposing = read is None or options.propose
     named = read is not None and not any(f.code == "NEUTRAL_ASSUMED" for f in findings)
     setup = read or Setup(Binding((), np.zeros(0, dtype=np.int64)))
@@ -81,8 +81,6 @@ def bound_setup(
 
 def shown_at_rest(take: MarkerTake, mesh: Mesh, setup: Setup) -> dict[str, float]:
     """Return the blend shapes, and their weights, that the face shows where it rests."""
-    from usdface.retarget.rest_weights import rest_weights
-
     vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     names = tuple(n for n in take.names if 0 <= vertex.get(n, -1) < len(mesh.points))
     if not names or setup.neutral is None:
