@@ -1,12 +1,11 @@
 """Why the corrector answers what it answers: features, memberships, rules, emotions, weights."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdface.animate import animate
+from usdface.animate import Animated
 from usdface.errors import InputError
 from usdface.express import features
 from usdface.fuzzy.features import face_unit
@@ -15,17 +14,14 @@ from usdface.fuzzy.membership import membership
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Proposition
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.usd.layers import open_shot
-from usdface.io.usd.shot import read_shot
-from usdface.options import ProcessOptions
-from usdface.outcome import Steps
+from usdface.io.usd.shot import Shot
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
 from usdface.takes import FloatArray, WeightsTake
 
-__all__ = ["Explanation", "explain_shot"]
+__all__ = ["Explanation", "explained"]
 
 # Weights that the corrector moves by less are not worth a line.
 _VISIBLE = 0.005
@@ -167,28 +163,25 @@ class Explanation:
         }
 
 
-def explain_shot(path: Path, steps: Steps) -> Explanation:
-    """Process a shot without writing anything, and keep what the corrector saw.
+def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanation:
+    """Return what the corrector saw and did.
 
-    Raises
-    ------
-    InputError
-        If the shot cannot be processed or has no fuzzy system.
+    Parameters
+    ----------
+    shot : Shot
+    system : FuzzySystem
+        The shot's.
+    animated : Animated
+        What became of the shot.
     """
-    with steps("read"):
-        stage = open_shot(path)
-        shot, _ = read_shot(stage, str(path))
-    if shot.system is None:
-        raise InputError(f"{path} has no fuzzy system to explain; `usdface shot` designs one")
-    animated = animate(stage, shot, ProcessOptions(), steps)
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
     solution = animated.solve.solution
     solved = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
     weights = solved.reordered(mesh.shape_names)
-    inputs = features(shot.system, animated.take, mesh, shot.setup, weights, solution)
-    answer = evaluate(shot.system, inputs)
+    inputs = features(system, animated.take, mesh, shot.setup, weights, solution)
+    answer = evaluate(system, inputs)
     return Explanation(
-        shot.system,
+        system,
         shot.take.times,
         inputs,
         answer.firing,
@@ -196,9 +189,9 @@ def explain_shot(path: Path, steps: Steps) -> Explanation:
         animated.solve.names,
         animated.solve.weights,
         animated.final.weights,
-        tuple(shot.setup.roles.get(v.role, v.role) for v in shot.system.inputs),
+        tuple(shot.setup.roles.get(v.role, v.role) for v in system.inputs),
         shot.setup.nose_tip,
-        _unit(shot.system, mesh, shot.setup, solution),
+        _unit(system, mesh, shot.setup, solution),
     )
 
 

@@ -1,20 +1,16 @@
 """What systems answer to a neutral face: the fuzzy paper's, as printed, beside a shot's."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from usdface.animate import retarget
-from usdface.errors import InputError
 from usdface.express import MARKER_NOISE, features
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.paper import paper_system
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.usd.layers import open_shot
-from usdface.io.usd.shot import Shot, read_shot
-from usdface.outcome import Steps
+from usdface.io.usd.shot import Shot
 from usdface.takes import FloatArray, MarkerTake
 
 __all__ = ["RestingAnswer", "resting_answers"]
@@ -57,21 +53,10 @@ class RestingAnswer:
         }
 
 
-def resting_answers(path: Path, steps: Steps) -> tuple[RestingAnswer, ...]:
-    """Ask the paper's system and that of a shot about a neutral face.
-
-    Raises
-    ------
-    InputError
-        If the shot cannot be read or has no fuzzy system.
-    """
-    with steps("read"):
-        shot, _ = read_shot(open_shot(path), str(path))
-    if shot.system is None:
-        raise InputError(f"{path} has no fuzzy system to ask; `usdface shot` designs one")
-    with steps("play"):
-        heard = _jitter(shot, shot.system)
-    return _answer("the paper's", paper_system()), _answer("the shot's", shot.system, heard)
+def resting_answers(shot: Shot, system: FuzzySystem) -> tuple[RestingAnswer, ...]:
+    """Ask the paper's system and that of a shot about a neutral face."""
+    heard = _jitter(shot, system)
+    return _answer("the paper's", paper_system()), _answer("the shot's", system, heard)
 
 
 def _answer(name: str, system: FuzzySystem, heard: FloatArray | None = None) -> RestingAnswer:

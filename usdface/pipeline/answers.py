@@ -2,7 +2,14 @@
 
 from pathlib import Path
 
-from usdface.explain import Explanation, explain_shot
+from usdface.animate import animate
+from usdface.errors import InputError
+from usdface.explain import Explanation, explained
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.usd.layers import open_shot
+from usdface.io.usd.shot import Shot, read_shot
+from usdface.io.usd.stage import Stage
+from usdface.options import ProcessOptions
 from usdface.outcome import OnStep, Steps
 from usdface.pipeline.schemas import register_schemas
 from usdface.resting import RestingAnswer, resting_answers
@@ -19,7 +26,11 @@ def explain(path: Path, on_step: OnStep | None = None) -> Explanation:
         If the shot cannot be processed or has no fuzzy system.
     """
     register_schemas()
-    return explain_shot(path, Steps(on_step))
+    steps = Steps(on_step)
+    with steps("read"):
+        stage, shot, system = _asked(path)
+    animated = animate(stage, shot, ProcessOptions(), steps)
+    return explained(shot, system, animated)
 
 
 def resting(path: Path, on_step: OnStep | None = None) -> tuple[RestingAnswer, ...]:
@@ -31,4 +42,16 @@ def resting(path: Path, on_step: OnStep | None = None) -> tuple[RestingAnswer, .
         If the shot cannot be read or has no fuzzy system.
     """
     register_schemas()
-    return resting_answers(path, Steps(on_step))
+    steps = Steps(on_step)
+    with steps("read"):
+        _, shot, system = _asked(path)
+    with steps("play"):
+        return resting_answers(shot, system)
+
+
+def _asked(path: Path) -> tuple[Stage, Shot, FuzzySystem]:
+    stage = open_shot(path)
+    shot, _ = read_shot(stage, str(path))
+    if shot.system is None:
+        raise InputError(f"{path} has no fuzzy system to ask; `usdface shot` designs one")
+    return stage, shot, shot.system
