@@ -16,7 +16,7 @@ from rich.table import Table
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 from benchmarks.solve.faces import Face, bent, ict  # noqa: E402
-from usdface.animate import calibrate, retarget  # noqa: E402
+from usdface.clean_solve import calibrate, retarget  # noqa: E402
 from usdface.setup import Binding, Calibration, Setup  # noqa: E402
 from usdface.takes import FloatArray, MarkerTake  # noqa: E402
 

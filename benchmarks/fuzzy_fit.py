@@ -26,7 +26,7 @@ from makehuman_face import (  # noqa: E402
     published_expressions,
 )
 
-from usdface.animate import retarget  # noqa: E402
+from usdface.clean_solve import retarget  # noqa: E402
 from usdface.express import features  # noqa: E402
 from usdface.fuzzy.fit import answers, fit_system, heard  # noqa: E402
 from usdface.fuzzy.fit_examples import NO_EMOTION, Examples  # noqa: E402

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.cleanup.clean import Cleaned, clean_take
-from usdface.errors import InputError
+from usdface.clean_solve import clean, retarget, solve
 from usdface.express import Character, express, features, halves
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import evaluate
@@ -16,25 +15,19 @@ from usdface.io.usd.stage import Stage
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.outcome import Steps
 from usdface.retarget.align import Pose
-from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
-from usdface.retarget.names import rename_weights
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
 from usdface.retarget.shape_model import (
-    ShapeModel,
-    combinations_of,
-    shape_model,
     with_combinations,
-    with_known_limits,
 )
 from usdface.retarget.solve_report import solve_report
-from usdface.retarget.transfer import Solution, solve_take
+from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
-from usdface.setup import Setup, fit_setup
+from usdface.setup import Setup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["Animated", "animate", "calibrate", "retarget"]
+__all__ = ["Animated", "animate", "retarget"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,10 +71,10 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
     shot = replace(shot, setup=_as_told(shot.setup, options))
     with steps("clean"):
-        take, cleaned, findings = _clean(shot.take, shot.setup)
+        take, cleaned, findings = clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
     with steps("solve"):
-        weights, solution, more = _solve(take, shot.setup, mesh, shot.rig.shape_names, cleaned)
+        weights, solution, more = solve(take, shot.setup, mesh, shot.rig.shape_names, cleaned)
         findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
         others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
@@ -121,127 +114,6 @@ def _as_told(setup: Setup, options: ProcessOptions) -> Setup:
     if options.solve is not None:
         setup = replace(setup, solve=replace(setup.solve, mode=options.solve))
     return setup
-
-
-def retarget(
-    take: MarkerTake | WeightsTake, setup: Setup, mesh: Mesh, shape_names: tuple[str, ...]
-) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
-    """Clean a take and solve its weights on the bound mesh.
-
-    Parameters
-    ----------
-    take : MarkerTake or WeightsTake
-    setup : Setup
-    mesh : Mesh
-        The one that the markers are bound to.
-    shape_names : tuple of str
-        Blend shapes of the whole rig, for a take of weights.
-
-    Returns
-    -------
-    take : MarkerTake or WeightsTake
-        Its markers cleaned.
-    weights : WeightsTake
-    solution : Solution or None
-        None for a take of weights.
-    findings : list of Finding
-    """
-    take, cleaned, findings = _clean(take, setup)
-    weights, solution, more = _solve(take, setup, mesh, shape_names, cleaned)
-    return take, weights, solution, findings + more
-
-
-def _clean(
-    take: MarkerTake | WeightsTake, setup: Setup
-) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
-    if isinstance(take, WeightsTake):
-        return take, None, []
-    on_the_face = (*setup.binding.markers, *setup.head_markers)
-    moving = setup.head != "stabilised"
-    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving)
-    return cleaned.take, cleaned, findings
-
-
-def _solve(
-    take: MarkerTake | WeightsTake,
-    setup: Setup,
-    mesh: Mesh,
-    shape_names: tuple[str, ...],
-    cleaned: Cleaned | None,
-) -> tuple[WeightsTake, Solution | None, list[Finding]]:
-    if isinstance(take, WeightsTake):
-        weights, findings = rename_weights(take, shape_names)
-        bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
-        combined = with_combinations(mesh, weights.names, bent)
-        return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = _prepared(take, setup, mesh, cleaned)
-    points = setup.binding.points
-    solution, more = solve_take(
-        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
-    )
-    return solution.weights, solution, findings + more
-
-
-def _prepared(
-    take: MarkerTake, setup: Setup, mesh: Mesh, cleaned: Cleaned | None
-) -> tuple[MarkerTake, Setup, ShapeModel, list[Finding]]:
-    """Return the take as observed, the setup as fitted to the mesh, and what the shapes do."""
-    setup, findings = fit_setup(setup, mesh, take)
-    points = setup.binding.points
-    if cleaned is not None:
-        # What was filled in is no observation: the rig knows better what is hidden.
-        take = replace(
-            take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
-        )
-    model, notes = shape_model(mesh, points)
-    if setup.solve.limits == "known":
-        model = with_known_limits(model, mesh.shape_names)
-    notes += [
-        finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
-        for pin in setup.pins
-        if pin.shape in combinations_of(model, mesh.shape_names)
-    ]
-    return take, setup, model, findings + notes
-
-
-def calibrate(
-    take: MarkerTake | WeightsTake, setup: Setup, mesh: Mesh, extremes: bool = False
-) -> tuple[Calibrated, list[Finding]]:
-    """Clean a take and find its performer's gains and offsets.
-
-    Parameters
-    ----------
-    take : MarkerTake
-    setup : Setup
-    mesh : Mesh
-        The one that the markers are bound to.
-    extremes : bool
-        The take goes through the whole range of motion, each movement to its extreme.
-
-    Raises
-    ------
-    InputError
-        If the take is of weights, or too short.
-    """
-    if isinstance(take, WeightsTake):
-        raise InputError(
-            f"{take.source} is a take of weights; a calibration needs markers, which show how "
-            "large a movement is"
-        )
-    _, cleaned, findings = _clean(take, setup)
-    take = cleaned.take if cleaned else take
-    take, setup, model, more = _prepared(take, setup, mesh, cleaned)
-    points = setup.binding.points
-    calibrated, notes = calibrate_take(
-        take,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
-        setup,
-        model,
-        extremes,
-    )
-    return calibrated, findings + more + notes
 
 
 def _motion(

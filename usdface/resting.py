@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.animate import retarget
+from usdface.clean_solve import retarget
 from usdface.express import MARKER_NOISE, features
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.paper import paper_system

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
-from usdface.animate import calibrate, retarget
+from usdface.clean_solve import calibrate, retarget
 from usdface.errors import InputError
 from usdface.setup import Binding, Calibration, Setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from usdface.animate import calibrate as calibrate_face
+from usdface.clean_solve import calibrate as calibrate_face
 from usdface.io.atomic import check_place, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.usd.layers import open_shot
