@@ -5,14 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from usdface.certificate import (
-    Certificate,
-    EvaluatedMesh,
-    certify,
-    joined,
-    paired,
-    some_frames,
-)
+from usdface.certificate.certificate import Certificate
+from usdface.certificate.compare import EvaluatedMesh, certify, paired, some_frames
+from usdface.certificate.joined import joined
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.evaluate import ShownClip, evaluate_clips

@@ -7,7 +7,7 @@ libraries than writing it.
 from pathlib import Path
 from typing import Any
 
-from usdface.certificate import Certificate
+from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
 from usdface.io.atomic import check_place

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.sums import Sums
+from usdface.certificate.sums import Sums
 from usdface.takes import FloatArray
 
 __all__ = ["Sampled", "ShownMesh"]

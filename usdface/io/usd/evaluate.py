@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
+from usdface.certificate.sums import Sums
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import metrics_of, to_si
-from usdface.sums import Sums
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["StagedMesh", "evaluate_usd", "keys_of_stage"]

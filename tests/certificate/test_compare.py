@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.certificate import EvaluatedMesh, certify, some_frames
-from usdface.sums import Sums
+from usdface.certificate.compare import EvaluatedMesh, certify, some_frames
+from usdface.certificate.sums import Sums
 
 RNG = np.random.default_rng(3)
 FRAMES = np.arange(8)

@@ -1,6 +1,6 @@
 import numpy as np
 
-from usdface.sums import Sums, distances, turns
+from usdface.certificate.sums import Sums, distances, turns
 
 RNG = np.random.default_rng(9)
 FRAMES = np.array([1, 4, 5])

@@ -1,6 +1,6 @@
 import numpy as np
 
-from usdface.partners import Traits, partners
+from usdface.certificate.partners import Traits, partners
 
 RNG = np.random.default_rng(5)
 PLACES = RNG.normal(size=(400, 6))

@@ -1,28 +1,19 @@
-"""Certificates: by how much what was written differs from what was read.
+"""Two evaluations of one character compared, frame by frame."""
 
-Two evaluations of the same character are compared: one of the source, one of the file that
-was written, each by code of its own. Vertices are split and joined on the way, so they are
-not compared by number: a vertex is paired with the one of the other side that moves as it
-does.
-"""
-
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.findings import Finding, finding
-from usdface.partners import Traits, partners
-from usdface.sums import Sums, distances, turns
+from usdface.certificate.certificate import FLOAT32, Certificate
+from usdface.certificate.partners import Traits, partners
+from usdface.certificate.sums import Sums, distances, turns
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["Certificate", "EvaluatedMesh", "certify", "joined", "paired", "some_frames"]
+__all__ = ["EvaluatedMesh", "certify", "paired", "some_frames"]
 
-_EXACT = 1e-5  # of the bounding diagonal, a weight, a second: what float32 costs
-_FLOAT32 = 2.0**-23  # of a number: what float32 can tell apart
-_STRAIGHT = 0.5  # degrees
 _SHOWN = 20  # frames in which the programs themselves show what else is summed up
 _ADDS_UP = 1e-6  # of the largest coordinate
 _TURNS_ALIKE = 1e-4  # of a unit normal, which may come of three that nearly cancel
@@ -51,103 +42,6 @@ class EvaluatedMesh:
     points_at: Callable[[IntArray], FloatArray]
     normals_at: Callable[[IntArray], FloatArray | None]
     sums: Callable[[], Sums | None] = lambda: None
-
-
-@dataclass(frozen=True, slots=True)
-class Certificate:
-    """How well a conversion kept what it was given.
-
-    Attributes
-    ----------
-    frames, of_frames : int
-        Frames that were compared, and that there are.
-    diagonal : float [m]
-        Of the source's bounding box at rest.
-    vertex_largest, vertex_mean : float [m]
-    vertex_worst : str
-        Mesh of the largest vertex error.
-    normal_largest, normal_mean : float [degrees] or None
-        None where the source has no deformed vertex normals to compare with.
-    weights : dict of str to float
-        Largest error of each channel, ``mesh/shape``.
-    weight_excess : float
-        Largest of these errors beyond what comes of times that are numbers of 32 bits.
-    time_drift : float [s]
-    duration : float [s]
-        The last moment.
-    names : dict of str to str
-        Names of meshes and channels in the source, and in the result if they differ.
-    missing : tuple of str
-        Meshes, channels and clips that only one side has.
-    decoded : bool
-        Compressed data were decoded for the evaluation by the decoder of the conversion.
-    clips : mapping of str to Certificate
-        Each clip for itself, where there are several.
-    """
-
-    frames: int
-    of_frames: int
-    diagonal: float
-    vertex_largest: float
-    vertex_mean: float
-    vertex_worst: str
-    normal_largest: float | None
-    normal_mean: float | None
-    weights: dict[str, float]
-    weight_excess: float
-    time_drift: float
-    duration: float
-    names: dict[str, str]
-    missing: tuple[str, ...]
-    clips: Mapping[str, "Certificate"] = field(default_factory=dict)
-    decoded: bool = False
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the certificate as plain values, each name with its unit."""
-        clips = {name: clip.as_dict() for name, clip in self.clips.items()}
-        return {
-            "frames compared": self.frames,
-            "frames": self.of_frames,
-            "bounding diagonal mm": 1000 * self.diagonal,
-            "vertex error mm, largest": 1000 * self.vertex_largest,
-            "vertex error mm, mean": 1000 * self.vertex_mean,
-            "vertex error, mesh of the largest": self.vertex_worst,
-            "normal error degrees, largest": self.normal_largest,
-            "normal error degrees, mean": self.normal_mean,
-            "weight error, largest": max(self.weights.values(), default=0.0),
-            "weight error of each channel": self.weights,
-            "time drift s": self.time_drift,
-            "names": self.names,
-            "missing": list(self.missing),
-            "decoded by the conversion's own decoder": self.decoded,
-        } | ({"clips": clips} if clips else {})
-
-    def line(self) -> str:
-        """Return the certificate in one line."""
-        turned = "" if self.normal_largest is None else f", normals {self.normal_largest:.2g} deg"
-        return (
-            f"vertices {1000 * self.vertex_largest:.2g} mm{turned}, "
-            f"weights {max(self.weights.values(), default=0.0):.2g}, "
-            f"times {self.time_drift:.2g} s at most, in {self.frames} of {self.of_frames} frames"
-        )
-
-    def findings(self, where: str) -> list[Finding]:
-        """Return a warning for each thing that is off by more than numbers of 32 bits cost."""
-        limit = _EXACT * self.diagonal
-        weight = max(self.weights.values(), default=0.0)
-        turned = self.normal_largest or 0.0
-        losses = [
-            (self.vertex_largest > limit, f"vertices by {1000 * self.vertex_largest:.3g} mm"),
-            (turned > _STRAIGHT, f"normals by {turned:.3g} degrees"),
-            (self.weight_excess > _EXACT, f"weights by {weight:.3g}"),
-            (
-                self.time_drift > max(_EXACT, _FLOAT32 * self.duration),
-                f"times by {self.time_drift:.3g} s",
-            ),
-            (bool(self.missing), f"only on one side: {', '.join(self.missing)}"),
-        ]
-        said = "; ".join(text for lost, text in losses if lost)
-        return [finding("CONVERSION_INEXACT", where, f"is off: {said}")] if said else []
 
 
 def some_frames(count: int, vertices: int, budget: int) -> IntArray:
@@ -227,7 +121,7 @@ def _slack(weights: FloatArray, times: FloatArray | None) -> FloatArray:
         return np.zeros(len(weights))
     speed = np.abs(np.diff(weights)) / np.diff(times)
     around = np.maximum(np.append(speed, 0.0), np.append(0.0, speed))
-    return np.asarray(around * _FLOAT32 * times[-1])
+    return np.asarray(around * FLOAT32 * times[-1])
 
 
 def paired(
@@ -244,42 +138,6 @@ def paired(
     pairs = [(k, place[name]) for k, name in enumerate(one) if name in place]
     lonely = [n for n in one if n not in place] + [n for n in other if n not in set(one)]
     return pairs, [prefix + name for name in lonely]
-
-
-def joined(clips: Mapping[str, Certificate], missing: Sequence[str]) -> Certificate:
-    """Return one certificate for all clips of a character; `missing` are what one side lacks."""
-    parts = list(clips.values())
-    if not parts:
-        return replace(certify([], [], np.zeros(0, np.int64)), missing=tuple(missing))
-    worst = max(parts, key=lambda part: part.vertex_largest)
-    turned = [p for p in parts if p.normal_largest is not None]
-    weights: dict[str, float] = {}
-    for part in parts:
-        for channel, off in part.weights.items():
-            weights[channel] = max(weights.get(channel, 0.0), off)
-    lacking = dict.fromkeys([*missing, *(name for part in parts for name in part.missing)])
-    return Certificate(
-        sum(p.frames for p in parts),
-        sum(p.of_frames for p in parts),
-        max(p.diagonal for p in parts),
-        worst.vertex_largest,
-        _mean(parts, [p.vertex_mean for p in parts]),
-        worst.vertex_worst,
-        max((p.normal_largest or 0.0 for p in turned), default=None),
-        _mean(turned, [p.normal_mean or 0.0 for p in turned]) if turned else None,
-        weights,
-        max(p.weight_excess for p in parts),
-        max(p.time_drift for p in parts),
-        max(p.duration for p in parts),
-        {name: now for part in parts for name, now in part.names.items()},
-        tuple(lacking),
-        clips if len(clips) > 1 else {},
-    )
-
-
-def _mean(parts: Sequence[Certificate], values: Sequence[float]) -> float:
-    frames = [max(part.frames, 1) for part in parts]
-    return float(np.average(values, weights=frames))
 
 
 class _Errors:

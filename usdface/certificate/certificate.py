@@ -1,0 +1,110 @@
+"""The certificate of a conversion: what it says, in plain values, in a line, as findings."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from usdface.findings import Finding, finding
+
+__all__ = ["FLOAT32", "Certificate"]
+
+FLOAT32 = 2.0**-23  # of a number: what float32 can tell apart
+_EXACT = 1e-5  # of the bounding diagonal, a weight, a second: what float32 costs
+_STRAIGHT = 0.5  # degrees
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """How well a conversion kept what it was given.
+
+    Attributes
+    ----------
+    frames, of_frames : int
+        Frames that were compared, and that there are.
+    diagonal : float [m]
+        Of the source's bounding box at rest.
+    vertex_largest, vertex_mean : float [m]
+    vertex_worst : str
+        Mesh of the largest vertex error.
+    normal_largest, normal_mean : float [degrees] or None
+        None where the source has no deformed vertex normals to compare with.
+    weights : dict of str to float
+        Largest error of each channel, ``mesh/shape``.
+    weight_excess : float
+        Largest of these errors beyond what comes of times that are numbers of 32 bits.
+    time_drift : float [s]
+    duration : float [s]
+        The last moment.
+    names : dict of str to str
+        Names of meshes and channels in the source, and in the result if they differ.
+    missing : tuple of str
+        Meshes, channels and clips that only one side has.
+    decoded : bool
+        Compressed data were decoded for the evaluation by the decoder of the conversion.
+    clips : mapping of str to Certificate
+        Each clip for itself, where there are several.
+    """
+
+    frames: int
+    of_frames: int
+    diagonal: float
+    vertex_largest: float
+    vertex_mean: float
+    vertex_worst: str
+    normal_largest: float | None
+    normal_mean: float | None
+    weights: dict[str, float]
+    weight_excess: float
+    time_drift: float
+    duration: float
+    names: dict[str, str]
+    missing: tuple[str, ...]
+    clips: Mapping[str, "Certificate"] = field(default_factory=dict)
+    decoded: bool = False
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the certificate as plain values, each name with its unit."""
+        clips = {name: clip.as_dict() for name, clip in self.clips.items()}
+        return {
+            "frames compared": self.frames,
+            "frames": self.of_frames,
+            "bounding diagonal mm": 1000 * self.diagonal,
+            "vertex error mm, largest": 1000 * self.vertex_largest,
+            "vertex error mm, mean": 1000 * self.vertex_mean,
+            "vertex error, mesh of the largest": self.vertex_worst,
+            "normal error degrees, largest": self.normal_largest,
+            "normal error degrees, mean": self.normal_mean,
+            "weight error, largest": max(self.weights.values(), default=0.0),
+            "weight error of each channel": self.weights,
+            "time drift s": self.time_drift,
+            "names": self.names,
+            "missing": list(self.missing),
+            "decoded by the conversion's own decoder": self.decoded,
+        } | ({"clips": clips} if clips else {})
+
+    def line(self) -> str:
+        """Return the certificate in one line."""
+        turned = "" if self.normal_largest is None else f", normals {self.normal_largest:.2g} deg"
+        return (
+            f"vertices {1000 * self.vertex_largest:.2g} mm{turned}, "
+            f"weights {max(self.weights.values(), default=0.0):.2g}, "
+            f"times {self.time_drift:.2g} s at most, in {self.frames} of {self.of_frames} frames"
+        )
+
+    def findings(self, where: str) -> list[Finding]:
+        """Return a warning for each thing that is off by more than numbers of 32 bits cost."""
+        limit = _EXACT * self.diagonal
+        weight = max(self.weights.values(), default=0.0)
+        turned = self.normal_largest or 0.0
+        losses = [
+            (self.vertex_largest > limit, f"vertices by {1000 * self.vertex_largest:.3g} mm"),
+            (turned > _STRAIGHT, f"normals by {turned:.3g} degrees"),
+            (self.weight_excess > _EXACT, f"weights by {weight:.3g}"),
+            (
+                self.time_drift > max(_EXACT, FLOAT32 * self.duration),
+                f"times by {self.time_drift:.3g} s",
+            ),
+            (bool(self.missing), f"only on one side: {', '.join(self.missing)}"),
+        ]
+        said = "; ".join(text for lost, text in losses if lost)
+        return [finding("CONVERSION_INEXACT", where, f"is off: {said}")] if said else []
