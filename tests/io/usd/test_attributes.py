@@ -1,3 +1,5 @@
+from collections.abc import Iterator
+
 import pytest
 from pxr import Sdf, Usd
 
@@ -6,8 +8,9 @@ from usdface.io.usd.attributes import author, value_of
 
 
 @pytest.fixture
-def prim() -> Usd.Prim:
-    return Usd.Stage.CreateInMemory().DefinePrim("/P", "Scope")
+def prim() -> Iterator[Usd.Prim]:
+    stage = Usd.Stage.CreateInMemory()  # a prim lives as long as its stage
+    yield stage.DefinePrim("/P", "Scope")
 
 
 def test_what_is_authored_is_read_and_no_custom_attribute(prim: Usd.Prim) -> None:
