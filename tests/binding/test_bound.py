@@ -168,11 +168,3 @@ def test_wrong_options_are_one_line(
     error = capfd.readouterr().err
     assert said in error and error.count("\n") == 1
     assert (folder / "take.usda").read_bytes() == before
-
-
-def test_the_figure_is_a_picture_and_the_same_twice(folder: Path) -> None:
-    for name in ("one.png", "two.png"):
-        assert shot(folder, "--bind", folder / "bind.json", "--bind-figure", folder / name) == 0
-    picture = (folder / "one.png").read_bytes()
-    assert picture[:8] == b"\x89PNG\r\n\x1a\n" and picture == (folder / "two.png").read_bytes()
-    assert np.frombuffer(picture[16:24], ">u4").min() > 500

@@ -52,9 +52,9 @@ def _explain(parsed: argparse.Namespace) -> int:
 
         print_explanation(facts)
     if parsed.figure:
-        from usdface.figure import write_figure
+        from usdface.figures.explanation import write_explanation_figure
 
-        write_figure(explained, frame, parsed.figure)
+        write_explanation_figure(explained, frame, parsed.figure)
     return DONE
 
 

@@ -100,6 +100,10 @@ def _shot(parsed: argparse.Namespace) -> int:
     for place in (parsed.write_bind, parsed.bind_figure):
         if place:
             check_place(place, *others)
+    if parsed.bind_figure:
+        from usdface.picture import check_picture
+
+        check_picture(parsed.bind_figure)
     with progress(parsed.format == "text") as step:
         outcome, setup = pipeline.make_shot(
             parsed.rig,
@@ -175,7 +179,7 @@ def _markers(parsed: argparse.Namespace) -> int:
 
 
 def _draw(rig: Path, binding: "Binding", figure: Path) -> None:
-    from usdface.bind_figure import write_bind_figure
+    from usdface.figures.binding import write_bind_figure
     from usdface.io.usd.rig import read_rig
 
     character, _ = read_rig(rig)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from usdface.animate import Animated, animate
 from usdface.clips import Clip
+from usdface.figures.take import write_take_figure
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
 from usdface.io.usd.layers import apply_animation, layer_paths, open_shot, write_layers
@@ -14,7 +15,6 @@ from usdface.options import ProcessOptions
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.picture import check_picture
 from usdface.pipeline.schemas import register_schemas
-from usdface.take_figure import write_take_figure
 
 __all__ = ["apply", "process"]
 

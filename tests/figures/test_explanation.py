@@ -6,7 +6,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.explain import Explanation
-from usdface.figure import write_figure
+from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 
@@ -46,7 +46,7 @@ def no_rules(explained: Explanation) -> Explanation:
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
     for name in ("one", "two"):
-        write_figure(explanation(), 4, tmp_path / f"{name}{suffix}")
+        write_explanation_figure(explanation(), 4, tmp_path / f"{name}{suffix}")
     first = (tmp_path / f"one{suffix}").read_bytes()
     assert len(first) > 5000
     if suffix == ".png":
@@ -60,11 +60,11 @@ def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
     ids=["one frame", "no correction", "no rules"],
 )
 def test_little_to_show_is_shown(tmp_path: Path, explained: Explanation) -> None:
-    write_figure(explained, 0, tmp_path / "out.png")
+    write_explanation_figure(explained, 0, tmp_path / "out.png")
     assert (tmp_path / "out.png").read_bytes().startswith(PNG)
 
 
 def test_a_name_that_is_no_picture_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.png"):
-        write_figure(explanation(), 0, tmp_path / "out.usda")
+        write_explanation_figure(explanation(), 0, tmp_path / "out.usda")
     assert not list(tmp_path.iterdir())

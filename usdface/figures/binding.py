@@ -1,21 +1,18 @@
-"""A binding as a picture: markers on the face from the front and the side (matplotlib)."""
+"""A binding as a picture: markers on the face from the front and the side."""
 
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from usdface.binding.skin import skin_of
-from usdface.errors import InputError
-from usdface.io.atomic import write_bytes
+from usdface.picture import save_figure
 from usdface.rigs import Mesh
 from usdface.setup import Binding
 from usdface.takes import FloatArray
 
 __all__ = ["write_bind_figure"]
 
-_SUFFIXES = (".png", ".svg", ".pdf")
 # Axes across and up, and what they are called.
 _VIEWS = ((0, 1, "front"), (2, 1, "the face's left side"))
 
@@ -30,26 +27,18 @@ def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    suffix = path.suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise InputError(f"{path} is no picture; end it in {', '.join(_SUFFIXES)}")
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise InputError("figures need matplotlib: pip install 'usdface[plot]'") from error
     skin = skin_of(mesh).points
-    figure = Figure(figsize=(15, 9.5), layout="constrained")
-    drawn = None
-    for axes, (across, up, title) in zip(figure.subplots(1, 2).tolist(), _VIEWS, strict=True):
-        drawn = _draw(axes, skin, mesh.points[binding.points], binding, across, up)
-        axes.set(title=title, aspect="equal", xticks=[], yticks=[])
-    if drawn is not None:
-        figure.colorbar(drawn, ax=figure.axes, label="confidence", shrink=0.6)
-    made = io.BytesIO()
-    # Without the date, so that the same binding gives the same bytes.
-    metadata = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    figure.savefig(made, format=suffix[1:], dpi=110, metadata=metadata[suffix])
-    write_bytes(path, made.getvalue())
+
+    def draw(figure: Any) -> None:
+        figure.set_size_inches(15, 9.5)
+        drawn = None
+        for axes, (across, up, title) in zip(figure.subplots(1, 2).tolist(), _VIEWS, strict=True):
+            drawn = _draw(axes, skin, mesh.points[binding.points], binding, across, up)
+            axes.set(title=title, aspect="equal", xticks=[], yticks=[])
+        if drawn is not None:
+            figure.colorbar(drawn, ax=figure.axes, label="confidence", shrink=0.6)
+
+    save_figure(draw, path)
 
 
 def _draw(

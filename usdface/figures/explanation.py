@@ -1,4 +1,4 @@
-"""The corrector as a picture (matplotlib, the extra `plot`)."""
+"""The corrector as a picture: emotions, rules, memberships, and weights before and after."""
 
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from usdface.fuzzy.membership import membership
 from usdface.fuzzy.rules import Rule
 from usdface.picture import save_figure
 
-__all__ = ["write_figure"]
+__all__ = ["write_explanation_figure"]
 
 _COLUMNS = 4
 _LARGEST_FEATURES = 8
@@ -32,7 +32,7 @@ _COLOURS = (
 )
 
 
-def write_figure(explained: Explanation, frame: int, path: Path) -> None:
+def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> None:
     """Draw a take's emotions and rules, and one frame's memberships and weights.
 
     Raises
