@@ -31,7 +31,7 @@ def test_what_is_not_sure_looks_different(tmp_path: Path) -> None:
     doubtful = replace(BINDING, confidence=np.linspace(0, 1, len(BINDING.markers)))
     for name, binding in (("sure", BINDING), ("doubtful", doubtful)):
         write_bind_figure(MESH, binding, tmp_path / f"{name}.svg")
-    assert (tmp_path / "sure.svg").read_bytes() != (tmp_path / "doubtful.png").read_bytes()
+    assert (tmp_path / "sure.svg").read_bytes() != (tmp_path / "doubtful.svg").read_bytes()
 
 
 def test_another_file_name_is_refused(tmp_path: Path) -> None:
