@@ -9,7 +9,7 @@ from usdface.clean_solve import clean, retarget, solve
 from usdface.express import Character, express, features, halves
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import evaluate
-from usdface.io.usd.layers import Animation, complete_weights
+from usdface.io.usd.animation import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
 from usdface.options import CleanOptions, ProcessOptions

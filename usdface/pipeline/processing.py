@@ -8,7 +8,8 @@ from usdface.clips import Clip
 from usdface.figures.take import write_take_figure
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
-from usdface.io.usd.layers import apply_animation, layer_paths, open_shot, write_layers
+from usdface.io.usd.animation import apply_animation
+from usdface.io.usd.layers import layer_paths, open_shot, write_layers
 from usdface.io.usd.shot import Shot, read_shot
 from usdface.io.usd.stage import Stage, files_of
 from usdface.options import ProcessOptions

@@ -1,0 +1,93 @@
+"""Blend shapes: sparse, with inbetweens and combinations, as immutable arrays in metres."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.takes import FloatArray, IntArray, frozen
+
+__all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween"]
+
+CombinationRule = Literal["product", "min", "limit"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Inbetween:
+    """A shape on the way to (or beyond) its blend shape, reached at `weight` (not 0, not 1).
+
+    `offsets` (N, 3) [m] belong to the blend shape's `indices`; `normal_offsets` likewise.
+    """
+
+    name: str
+    weight: float
+    offsets: FloatArray
+    normal_offsets: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "offsets", frozen(self.offsets))
+        if self.normal_offsets is not None:
+            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+
+
+@dataclass(frozen=True, slots=True)
+class Combination:
+    """How the weight of a blend shape hangs on those of others, its parents.
+
+    `rule` "product" or "min": it is the product, or the least, of theirs, and has no value of its
+    own. "limit": it has, but never exceeds any of theirs.
+    """
+
+    of: tuple[str, ...]
+    rule: CombinationRule = "product"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BlendShape:
+    """One sparse blend shape.
+
+    Attributes
+    ----------
+    name : str
+        The original name, any text; it is the UsdSkel token and the glTF target name.
+    indices : (N,) int64
+        Vertices it moves, sorted, unique.
+    offsets : (N, 3) float64 [m]
+        Displacement at weight 1.
+    normal_offsets : (N, 3) float64 [1] or None
+        Change of the vertex normal at weight 1.
+    inbetweens : tuple of Inbetween
+    label : str
+        The name it had where it comes from, if `name` is another to be unique; else "".
+    combination : Combination or None
+        None: its weight is free.
+    """
+
+    name: str
+    indices: IntArray
+    offsets: FloatArray
+    normal_offsets: FloatArray | None = None
+    inbetweens: tuple[Inbetween, ...] = ()
+    label: str = ""
+    combination: Combination | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "indices", frozen(self.indices, np.int64))
+        object.__setattr__(self, "offsets", frozen(self.offsets))
+        if self.normal_offsets is not None:
+            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+        count = self.indices.shape
+        if len(count) != 1 or self.offsets.shape != (*count, 3):
+            raise InputError(
+                f"blend shape {self.name!r} has offsets of shape {self.offsets.shape} "
+                f"for indices of shape {count}"
+            )
+        if (np.diff(self.indices) <= 0).any():
+            raise InputError(f"blend shape {self.name!r}: indices must be sorted and unique")
+
+    @classmethod
+    def from_dense(cls, name: str, offsets: FloatArray, tolerance: float = 0.0) -> "BlendShape":
+        """Make a sparse shape of dense `offsets` (V, 3) [m]; smaller ones are left out."""
+        indices = np.flatnonzero((np.abs(offsets) > tolerance).any(axis=1))
+        return cls(name, indices, offsets[indices])
