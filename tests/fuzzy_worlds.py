@@ -117,7 +117,7 @@ def systems(draw: st.DrawFn, plain: bool = False) -> FuzzySystem:
         "and_": draw(st.sampled_from(sorted(T_NORMS))),
         "or_": draw(st.sampled_from(sorted(S_NORMS))),
         "gain": draw(short),
-        "smoothing": draw(positive),
+        "smoothing": draw(st.floats(0.0, 10.0)),
         "mode": draw(st.sampled_from(("raise", "add"))),
     }
     if mamdani:

@@ -10,8 +10,11 @@ from worlds import animation_of, make_world
 from usdface.cli import main
 from usdface.explain import Explanation
 from usdface.fuzzy.rules import parse_rule
+from usdface.io.usd.layers import open_shot
+from usdface.io.usd.shot import read_shot
 from usdface.pipeline import explain
 from usdface.schemas import tokens
+from usdface.setup import Expression
 from usdface.takes import FloatArray
 
 FRAME = 25
@@ -58,6 +61,26 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
     assert names == [variable.name for variable in explained.system.inputs]
     for change in facts["weights"].values():
         assert change["corrected"] > change["solved"], "the mode is raise"
+
+
+def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Explanation) -> None:
+    """What is shown, times the pose, is what the corrected weights are raised to."""
+    change = np.abs(explained.corrected - explained.solved).max(axis=1)
+    facts = explained.frame(int(change.argmax()))
+    assert change.max() > 0.02 and facts["weights"]
+    poses = {e.name: dict(zip(e.shapes, e.weights, strict=True)) for e in poses_of(shot)}
+    for shape, weight in facts["weights"].items():
+        asked = facts["poses shown"][weight["by"]] * poses[weight["by"]][shape]
+        assert weight["corrected"] == pytest.approx(asked, abs=0.01)
+    loudest = max(facts["emotions"], key=facts["emotions"].get)
+    heard, (onset, full) = facts["emotions"][loudest], explained.system.response
+    x = min((heard - onset) / (full - onset), 1.0)
+    assert facts["poses shown"][loudest] == pytest.approx(x * x * (3 - 2 * x), abs=1e-3)
+    assert set(explained.frame(0)["poses shown"].values()) == {0.0}
+
+
+def poses_of(shot: Path) -> tuple[Expression, ...]:
+    return read_shot(open_shot(shot), str(shot))[0].expressions
 
 
 def test_a_neutral_frame_has_nothing_to_explain(explained: Explanation) -> None:

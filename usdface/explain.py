@@ -1,5 +1,6 @@
 """Why the corrector answers what it answers: features, memberships, rules, emotions, weights."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,8 +8,10 @@ import numpy as np
 
 from usdface.animate import Animated
 from usdface.errors import InputError
-from usdface.express import features
+from usdface.express import expression_poses, features
+from usdface.fuzzy.correct import respond
 from usdface.fuzzy.features import face_unit
+from usdface.fuzzy.gains import Gains
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.norms import HEDGES
@@ -18,7 +21,7 @@ from usdface.io.usd.shot import Shot
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
-from usdface.setup import Setup
+from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["Explanation", "explained"]
@@ -49,6 +52,10 @@ class Explanation:
         The marker that distances are measured to.
     unit : float [m]
         What the inputs are divided by.
+    poses : (E, T) float64
+        Weights of each emotion's pose.
+    shown : (F, E) float64
+        How much of its pose each emotion of the whole face is given; gains of regions are left out.
     """
 
     system: FuzzySystem
@@ -62,6 +69,8 @@ class Explanation:
     markers: tuple[str, ...]
     nose_tip: str
     unit: float
+    poses: FloatArray
+    shown: FloatArray
 
     @property
     def peak(self) -> int:
@@ -114,6 +123,10 @@ class Explanation:
                 name: round(float(value), 4)
                 for name, value in zip(self.system.emotions, self.outputs[index], strict=True)
             },
+            "poses shown": {
+                name: round(float(value), 4)
+                for name, value in zip(self.system.emotions, self.shown[index], strict=True)
+            },
             "nothing fires": not self.firing[index].any(),
             "rules": sorted(rules, key=lambda rule: -rule["fires"]),
             "features": [self._feature(index, i) for i in range(len(self.system.inputs))],
@@ -121,10 +134,16 @@ class Explanation:
                 self.shapes[s]: {
                     "solved": round(float(self.solved[index, s]), 4),
                     "corrected": round(float(self.corrected[index, s]), 4),
+                    "by": self._cause(index, int(s)),
                 }
                 for s in moved
             },
         }
+
+    def _cause(self, index: int, shape: int) -> str | None:
+        """Return the emotion that asks most of a shape; None where none does."""
+        asked = self.shown[index] * self.poses[:, shape]
+        return self.system.emotions[int(asked.argmax())] if asked.any() else None
 
     def _feature(self, index: int, column: int) -> dict[str, Any]:
         variable, value = self.system.inputs[column], self.inputs[index, column]
@@ -192,7 +211,21 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
         tuple(shot.setup.roles.get(v.role, v.role) for v in system.inputs),
         shot.setup.nose_tip,
         _unit(system, mesh, shot.setup, solution),
+        expression_poses(system, animated.solve.names, shot.expressions)[0],
+        _shown(system, shot.gains, shot.expressions, answer.outputs),
     )
+
+
+def _shown(
+    system: FuzzySystem,
+    gains: Gains | None,
+    expressions: Sequence[Expression],
+    outputs: FloatArray,
+) -> FloatArray:
+    known = gains or Gains.constant(system.gain, expressions)
+    driven = outputs if system.mode == "add" else respond(outputs, system.response)
+    own = known.of([(emotion, None) for emotion in system.emotions], len(outputs))
+    return driven * own * known.system[:, None]
 
 
 def _unit(system: FuzzySystem, mesh: Mesh, setup: Setup, solution: Solution | None) -> float:

@@ -32,6 +32,7 @@ __all__ = [
     "adopt",
     "design",
     "express",
+    "expression_poses",
     "features",
     "halves",
     "parts_of",
@@ -207,7 +208,7 @@ def express(
     findings : list of Finding
     """
     parts = character.parts
-    poses, findings = _poses(system, names, expressions)
+    poses, findings = expression_poses(system, names, expressions)
     heard = evaluate(system, inputs).outputs
     drive: dict[Side, FloatArray] = {"both": heard}
     for side, read in (sided or {}).items():
@@ -239,10 +240,10 @@ def express(
     return corrected, emotions, rule_findings(system) + findings
 
 
-def _poses(
+def expression_poses(
     system: FuzzySystem, names: tuple[str, ...], expressions: Sequence[Expression]
 ) -> tuple[FloatArray, list[Finding]]:
-    """Return the pose of each emotion (E, T); zeros where the rig has none."""
+    """Return the pose of each emotion (E, T) in shapes `names`; zeros where the rig has none."""
     poses, findings = np.zeros((len(system.emotions), len(names))), []
     by_name = {expression.name: expression for expression in expressions}
     for row, emotion in enumerate(system.emotions):

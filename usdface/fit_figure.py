@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.figures.explanation import COLOURS
 from usdface.fuzzy.fit_validation import Validation
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.system import FuzzySystem, Variable
@@ -36,6 +37,9 @@ def write_fit_figure(system: FuzzySystem, validation: Validation | None, path: P
         axes = parts[0].subplots(rows, _COLUMNS, squeeze=False).ravel().tolist()
         for place, variable in zip(axes, system.inputs, strict=False):
             _draw_terms(place, variable)
+        unit = "mm" if system.face_unit == "none" else "face units"
+        title = f"how far each input's value, in {unit} from neutral, belongs to its terms"
+        parts[0].suptitle(title, fontsize=10)
         for place in axes[len(system.inputs) :]:
             place.set_axis_off()
         if validation is not None and tested:
@@ -48,13 +52,15 @@ def _draw_terms(axes: Any, variable: Variable) -> None:
     marks = np.array([p for t in variable.terms for p in t.parameters if np.isfinite(p)] + [0.0])
     room = _MARGIN * max(float(np.ptp(marks)), 1e-6)
     x = np.linspace(marks.min() - room, marks.max() + room, _SAMPLES)
-    for term in variable.terms:
-        axes.plot(x, membership(term.kind, term.parameters, x), label=term.name)
+    for i, term in enumerate(variable.terms):
+        colour = COLOURS[i % len(COLOURS)]
+        axes.plot(x, membership(term.kind, term.parameters, x), label=term.name, color=colour)
     axes.axvline(0.0, color="0.6", linewidth=0.8)
     axes.set_title(variable.name, fontsize=8)
     axes.set(ylim=(-0.02, 1.05), xlim=(x[0], x[-1]))
     axes.tick_params(labelsize=6)
-    axes.legend(fontsize=6, loc="best")
+    axes.locator_params(axis="x", nbins=5)
+    axes.legend(fontsize=6, loc="best", frameon=False)
 
 
 def _draw_confusion(axes: Any, validation: Validation) -> None:

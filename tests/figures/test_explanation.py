@@ -35,6 +35,8 @@ def explanation(frames: int = 9, correction: float = 0.3) -> Explanation:
         ("lip",),
         "nose",
         0.05,
+        np.array([[1.0, 0.0]]),
+        rise,
     )
 
 
@@ -56,8 +58,13 @@ def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
 
 @pytest.mark.parametrize(
     "explained",
-    [explanation(1), explanation(correction=0.0), no_rules(explanation())],
-    ids=["one frame", "no correction", "no rules"],
+    [
+        explanation(1),
+        explanation(correction=0.0),
+        no_rules(explanation()),
+        replace(explanation(), poses=np.zeros((1, 2))),
+    ],
+    ids=["one frame", "no correction", "no rules", "no pose"],
 )
 def test_little_to_show_is_shown(tmp_path: Path, explained: Explanation) -> None:
     write_explanation_figure(explained, 0, tmp_path / "out.png")

@@ -81,3 +81,9 @@ def test_more_rules_than_anybody_reads_are_refused():
     rules = (parse_rule("IF a IS on THEN joy IS 1"),) * 10_001
     with pytest.raises(InputError, match="10001 rules; expected at most 10000"):
         FuzzySystem((brow, Variable("joy", "output")), rules)
+
+
+@pytest.mark.parametrize("seconds", [-0.1, 10.1, float("nan"), float("inf")])
+def test_smoothing_is_of_seconds(seconds):
+    with pytest.raises(InputError, match="expected seconds, 0 to 10"):
+        FuzzySystem((), (), smoothing=seconds)

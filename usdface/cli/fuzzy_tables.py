@@ -52,6 +52,9 @@ def print_explanation(facts: dict[str, Any]) -> None:
     console.print(f"frame {facts['frame']}, {facts['seconds']:g} s", style="bold")
     emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
     console.print(escape("  ".join(emotions)))
+    poses = [f"{name} {value:.2f}" for name, value in facts["poses shown"].items() if value > 0]
+    if poses:
+        console.print(escape(f"how much of the pose is shown: {'  '.join(poses)}"))
     fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
     title = "rules that fire" if fired else "no rule fires; every emotion has its default"
     console.print(f"\n{title}", style="bold")
@@ -74,7 +77,8 @@ def print_explanation(facts: dict[str, Any]) -> None:
     if facts["weights"]:
         console.print("\nweights, solved and corrected", style="bold")
     for shape, weight in facts["weights"].items():
-        line = f"{weight['solved']:.2f} -> {weight['corrected']:.2f}  {shape}"
+        by = f"  ({weight['by']})" if weight["by"] else ""
+        line = f"{weight['solved']:.2f} -> {weight['corrected']:.2f}  {shape}{by}"
         console.print(escape(line))
 
 

@@ -1,5 +1,6 @@
 """The corrector as a picture: emotions, rules, memberships, and weights before and after."""
 
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from usdface.fuzzy.membership import membership
 from usdface.fuzzy.rules import Rule
 from usdface.picture import save_figure
 
-__all__ = ["write_explanation_figure"]
+__all__ = ["COLOURS", "write_explanation_figure"]
 
 _COLUMNS = 4
 _LARGEST_FEATURES = 8
@@ -18,8 +19,10 @@ _LARGEST_WEIGHTS = 16
 # How many parameters of a term are places, where not all are.
 _PLACES = {"gaussian": 1, "gaussian_pair": 1, "sigmoid": 1, "bell": 1}
 _HEIGHT = (-0.03, 1.05)
+_QUIET = "0.6"
+_DASHES = ("-", "--", ":", "-.")
 # Told apart by the colour-blind: M. Okabe, K. Ito, "Color Universal Design", 2008; two more.
-_COLOURS = (
+COLOURS = (
     "#E69F00",
     "#0072B2",
     "#D55E00",
@@ -45,42 +48,45 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
     facts = explained.frame(frame)
     shown = _asked_most(explained, facts)
     rows = max(1, -(-len(shown) // _COLUMNS))
-    heights = (2.2, 0.8 + 0.24 * max(2, len(explained.system.rules)), 2.1 * rows, 2.8)
+    over_time = (1.8, 0.3 + 0.22 * max(2, len(explained.system.rules)))
+    heights = (sum(over_time) + 1.2, 0.4 + 2.2 * rows, 2.8 if facts["weights"] else 0.3)
 
     def draw(figure: Any) -> None:
         figure.set_size_inches(12, sum(heights) + 0.6)
-        moment = f"frame {frame}, {explained.times[frame]:.3f} s"
-        figure.suptitle(f"{moment} (lines, dots); grey: where the take goes")
-        grid = figure.add_gridspec(4, 1, height_ratios=heights)
-        _draw_emotions(figure.add_subplot(grid[0]), explained, frame)
-        _draw_rules(figure, figure.add_subplot(grid[1]), explained, frame)
-        places = grid[2].subgridspec(rows, _COLUMNS)
-        for place, column in enumerate(shown):
-            axes = figure.add_subplot(places[place // _COLUMNS, place % _COLUMNS])
-            _draw_memberships(axes, explained, frame, column)
-        _draw_weights(figure.add_subplot(grid[3]), facts)
+        figure.suptitle(_headline(facts), fontweight="bold")
+        parts = figure.subfigures(3, 1, height_ratios=heights)
+        emotions, fired = parts[0].subplots(2, 1, sharex=True, height_ratios=over_time)
+        _draw_emotions(emotions, explained, frame)
+        _draw_rules(parts[0], fired, explained, frame)
+        _draw_features(parts[1], explained, facts, shown, rows)
+        _draw_weights(parts[2].subplots(), explained, facts)
 
     save_figure(draw, path)
 
 
+def _headline(facts: dict[str, Any]) -> str:
+    heard = sorted(facts["emotions"].items(), key=lambda pair: -pair[1])
+    said = ", ".join(f"{name} {value:.2f}" for name, value in heard if value >= 0.01)
+    return f"frame {facts['frame']}, {facts['seconds']:g} s: {said or 'no emotion'}"
+
+
 def _colours(explained: Explanation) -> dict[str, str]:
     names = explained.system.emotions
-    return {name: _COLOURS[i % len(_COLOURS)] for i, name in enumerate(names)}
+    return {name: COLOURS[i % len(COLOURS)] for i, name in enumerate(names)}
 
 
 def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
     for (name, colour), curve in zip(_colours(explained).items(), explained.outputs.T, strict=True):
         axes.plot(explained.times, curve, color=colour, label=name)
     axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
-    axes.set(title="emotions", xlim=_span(explained), ylim=_HEIGHT)
-    axes.tick_params(labelbottom=False)
+    axes.set(title="emotions over the take", xlim=_span(explained), ylim=_HEIGHT)
     if explained.system.emotions:
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
 
 
 def _draw_rules(figure: Any, axes: Any, explained: Explanation, frame: int) -> None:
     low, high = _span(explained)
-    rules = explained.system.rules
+    rules, colours = explained.system.rules, _colours(explained)
     drawn = axes.imshow(
         explained.firing.T if rules else np.zeros((1, 1)),
         aspect="auto",
@@ -92,6 +98,8 @@ def _draw_rules(figure: Any, axes: Any, explained: Explanation, frame: int) -> N
     )
     axes.axvline(explained.times[frame], color="0.8", linewidth=0.8)
     axes.set_yticks(np.arange(len(rules)) + 0.5, [_short(rule) for rule in rules], fontsize=7)
+    for label, rule in zip(axes.get_yticklabels(), rules, strict=True):
+        label.set_color(colours[rule.consequents[0][0]])
     axes.set(title="how far each rule fires", xlabel="time [s]")
     figure.colorbar(drawn, ax=axes, fraction=0.02, pad=0.01)
 
@@ -101,64 +109,109 @@ def _short(rule: Rule) -> str:
     says = ", ".join(output for output, _ in rule.consequents)
     first, *others = rule.propositions
     is_ = " ".join((*first.hedges, first.term))
-    more = f" + {len(others)} more" if others else ""
+    more = f", and {len(others)} more" if others else ""
     return f"{says}: {first.variable} {is_}{more}{'' if rule.enabled else ' (off)'}"
 
 
 def _asked_most(explained: Explanation, facts: dict[str, Any]) -> list[int]:
-    """Return the inputs to draw: those of the rules that fire most, then those that belong most."""
+    """Return the inputs to draw: of the rules that fire; where none does, of the nearest."""
     order = [v.name for v in explained.system.inputs]
     fired = [c["variable"] for r in facts["rules"] if r["fires"] > 0 for c in r["conditions"]]
     belongs = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
-    rest = sorted(range(len(order)), key=lambda i: -belongs[i])
-    columns = dict.fromkeys([*map(order.index, fired), *rest])
+    nearest = sorted(range(len(order)), key=lambda i: -belongs[i])
+    columns = dict.fromkeys(map(order.index, fired) if fired else nearest)
     return [i for i in columns if explained.system.inputs[i].terms][:_LARGEST_FEATURES]
 
 
-def _draw_memberships(axes: Any, explained: Explanation, frame: int, column: int) -> None:
-    """Draw the terms of an input over what the take does of it, in millimetres; now is a line."""
+def _draw_features(
+    figure: Any, explained: Explanation, facts: dict[str, Any], shown: list[int], rows: int
+) -> None:
+    fires = any(rule["fires"] > 0 for rule in facts["rules"])
+    what = "what the rules that fire ask for" if fires else "no rule fires; the nearest features"
+    figure.suptitle(
+        f"{what} (line and dot: this frame; grey band: where the take goes)", fontsize=10
+    )
+    places = figure.subplots(rows, _COLUMNS, squeeze=False).ravel().tolist()
+    for axes, column in zip(places, shown, strict=False):
+        _draw_memberships(axes, explained, facts, column)
+    for axes in places[len(shown) :]:
+        axes.set_axis_off()
+
+
+def _draw_memberships(
+    axes: Any, explained: Explanation, facts: dict[str, Any], column: int
+) -> None:
+    """Draw the terms of an input in millimetres; those that rules that fire ask for stand out."""
     variable, scale = explained.system.inputs[column], 1000.0 * explained.unit
-    values = explained.inputs[:, column]
+    values, now = explained.inputs[:, column], explained.inputs[facts["frame"], column]
+    x = _reach(explained, column)
+    asked = _asked(explained, facts, variable.name)
     seen = values[np.isfinite(values)]
-    # A take that hardly moves still shows where its terms begin.
-    marks = [p for t in variable.terms for p in t.parameters[: _PLACES.get(t.kind)]]
-    marks = [p for p in marks if np.isfinite(p)]
-    low, high = min([*seen, *marks, 0.0]), max([*seen, *marks, 0.0])
-    pad = 0.05 * (high - low) or 1e-9
-    x = np.linspace(low - pad, high + pad, 300)
     if seen.size:
         axes.axvspan(scale * seen.min(), scale * seen.max(), color="0.93", zorder=0)
-    value = values[frame : frame + 1]
-    for i, term in enumerate(variable.terms):
-        colour = _COLOURS[i % len(_COLOURS)]
+    for term, dashes in zip(variable.terms, cycle(_DASHES), strict=False):
+        colour = asked.get(term.name, _QUIET)
+        width = 2.0 if term.name in asked else 1.0
+        style = {"color": colour, "linewidth": width, "linestyle": dashes}
         y = membership(term.kind, term.parameters, x)
-        axes.plot(scale * x, y, color=colour, label=term.name)
-        if np.isfinite(value[0]):
-            now = membership(term.kind, term.parameters, value)
-            axes.plot(scale * value, now, "o", color=colour, markersize=5)
-    if np.isfinite(value[0]):
-        axes.axvline(scale * value[0], color="0.4", linewidth=0.8)
-    axes.set_title(variable.name if np.isfinite(value[0]) else f"{variable.name}: occluded")
-    axes.title.set_fontsize(9)
+        axes.plot(scale * x, y, label=term.name, zorder=3 if term.name in asked else 2, **style)
+        if np.isfinite(now):
+            degree = membership(term.kind, term.parameters, np.array([now]))
+            axes.plot(scale * now, degree, "o", color=colour, markersize=5, zorder=4)
+    if np.isfinite(now):
+        axes.axvline(scale * now, color="0.4", linewidth=0.8)
+    axes.set_title(f"{variable.name}{'' if np.isfinite(now) else ': occluded'}", fontsize=9)
     axes.set(ylim=_HEIGHT, xlim=(scale * x[0], scale * x[-1]))
-    axes.set_xlabel("mm", fontsize=7)
+    axes.set_xlabel("mm from neutral", fontsize=7)
     axes.tick_params(labelsize=7)
+    axes.locator_params(axis="x", nbins=5)
     axes.legend(fontsize=7, frameon=False, loc="best")
 
 
-def _draw_weights(axes: Any, facts: dict[str, Any]) -> None:
+def _asked(explained: Explanation, facts: dict[str, Any], name: str) -> dict[str, str]:
+    """Return the terms of an input that rules that fire ask for, in the colour of their emotion."""
+    colours = _colours(explained)
+    asked: dict[str, str] = {}
+    fired = [i for i, strength in enumerate(explained.firing[facts["frame"]]) if strength > 0]
+    for rule in (explained.system.rules[i] for i in fired):
+        for proposition in rule.propositions:
+            if proposition.variable == name:
+                asked.setdefault(proposition.term, colours[rule.consequents[0][0]])
+    return asked
+
+
+def _reach(explained: Explanation, column: int) -> Any:
+    """Return values of an input: what the take does of it, and where its terms begin and end."""
+    values = explained.inputs[:, column]
+    terms = explained.system.inputs[column].terms
+    marks = [p for t in terms for p in t.parameters[: _PLACES.get(t.kind)] if np.isfinite(p)]
+    marks += [0.0, *values[np.isfinite(values)]]
+    low, high = min(marks), max(marks)
+    pad = 0.05 * (high - low) or 1e-9
+    return np.linspace(low - pad, high + pad, 300)
+
+
+def _draw_weights(axes: Any, explained: Explanation, facts: dict[str, Any]) -> None:
     shown = list(facts["weights"].items())[:_LARGEST_WEIGHTS]
-    place = np.arange(len(shown))
-    solved, corrected = ([w[when] for _, w in shown] for when in ("solved", "corrected"))
-    axes.vlines(place, solved, corrected, color="0.75", linewidth=3)
-    axes.plot(place, solved, "o", color="0.5", label="solved")
-    axes.plot(place, corrected, "o", color=_COLOURS[0], label="corrected")
-    axes.set_xticks(place, [name for name, _ in shown], fontsize=8, rotation=20, ha="right")
-    title = "weights before and after the correction"
-    axes.set(title=title if shown else f"{title}: none changes", ylim=_HEIGHT)
+    if not shown:
+        axes.set_axis_off()
+        axes.set_title("the correction changes no weight")
+        return
+    colours = _colours(explained)
+    for place, (_, weight) in enumerate(shown):
+        ends = weight["solved"], weight["corrected"]
+        axes.plot([place, place], ends, color="0.75", linewidth=3, zorder=1)
+        axes.plot(place, ends[0], "o", color="white", markeredgecolor="0.3", zorder=2)
+        axes.plot(place, ends[1], "o", color=colours.get(weight["by"], _QUIET), zorder=3)
+    axes.set_xticks(
+        range(len(shown)), [name for name, _ in shown], fontsize=8, rotation=20, ha="right"
+    )
+    more = len(facts["weights"]) - len(shown)
+    title = "weights as solved (white) and corrected (in the colour of the emotion that asks)"
+    title += f", {more} more" if more else ""
+    axes.set(title=title, ylim=_HEIGHT)
+    axes.set_xlim(-0.5, max(len(shown), 4) - 0.5)
     axes.grid(axis="y", color="0.92")
-    if shown:
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
 
 
 def _span(explained: Explanation) -> tuple[float, float]:

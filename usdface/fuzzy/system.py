@@ -44,6 +44,8 @@ FaceUnit = Literal["none", "marker_spread"]
 
 # More would only cost time: the centroid changes by less than 1e-6 of the range.
 _MOST_SAMPLES = 10_000
+# No expression is left of what is smoothed longer.
+_LONGEST_SMOOTHING = 10.0
 # Nobody reads more, and how far each fires is kept for every frame.
 _MOST_RULES = 10_000
 
@@ -251,9 +253,10 @@ class FuzzySystem:
                 "more, then a larger one"
             )
         object.__setattr__(self, "response", (onset, full))
-        if not (isfinite(self.smoothing) and self.smoothing >= 0):
+        if not 0 <= self.smoothing <= _LONGEST_SMOOTHING:
             raise InputError(
-                f"smoothing of the fuzzy system is {self.smoothing}; expected seconds, 0 or more"
+                f"smoothing of the fuzzy system is {self.smoothing:g}; expected seconds, 0 to "
+                f"{_LONGEST_SMOOTHING:g}"
             )
         if not 0 <= self.ease <= 1:
             raise InputError(f"ease of the fuzzy system is {self.ease}; expected 0 to 1")
