@@ -173,6 +173,22 @@ def test_frame_by_frame_and_all_at_once_are_bit_equal(normalisation, and_, neutr
     assert whole.outputs.min() >= 0 and whole.outputs.max() <= 1
 
 
+@pytest.mark.parametrize("normalisation", ["per_output", "all_rules", "weighted_sum"])
+def test_blocks_of_frames_do_not_show(monkeypatch, normalisation):
+    variables, rules = random_world(7)
+    negated = parse_rule("IF NOT (x0 IS high AND x1 IS high) THEN joy IS 0.3", 0.5)
+    off = parse_rule("IF x2 IS low THEN fear IS 1", enabled=False)
+    system = FuzzySystem(variables, (*rules, negated, off), normalisation)
+    inputs = np.random.default_rng(7).uniform(-1.2, 1.2, (120, 4))
+    inputs[50:60, :2] = np.nan
+    whole = evaluate(system, inputs)
+    monkeypatch.setattr("usdface.fuzzy.inference._BLOCK", 37)
+    parts = evaluate(system, inputs)
+    np.testing.assert_array_equal(parts.outputs, whole.outputs)
+    np.testing.assert_array_equal(parts.firing, whole.firing)
+    assert not whole.firing[:, -1].any() and whole.firing[:, -2].any()
+
+
 def test_the_order_of_rules_does_not_matter():
     variables, rules = random_world(6)
     inputs = np.random.default_rng(6).uniform(-1.2, 1.2, (50, 4))
@@ -280,7 +296,8 @@ def test_order_one_sugeno(normalisation, expected):
 
 
 @pytest.mark.parametrize("kind", ["gaussian", "gaussian_pair", "sigmoid", "bell", "pi_shape"])
-def test_smooth_terms_are_bit_equal_frame_by_frame(kind):
+def test_smooth_terms_are_bit_equal_frame_by_frame(kind, monkeypatch):
+    monkeypatch.setattr("usdface.fuzzy.inference._BLOCK", 4096)
     parameters = {
         "gaussian": (0, 1),
         "gaussian_pair": (-1, 0.5, 0, 1),

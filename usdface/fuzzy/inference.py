@@ -10,16 +10,16 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.fuzzy.defuzzify import defuzzify
-from usdface.fuzzy.membership import membership
+from usdface.fuzzy.membership import KINDS
 from usdface.fuzzy.norms import HEDGES, S_NORMS, T_NORMS
-from usdface.fuzzy.rules import Combined, Condition, Proposition, Rule
+from usdface.fuzzy.rules import Condition, Proposition, Rule, propositions
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.takes import BoolArray, FloatArray, frozen
 
 __all__ = ["Evaluation", "evaluate", "fires_at_neutral"]
 
-# 24 rules over this many frames are 0.8 MB; shorter blocks pay more for each step than they save.
-_BLOCK = 4096
+# A row of this many frames is 64 kB; shorter ones pay more for each step than they save.
+_BLOCK = 8192
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,93 +73,119 @@ def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
         raise InputError(
             f"fuzzy inputs have shape {inputs.shape}; expected (frames, {len(system.inputs)})"
         )
-    # One row for each output and rule: the work goes row by row, and so does who reads them.
-    outputs = np.zeros((len(system.emotions), len(inputs)))
-    firing = np.zeros((len(system.rules), len(inputs)))
+    # One row for each rule and output: the work goes row by row, and so does who reads them.
+    made = np.empty((len(system.rules) + len(system.emotions), len(inputs)))
+    firing, outputs = np.split(made, [len(system.rules)])
     answer = _mamdani if system.inference == "mamdani" else _sugeno
+    degrees = _Degrees(system)
     for begin in range(0, len(inputs), _BLOCK):
         block = slice(begin, begin + _BLOCK)
         # Contiguous columns: numpy may round exp and power otherwise where values have gaps.
         columns = np.ascontiguousarray(inputs[block].T)
-        strengths = firing[:, block]
-        _fire(system, columns, strengths)
-        outputs[:, block] = answer(system, columns, strengths)
-    for made in (outputs, firing):
-        made.setflags(write=False)  # nobody else has them, so that they need no copy
+        degrees.read(columns)
+        _fire(system, degrees, firing[:, block])
+        with np.errstate(invalid="ignore"):
+            answer(system, columns, firing[:, block], outputs[:, block])
+    for rows in (outputs, firing):
+        rows.setflags(write=False)  # nobody else has them, so that they need no copy
     return Evaluation(outputs.T, firing.T)
 
 
-def _fire(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> None:
-    """Fill in firing strengths, one row for each rule: (R, F); disabled rules keep their 0."""
-    degrees = _Degrees(system, columns)
+def _fire(system: FuzzySystem, degrees: "_Degrees", firing: FloatArray) -> None:
+    """Fill in firing strengths, one row for each rule: (R, F); disabled rules do not fire."""
     for rule, strength in zip(system.rules, firing, strict=True):
         if rule.enabled:
             np.multiply(degrees.of(rule.condition), rule.weight, out=strength)
+        else:
+            strength[:] = 0.0
 
 
 class _Degrees:
     """How far conditions hold in a block of frames; each proposition is worked out once."""
 
-    def __init__(self, system: FuzzySystem, columns: FloatArray) -> None:
-        self._variables = {v.name: (v, columns[i]) for i, v in enumerate(system.inputs)}
+    def __init__(self, system: FuzzySystem) -> None:
+        self._inputs = {v.name: (i, v) for i, v in enumerate(system.inputs)}
         self._norms = {"and": T_NORMS[system.and_], "or": S_NORMS[system.or_]}
-        self._known: dict[Proposition, FloatArray] = {}
+        self._missing, unread = np.zeros((len(self._inputs), 0), dtype=np.bool_), np.zeros(0)
+        enabled = (rule for rule in system.rules if rule.enabled)
+        self._known = {p: unread for rule in enabled for p in rule.propositions}
+
+    def read(self, columns: FloatArray) -> None:
+        """Take a block of frames (I, F).
+
+        Its degrees replace those of the block before one by one: memory that is given back in
+        between would have to be asked for anew, which takes as long as the work itself.
+        """
+        self._missing = np.asarray(np.isnan(columns))
+        some = [bool(missing.any()) for missing in self._missing]
+        for proposition in self._known:
+            i, variable = self._inputs[proposition.variable]
+            degree = _degree(variable, proposition, columns[i])
+            if some[i]:
+                degree = np.where(self._missing[i], 0.0, degree)
+            self._known[proposition] = degree
 
     def of(self, condition: Condition) -> FloatArray:
         if isinstance(condition, Proposition):
-            if condition not in self._known:
-                self._known[condition] = self._proposition(condition)
             return self._known[condition]
         if condition.how == "not":
             (part,) = condition.parts
-            return np.where(self._seen(part), 1.0 - self.of(part), 0.0)
+            return np.where(self._lacks(part), 0.0, 1.0 - self.of(part))
         degree = self.of(condition.parts[0])
         for part in condition.parts[1:]:
             degree = self._norms[condition.how](degree, self.of(part))
         return degree
 
-    def _proposition(self, proposition: Proposition) -> FloatArray:
-        variable, x = self._variables[proposition.variable]
-        term = variable.term(proposition.term)
-        degree = membership(term.kind, term.parameters, x)
-        for hedge in reversed(proposition.hedges):
-            degree = HEDGES[hedge](degree)
-        return np.where(np.isnan(x), 0.0, degree) if proposition.hedges else degree
-
-    def _seen(self, condition: Condition) -> BoolArray:
-        if isinstance(condition, Combined):
-            seen = [self._seen(part) for part in condition.parts]
-            return np.asarray(np.all(seen, axis=0), dtype=np.bool_)
-        return np.asarray(~np.isnan(self._variables[condition.variable][1]))
+    def _lacks(self, condition: Condition) -> BoolArray:
+        """Where an input of the condition is missing."""
+        read = [self._inputs[p.variable][0] for p in propositions(condition)]
+        return np.asarray(self._missing[read].any(axis=0))
 
 
-def _sugeno(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> FloatArray:
-    """Weighted averages, one row for each output: (E, F)."""
-    outputs = system.outputs
-    count = (len(outputs), firing.shape[1])
-    index = {output.name: i for i, output in enumerate(outputs)}
-    value, own = np.zeros(count), np.zeros(count)
-    product = np.empty(count[1])
+def _degree(variable: Variable, proposition: Proposition, x: FloatArray) -> FloatArray:
+    """How far values of a variable make a proposition true; none of them is missing."""
+    term = variable.term(proposition.term)
+    degree = KINDS[term.kind][1](x, *term.parameters)
+    for hedge in reversed(proposition.hedges):
+        degree = HEDGES[hedge](degree)
+    return degree
+
+
+def _sugeno(
+    system: FuzzySystem, columns: FloatArray, firing: FloatArray, answers: FloatArray
+) -> None:
+    """Fill in weighted averages, one row for each output."""
+    joint = _sum(firing) if system.normalisation == "all_rules" else None
+    silence = 1.0 - firing.max(axis=0, initial=0.0) if system.neutral_rule else None
+    conclusions = _conclusions(system, firing)
+    product = np.empty(firing.shape[1])
+    for output, value in zip(system.outputs, answers, strict=True):
+        value[:] = 0.0
+        total = np.zeros(len(value)) if joint is None else joint
+        for strength, level in conclusions[output.name]:
+            np.multiply(strength, _level(output, level, columns), out=product)
+            value += product
+            if joint is None:
+                total += strength
+        if system.normalisation != "weighted_sum":
+            if silence is not None:
+                total = total + silence
+                value += silence * output.default
+            value /= total  # 0 / 0 becomes the default, as follows
+        np.copyto(value, output.default, where=total <= 0)
+        # The quotient of two rounded sums may leave the range by one unit in the last place.
+        value.clip(*output.span, out=value)
+
+
+def _conclusions(
+    system: FuzzySystem, firing: FloatArray
+) -> dict[str, list[tuple[FloatArray, float | str]]]:
+    """Return how far each rule of an output fires, and what it concludes."""
+    said: dict[str, list[tuple[FloatArray, float | str]]] = {name: [] for name in system.emotions}
     for rule, strength in zip(system.rules, firing, strict=True):
         for output, level in rule.consequents:
-            row = index[output]
-            np.multiply(strength, _level(outputs[row], level, columns), out=product)
-            value[row] += product
-            own[row] += strength
-    low, high = np.array([v.span for v in outputs]).reshape(-1, 2, 1).swapaxes(0, 1)
-    default = np.array([v.default for v in outputs]).reshape(-1, 1)
-    if system.normalisation == "weighted_sum":
-        return np.clip(np.where(own > 0, value, default), low, high)
-    total = own
-    if system.normalisation == "all_rules":
-        total = np.broadcast_to(_sum(firing), count)
-    if system.neutral_rule:
-        silence = 1.0 - firing.max(axis=0, initial=0.0)
-        total = total + silence
-        value += silence * default
-    answer = np.divide(value, total, out=np.repeat(default, count[1], axis=1), where=total > 0)
-    # The quotient of two rounded sums may leave the range by one unit in the last place.
-    return np.asarray(np.clip(answer, low, high), dtype=np.float64)
+            said[output].append((strength, level))
+    return said
 
 
 def _level(output: Variable, level: float | str, columns: FloatArray) -> FloatArray | float:
@@ -173,22 +199,21 @@ def _level(output: Variable, level: float | str, columns: FloatArray) -> FloatAr
     return value if factors else constant
 
 
-def _mamdani(system: FuzzySystem, columns: FloatArray, firing: FloatArray) -> FloatArray:
-    """Defuzzified sets, one row for each output: (E, F)."""
-    answers = np.zeros((len(system.outputs), columns.shape[1]))
+def _mamdani(
+    system: FuzzySystem, columns: FloatArray, firing: FloatArray, answers: FloatArray
+) -> None:
+    """Fill in defuzzified sets, one row for each output."""
     strongest = firing.max(axis=0, initial=0.0)
-    for answer, output in zip(answers, system.outputs, strict=True):
+    conclusions = _conclusions(system, firing)
+    for output, answer in zip(system.outputs, answers, strict=True):
+        said = conclusions[output.name]
         cuts = [
-            (strength, output.term(level))
-            for rule, strength in zip(system.rules, firing, strict=True)
-            for name, level in rule.consequents
-            if name == output.name and isinstance(level, str)
+            (strength, output.term(level)) for strength, level in said if isinstance(level, str)
         ]
         answer[:] = defuzzify(system, output, cuts, columns.shape[1])
         if system.neutral_rule:
             answer *= strongest
             answer += (1.0 - strongest) * output.default
-    return answers
 
 
 def _sum(rows: FloatArray) -> FloatArray:

@@ -38,7 +38,7 @@ def _fall(x: FloatArray, top: float, foot: float) -> FloatArray:
 
 
 def _cut(line: FloatArray) -> FloatArray:
-    return np.clip(line, 0.0, 1.0)
+    return line.clip(0.0, 1.0)
 
 
 def _rising(x: FloatArray, foot: float, top: float) -> FloatArray:

@@ -18,12 +18,21 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from usdface.errors import InputError
 from usdface.fuzzy.norms import HEDGES
 
-__all__ = ["KEYWORDS", "Combined", "Condition", "Proposition", "Rule", "parse_rule", "rule_name"]
+__all__ = [
+    "KEYWORDS",
+    "Combined",
+    "Condition",
+    "Proposition",
+    "Rule",
+    "parse_rule",
+    "propositions",
+    "rule_name",
+]
 
 KEYWORDS = ("IF", "IS", "AND", "OR", "NOT", "THEN")
 # Deeper ones are no rule that a person wrote, and would exhaust the stack.
@@ -32,8 +41,7 @@ _DEEPEST = 32
 _LONGEST = 400
 
 
-@dataclass(frozen=True, slots=True)
-class Proposition:
+class Proposition(NamedTuple):
     """``variable IS hedges term``; `hedges` as written, lower-case."""
 
     variable: str
@@ -93,7 +101,7 @@ class Rule:
     @property
     def propositions(self) -> tuple[Proposition, ...]:
         """Every proposition, in the order of the text."""
-        return tuple(_propositions(self.condition))
+        return tuple(propositions(self.condition))
 
     @property
     def antecedent(self) -> tuple[tuple[str, str], ...]:
@@ -101,10 +109,11 @@ class Rule:
         return tuple((p.variable, p.term) for p in self.propositions)
 
 
-def _propositions(condition: Condition) -> list[Proposition]:
+def propositions(condition: Condition) -> list[Proposition]:
+    """Return every proposition of a condition, in the order of the text."""
     if isinstance(condition, Proposition):
         return [condition]
-    return [p for part in condition.parts for p in _propositions(part)]
+    return [p for part in condition.parts for p in propositions(part)]
 
 
 def parse_rule(text: str, weight: float = 1.0, enabled: bool = True, place: str = "") -> Rule:
