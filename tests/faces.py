@@ -115,6 +115,7 @@ class Face:
             self.expressions,
             Character(self.mesh, self.parts),
             halves(*read),
+            take.times if solution else None,
         )
         answers = np.stack([emotions[e.name] for e in self.expressions], axis=1)
         return Played(solved[skip:], corrected[skip:], answers[skip:])

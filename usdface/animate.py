@@ -98,6 +98,7 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
             shot.expressions,
             Character(mesh, shot.parts, shot.gains),
             halves(*read) if shot.parts.left or shot.parts.right else None,
+            shot.take.times,
         )
         pins, times = shot.setup.pins, shot.take.times
         corrected = kept_at_pins(pins, names, times, complete, corrected)

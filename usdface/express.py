@@ -7,6 +7,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.fuzzy.blend import blend_frames, blended_in, blended_out
 from usdface.fuzzy.contact import Gaps, gaps_of, hold
 from usdface.fuzzy.correct import correct, eased
 from usdface.fuzzy.design import design_system
@@ -16,11 +17,12 @@ from usdface.fuzzy.gains import Gains
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.naming import known_roles
 from usdface.fuzzy.parts import FaceParts, find_parts, pose_parts
-from usdface.fuzzy.sides import Side, half_face
+from usdface.fuzzy.sides import Side, half_face, half_weights
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import CorrectionOptions
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.shape_model import shape_model
+from usdface.retarget.symmetry import symmetric_pairs
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
@@ -162,7 +164,11 @@ def features(
         positions = solution.pose.to_head(on_plane(take.select(names)))
     else:
         neutral = at_rest
-        moved = shape_model(mesh, points)[0].explained(weights.weights)
+        pairs = symmetric_pairs(weights.names)
+        shown = weights.weights
+        if side != "both" and len(pairs):
+            shown, side = half_weights(shown, pairs, side), "both"
+        moved = shape_model(mesh, points)[0].explained(shown)
         positions = neutral + moved.reshape(-1, *neutral.shape)
     if side != "both" and setup.nose_tip in names:
         nose = names.index(setup.nose_tip)
@@ -195,10 +201,13 @@ def express(
     expressions: Sequence[Expression],
     character: Character = Character(),
     sided: Mapping[Side, FloatArray] | None = None,
+    times: FloatArray | None = None,
 ) -> tuple[FloatArray, dict[str, FloatArray], list[Finding]]:
     """Correct weights (F, T) of shapes `names` by what the system reads off `inputs` (F, I).
 
     Shapes of the left and the right half follow the inputs of theirs in `sided`, if there are any.
+    What is raised is blended in over the system's blend time if the frames have `times` (F,) [s];
+    otherwise each frame is corrected on its own.
 
     Returns
     -------
@@ -232,9 +241,13 @@ def express(
         raised = correct(np.zeros(weights.shape), *asked, *how)
         begun = eased(weights, raised, names, parts.antagonists, system.ease)
     corrected = correct(begun, *asked, *how)
+    over = 0
+    if system.mode == "raise" and times is not None:
+        over = blend_frames(times, system.blend_time)
+        corrected = blended_in(begun, corrected, over)
     if character.mesh is not None:
         gaps = gaps_of(character.mesh, parts, names, poses)
-        corrected, more = _in_contact(weights, corrected, gaps)
+        corrected, more = _in_contact(weights, corrected, gaps, over)
         findings += more
     emotions = dict(zip(system.emotions, heard.T, strict=True))
     return corrected, emotions, rule_findings(system) + findings
@@ -259,9 +272,12 @@ def expression_poses(
 
 
 def _in_contact(
-    weights: FloatArray, corrected: FloatArray, gaps: Gaps
+    weights: FloatArray, corrected: FloatArray, gaps: Gaps, blend: int
 ) -> tuple[FloatArray, list[Finding]]:
     held, limited, excess = hold(weights, corrected, gaps)
+    if limited.any() and blend:
+        # Of a sum of motions, less of each may be more in all; then it is held once more.
+        held = hold(weights, blended_out(weights, corrected, held, blend), gaps)[0]
     findings = []
     for seam in dict.fromkeys(gaps.seam):
         own = np.array([name == seam for name in gaps.seam])

@@ -12,6 +12,7 @@ from typing import Any, Literal, get_args
 from usdface.errors import InputError
 
 __all__ = [
+    "BLEND_TIME",
     "CONTACT_TOLERANCE",
     "EXTREME_REACHED",
     "FEATURE_SMOOTHING",
@@ -63,6 +64,9 @@ REGIONS: tuple[Region, ...] = get_args(Region)
 # Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
 # expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
 RESPONSE = (0.05, 0.45)
+# Time [s] before and after it is asked for in which a raised pose comes and goes, most of it in
+# half of that.
+BLEND_TIME = 0.2
 # Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
 # 0.3 mm of noise or more; less noise is smoothed less.
 FEATURE_SMOOTHING = 0.2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from slits import slit_face
 
-from usdface.fuzzy.sides import half_face, midline, mirrored_markers, sided_shapes
+from usdface.fuzzy.sides import half_face, half_weights, midline, mirrored_markers, sided_shapes
 
 NAMES = ("nose", "brow_l", "brow_r", "corner_l", "corner_r", "chin", "odd")
 NEUTRAL = np.array(
@@ -47,6 +47,17 @@ def test_a_half_face_is_a_half_and_its_mirror_image(side, own, other):
         )
     odd = NAMES.index("odd")  # has no counterpart
     np.testing.assert_allclose(found[:, odd], moved[:, odd], atol=1e-12)
+
+
+def test_half_weights_are_those_of_one_side_on_both():
+    weights = np.array([[0.1, 0.2, 0.3, 0.4, 0.5]])
+    pairs = np.array([[0, 3], [4, 1]])
+    np.testing.assert_array_equal(half_weights(weights, pairs, "left"), [[0.1, 0.5, 0.3, 0.1, 0.5]])
+    np.testing.assert_array_equal(
+        half_weights(weights, pairs, "right"), [[0.4, 0.2, 0.3, 0.4, 0.2]]
+    )
+    assert weights[0, 3] == 0.4  # the input is as it was
+    np.testing.assert_array_equal(half_weights(weights, pairs[:0], "left"), weights)
 
 
 def test_both_halves_of_a_symmetric_motion_are_the_whole():

@@ -124,6 +124,7 @@ VARIABLE = Variable("mouth", "input", role="mouth")
         (tokens.FUZZY_SYSTEM, tokens.NEUTRAL_RULE, SYSTEM.neutral_rule),
         (tokens.FUZZY_SYSTEM, tokens.RESPONSE, SYSTEM.response),
         (tokens.FUZZY_SYSTEM, tokens.FEATURE_SMOOTHING, SYSTEM.smoothing),
+        (tokens.FUZZY_SYSTEM, tokens.BLEND_TIME, SYSTEM.blend_time),
         (tokens.FUZZY_SYSTEM, tokens.EASE, options.CorrectionOptions().ease),
         (tokens.FUZZY_SYSTEM, tokens.MODE, options.CorrectionOptions().mode),
         (tokens.FUZZY_SYSTEM, tokens.GAIN, options.CorrectionOptions().gain),

@@ -32,10 +32,12 @@ _SHORTLIST = 80
 # Movements, the largest first, that are also tried two at a time.
 _PAIRED = 100
 # Costs of a full false firing: by another expression's pose, by one movement alone, by all pairs
-# of movements together, and by the worst of all these.
+# of movements together, by all other expressions with one more movement (a smile with raised brows
+# is no fear), and by the worst of all these.
 _OTHER_EXPRESSION = 60.0
 _SINGLE_MOVEMENT = 20.0
 _PAIRED_MOVEMENTS = 40.0
+_VARIED_EXPRESSIONS = 40.0
 _WORST = 1.0
 # Cost of a feature whose signal is as small as its noise.
 _NOISE_COST = 100.0
@@ -125,12 +127,19 @@ def choose_features(
         return Choice({}, ())
     others = np.delete(np.arange(len(poses)), index)
     alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
-    rivals = np.concatenate([poses[others], alone, both]) @ features[:, usable]
+    varied = (poses[others][:, None] + single).reshape(-1, len(features))
+    varied = varied[(varied < poses[index]).any(axis=1)]
+    rivals = np.concatenate([poses[others], alone, both, varied]) @ features[:, usable]
     degrees = np.clip(
         (rivals * np.sign(own[usable]) - dead[usable]) / (_TOP * full - dead)[usable], 0, 1
     )
-    costs = (_OTHER_EXPRESSION, _SINGLE_MOVEMENT, _PAIRED_MOVEMENTS / max(len(both), 1))
-    weights = np.repeat(costs, (len(others), len(alone), len(both)))
+    costs = (
+        _OTHER_EXPRESSION,
+        _SINGLE_MOVEMENT,
+        _PAIRED_MOVEMENTS / max(len(both), 1),
+        _VARIED_EXPRESSIONS / max(len(varied), 1),
+    )
+    weights = np.repeat(costs, (len(others), len(alone), len(both), len(varied)))
     chosen = _cheapest(
         degrees,
         weights,

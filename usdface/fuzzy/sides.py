@@ -15,7 +15,15 @@ from usdface.fuzzy.features import marker_spread
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["SIDES", "Side", "half_face", "midline", "mirrored_markers", "sided_shapes"]
+__all__ = [
+    "SIDES",
+    "Side",
+    "half_face",
+    "half_weights",
+    "midline",
+    "mirrored_markers",
+    "sided_shapes",
+]
 
 Side = Literal["both", "left", "right"]
 SIDES: tuple[Side, ...] = ("both", "left", "right")
@@ -99,6 +107,25 @@ def half_face(
     half[:, mirrored] = neutral[mirrored] + _MIRROR * (positions[:, image] - neutral[image])
     central = other == each
     half[:, central, 0] = np.where(np.isnan(positions[:, central, 0]), np.nan, neutral[central, 0])
+    return half
+
+
+def half_weights(weights: FloatArray, pairs: IntArray, side: Side) -> FloatArray:
+    """Return the weights of the face on which the other half does what one half does: (F, S).
+
+    Parameters
+    ----------
+    weights : (F, S) float64
+    pairs : (P, 2) int64
+        The left and the right shape of each pair.
+    side : {"left", "right"}
+    """
+    left, right = pairs.T
+    half = np.array(weights)
+    if side == "left":
+        half[:, right] = half[:, left]
+    else:
+        half[:, left] = half[:, right]
     return half
 
 

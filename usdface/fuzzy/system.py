@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 from usdface.errors import InputError
 from usdface.fuzzy.membership import CONSEQUENTS, check_parameters
 from usdface.fuzzy.rules import KEYWORDS, Rule
-from usdface.options import FEATURE_SMOOTHING, RESPONSE, CorrectionMode
+from usdface.options import BLEND_TIME, FEATURE_SMOOTHING, RESPONSE, CorrectionMode
 
 __all__ = [
     "Aggregation",
@@ -182,6 +182,8 @@ class FuzzySystem:
         `usdface.fuzzy.correct.respond`.
     smoothing : float [s]
         How far noisy features are smoothed over time, see `usdface.fuzzy.features.smooth`.
+    blend_time : float [s]
+        How long a raised pose comes and goes, see `usdface.fuzzy.blend.blended`.
     ease : float
         How far the antagonists of what is raised go back, 0 to 1, see
         `usdface.fuzzy.correct.eased`.
@@ -210,6 +212,7 @@ class FuzzySystem:
     sampling: Sampling = "ends"
     response: tuple[float, float] = RESPONSE
     smoothing: float = FEATURE_SMOOTHING
+    blend_time: float = BLEND_TIME
     ease: float = 0.0
 
     def __post_init__(self) -> None:
@@ -253,11 +256,12 @@ class FuzzySystem:
                 "more, then a larger one"
             )
         object.__setattr__(self, "response", (onset, full))
-        if not 0 <= self.smoothing <= _LONGEST_SMOOTHING:
-            raise InputError(
-                f"smoothing of the fuzzy system is {self.smoothing:g}; expected seconds, 0 to "
-                f"{_LONGEST_SMOOTHING:g}"
-            )
+        for name, seconds in (("smoothing", self.smoothing), ("blend time", self.blend_time)):
+            if not 0 <= seconds <= _LONGEST_SMOOTHING:
+                raise InputError(
+                    f"{name} of the fuzzy system is {seconds:g}; expected seconds, 0 to "
+                    f"{_LONGEST_SMOOTHING:g}"
+                )
         if not 0 <= self.ease <= 1:
             raise InputError(f"ease of the fuzzy system is {self.ease}; expected 0 to 1")
 

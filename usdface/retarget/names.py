@@ -21,10 +21,18 @@ def shape_key(name: str) -> tuple[str, str]:
 
     >>> shape_key("mouthSmile_L"), shape_key("MouthSmileLeft"), shape_key("mouthLeft")
     (('mouthsmile', 'left'), ('mouthsmile', 'left'), ('mouth', 'left'))
+
+    The side may stand last, first, or as a whole word between:
+
+    >>> shape_key("L_browDown"), shape_key("eyebrows-left-down")
+    (('browdown', 'left'), ('eyebrowsdown', 'left'))
     """
     words = [word.lower() for word in _WORD.findall(name)]
-    if len(words) > 1 and words[-1] in _SIDES:
-        return "".join(words[:-1]), _SIDES[words[-1]]
+    ends = [i for i in (len(words) - 1, 0) if words and words[i] in _SIDES]
+    within = [i for i, word in enumerate(words) if word in ("left", "right")]
+    if len(words) > 1 and (ends or within):
+        at = (ends or within)[0]
+        return "".join(words[:at] + words[at + 1 :]), _SIDES[words[at]]
     return "".join(words), ""
 
 

@@ -14,6 +14,7 @@ __all__ = [
     "BIND_MARKERS",
     "BIND_MESH",
     "BIND_POINTS",
+    "BLEND_TIME",
     "BROWS_GAIN",
     "BROWS_SHAPES",
     "CALIBRATION_GAINS",
@@ -221,6 +222,7 @@ GAIN: Final = "usdface:gain"
 # UsdFaceFuzzySystem
 RESPONSE: Final = "usdface:response"
 FEATURE_SMOOTHING: Final = "usdface:smoothing"
+BLEND_TIME: Final = "usdface:blendTime"
 EASE: Final = "usdface:ease"
 BROWS_GAIN: Final = "usdface:brows:gain"
 EYES_GAIN: Final = "usdface:eyes:gain"

@@ -47,6 +47,7 @@ FACE_SETTINGS = (
     "neutral_rule",
     "response",
     "smoothing",
+    "blend_time",
     "ease",
 )
 _SETTINGS: dict[str, type | tuple[type, ...]] = {
@@ -57,6 +58,7 @@ _SETTINGS: dict[str, type | tuple[type, ...]] = {
     "neutral_rule": bool,
     "response": list,
     "smoothing": (int, float),
+    "blend_time": (int, float),
     "ease": (int, float),
     "normalisation": str,
     "and_": str,

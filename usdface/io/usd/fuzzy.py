@@ -37,7 +37,11 @@ _INFERENCE = {
     tokens.DEFUZZIFIER: "defuzzifier",
     tokens.SAMPLING: "sampling",
 }
-_NUMBERS = {tokens.FEATURE_SMOOTHING: "smoothing", tokens.EASE: "ease"}
+_NUMBERS = {
+    tokens.FEATURE_SMOOTHING: "smoothing",
+    tokens.BLEND_TIME: "blend_time",
+    tokens.EASE: "ease",
+}
 _DEFAULT = FuzzySystem((), ())
 _INPUT = {
     tokens.VARIABLE_ROLE: "role",

@@ -1,0 +1,82 @@
+"""Blending in: a correction comes and goes gently, and does not flicker with what it corrects.
+
+Raising a weight w to a pose's p adds max(0, p - w), which holds the jitter of w upside down and
+starts with a kink. What is added instead is a smooth curve nowhere below that, so that raising
+twice is still raising once: what has been raised to a pose, or beyond it, is added nothing.
+What contact takes back of a correction is taken back as smoothly.
+"""
+
+import numpy as np
+from scipy.ndimage import convolve1d, maximum_filter1d
+
+from usdface.takes import FloatArray
+
+__all__ = ["blend_frames", "blended_in", "blended_out"]
+
+
+def blend_frames(times: FloatArray, blend_time: float) -> int:
+    """Return the frames that a blend time [s] lasts, at the median step of `times` (F,) [s]."""
+    if len(times) < 2:
+        return 0
+    return round(blend_time / float(np.median(np.diff(times))))
+
+
+def blended_in(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
+    """Return raised weights that leave `weights`, and come back to them, within some frames.
+
+    Parameters
+    ----------
+    weights, raised : (F, S) float64 in [0, 1]
+        Nowhere is `raised` below `weights`.
+    frames : int
+        0 or 1 changes nothing.
+
+    Returns
+    -------
+    (F, S) float64 in [0, 1]
+        Nowhere below `raised`; `weights` where nothing is raised within `frames`.
+    """
+    blended = np.minimum(weights + _cover(raised - weights, frames), 1.0)
+    # What is covered may round to less than it was.
+    return np.asarray(np.maximum(blended, raised))
+
+
+def blended_out(
+    weights: FloatArray, corrected: FloatArray, held: FloatArray, frames: int
+) -> FloatArray:
+    """Return corrected weights of which more and more is taken back, where any must be.
+
+    Parameters
+    ----------
+    weights, corrected, held : (F, S) float64
+        Everywhere `held` is between the other two.
+    frames : int
+        0 or 1 gives `held`.
+
+    Returns
+    -------
+    (F, S) float64
+        Nowhere further from `weights` than `held`; `corrected` where nothing is held back within
+        `frames`.
+    """
+    wanted = corrected - weights
+    back = np.minimum(_cover(np.abs(corrected - held), frames), np.abs(wanted))
+    kept = weights + np.copysign(np.abs(wanted) - back, wanted)
+    return np.asarray(np.where(back > 0, kept, corrected))
+
+
+def _cover(values: FloatArray, frames: int) -> FloatArray:
+    """Return a smooth curve over each column of values (F, S) >= 0, nowhere below it.
+
+    The largest value within half of `frames` on either side, averaged over the same width by a
+    Hann window: at every frame all that is averaged is at least the frame's own.
+    """
+    moved = np.flatnonzero(values.any(axis=0))
+    if frames < 2 or not moved.size:
+        return values
+    width = 2 * (frames // 2) + 1
+    window = np.hanning(width + 2)[1:-1]
+    widest = maximum_filter1d(values[:, moved], width, axis=0, mode="nearest")
+    cover = np.zeros(values.shape)
+    cover[:, moved] = convolve1d(widest, window / window.sum(), axis=0, mode="nearest")
+    return cover
