@@ -23,6 +23,7 @@ from faces import (  # noqa: E402
     loudest_alone,
     make_face,
     one_sided,
+    others_heard,
     range_of_motion,
     sweep,
     weak_expressions,
@@ -47,11 +48,14 @@ def sweeps(faces: dict[str, Face]) -> Table:
     return made
 
 
-def specificity(faces: dict[str, Face]) -> Table:
+def specificity(faces: dict[str, Face]) -> tuple[Table, Table]:
     columns = (
         "face,jitter: mean,largest,shapes alone above 0.35,range of motion: above 0.5,moved by"
     )
     made = table("What is no emotion", columns)
+    varied = table(
+        "Another emotion in an expression with one more movement", "face,above 0.35,largest"
+    )
     for kind, face in faces.items():
         jitter = face.play(np.zeros((3000, len(face.mesh.shapes)))).emotions
         alone = [
@@ -68,8 +72,11 @@ def specificity(faces: dict[str, Face]) -> Table:
             moved = np.abs(played.corrected - played.solved).mean()
             motion = [f"{loudest} in {100 * often.max():.1f} %", f"{moved:.4f}"]
         mean, largest = jitter.mean(axis=0).max(), jitter.max()
-        made.add_row(kind, f"{mean:.4f}", f"{largest:.3f}", "\n".join(alone) or "none", *motion)
-    return made
+        other = others_heard(face)
+        varied.add_row(kind, f"{100 * (other > 0.35).mean():.1f} %", f"{other.max():.2f}")
+        told = "\n".join(alone) or "none"
+        made.add_row(kind, f"{mean:.4f}", f"{largest:.3f}", told, *motion)
+    return made, varied
 
 
 def weak(faces: dict[str, Face]) -> tuple[Table, Table]:
@@ -107,7 +114,7 @@ def main() -> None:
     parser.add_argument("--faces", nargs="+", choices=FACES, default=FACES)
     faces = {kind: make_face(kind, SHARED) for kind in parser.parse_args().faces}
     console = Console(width=None if sys.stdout.isatty() else 110)
-    for made in (sweeps(faces), specificity(faces), *weak(faces), *touching(faces)):
+    for made in (sweeps(faces), *specificity(faces), *weak(faces), *touching(faces)):
         console.print(made)
 
 

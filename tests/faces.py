@@ -38,6 +38,7 @@ __all__ = [
     "loudest_alone",
     "make_face",
     "one_sided",
+    "others_heard",
     "range_of_motion",
     "sweep",
     "weak_expressions",
@@ -205,6 +206,16 @@ def loudest_alone(face: Face) -> dict[str, dict[str, float]]:
         if loud:
             heard[" + ".join(n for n, w in zip(names, row, strict=True) if w)] = loud
     return heard
+
+
+def others_heard(face: Face) -> FloatArray:
+    """Return the loudest other emotion at each expression with one more movement: (N,)."""
+    moves = single_movements(face.mesh.shape_names)
+    found = []
+    for i, pose in enumerate(face.poses):
+        heard = face.hear(np.clip(pose + moves, 0.0, 1.0))
+        found.append(np.delete(heard, i, axis=1).max(axis=1))
+    return np.concatenate(found)
 
 
 @dataclass(frozen=True, eq=False)

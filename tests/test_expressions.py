@@ -16,6 +16,7 @@ from faces import (
     loudest_alone,
     make_face,
     one_sided,
+    others_heard,
     range_of_motion,
     sweep,
 )
@@ -70,6 +71,14 @@ def test_no_shape_alone_is_an_emotion(face: tuple[str, Face]) -> None:
         if output > 0.35
     }
     assert loud == ALONE.get(kind, {})
+
+
+def test_one_more_movement_makes_no_other_emotion_of_an_expression(
+    face: tuple[str, Face],
+) -> None:
+    heard = others_heard(face[1])
+    assert (heard > 0.35).mean() <= 0.02
+    assert heard.max() <= 0.65
 
 
 def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSkel, UsdValidation
 from worlds import (
-    NEUTRAL,
     World,
     animation_of,
     camera_pixels,
