@@ -70,7 +70,10 @@ def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]
     for curve in heard.values():
         assert not curve[NEUTRAL].any()
     corrected, solved = result(folder), result(folder, muted="express.usdc")
-    np.testing.assert_array_equal(corrected.weights[NEUTRAL], solved.weights[NEUTRAL])
+    # The first expression begins at once, and its correction within 0.2 s before.
+    still, coming = slice(NEUTRAL.start, NEUTRAL.stop - 12), slice(NEUTRAL.stop - 12, NEUTRAL.stop)
+    np.testing.assert_array_equal(corrected.weights[still], solved.weights[still])
+    np.testing.assert_allclose(corrected.weights[coming], solved.weights[coming], atol=0.01)
 
 
 def test_the_retarget_gives_what_was_performed(folder: Path) -> None:
@@ -97,7 +100,7 @@ def test_the_corrector_brings_a_weak_performance_to_its_expression(
         ]
     )
     assert (missing[:, 1] < missing[:, 0]).all()
-    assert missing[:, 1].mean() < 0.5 * missing[:, 0].mean()  # measured: 0.40
+    assert missing[:, 1].mean() < 0.5 * missing[:, 0].mean()
 
 
 def test_the_glb_is_valid(folder: Path, validate_gltf: Callable[[Path], Any]) -> None:
