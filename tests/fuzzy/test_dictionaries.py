@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from usdface.fuzzy.dictionaries import EMOTIONS, NAMED, ActionPose, expressions_for, units_of
-from usdface.fuzzy.families import ARKIT, FAMILIES, MAKEHUMAN, UNITS, VRM, ActionUnit, action_unit
+from usdface.fuzzy.families import (
+    ARKIT,
+    FACS,
+    FAMILIES,
+    MAKEHUMAN,
+    UNITS,
+    VRM,
+    ActionUnit,
+    action_unit,
+)
 from usdface.setup import Expression
 
 SIDES = {"Left": "Right", "_L": "_R", "left": "right"}
@@ -22,6 +31,7 @@ RIGS = {
     "arkit": tuple(dict.fromkeys(ARKIT_NAMES)),
     "ict": shapes_of(ARKIT, ("_L", "_R")),
     "makehuman": shapes_of(MAKEHUMAN, ("left", "right")),
+    "facs": tuple(f"AU{unit:02d}{side}" for unit in sorted(UNITS) for side in ("_L", "_R")),
 }
 
 
@@ -81,7 +91,7 @@ def test_what_makes_a_smile_and_a_fright():
 
 
 @pytest.mark.parametrize("emotion", EMOTIONS)
-@pytest.mark.parametrize("family", [ARKIT, MAKEHUMAN], ids=lambda f: f.name)
+@pytest.mark.parametrize("family", [ARKIT, MAKEHUMAN, FACS], ids=lambda f: f.name)
 def test_every_family_of_muscles_shows_every_unit(emotion, family):
     assert set(EMOTIONS[emotion]) <= set(family.units)
 
@@ -144,15 +154,14 @@ def test_names_on_real_rigs(shared_data):
 
 
 MIRROR = {a: b for pair in ("Left Right", "_L _R", "left right") for a, b in [pair.split()]}
+MIRROR |= {"L": "R"}
 MIRROR |= {b: a for a, b in MIRROR.items()}
+HALF = re.compile(r"Left$|Right$|_L$|_R$|(?<=\d)[LR]$|left|right")
 
 
 def mirrored(names):
     """Return names and weights of the other half."""
-    return {
-        re.sub("Left$|Right$|_L$|_R$|left|right", lambda m: MIRROR[m.group()], name): weight
-        for name, weight in names.items()
-    }
+    return {HALF.sub(lambda m: MIRROR[m.group()], name): weight for name, weight in names.items()}
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda f: f.name)
@@ -161,6 +170,22 @@ def test_the_halves_of_a_unit_are_mirror_images_and_make_the_whole(family, unit)
     whole, left, right = (dict(family.names(ActionUnit(unit, side))) for side in ("", "L", "R"))
     assert mirrored(left) == right and mirrored(whole) == whole
     assert left | right == whole
+
+
+@pytest.mark.parametrize(
+    "spelling",
+    ["AU{}", "AU{:02d}", "au{}", "AU_{:02d}", "FACS_AU{}", "AU{}_L AU{}_R", "AU{}L AU{}R"],
+)
+def test_a_rig_whose_shapes_are_action_units(spelling):
+    """Expressions are the units as `EMOTIONS` has them."""
+    names = tuple(word.format(unit) for unit in sorted(UNITS) for word in spelling.split())
+    expressions, findings = expressions_for(("jaw_open", *names))
+    assert findings == []
+    for expression in expressions:
+        for shape, weight in zip(expression.shapes, expression.weights, strict=True):
+            assert weight == EMOTIONS[expression.name][int(re.search(r"\d+", shape)[0])]
+        assert len(expression.shapes) == len(EMOTIONS[expression.name]) * len(spelling.split())
+    assert units_of(names)[names[0]] == {1}
 
 
 @pytest.mark.parametrize("family", [ARKIT, VRM], ids=lambda f: f.name)

@@ -11,7 +11,17 @@ from typing import Literal
 
 from usdface.errors import InputError
 
-__all__ = ["ARKIT", "FAMILIES", "MAKEHUMAN", "UNITS", "VRM", "ActionUnit", "Family", "action_unit"]
+__all__ = [
+    "ARKIT",
+    "FACS",
+    "FAMILIES",
+    "MAKEHUMAN",
+    "UNITS",
+    "VRM",
+    "ActionUnit",
+    "Family",
+    "action_unit",
+]
 
 UNITS: dict[int, str] = {
     1: "inner brow raiser",
@@ -185,4 +195,20 @@ VRM = Family(
     },
 )
 
-FAMILIES = (ARKIT, MAKEHUMAN, VRM)
+# Shapes that are called after the units themselves: AU12, AU12_L, au01L, AU_06, FACS_AU4_left.
+_SPELLINGS = ("AU{}", "AU_{}", "au{}", "au_{}", "FACS_AU{}", "FACS_{}")
+FACS = Family(
+    "FACS",
+    ("_L", "_R", "L", "R", "_left", "_right", "Left", "Right", ""),
+    {
+        unit: {
+            spelling.format(number) + side: 1.0
+            for spelling in _SPELLINGS
+            for number in (unit, f"{unit:02d}")
+            for side in (("{side}",) if unit not in (61, 62) else ("",))
+        }
+        for unit in UNITS
+    },
+)
+
+FAMILIES = (ARKIT, MAKEHUMAN, VRM, FACS)
