@@ -139,6 +139,8 @@ def test_the_default_design_needs_no_recording(folder, tmp_path):
     from_shot, _ = read_fuzzy_file(tmp_path / "shot.usda")
     assert from_shot == read_fuzzy_file(tmp_path / "design.usda")[0]
     assert fit.validation is None
+    pairs = len(fit.expressions) * (len(fit.expressions) - 1) // 2
+    assert len(fit.separations) == pairs and all(pair.separated for pair in fit.separations)
     assert outcome.summary["largest answer at neutral"] == 0
     outcome, again = fit_fuzzy(tmp_path / "shot.usda", tmp_path / "again.usda")
     assert [r.text for r in again.system.rules] == [r.text for r in fit.system.rules]

@@ -13,7 +13,7 @@ from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.fit import answers_to, fit_system
 from usdface.fuzzy.fit_paper import fit_paper
 from usdface.fuzzy.fit_poses import learned_poses
-from usdface.fuzzy.fit_separation import Separation, separations
+from usdface.fuzzy.fit_separation import Separation, pose_separations, separations
 from usdface.fuzzy.fit_validation import Validation, cross_validate, held_out
 from usdface.fuzzy.naming import marker_variables
 from usdface.fuzzy.system import FuzzySystem
@@ -88,18 +88,25 @@ def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) 
     """
     if options.space == "take" and not options.paper:
         raise InputError('the default design reads the character; give labels for space "take"')
-    if not options.paper:
-        system, _, findings = design(face.mesh, face.setup, expressions, CorrectionOptions())
-        if system is None:
-            raise InputError("the rig has no expression poses to fit to; give labelled takes")
-    else:
-        variables = marker_variables(face.roles, "absolute")
-        poses = np.array([e.pose(face.mesh.shape_names) for e in expressions])
-        seen = pose_features(poses.reshape(len(expressions), -1), face, variables)
-        noise = feature_noise(face, "take")
-        emotions = [e.name for e in expressions]
+    variables = marker_variables(face.roles, "absolute" if options.paper else "signed")
+    poses = np.array([e.pose(face.mesh.shape_names) for e in expressions])
+    seen = pose_features(poses.reshape(len(expressions), -1), face, variables)
+    noise = feature_noise(face, "take" if options.paper else "character")
+    emotions = [e.name for e in expressions]
+    if options.paper:
         system, findings = fit_paper(variables, seen, emotions, noise, options.space)
-    return _fitted(system, tuple(expressions), None, (), findings)
+    else:
+        system, findings = _designed(face, expressions)
+    apart = tuple(pose_separations(emotions, seen, noise, variables))
+    findings = [*findings, *(f for pair in apart for f in pair.findings())]
+    return _fitted(system, tuple(expressions), None, apart, findings)
+
+
+def _designed(face: Face, expressions: Sequence[Expression]) -> tuple[FuzzySystem, list[Finding]]:
+    system, _, findings = design(face.mesh, face.setup, expressions, CorrectionOptions())
+    if system is None:
+        raise InputError("the rig has no expression poses to fit to; give labelled takes")
+    return system, findings
 
 
 def fit_labelled(labelled: Labelled, face: Face, options: FitOptions) -> Fitted:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fit_world import COLUMN, NOISE, RULES, make_examples
 
-from usdface.fuzzy.fit_separation import separations
+from usdface.fuzzy.fit_separation import pose_separations, separations
 
 
 def of(found, *pair):
@@ -51,3 +51,16 @@ def test_without_a_second_recording_the_distance_decides(apart, separated):
     assert pair.tested == 0
     assert pair.separated is separated
     assert [f.code for f in pair.findings()] == ([] if separated else ["MARKERS_CANNOT_SEPARATE"])
+
+
+def test_poses_lie_apart_by_the_noise_and_the_farthest_motion_comes_first():
+    variables = make_examples().variables
+    seen = np.zeros((3, len(variables)))
+    seen[1, [COLUMN["chin_y"], COLUMN["corner_l_x"]]] = 12 * NOISE, -20 * NOISE
+    seen[2] = seen[1] * 0.95
+    found = pose_separations("abc", seen, np.full(len(variables), NOISE), variables)
+    assert [s.emotions for s in found] == [("a", "b"), ("a", "c"), ("b", "c")]
+    assert [s.sensitivity for s in found] == pytest.approx([20, 19, 1])
+    assert found[0].features[:2] == ("corner_l_x", "chin_y")
+    assert [s.separated for s in found] == [True, True, False]
+    assert "these markers cannot separate b from c: by the best" in found[2].findings()[0].message

@@ -37,12 +37,14 @@ def print_fit(fitted: "Fitted") -> None:
     if fitted.separations:
         title = "the motions that separate two emotions best, and by how many spreads"
         table = Table(title=title, title_justify="left", box=SIMPLE)
-        for column in ("emotions", "motions", "spreads", "mistaken"):
+        tests = any(pair.tested for pair in fitted.separations)
+        for column in ("emotions", "motions", "spreads", *(["mistaken"] if tests else [])):
             table.add_column(column, no_wrap=True)
         for pair in sorted(fitted.separations, key=lambda pair: pair.sensitivity):
             mistaken = f"{pair.mistaken} of {pair.tested}" if pair.tested else "not tested"
             cells = " / ".join(pair.emotions), ", ".join(pair.features)
-            table.add_row(*map(escape, cells), f"{pair.sensitivity:.1f}", mistaken)
+            distance = f"{pair.sensitivity:.1f}"
+            table.add_row(*map(escape, cells), distance, *([mistaken] if tests else []))
         print_whole(console, table)
 
 

@@ -17,9 +17,10 @@ import numpy as np
 from usdface.findings import Finding, finding
 from usdface.fuzzy.fit_examples import Examples
 from usdface.fuzzy.fit_validation import Holding, folds
+from usdface.fuzzy.system import Variable
 from usdface.takes import BoolArray, FloatArray, IntArray
 
-__all__ = ["Separation", "separations"]
+__all__ = ["Separation", "pose_separations", "separations"]
 
 _FEATURES = 3
 # With less between the means a threshold half-way mistakes one in six, if they scatter normally.
@@ -42,7 +43,8 @@ class Separation:
     sensitivity : float
         Of the best: distance of the means by the spread.
     mistaken, tested : int
-        Held-out examples of the two that were taken for the other, and how many there were.
+        Held-out examples of the two that were taken for the other, and how many there were; 0 of
+        poses of a rig.
     """
 
     emotions: tuple[str, str]
@@ -96,6 +98,28 @@ def separations(examples: Examples, holding: Holding) -> list[Separation]:
     rows = {name: examples.rows(name) for name in examples.names}
     left_out = list(folds(examples, holding))
     return [_pair(examples, pair, rows, left_out) for pair in combinations(rows, 2)]
+
+
+def pose_separations(
+    names: Sequence[str], seen: FloatArray, noise: FloatArray, variables: Sequence[Variable]
+) -> list[Separation]:
+    """Return how every two poses of a rig lie apart, in units of the markers' noise.
+
+    Parameters
+    ----------
+    names : sequence of str, length E
+    seen : (E, 3 M) float64
+        Features of each pose, x, y, z of each marker.
+    noise : (3 M,) float64
+        Of each feature, in the same unit.
+    variables : sequence of Variable, length 3 M
+    """
+    found = []
+    for (one, a), (other, b) in combinations(zip(names, seen, strict=True), 2):
+        best, sensitivity = _most_sensitive(a[None], b[None], noise)
+        best_names = tuple(variables[i].name for i in best)
+        found.append(Separation((one, other), best_names, sensitivity, 0, 0))
+    return found
 
 
 def _pair(
