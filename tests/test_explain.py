@@ -64,14 +64,15 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
 
 
 def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Explanation) -> None:
-    """What is shown, times the pose, is what the corrected weights are raised to."""
+    """What is shown, times the pose, is what each emotion asks for."""
     change = np.abs(explained.corrected - explained.solved).max(axis=1)
     facts = explained.frame(int(change.argmax()))
     assert change.max() > 0.02 and facts["weights"]
     poses = {e.name: dict(zip(e.shapes, e.weights, strict=True)) for e in poses_of(shot)}
     for shape, weight in facts["weights"].items():
-        asked = facts["poses shown"][weight["by"]] * poses[weight["by"]][shape]
-        assert weight["corrected"] == pytest.approx(asked, abs=0.01)
+        asked = {e: facts["poses shown"][e] * poses[e].get(shape, 0.0) for e in poses}
+        assert weight["by"] == max(asked, key=asked.get) and asked[weight["by"]] > 0
+        assert weight["solved"] < weight["corrected"], "blended in, it is on its way there"
     loudest = max(facts["emotions"], key=facts["emotions"].get)
     heard, (onset, full) = facts["emotions"][loudest], explained.system.response
     x = min((heard - onset) / (full - onset), 1.0)

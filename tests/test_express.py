@@ -306,6 +306,22 @@ def test_a_frown_goes_back_where_a_smile_is_raised_if_that_is_wanted(slits) -> N
     assert corrected_by(slits, solved, ease=1.0)["mouthFrownLeft"] < -0.05
 
 
+@pytest.mark.parametrize(
+    "named",
+    [
+        {"left": ("nope",)},
+        {"regions": {"eyes": ("nope",)}},
+        {"antagonists": (("nope", "jawOpen"),)},
+    ],
+)
+def test_a_part_that_names_no_shape_of_the_rig_is_said(slits, named) -> None:
+    parts = replace(slits[2].parts, **named)
+    findings = played(slits, shown(jawOpen=0.5), parts=parts)[2]
+    said = {(f.code, f.where) for f in findings if f.code == "SHAPE_UNKNOWN"}
+    assert ("SHAPE_UNKNOWN", "nope") in said
+    assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, shown(jawOpen=0.5))[2]}
+
+
 def test_correcting_twice_is_correcting_once(slits) -> None:
     system, setup, character = slits
     weights = performances(80)

@@ -218,6 +218,11 @@ def express(
     """
     parts = character.parts
     poses, findings = expression_poses(system, names, expressions)
+    findings += [
+        finding("SHAPE_UNKNOWN", name, "a side, region or antagonist of the shot names it")
+        for name in parts.shapes
+        if name not in names
+    ]
     heard = evaluate(system, inputs).outputs
     drive: dict[Side, FloatArray] = {"both": heard}
     for side, read in (sided or {}).items():

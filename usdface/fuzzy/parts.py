@@ -60,6 +60,13 @@ class FaceParts:
         if not (np.isfinite(self.tolerance) and self.tolerance >= 0):
             raise InputError(f"the contact tolerance is {self.tolerance}; expected 0 or more")
 
+    @property
+    def shapes(self) -> tuple[str, ...]:
+        """Every shape that is named, once."""
+        pairs = (name for pair in self.antagonists for name in pair)
+        regions = (name for listed in self.regions.values() for name in listed)
+        return tuple(dict.fromkeys((*self.left, *self.right, *regions, *pairs)))
+
 
 def _check_once(where: str, lists: Sequence[tuple[str, ...]]) -> None:
     names = [name for listed in lists for name in set(listed)]

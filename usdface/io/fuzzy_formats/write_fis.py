@@ -93,7 +93,9 @@ def _range(variable: Variable) -> tuple[float, float]:
     if variable.range or variable.kind == "output":
         return variable.span
     marks = [p for term in variable.terms for p in term.parameters if isfinite(p)] or [0.0]
-    return min(marks) - 1.0, max(marks) + 1.0
+    low, high = min(marks), max(marks)
+    room = (high - low) / 4 or 1.0
+    return low - room, high + room
 
 
 def _term(term: Term) -> str:
