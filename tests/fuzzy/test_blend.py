@@ -63,6 +63,13 @@ def test_the_correction_holds_no_jitter_of_the_weights(noisy):
     assert plain > 0.4 * roughness(weights) > 4 * smooth
 
 
+def test_what_comes_and_goes_evenly_is_hardly_overshot():
+    drive = np.clip(np.minimum(np.arange(200) - 60, 140 - np.arange(200)) / 20, 0, 1)[:, None]
+    weights = 0.4 * np.roll(drive, 5, axis=0)  # what is added is most while the weight still rises
+    blended = blended_in(weights, np.maximum(weights, 0.8 * drive), FRAMES)
+    assert 0.8 <= blended.max() < 0.87
+
+
 def test_a_step_comes_gently():
     weights, raised = np.zeros((60, 1)), np.zeros((60, 1))
     raised[30:40] = 1.0

@@ -68,15 +68,19 @@ def blended_out(
 def _cover(values: FloatArray, frames: int) -> FloatArray:
     """Return a smooth curve over each column of values (F, S) >= 0, nowhere below it.
 
-    The largest value within half of `frames` on either side, averaged over the same width by a
-    Hann window: at every frame all that is averaged is at least the frame's own.
+    The average by a Hann window of half of `frames` on either side; where that is short of the
+    values, the largest shortage within as many frames is averaged likewise and added. All that is
+    averaged then is at least the frame's own shortage.
     """
     moved = np.flatnonzero(values.any(axis=0))
     if frames < 2 or not moved.size:
         return values
     width = 2 * (frames // 2) + 1
     window = np.hanning(width + 2)[1:-1]
-    widest = maximum_filter1d(values[:, moved], width, axis=0, mode="nearest")
+    window /= window.sum()
+    smooth = convolve1d(values[:, moved], window, axis=0, mode="nearest")
+    short = np.maximum(values[:, moved] - smooth, 0.0)
+    widest = maximum_filter1d(short, width, axis=0, mode="nearest")
     cover = np.zeros(values.shape)
-    cover[:, moved] = convolve1d(widest, window / window.sum(), axis=0, mode="nearest")
+    cover[:, moved] = smooth + convolve1d(widest, window, axis=0, mode="nearest")
     return cover
