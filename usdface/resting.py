@@ -10,7 +10,8 @@ from usdface.express import MARKER_NOISE, features
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.paper import paper_system
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.usd.shot import Shot
+from usdface.rigs import Rig
+from usdface.setup import Setup
 from usdface.takes import FloatArray, MarkerTake
 
 __all__ = ["RestingAnswer", "resting_answers"]
@@ -53,9 +54,9 @@ class RestingAnswer:
         }
 
 
-def resting_answers(shot: Shot, system: FuzzySystem) -> tuple[RestingAnswer, ...]:
-    """Ask the paper's system and that of a shot about a neutral face."""
-    heard = _jitter(shot, system)
+def resting_answers(rig: Rig, setup: Setup, system: FuzzySystem) -> tuple[RestingAnswer, ...]:
+    """Ask the paper's system, and the one of a shot of that rig and setup, about a neutral face."""
+    heard = _jitter(rig, setup, system)
     return _answer("the paper's", paper_system()), _answer("the shot's", system, heard)
 
 
@@ -72,20 +73,20 @@ def _answer(name: str, system: FuzzySystem, heard: FloatArray | None = None) -> 
     )
 
 
-def _jitter(shot: Shot, system: FuzzySystem) -> FloatArray | None:
+def _jitter(rig: Rig, setup: Setup, system: FuzzySystem) -> FloatArray | None:
     """Record the character's own face at rest, with noise; return the emotions (F, E)."""
-    binding = shot.setup.binding
-    roles = {shot.setup.roles.get(v.role, v.role) for v in system.inputs}
+    binding = setup.binding
+    roles = {setup.roles.get(v.role, v.role) for v in system.inputs}
     if not binding.markers or not roles <= set(binding.markers):
         return None
-    mesh = shot.rig.mesh(binding.mesh)
+    mesh = rig.mesh(binding.mesh)
     first, frames = round(_RATE), round((1 + _SECONDS) * _RATE)
     rest = mesh.points[binding.points]
     jitter = np.random.default_rng(0).standard_normal((frames, *rest.shape))
     take = MarkerTake(
         binding.markers, np.arange(frames) / _RATE, rest + MARKER_NOISE * jitter, _RATE
     )
-    setup = replace(shot.setup, neutral=(0, first - 1), head="solve", pins=())
-    taken, weights, solution, _ = retarget(take, setup, mesh, shot.rig.shape_names)
+    setup = replace(setup, neutral=(0, first - 1), head="solve", pins=())
+    taken, weights, solution, _ = retarget(take, setup, mesh, rig.shape_names)
     inputs = features(system, taken, mesh, setup, weights, solution)
     return evaluate(system, inputs).outputs[first:]

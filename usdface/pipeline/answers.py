@@ -46,7 +46,7 @@ def resting(path: Path, on_step: OnStep | None = None) -> tuple[RestingAnswer, .
     with steps("read"):
         _, shot, system = _asked(path)
     with steps("play"):
-        return resting_answers(shot, system)
+        return resting_answers(shot.rig, shot.setup, system)
 
 
 def _asked(path: Path) -> tuple[Stage, Shot, FuzzySystem]:
