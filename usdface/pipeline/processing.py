@@ -5,7 +5,6 @@ from pathlib import Path
 
 from usdface.animate import Animated, animate
 from usdface.clips import Clip
-from usdface.figures.take import write_take_figure
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
 from usdface.io.usd.animation import apply_animation
@@ -14,7 +13,6 @@ from usdface.io.usd.shot import Shot, read_shot
 from usdface.io.usd.stage import Stage, files_of
 from usdface.options import ProcessOptions
 from usdface.outcome import OnStep, Outcome, Steps
-from usdface.picture import check_picture
 from usdface.pipeline.schemas import register_schemas
 
 __all__ = ["apply", "process"]
@@ -37,6 +35,9 @@ def process(
     gltf = Path(options.gltf) if options.gltf else None
     figure = Path(options.figure) if options.figure else None
     if figure:
+        from usdface.figures.take import write_take_figure
+        from usdface.picture import check_picture
+
         check_picture(figure)
     register_schemas()
     steps = Steps(on_step)
