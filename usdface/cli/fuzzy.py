@@ -32,6 +32,9 @@ def add_fuzzy(commands: Any) -> None:
     command = add_command(actions, "convert", _convert, "between .fis, .fcl, .fll and USD")
     command.add_argument("source", type=Path, help="MATLAB .fis, FCL, FLL, or USD with one system")
     add_output(command, ".fis, .fcl, .fll, .usda or .usdc")
+    summary = "write the fuzzy paper's system, as printed"
+    command = add_command(actions, "paper", _paper, summary)
+    add_output(command, ".fis, .fcl, .fll, .usda or .usdc")
     add_fit(actions)
 
 
@@ -73,4 +76,10 @@ def _neutral(parsed: argparse.Namespace) -> int:
 def _convert(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
         outcome = pipeline.convert_fuzzy(parsed.source, parsed.output, step)
+    return report(parsed, outcome)
+
+
+def _paper(parsed: argparse.Namespace) -> int:
+    with progress(parsed.format == "text") as step:
+        outcome = pipeline.write_paper(parsed.output, step)
     return report(parsed, outcome)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.answers import explain, resting
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
-    from usdface.pipeline.fuzzy_files import convert_fuzzy
+    from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
     from usdface.pipeline.markers import make_markers
     from usdface.pipeline.processing import apply, process
@@ -42,13 +42,14 @@ __all__ = [
     "make_take",
     "process",
     "resting",
+    "write_paper",
 ]
 
 _HOMES = {
     "answers": ("explain", "resting"),
     "calibration": ("calibrate",),
     "checking": ("check",),
-    "fuzzy_files": ("convert_fuzzy",),
+    "fuzzy_files": ("convert_fuzzy", "write_paper"),
     "fuzzy_fit": ("fit_fuzzy",),
     "markers": ("make_markers",),
     "processing": ("apply", "process"),

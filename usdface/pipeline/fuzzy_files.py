@@ -1,14 +1,17 @@
-"""Fuzzy systems from file format to file format: `usdface fuzzy convert`."""
+"""Fuzzy systems as files: `usdface fuzzy convert`, `usdface fuzzy paper`."""
 
 from pathlib import Path
 
+from usdface.findings import Finding
 from usdface.fuzzy.doubts import rule_findings
+from usdface.fuzzy.paper import paper_system
+from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import check_place
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
 
-__all__ = ["convert_fuzzy"]
+__all__ = ["convert_fuzzy", "write_paper"]
 
 
 def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
@@ -18,7 +21,17 @@ def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> 
     check_place(output, source)
     with steps("read"):
         system, findings = read_fuzzy_file(source)
-        findings += rule_findings(system)
+    return _written(system, output, findings, steps)
+
+
+def write_paper(output: Path, on_step: OnStep | None = None) -> Outcome:
+    """Write the system of the fuzzy paper, as printed; say what is doubtful in it."""
+    register_schemas()
+    return _written(paper_system(), output, [], Steps(on_step))
+
+
+def _written(system: FuzzySystem, output: Path, findings: list[Finding], steps: Steps) -> Outcome:
+    findings = findings + rule_findings(system)
     with steps("write"):
         findings += write_fuzzy_file(output, system)
     summary = {

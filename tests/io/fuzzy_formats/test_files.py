@@ -10,7 +10,7 @@ from pxr import Usd
 from usdface.cli import main
 from usdface.errors import InputError, OutputError
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.paper import paper_system
+from usdface.fuzzy.paper import paper_system, published_table
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
@@ -306,3 +306,17 @@ def test_usd_holds_exactly_one_system(tmp_path):
     stage.Save()
     with pytest.raises(InputError, match="found /A, /B"):
         read_fuzzy_file(tmp_path / "two.usda")
+
+
+@pytest.mark.parametrize("suffix", [".fis", ".fcl", ".fll", ".usda"])
+def test_the_papers_table_comes_out_of_a_file_of_its_system(tmp_path, capsys, suffix):
+    place = tmp_path / f"paper{suffix}"
+    assert main(["fuzzy", "paper", "-o", str(place), "--format", "json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    fires = [f["message"] for f in said["findings"] if f["code"] == "RULE_FIRES_AT_NEUTRAL"]
+    assert len(fires) == 1 and "THEN anger IS 1" in fires[0]
+    system, findings = read_fuzzy_file(place)
+    assert findings == []
+    table = published_table(system)
+    assert table.rms < 0.009 and table.largest < 0.041
+    assert evaluate(system, np.zeros((1, 13))).outputs[0].tolist() == [0, 0, 1, 0, 0, 0]
