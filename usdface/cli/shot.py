@@ -22,66 +22,74 @@ def add_shot(commands: Any) -> None:
     command = add_command(commands, "shot", _shot, "bring a rig and a take together")
     command.add_argument("--rig", type=Path, required=True, help="USD rig")
     command.add_argument("--take", type=Path, required=True, help="USD take")
+    add_output(command, "the shot, .usda")
+    _binding_options(command.add_argument_group("where the markers sit"))
+    _correction_options(command.add_argument_group("what goes over the solved weights"))
     command.add_argument(
+        "--calibration", type=Path, metavar="FILE.json", help="of the performer, by calibrate"
+    )
+
+
+def _binding_options(group: Any) -> None:
+    group.add_argument(
         "--bind", type=Path, help="where the markers sit, JSON (without: places are proposed)"
     )
-    command.add_argument(
+    group.add_argument(
         "--propose", action="store_true", help="propose places for the markers --bind leaves out"
     )
-    command.add_argument(
+    group.add_argument(
         "--neutral",
         nargs="+",
         metavar="FRAME",
         help='first and last neutral frame index, or "auto"; instead of the binding\'s',
     )
-    command.add_argument(
+    group.add_argument(
         "--peaks",
         nargs="+",
         metavar="FRAME",
         help='frame indices of strong expressions to propose by, or "auto"; instead of the '
         "binding's",
     )
-    command.add_argument(
+    group.add_argument(
         "--write-bind", type=Path, metavar="FILE.json", help="write the binding, to correct it"
     )
-    command.add_argument(
+    group.add_argument(
         "--bind-figure", type=Path, metavar="FILE", help="draw the markers on the face: .png, ..."
     )
-    command.add_argument(
+    group.add_argument(
         "--print-bind",
         action="store_true",
         help="print the binding as written; the report goes to standard error",
     )
-    add_output(command, "the shot, .usda")
+
+
+def _correction_options(group: Any) -> None:
     default = CorrectionOptions()
-    command.add_argument(
+    group.add_argument(
         "--fuzzy",
         type=Path,
         metavar="FILE",
         help="a fuzzy system to use, .usda, .fis, .fcl or .fll (default: designed for the rig)",
     )
-    command.add_argument(
+    group.add_argument(
         "--expressions",
         type=Path,
         metavar="FILE",
         help="expressions to use, also new ones: shapes or action units as JSON, or USD",
     )
-    command.add_argument(
-        "--calibration", type=Path, metavar="FILE.json", help="of the performer, by calibrate"
-    )
-    command.add_argument(
+    group.add_argument(
         "--mode",
         choices=("raise", "add"),
         help=f"how emotions go over the solved weights (default: {default.mode}, or the system's)",
     )
-    command.add_argument(
+    group.add_argument(
         "--gain", type=float, help=f"their strength (default: {default.gain:g}, or the system's)"
     )
-    command.add_argument(
+    group.add_argument(
         "--ease",
         type=float,
-        default=default.ease,
-        help="how far shapes that oppose what is raised go back, 0 to 1 (default: %(default)s)",
+        help="how far shapes that oppose what is raised go back, 0 to 1 "
+        f"(default: {default.ease:g}, or the system's)",
     )
 
 
@@ -89,8 +97,7 @@ def _shot(parsed: argparse.Namespace) -> int:
     from usdface.io.atomic import check_place, write_text
     from usdface.io.bind_file import bind_json
 
-    given = {k: v for k, v in settings(parsed, CorrectionOptions).items() if v is not None}
-    correction = CorrectionOptions(**given) if given else None
+    told = {k: v for k, v in settings(parsed, CorrectionOptions).items() if v is not None}
     neutral = _frames("--neutral", parsed.neutral, "one or two frame indices", 2)
     peaks = _frames("--peaks", parsed.peaks, "frame indices")
     if isinstance(neutral, tuple):
@@ -110,7 +117,7 @@ def _shot(parsed: argparse.Namespace) -> int:
             parsed.take,
             parsed.bind,
             parsed.output,
-            correction,
+            told,
             step,
             parsed.fuzzy,
             parsed.expressions,

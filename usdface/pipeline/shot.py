@@ -1,7 +1,9 @@
 """A character and a take come together: `usdface shot`."""
 
-from dataclasses import asdict, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from usdface.binding.bound import bound_setup, proposal_summary
 from usdface.express import adopt, design, parts_of
@@ -32,7 +34,7 @@ def make_shot(
     take: Path,
     bind: Path | None,
     output: Path,
-    correction: CorrectionOptions | None = None,
+    correction: Mapping[str, Any] | None = None,
     on_step: OnStep | None = None,
     fuzzy: Path | None = None,
     expressions_file: Path | None = None,
@@ -42,10 +44,11 @@ def make_shot(
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
     `bind` is the binding file; without one, places for the markers are proposed. `fuzzy` is a
-    system to use in place of the default design, with its own correction unless one is given;
+    system to use in place of the default design. `correction` has those fields of
+    `CorrectionOptions` that are told; the others are the system's own, or the defaults.
     `expressions_file` has poses that go before those of the dictionaries; `calibration` is what
-    `calibrate` found of the performer. Returns the outcome and
-    the setup as it was written (places, mesh and nose tip filled in).
+    `calibrate` found of the performer. Returns the outcome and the setup as it was written
+    (places, mesh and nose tip filled in).
 
     Raises
     ------
@@ -72,7 +75,7 @@ def make_shot(
         posed = read_expressions_file(expressions_file) if expressions_file else {}
         expressions, more = expressions_for(character.shape_names, posed)
         findings += more
-        system, setup, more = _corrector(mesh, setup, expressions, fuzzy, correction)
+        system, setup, more = _corrector(mesh, setup, expressions, fuzzy, correction or {})
         parts = parts_of(mesh, setup, expressions) if system else None
         findings += more
     with steps("write"):
@@ -92,13 +95,13 @@ def _corrector(
     setup: Setup,
     expressions: tuple[Expression, ...],
     fuzzy: Path | None,
-    correction: CorrectionOptions | None,
+    told: Mapping[str, Any],
 ) -> tuple[FuzzySystem | None, Setup, list[Finding]]:
     """Return the fuzzy system of a file, or one designed for the rig, and the setup with it."""
+    correction = CorrectionOptions(**told)  # what cannot be is refused
     if fuzzy is None:
-        return design(mesh, setup, expressions, correction or CorrectionOptions())
+        return design(mesh, setup, expressions, correction)
     system, findings = read_fuzzy_file(fuzzy)
     findings += rule_findings(system)
     setup, more = adopt(system, setup, expressions, str(fuzzy))
-    system = replace(system, **asdict(correction)) if correction else system
-    return system, setup, findings + more
+    return replace(system, **told), setup, findings + more

@@ -1,0 +1,61 @@
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from worlds import make_world
+
+from usdface.cli import main
+from usdface.errors import InputError
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
+from usdface.pipeline import make_shot
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A shot, and beside it the system of it with a correction of its own."""
+    folder = make_world(head_moves=False).write(tmp_path_factory.mktemp("face"))
+    assert shot(folder, "designed.usda") == 0
+    system = replace(correction_of(folder, "designed.usda"), mode="add", gain=0.5, ease=0.25)
+    write_fuzzy_file(folder / "own.usda", system)
+    return folder
+
+
+def shot(folder: Path, name: str, *options: str) -> int:
+    files = [f"--{n}={folder / n}.usda" for n in ("rig", "take")]
+    return main(["shot", *files, f"--bind={folder}/bind.json", f"-o={folder / name}", *options])
+
+
+def correction_of(folder: Path, name: str) -> FuzzySystem:
+    return read_fuzzy_file(folder / name)[0]
+
+
+@pytest.mark.parametrize(
+    ("told", "wanted"),
+    [
+        ([], ("add", 0.5, 0.25)),
+        (["--gain", "0.7"], ("add", 0.7, 0.25)),
+        (["--mode", "raise"], ("raise", 0.5, 0.25)),
+        (["--ease", "0"], ("add", 0.5, 0.0)),
+    ],
+)
+def test_a_system_that_is_given_keeps_its_correction_but_for_what_is_told(
+    folder: Path, told: list[str], wanted: tuple[str, float, float]
+) -> None:
+    assert shot(folder, "shot.usda", f"--fuzzy={folder}/own.usda", *told) == 0
+    system = correction_of(folder, "shot.usda")
+    assert (system.mode, system.gain, system.ease) == wanted
+
+
+def test_a_designed_system_has_the_defaults_but_for_what_is_told(folder: Path) -> None:
+    assert shot(folder, "shot.usda", "--ease", "0.5") == 0
+    system = correction_of(folder, "shot.usda")
+    assert (system.mode, system.gain, system.ease) == ("raise", 1.0, 0.5)
+
+
+def test_a_correction_that_cannot_be_is_refused(folder: Path) -> None:
+    files = (folder / "rig.usda", folder / "take.usda", folder / "bind.json", folder / "no.usda")
+    for system in (None, folder / "own.usda"):
+        with pytest.raises(InputError, match="'gain' is -1"):
+            make_shot(*files, {"gain": -1.0}, fuzzy=system)
+    assert not (folder / "no.usda").exists()
