@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.figures.explanation import COLOURS
 from usdface.fuzzy.fit_validation import Validation
-from usdface.fuzzy.membership import membership
+from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.picture import save_figure
 
@@ -49,7 +49,7 @@ def write_fit_figure(system: FuzzySystem, validation: Validation | None, path: P
 
 
 def _draw_terms(axes: Any, variable: Variable) -> None:
-    marks = np.array([p for t in variable.terms for p in t.parameters if np.isfinite(p)] + [0.0])
+    marks = np.array([0.0, *(p for t in variable.terms for p in places(t.kind, t.parameters))])
     room = _MARGIN * max(float(np.ptp(marks)), 1e-6)
     x = np.linspace(marks.min() - room, marks.max() + room, _SAMPLES)
     for i, term in enumerate(variable.terms):

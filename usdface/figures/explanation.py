@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdface.explain import Explanation
-from usdface.fuzzy.membership import membership
+from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.rules import Rule
 from usdface.picture import save_figure
 
@@ -16,8 +16,6 @@ __all__ = ["COLOURS", "write_explanation_figure"]
 _COLUMNS = 4
 _LARGEST_FEATURES = 8
 _LARGEST_WEIGHTS = 16
-# How many parameters of a term are places, where not all are.
-_PLACES = {"gaussian": 1, "gaussian_pair": 1, "sigmoid": 1, "bell": 1}
 _HEIGHT = (-0.03, 1.05)
 _QUIET = "0.6"
 _DASHES = ("-", "--", ":", "-.")
@@ -184,7 +182,7 @@ def _reach(explained: Explanation, column: int) -> Any:
     """Return values of an input: what the take does of it, and where its terms begin and end."""
     values = explained.inputs[:, column]
     terms = explained.system.inputs[column].terms
-    marks = [p for t in terms for p in t.parameters[: _PLACES.get(t.kind)] if np.isfinite(p)]
+    marks = [p for t in terms for p in places(t.kind, t.parameters)]
     marks += [0.0, *values[np.isfinite(values)]]
     low, high = min(marks), max(marks)
     pad = 0.05 * (high - low) or 1e-9

@@ -17,7 +17,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.takes import FloatArray
 
-__all__ = ["CONSEQUENTS", "KINDS", "check_parameters", "membership"]
+__all__ = ["CONSEQUENTS", "KINDS", "check_parameters", "membership", "places"]
 
 
 def _rise(x: FloatArray, foot: float, top: float) -> FloatArray:
@@ -116,6 +116,7 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[..., FloatArray]]] = {
 CONSEQUENTS = ("constant", "linear")
 
 _POSITIVE = {"deviation", "left_deviation", "right_deviation", "width"}
+_NO_PLACES = _POSITIVE | {"slope"}
 _LINEAR = {"triangular", "trapezoidal"}
 _SMOOTH_STEPS = {"s_shape", "z_shape", "pi_shape"}
 
@@ -150,6 +151,12 @@ def check_parameters(kind: str, parameters: tuple[float, ...]) -> None:
             raise InputError(f"{found}: {name} must be {'over' if name in _POSITIVE else 'not'} 0")
     if kind == "bell" and parameters[2] < 0:
         raise InputError(f"{found}: slope must be over 0")
+
+
+def places(kind: str, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the finite parameters that are values of x, not widths or slopes."""
+    named = zip(KINDS[kind][0], parameters, strict=True)
+    return tuple(p for name, p in named if name not in _NO_PLACES and isfinite(p))
 
 
 def _names(kind: str, count: int) -> tuple[str, ...]:

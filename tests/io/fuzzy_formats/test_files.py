@@ -320,3 +320,22 @@ def test_the_papers_table_comes_out_of_a_file_of_its_system(tmp_path, capsys, su
     table = published_table(system)
     assert table.rms < 0.009 and table.largest < 0.041
     assert evaluate(system, np.zeros((1, 13))).outputs[0].tolist() == [0, 0, 1, 0, 0, 0]
+
+
+@pytest.mark.parametrize("suffix", [".fis", ".fcl", ".fll"])
+@pytest.mark.parametrize(("top", "unit"), [(0.3, "marker_spread"), (4.0, "none")])
+def test_the_unit_of_a_file_that_names_none_is_taken_from_how_far_its_terms_reach(
+    tmp_path, suffix, top, unit
+):
+    """A face unit is centimetres, so no feature is larger than one; widths and slopes may be."""
+    terms = (Term("up", "ramp", (0.1, top)), Term("steep", "sigmoid", (0.2, 50.0)))
+    brow = Variable("brow_y", "input", "brow", terms=terms, range=(-top, top))
+    rule = parse_rule("IF brow_y IS up THEN joy IS 1")
+    place = tmp_path / f"a{suffix}"
+    write_fuzzy_file(place, FuzzySystem((brow, Variable("joy", "output")), (rule,)))
+    lines = [line for line in place.read_text().splitlines() if "usdface:" not in line]
+    place.write_text("\n".join(lines))
+    system, findings = read_fuzzy_file(place)
+    assert system.face_unit == unit
+    (said,) = (f.message for f in findings if f.code == "UNITS_ASSUMED")
+    assert f"reach to {top:g}" in said and ("millimetres" in said) == (unit == "none")

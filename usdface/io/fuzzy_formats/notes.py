@@ -21,8 +21,9 @@ from typing import Any, TypeVar, cast
 
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
+from usdface.fuzzy.membership import places
 from usdface.fuzzy.rules import Combined, Condition, Rule
-from usdface.fuzzy.system import Axis, FuzzySystem, Variable
+from usdface.fuzzy.system import Axis, FaceUnit, FuzzySystem, Variable
 from usdface.io.fuzzy_formats.rule_text import numbers_back
 
 __all__ = [
@@ -200,14 +201,27 @@ def finish(path: Path, draft: Draft) -> tuple[FuzzySystem, list[Finding]]:
             told.add(name)
             values = _checked(where, note, _VARIABLE)
             variables[name] = _named(where, partial(replace, variables[name], **values))
+    findings = list(draft.findings)
+    if "face_unit" not in settings:
+        settings["face_unit"], reach = _assumed_unit(variables.values())
+        unit = "millimetres" if settings["face_unit"] == "none" else "face units"
+        message = f"the file names no unit; its terms reach to {reach:g}, so inputs are in {unit}"
+        findings.append(finding("UNITS_ASSUMED", path.name, message))
     kept, said = numbers_back(tuple(variables.values()), rules)
     system = _named(path.name, lambda: FuzzySystem(kept, said, **settings))
-    findings = list(draft.findings)
     for v in system.inputs:
         if v.name not in told:
             message = f"the input {v.name} is taken to read the marker {v.role} along {v.axis}"
             findings.append(finding("ROLE_ASSUMED", f"{path.name}: {v.name}", message))
     return system, findings
+
+
+def _assumed_unit(variables: Iterable[Variable]) -> tuple[FaceUnit, float]:
+    """Return what inputs are likely divided by, and how far their terms reach."""
+    terms = (term for v in variables if v.kind == "input" for term in v.terms)
+    reach = max((abs(p) for t in terms for p in places(t.kind, t.parameters)), default=0.0)
+    # A face unit is about six centimetres: no marker moves so far.
+    return ("none" if reach > 1 else "marker_spread"), reach
 
 
 def _note(where: str, text: str) -> dict[str, Any]:

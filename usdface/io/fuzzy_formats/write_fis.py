@@ -1,10 +1,10 @@
 """Fuzzy systems to MATLAB's .fis: sections of ``key=value``, rules as indices of terms."""
 
 from collections.abc import Iterable, Sequence
-from math import isfinite
 
 from usdface.errors import OutputError
 from usdface.findings import Finding
+from usdface.fuzzy.membership import places
 from usdface.fuzzy.rules import Combined, Proposition, Rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.fuzzy_formats.fis_words import (
@@ -92,7 +92,7 @@ def _range(variable: Variable) -> tuple[float, float]:
     """The format wants a range; without one it is where the terms' parameters lie."""
     if variable.range or variable.kind == "output":
         return variable.span
-    marks = [p for term in variable.terms for p in term.parameters if isfinite(p)] or [0.0]
+    marks = [p for term in variable.terms for p in places(term.kind, term.parameters)] or [0.0]
     low, high = min(marks), max(marks)
     room = (high - low) / 4 or 1.0
     return low - room, high + room
