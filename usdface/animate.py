@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.clean_solve import clean, retarget, solve
+from usdface.errors import InputError
 from usdface.express import Character, express, features, halves
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import evaluate
@@ -147,7 +149,8 @@ def _animated(
     details: dict[str, Any] = {}
     if solve.solution is not None:
         mesh = shot.rig.mesh(shot.setup.binding.mesh)
-        report = solve_report(mesh, shot.setup, solve.solution)
+        free = _free_places(mesh, shot.setup, solve.solution)
+        report = solve_report(mesh, shot.setup, solve.solution, free.vertices, free.room)
         findings, details = findings + report.findings, report.details
         residual = 1000.0 * solve.solution.residual
         summary |= {
@@ -169,6 +172,15 @@ def _animated(
         }
         summary["correction, largest"] = round(float(change.max()), 3)
     return Animated(solve, express, shot.take, findings, summary, details)
+
+
+def _free_places(mesh: Mesh, setup: Setup, solution: Solution) -> FreePlaces:
+    bound = zip(setup.binding.markers, setup.binding.points.tolist(), strict=True)
+    used = [vertex for name, vertex in bound if name in solution.markers]
+    try:
+        return free_places(mesh, np.array(used, dtype=np.int64))
+    except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
+        return FreePlaces(np.zeros(0, dtype=np.int64), 0.0)
 
 
 def _map_summary(choice: MapChoice) -> dict[str, Any]:

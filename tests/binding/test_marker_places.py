@@ -1,13 +1,16 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from slits import LIP_GAP, slit_face
 from worlds import make_world
 
-from usdface.binding.marker_places import marker_places
+from usdface.binding.marker_places import free_places, marker_places
 from usdface.cli import main
 from usdface.errors import InputError
+from usdface.rigs import BlendShape, Mesh
 from usdface.setup import Binding
 
 WORLD = make_world(head_moves=False)
@@ -34,6 +37,75 @@ def test_a_marker_that_is_missing_is_asked_for() -> None:
     extended = found.binding(present)
     assert extended.markers[: len(kept)] == tuple(kept)
     assert set(extended.markers[len(kept) :]) == {"left_eye_1", "right_eye_1"}
+
+
+def with_more(points: np.ndarray, faces: np.ndarray, jaw: np.ndarray) -> Mesh:
+    """Return the face with more vertices, and what jawOpen does to them."""
+    opened = MESH.shapes[MESH.shape_names.index("jawOpen")]
+    own = len(MESH.points) + np.arange(len(points))
+    more = BlendShape(
+        "jawOpen",
+        np.concatenate([opened.indices, own]),
+        np.concatenate([opened.offsets, jaw]),
+    )
+    return replace(
+        MESH,
+        points=np.concatenate([MESH.points, points]),
+        face_counts=np.concatenate([MESH.face_counts, np.full(len(faces), faces.shape[1])]),
+        face_indices=np.concatenate([MESH.face_indices, faces.ravel()]),
+        shapes=tuple(more if shape is opened else shape for shape in MESH.shapes),
+    )
+
+
+def test_no_marker_is_asked_for_on_a_neck_that_goes_along_with_the_jaw() -> None:
+    """Its long lever would tell much of the head's pose, if anyone wore a marker there."""
+    chin = np.flatnonzero(np.isclose(MESH.points[:, 1], MESH.points[:, 1].min()))
+    chin = chin[np.argsort(MESH.points[chin, 0])]
+    rows = np.concatenate([chin, len(MESH.points) + np.arange(3 * len(chin))]).reshape(4, -1)
+    down = np.array([[0.0, -0.05 * k, -0.01 * k] for k in (1, 2, 3)])
+    neck = (MESH.points[chin] + down[:, None]).reshape(-1, 3)
+    quads = np.stack([rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:], rows[:-1, :-1]], -1).reshape(
+        -1, 4
+    )
+    mesh = with_more(neck, quads, np.tile([0.0, -0.004, 0.0], (len(neck), 1)))
+    present = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
+    assert marker_places(mesh, present, 5, 3e-4).vertices.max() < len(MESH.points)
+    assert marker_places(mesh, NONE, 20, 3e-4).vertices.max() < len(MESH.points)
+
+
+def test_no_marker_is_asked_for_on_lashes() -> None:
+    """They move most of all, beside the face and not of one piece with it."""
+    lash = len(MESH.points) + np.arange(3)[None]
+    mesh = with_more(0.01 * np.eye(3) + [0.0, 0.0, 0.1], lash, np.full((3, 3), 0.03))
+    assert marker_places(mesh, NONE, 10, 3e-4).vertices.max() < len(MESH.points)
+
+
+def test_no_marker_is_asked_for_where_the_lips_touch() -> None:
+    face = slit_face()
+    lips = int(np.flatnonzero(face.points[:, 1] > 0.02)[0])  # the mouth comes first
+    quads = face.face_indices.reshape(-1, 4)
+    quads = quads[(quads < lips).all(axis=1)]
+    offsets = face.offsets_at(np.arange(lips))
+    shapes = [BlendShape.from_dense(n, o) for n, o in zip(face.shape_names, offsets, strict=True)]
+    mouth = Mesh(
+        "mouth",
+        face.points[:lips],
+        np.full(len(quads), 4),
+        quads.ravel(),
+        shapes=tuple(s for s in shapes if len(s.indices)),
+    )
+    free = mouth.points[free_places(mouth, NONE.points).vertices]
+    outside = np.abs(free[free[:, 2] > 0.003, 1])
+    assert len(outside) and outside.min() > LIP_GAP
+
+
+def test_markers_keep_a_width_apart_and_from_those_that_are_there() -> None:
+    present = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
+    free = free_places(MESH, present.points)
+    found = marker_places(MESH, present, 12, 3e-4)
+    points = MESH.points[np.concatenate([present.points, found.vertices])]
+    apart = np.linalg.norm(points[:, None] - points, axis=2)[len(present.points) :]
+    assert np.sort(apart, axis=1)[:, 1].min() >= free.room > 0.003
 
 
 @pytest.mark.parametrize("count", [0, -3, 10**6])

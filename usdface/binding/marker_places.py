@@ -3,23 +3,48 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from usdface.binding.skin import skin_of
+from usdface.binding.skin import Skin, skin_of
 from usdface.errors import InputError
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
 from usdface.retarget.regions import place_names
 from usdface.rigs import Mesh
 from usdface.setup import Binding
-from usdface.takes import IntArray, frozen
+from usdface.takes import BoolArray, IntArray, frozen
 
-__all__ = ["MarkerPlaces", "marker_places"]
+__all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 
 # Vertices of the skin that are tried; more of them are thinned out evenly.
 _TRIED = 2000
+# A marker is worth its place where some shape does this share of the most that it does anywhere:
+# the neck goes along with the jaw, too.
+_SHOWS = 0.5
+# Between two markers, and from a marker to skin that faces it, as lips do [share of the face's
+# size, the RMS radius of such skin; ICT: 6 and 3 mm].
+_APART, _FACING = 0.1, 0.05
 _RATE = 30.0
 # What another face than the rig's is off by, as on real takes [m].
 _MISFIT = 5e-4
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FreePlaces:
+    """Where more markers could be glued.
+
+    Attributes
+    ----------
+    vertices : (N,) int64
+    room : float [m]
+        How far two markers must be apart.
+    """
+
+    vertices: IntArray
+    room: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,8 +81,59 @@ class MarkerPlaces:
         return replace(present, markers=tuple(names), points=points, confidence=None)
 
 
+def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
+    """Find the skin on which one more marker would be of use, thinned out.
+
+    Cameras on the height of the face see it, some blend shape shows well there, and there is room
+    for a marker: none is near, and no skin faces it as the other lip does.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    bound : (M,) int64
+        Vertices that have a marker.
+
+    Raises
+    ------
+    InputError
+        If the mesh has no skin.
+    """
+    skin = skin_of(mesh)
+    useful = skin.level & _shown(mesh, skin)
+    points = skin.points[useful]
+    if not len(points):
+        return FreePlaces(np.zeros(0, np.int64), 0.0)
+    size = float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    useful &= ~_faced(skin, _FACING * size)
+    if len(bound):
+        away = cKDTree(mesh.points[bound]).query(skin.points)[0]
+        useful &= away >= _APART * size
+    free = skin.vertices[useful]
+    return FreePlaces(free[:: max(1, -(-len(free) // _TRIED))], _APART * size)
+
+
+def _shown(mesh: Mesh, skin: Skin) -> BoolArray:
+    """Return where on the skin some shape does much of the most that it does on the mesh."""
+    own = np.linalg.norm(skin.offsets, axis=2)
+    most = [np.linalg.norm(s.offsets, axis=1).max(initial=0.0) for s in mesh.shapes]
+    least = np.maximum(_SHOWS * np.array(most), 1e-12)[:, None]
+    return np.asarray((own >= least).any(axis=0))
+
+
+def _faced(skin: Skin, reach: float) -> BoolArray:
+    """Return which places have skin before them that looks back at them, within reach."""
+    a, b = cKDTree(skin.points).query_pairs(reach, output_type="ndarray").T
+    between = skin.points[b] - skin.points[a]
+    ahead = (skin.normals[a] * between).sum(axis=1) > 0.0
+    back = (skin.normals[b] * between).sum(axis=1) < 0.0
+    turned = (skin.normals[a] * skin.normals[b]).sum(axis=1) < 0.0
+    faced = np.zeros(len(skin.points), dtype=bool)
+    faced[np.concatenate([a, b])[np.tile(ahead & back & turned, 2)]] = True
+    return faced
+
+
 def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> MarkerPlaces:
-    """Find the best places for the next markers: greedy D-optimal, on skin that can be seen.
+    """Find the best places for the next markers: greedy D-optimal, where `free_places` are.
 
     Parameters
     ----------
@@ -72,16 +148,15 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
     Raises
     ------
     InputError
-        If `count` is less than 1 or more than the skin has vertices, or the mesh has no skin.
+        If `count` is less than 1 or more than there is room for, or the mesh has no skin.
     """
-    face = skin_of(mesh)
-    skin = np.setdiff1d(face.vertices[face.moving], binding.points)
-    free = skin[:: max(1, -(-len(skin) // _TRIED))]
-    if not 1 <= count <= len(free):
-        raise InputError(f"{count} new markers are asked for; expected 1 to {len(free)}")
-    places = np.concatenate([binding.points, free])
+    free = free_places(mesh, binding.points)
+    places = np.concatenate([binding.points, free.vertices])
     present = len(binding.points)
-    shown = _confidence(mesh, places, present, count, noise)
+    shown = _confidence(mesh, places, present, max(count, 0), noise, free.room)
+    if not 1 <= count <= len(shown.places):
+        most = len(shown.places) if count > 0 else len(free.vertices)
+        raise InputError(f"{count} new markers are asked for; expected 1 to {most}")
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
     unseen = [_confidence(mesh, bound, present + k, 0, noise).hidden for k in range(count + 1)]
@@ -90,7 +165,9 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 
-def _confidence(mesh: Mesh, places: IntArray, bound: int, wanted: int, noise: float) -> Confidence:
+def _confidence(
+    mesh: Mesh, places: IntArray, bound: int, wanted: int, noise: float, room: float = 0.0
+) -> Confidence:
     """Say how sure a solve with markers on the first `bound` places is."""
     return confidence_of(
         mesh.points[places],
@@ -102,4 +179,5 @@ def _confidence(mesh: Mesh, places: IntArray, bound: int, wanted: int, noise: fl
         (noise, _MISFIT),
         SolveOptions(),
         wanted,
+        room=room,
     )

@@ -25,8 +25,9 @@ _MARGIN = 0.2
 _MOVES = 0.1
 # Cells of the depth images across the face.
 _CELLS = 120
-# From where the face is looked at: yaw and pitch [degrees].
+# From where the face is looked at: yaw and pitch [degrees]; first those on its own height.
 _VIEWS = ((0, 0), (-50, 0), (50, 0), (0, 45), (0, -45))
+_LEVEL = 3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,6 +43,10 @@ class Skin:
         What the blend shapes do there.
     moving : (N,) bool
         Where they do much.
+    normals : (N, 3) float64
+        Outwards, of length 1.
+    level : (N,) bool
+        What is seen from the height of the face, and not from below or above alone.
     graph : (V, V) sparse float64 [m]
         Lengths of the edges and diagonals of the mesh's faces.
     """
@@ -50,6 +55,8 @@ class Skin:
     points: FloatArray
     offsets: FloatArray
     moving: BoolArray
+    normals: FloatArray
+    level: BoolArray
     graph: csr_array
 
     def reach(self, vertices: IntArray, limit: float = np.inf) -> FloatArray:
@@ -81,13 +88,24 @@ def skin_of(mesh: Mesh) -> Skin:
     low, high = mesh.points[moving].min(axis=0), mesh.points[moving].max(axis=0)
     margin = _MARGIN * (high[1] - low[1])
     inside = ((mesh.points > low - margin) & (mesh.points < high + margin)).all(axis=1)
-    seen = inside & _seen(mesh.points, triangles, inside, (high - low)[:2].max() + 2 * margin)
+    normals = _normals(mesh.points, triangles)
+    size = (high - low)[:2].max() + 2 * margin
+    views = _seen(mesh.points, triangles, normals, inside, size) & inside
+    seen = views.any(axis=0)
     _, part = connected_components(graph, directed=False)
     amount = np.bincount(part, weights=seen * moving)
     vertices = np.flatnonzero(seen & (part == amount.argmax()))
     if amount.max() < 4:
         raise InputError(f"the blend shapes of mesh {mesh.name!r} move no skin that can be seen")
-    return Skin(vertices, mesh.points[vertices], mesh.offsets_at(vertices), moving[vertices], graph)
+    return Skin(
+        vertices,
+        mesh.points[vertices],
+        mesh.offsets_at(vertices),
+        moving[vertices],
+        normals[vertices],
+        views[:_LEVEL, vertices].any(axis=0),
+        graph,
+    )
 
 
 def _triangles(mesh: Mesh) -> IntArray:
@@ -111,43 +129,56 @@ def _graph(mesh: Mesh) -> csr_array:
             pairs += [corners[:, [0, 2]], corners[:, [1, 3]]]
     # Files that split vertices along texture seams would tear the skin. A seam has two open edges;
     # a shell over the eye has one too, but the lid that it touches there goes on.
-    unique, count = np.unique(np.sort(np.concatenate(edges), axis=1), axis=0, return_counts=True)
+    unique, count = _distinct(np.concatenate(edges), len(mesh.points))
     rim = np.unique(unique[count == 1])
     _, where = np.unique(np.round(mesh.points[rim], 7), axis=0, return_inverse=True)
     order = np.argsort(where.ravel(), kind="stable")
     same = where.ravel()[order][1:] == where.ravel()[order][:-1]
     pairs.append(np.stack([rim[order[1:][same]], rim[order[:-1][same]]], axis=1))
-    a, b = np.unique(np.sort(np.concatenate([unique, *pairs]), axis=1), axis=0).T
+    a, b = _distinct(np.concatenate([unique, *pairs]), len(mesh.points))[0].T
     lengths = np.maximum(np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1), 1e-9)
     size = len(mesh.points)
     return csr_array((lengths, (a, b)), shape=(size, size))
 
 
-def _seen(points: FloatArray, triangles: IntArray, inside: BoolArray, size: float) -> BoolArray:
-    """Return which vertices no triangle hides from all of the views: (V,)."""
-    used = triangles[inside[triangles].any(axis=1)]
-    cell = size / _CELLS
-    samples = np.concatenate(list(_samples(points[used], cell)))
-    normals = np.zeros_like(points)
+def _distinct(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:
+    """Return unordered pairs (P, 2) of numbers below `size` once each, and how often they occur."""
+    # As one number each they sort several times faster than as rows.
+    numbers, count = np.unique(pairs.min(axis=1) * size + pairs.max(axis=1), return_counts=True)
+    return np.stack(np.divmod(numbers, size), axis=1), count
+
+
+def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:
+    """Return the normal of each vertex, weighted by area: (V, 3); 0 where there is no face."""
     corners = points[triangles]
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(points)
     for corner in range(3):
         np.add.at(normals, triangles[:, corner], facing)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    seen = np.zeros(len(points), dtype=bool)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.maximum(length, 1e-300))
+
+
+def _seen(
+    points: FloatArray, triangles: IntArray, normals: FloatArray, inside: BoolArray, size: float
+) -> BoolArray:
+    """Return from which of the views no triangle hides a vertex: (views, V)."""
+    used = triangles[inside[triangles].any(axis=1)]
+    cell = size / _CELLS
+    samples = np.concatenate(list(_samples(points[used], cell))).T.copy()
+    seen = []
     for yaw, pitch in _VIEWS:
         turn = _view(yaw, pitch)
-        surface, here = samples @ turn.T, points @ turn.T
-        low = np.minimum(surface[:, :2].min(axis=0), here[:, :2].min(axis=0))
-        place = ((surface[:, :2] - low) / cell).astype(np.int64)
-        own = ((here[:, :2] - low) / cell).astype(np.int64)
-        width = int(max(place[:, 0].max(), own[:, 0].max())) + 1
-        height = int(max(place[:, 1].max(), own[:, 1].max())) + 1
+        surface, here = turn @ samples, turn @ points.T
+        low = np.minimum(surface[:2].min(axis=1), here[:2].min(axis=1))[:, None]
+        place = ((surface[:2] - low) / cell).astype(np.int64)
+        own = ((here[:2] - low) / cell).astype(np.int64)
+        width, height = np.maximum(place.max(axis=1), own.max(axis=1)) + 1
         depth = np.full(width * height, -np.inf)
-        np.maximum.at(depth, place[:, 0] + width * place[:, 1], surface[:, 2])
-        front = here[:, 2] > depth[own[:, 0] + width * own[:, 1]] - 2.0 * cell
-        seen |= front & (normals @ turn[2] > 0.1)
-    return seen & inside
+        np.maximum.at(depth, place[0] + width * place[1], surface[2])
+        front = here[2] > depth[own[0] + width * own[1]] - 2.0 * cell
+        seen.append(front & (normals @ turn[2] > 0.1))
+    return np.array(seen)
 
 
 def _view(yaw: float, pitch: float) -> FloatArray:

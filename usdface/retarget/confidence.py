@@ -72,6 +72,7 @@ def confidence_of(
     options: SolveOptions,
     wanted: int = NEXT_MARKERS,
     covariance: FloatArray | None = None,
+    room: float = 0.0,
 ) -> Confidence:
     """Say how sure a solve is.
 
@@ -95,6 +96,8 @@ def confidence_of(
         How many places for more markers to look for.
     covariance : (S, S) float64, optional
         Of the weights, where it was learned from the take.
+    room : float [m]
+        How far the places for more markers must be apart; fewer are found where there is no more.
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
@@ -122,7 +125,7 @@ def confidence_of(
         for shape, place, gain in zip(hidden, gains.argmax(axis=0), gains.max(axis=0), strict=True)
         if gain > 0.0
     }
-    places = free[_greedy(spread, tried, variance, wanted)]
+    places = free[_greedy(spread, tried, variance, wanted, points[free], room)]
     return Confidence(deviations, unseen, places, hidden)
 
 
@@ -238,15 +241,25 @@ def _at_places(
     return across, np.asarray(np.linalg.inv(predicted + variance * np.eye(rows.shape[1])))
 
 
-def _greedy(spread: FloatArray, rows: FloatArray, variance: float, wanted: int) -> IntArray:
+def _greedy(
+    spread: FloatArray,
+    rows: FloatArray,
+    variance: float,
+    wanted: int,
+    points: FloatArray,
+    room: float,
+) -> IntArray:
     """Return the places, one after the other, that most lower the volume of what is unknown."""
     chosen: list[int] = []
-    for _ in range(min(wanted, len(rows))):
+    taken = np.zeros(len(rows), dtype=bool)
+    while len(chosen) < wanted and not taken.all():
         across, inverse = _at_places(spread, rows, variance)
         # The log determinant falls by that of the predicted covariance over the marker's own.
         gains = -np.linalg.slogdet(inverse)[1]
-        gains[chosen] = -np.inf
+        gains[taken] = -np.inf
         best = int(gains.argmax())
         chosen.append(best)
+        taken |= np.linalg.norm(points - points[best], axis=1) < room
+        taken[best] = True
         spread = spread - across[best].T @ inverse[best] @ across[best]
     return np.array(chosen, dtype=np.int64)

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import confidence_of, within_bounds
@@ -18,8 +16,6 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
 
-# Vertices that are tried as places of markers; more of them are thinned out evenly.
-_PLACES = 2000
 _NAMED = 3
 
 
@@ -32,7 +28,9 @@ class SolveReport:
     findings: list[Finding]
 
 
-def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
+def solve_report(
+    mesh: Mesh, setup: Setup, solution: Solution, free: IntArray, room: float = 0.0
+) -> SolveReport:
     """Say how far markers are from the solved face, and how far its weights can be off.
 
     Parameters
@@ -41,10 +39,13 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
     setup : Setup
         Fitted to the mesh (`usdface.setup.fit_setup`).
     solution : Solution
+    free : (N,) int64
+        Vertices where more markers could be glued, so far apart as
+    room : float [m]
     """
     vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     bound = np.array([vertex[name] for name in solution.markers])
-    places = np.concatenate([bound, _free_places(mesh, bound)])
+    places = np.concatenate([bound, np.setdiff1d(free, bound)])
     times, axes = solution.weights.times, 3 if solution.in_space else 2
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     sure = confidence_of(
@@ -57,10 +58,12 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
         (solution.noise, usual_misfit(solution)),
         setup.solve,
         covariance=solution.covariance,
+        room=room,
     )
     deviations = within_bounds(sure.deviations, solution.weights.weights)
     names = mesh.shape_names
-    unseen = {names[shape]: int(places[place]) for shape, place in sure.unseen.items()}
+    hidden = {names[shape]: sure.unseen.get(shape) for shape in sure.hidden.tolist()}
+    unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
     wanted = [int(places[place]) for place in sure.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
     regions = region_errors(mesh, setup.binding, solution)
@@ -83,13 +86,17 @@ def solve_report(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
             "standard deviation": {
                 name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)
             },
-            "hardly seen, and the vertex that would show it": unseen,
+            "hardly seen, and the vertex that would show it": {**dict.fromkeys(hidden), **unseen},
             "next markers, vertices": wanted,
             "where these are": {str(vertex): where for vertex, where in named.items()},
         },
     }
     found = [
-        finding("SHAPE_UNSURE", name, f"hardly seen; a marker would show it: {named[vertex]}")
+        finding(
+            "SHAPE_UNSURE",
+            name,
+            f"hardly seen; a marker would tell most of it here: {named[vertex]}",
+        )
         for name, vertex in unseen.items()
     ]
     return SolveReport(summary, details, found)
@@ -100,25 +107,6 @@ def usual_misfit(solution: Solution) -> float:
     squares = solution.residual**2
     most = float(np.quantile(squares, MOST))
     return solution.misfit * float(np.sqrt(min(1.0, squares.mean() / most))) if most else 0.0
-
-
-def _free_places(mesh: Mesh, bound: IntArray) -> IntArray:
-    """Return vertices of the skin that some shape moves and that have no marker, thinned out.
-
-    The skin is what hangs together with the markers: no eyeballs, teeth or lashes.
-    """
-    count, corners = len(mesh.points), mesh.face_indices
-    following = np.roll(corners, -1)
-    ends = np.cumsum(mesh.face_counts) - 1
-    following[ends] = corners[ends - mesh.face_counts + 1]
-    edges = coo_array((np.ones(len(corners), np.int8), (corners, following)), (count, count))
-    surface = connected_components(edges, directed=False)[1]
-    moved = np.zeros(count, dtype=bool)
-    for shape in mesh.shapes:
-        moved[shape.indices] = True
-    moved[bound] = False
-    free = np.flatnonzero(moved & np.isin(surface, surface[bound]))
-    return free[:: max(1, -(-len(free) // _PLACES))]
 
 
 def _of_markers(solution: Solution) -> dict[str, dict[str, float]]:
