@@ -43,6 +43,12 @@ def test_ci_runs_the_documented_test_command(name: str) -> None:
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_modules_that_are_named_are_there(document: Path) -> None:
+    for named in re.findall(r"`(usdface/[\w/]+\.py)`", document.read_text(encoding="utf-8")):
+        assert (ROOT / named).is_file(), named
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(document: Path) -> None:
     for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text(encoding="utf-8")):
         if "://" not in target and not target.startswith("#"):
