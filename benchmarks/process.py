@@ -6,6 +6,7 @@ the take. Every run is a process of its own; figures are medians. See README.md.
 
 import argparse
 import json
+import resource
 import subprocess
 import sys
 import tempfile
@@ -108,6 +109,25 @@ def process(shot: Path, *flags: str | Path) -> tuple[float, dict]:
     return seconds, json.loads(printed)
 
 
+def cpu_seconds(shot: Path, *flags: str) -> float:
+    """Return the processor time of `usdface process`."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    process(shot, *flags)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
+def layer(shot: Path, pairs: int) -> None:
+    """Print what the expression layer adds, its files included, in pairs of runs."""
+    runs = [(cpu_seconds(shot, "--no-express"), cpu_seconds(shot)) for _ in range(pairs)]
+    without, whole = map(median, zip(*runs, strict=True))
+    more = [100 * (b / a - 1) for a, b in runs]
+    print(
+        f"expression layer: {without:.2f} s CPU without, {whole:.2f} s with, "
+        f"{median(more):+.1f} % ({min(more):+.1f} to {max(more):+.1f} in {pairs} pairs)"
+    )
+
+
 def stages(shot: Path, folder: Path, runs: int) -> None:
     """Print the time of each stage, and the floor."""
     done = [process(shot, "--gltf", folder / "out.glb") for _ in range(runs)]
@@ -150,6 +170,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=4000)
     parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--pairs", type=int, default=9)
     parser.add_argument("--sizes", type=int, nargs="*", default=[1000, 2000, 4000, 8000])
     parsed = parser.parse_args()
     if not SHARED.is_dir():
@@ -158,4 +179,5 @@ if __name__ == "__main__":
         made = make_shot(Path(place), parsed.frames)
         print(f"{parsed.frames} frames x 68 markers x 53 shapes on 26,719 vertices")
         stages(made, Path(place), parsed.runs)
+        layer(made, parsed.pairs)
         sizes(Path(place), parsed.sizes, parsed.runs)

@@ -13,6 +13,7 @@ from usdface.cleanup.steady import Steady, steady
 from usdface.cleanup.swaps import last_seen, owners
 from usdface.findings import Finding, finding
 from usdface.options import CleanOptions
+from usdface.retarget.align import Pose
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_noise
 from usdface.takes import BoolArray, FloatArray, MarkerTake
@@ -83,9 +84,10 @@ def clean_take(
     if spacing == 0.0 or not usable:
         return untouched, [finding("CLEANUP_SKIPPED", take.source)]
     swapped = np.zeros_like(seen)
+    start = None
     if options.swaps:
-        positions, seen, swapped = _unswapped(positions, seen, spacing, moving)
-    held = steady(positions, seen, moving)
+        positions, seen, swapped, start = _unswapped(positions, seen, spacing, moving)
+    held = steady(positions, seen, moving, start, rounds=2 if start else 4)
     off = np.zeros_like(seen)
     if options.spikes:
         held, off = _without_spikes(positions, seen, take.times, moving, held)
@@ -123,13 +125,16 @@ def _spacing(positions: FloatArray, seen: BoolArray) -> float:
 
 def _unswapped(
     positions: FloatArray, seen: BoolArray, spacing: float, moving: bool
-) -> tuple[FloatArray, BoolArray, BoolArray]:
-    """Put labels right where the other markers agree that it is better so."""
+) -> tuple[FloatArray, BoolArray, BoolArray, Pose]:
+    """Put labels right where the other markers agree that it is better so.
+
+    Return positions, what is seen, what was swapped, and the head's pose on the way.
+    """
     held = steady(positions, seen, moving, rounds=1)
     owner = owners(held.still, seen, spacing)
     swapped: BoolArray = owner != np.arange(seen.shape[1])
     if not swapped.any():
-        return positions, seen, swapped
+        return positions, seen, swapped, held.pose
     back = np.argsort(owner, axis=1)
     right = np.take_along_axis(positions, back[..., None], axis=1)
     right_seen = np.take_along_axis(seen, back, axis=1)
@@ -144,6 +149,7 @@ def _unswapped(
         np.where(better[:, None, None], right, positions),
         np.where(better[:, None], right_seen, seen),
         touched & better[:, None],
+        held.pose,
     )
 
 

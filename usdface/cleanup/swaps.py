@@ -1,7 +1,6 @@
 """Swaps: two or more labels that change places from one frame to the next."""
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from usdface.takes import BoolArray, FloatArray, IntArray
 
@@ -45,10 +44,14 @@ def owners(still: FloatArray, seen: BoolArray, spacing: float) -> IntArray:
     for event in events.tolist():
         who = np.flatnonzero(jumps[event])
         cost = np.linalg.norm(still[event + 1][who, None] - before[event][who], axis=2)
+        lands = cost < _LANDING * cost.diagonal().clip(max=spacing)[:, None]
+        if not lands.any():
+            continue
+        from scipy.optimize import linear_sum_assignment  # costs more to import than all of this
+
         at, was = linear_sum_assignment(cost)
         moved = at != was
-        lands = cost[at, was] < _LANDING * cost[at, at].clip(max=spacing)
-        if not moved.any() or not lands[moved].all():
+        if not moved.any() or not lands[at, was][moved].all():
             continue
         state = states[-1].copy()
         state[who[at[moved]]] = states[-1][who[was[moved]]]

@@ -123,6 +123,7 @@ def solve_jointly(
     fit_pose = setup.head == "solve" and rows.axes == 3
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
 
+    here = pose.to_head(markers)
     basis_of_rest = unexplained(np.vstack([rows.model.directions, rows.rigid.T]))
     whole = np.asarray(seen.all(axis=1))
 
@@ -130,7 +131,7 @@ def solve_jointly(
     covariance: FloatArray | None = None
     noise = misfit = 0.0
     for done in range(1, _ROUNDS + 1):
-        displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
+        displaced, observed = _displaced(here, space, rows, iterate, times)
         rest = observed @ basis_of_rest
         if done <= 2:
             noise = marker_noise(rest, whole)
@@ -142,16 +143,16 @@ def solve_jointly(
         leftover = (observed - rows.explained(iterate.weights)).reshape(*seen.shape, -1)
         moved = _rms(leftover[~seen])
         if fit_pose:
-            here = pose.to_head(markers)
             pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
-            moved = max(moved, _rms((pose.to_head(markers) - here)[seen]))
+            before, here = here, pose.to_head(markers)
+            moved = max(moved, _rms((here - before)[seen]))
         if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
             known = covariance is not None
             if not known:
                 covariance = _learned(rows, observed, times, (noise, misfit), setup.solve, iterate)
             if known or covariance is None:
                 break
-    displaced, observed = _displaced(markers, pose, space, rows, iterate, times)
+    displaced, observed = _displaced(here, space, rows, iterate, times)
     errors = noise, misfit
     if covariance is None:
         covariance = _learned(rows, observed, times, errors, setup.solve, iterate)
@@ -267,15 +268,17 @@ def small_motions(points: FloatArray, image: bool) -> FloatArray:
 
 
 def _displaced(
-    markers: FloatArray,
-    pose: Pose,
+    here: FloatArray,
     space: SpaceMap,
     rows: _Rows,
     iterate: Iterate | None,
     times: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Carry markers over to the character: (F, M, 3) with gaps, and flat (F, N) without."""
-    displaced = space.displacements(pose.to_head(markers)[..., : rows.axes])
+    """Carry markers of a still head over to the character.
+
+    Return them (F, M, 3) with gaps, and flat (F, N) without.
+    """
+    displaced = space.displacements(here[..., : rows.axes])
     observed = displaced[..., : rows.axes].reshape(len(displaced), -1)
     hidden = np.isnan(observed)
     if not hidden.any():

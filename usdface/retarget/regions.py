@@ -93,22 +93,14 @@ def region_residuals(mesh: Mesh, binding: Binding, solution: Solution) -> dict[s
     dict of str to (F,) float64 [m]
         0 in frames that show none of a region's markers.
     """
-    distances, regions = solution.distances, _of_markers(mesh, binding, solution)
-    result = {}
-    for region in sorted(set(regions)):
-        own = distances[:, np.array(regions) == region]
-        seen = ~np.isnan(own)
-        squares = np.where(seen, own, 0.0) ** 2
-        result[region] = np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1))
-    return result
+    return {region: _rms(own) for region, own in _distances(mesh, binding, solution).items()}
 
 
 def region_errors(mesh: Mesh, binding: Binding, solution: Solution) -> dict[str, dict[str, Any]]:
     """Return the residual of each region for a report [mm]: over the take, and frame by frame."""
-    regions = _of_markers(mesh, binding, solution)
     result = {}
-    for region, curve in region_residuals(mesh, binding, solution).items():
-        own = solution.distances[:, np.array(regions) == region]
+    for region, own in _distances(mesh, binding, solution).items():
+        curve = _rms(own)
         result[region] = {
             "markers": own.shape[1],
             "rms": round(1000.0 * float(np.sqrt(np.nanmean(own**2))), 3),
@@ -119,9 +111,18 @@ def region_errors(mesh: Mesh, binding: Binding, solution: Solution) -> dict[str,
     return result
 
 
-def _of_markers(mesh: Mesh, binding: Binding, solution: Solution) -> tuple[str, ...]:
+def _distances(mesh: Mesh, binding: Binding, solution: Solution) -> dict[str, FloatArray]:
+    """Return how far the markers of each region are from the solved face: (F, m), NaN = unseen."""
     vertex = dict(zip(binding.markers, binding.points.tolist(), strict=True))
-    return regions_of(mesh, np.array([vertex[name] for name in solution.markers]))
+    regions = np.array(regions_of(mesh, np.array([vertex[name] for name in solution.markers])))
+    return {str(region): solution.distances[:, regions == region] for region in np.unique(regions)}
+
+
+def _rms(distances: FloatArray) -> FloatArray:
+    """Return the RMS of what each frame shows, 0 where that is nothing: (F,)."""
+    seen = ~np.isnan(distances)
+    squares = np.where(seen, distances, 0.0) ** 2
+    return np.asarray(np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1)))
 
 
 def place_names(mesh: Mesh, vertices: IntArray, binding: Binding) -> tuple[str, ...]:

@@ -7,7 +7,6 @@ the frames do not ask for stays 0.
 """
 
 import numpy as np
-from scipy.optimize import minimize
 
 from usdface.retarget.align import rigid_fit, similarity_fit
 from usdface.retarget.box import solve_box
@@ -51,6 +50,8 @@ def rest_weights(
     offsets : (S, M, 3) float64 [m]
         What each blend shape adds to them.
     """
+    from scipy.optimize import minimize  # costs more to import than a solve needs
+
     count = len(offsets)
     shared = _in_errors(positions, neutral, points, offsets)
     if shared is None:

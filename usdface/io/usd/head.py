@@ -17,6 +17,12 @@ from usdface.takes import FloatArray
 __all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "without_head"]
 
 HEAD_OP = "xformOp:transform:usdfaceHead"
+# What a skeletal animation says of its joints.
+_PARTS = (
+    ("translations", Sdf.ValueTypeNames.Float3Array, Vt.Vec3fArray),
+    ("rotations", Sdf.ValueTypeNames.QuatfArray, Vt.QuatfArray),
+    ("scales", Sdf.ValueTypeNames.Half3Array, Vt.Vec3hArray),
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,17 +174,15 @@ def _author_joint(
         anim, "joints", kinds.TokenArray, Sdf.VariabilityUniform
     )
     order.default = Vt.TokenArray(names)
-    columns: tuple[list[object], ...] = ([], [], [])
-    for frame in range(len(codes)):
-        for column, part, own in zip(
-            columns, others[min(frame, len(others) - 1)], moved, strict=True
-        ):
-            values = list(part)
-            values[place:] = [own[frame], *values[place + 1 :]]
-            column.append(values)
-    _samples(layer, anim, "translations", kinds.Float3Array, codes, map(Vt.Vec3fArray, columns[0]))
-    _samples(layer, anim, "rotations", kinds.QuatfArray, codes, map(Vt.QuatfArray, columns[1]))
-    _samples(layer, anim, "scales", kinds.Half3Array, codes, map(Vt.Vec3hArray, columns[2]))
+    for (name, kind, array), there, own in zip(
+        _PARTS, zip(*others, strict=True), moved, strict=True
+    ):
+        values = np.array(own)
+        rows = np.empty((len(codes), len(names), values.shape[1]), values.dtype)
+        before = np.array([np.array(part) for part in there])
+        rows[:, : before.shape[1]] = before
+        rows[:, place] = values
+        _samples(layer, anim, name, kind, codes, map(array.FromNumpy, rows))
 
 
 def _local(carrier: HeadCarrier, motion: Pose) -> FloatArray:
@@ -196,7 +200,7 @@ def _there(
     stage: Usd.Stage, path: str, codes: list[float]
 ) -> tuple[tuple[str, ...], list[tuple[Any, Any, Any]]]:
     """Return the joints that an animation moves, and their parts at each time, or once."""
-    nothing: list[tuple[Any, Any, Any]] = [((), (), ())]
+    nothing = [tuple(array() for _, _, array in _PARTS)]
     animation = UsdSkel.Animation.Get(stage, path)
     if not animation:
         return (), nothing
@@ -221,5 +225,6 @@ def _samples(
 ) -> None:
     if name not in prim.attributes:
         Sdf.AttributeSpec(prim, name, kind, Sdf.VariabilityVarying)
+    path = prim.path.AppendProperty(name)
     for code, value in zip(codes, values, strict=True):  # type: ignore[call-overload]
-        layer.SetTimeSample(prim.path.AppendProperty(name), code, value)
+        layer.SetTimeSample(path, code, value)
