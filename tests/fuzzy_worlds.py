@@ -38,12 +38,16 @@ PARAMETERS = {
     "s_shape": rising(2),
     "z_shape": rising(2),
     "pi_shape": rising(4),
+    # No heights of a triangle or trapezium, which come back from FCL as such.
+    "points": st.tuples(rising(3), st.floats(0.1, 0.3), st.floats(0.4, 0.6)).map(
+        lambda t: (t[0][0], t[1], t[0][1], t[2], t[0][2], 0.0)
+    ),
 }
 WORDS = ("low", "middle", "high", "very", "rule", "ende", "t_1")
 
 
-def terms(names: tuple[str, ...]) -> st.SearchStrategy[tuple[Term, ...]]:
-    kinds = st.sampled_from(sorted(PARAMETERS))
+def terms(names: tuple[str, ...], plain: bool = False) -> st.SearchStrategy[tuple[Term, ...]]:
+    kinds = st.sampled_from(sorted(PARAMETERS.keys() - ({"points"} if plain else set())))
     parameters = kinds.flatmap(lambda kind: st.tuples(st.just(kind), PARAMETERS[kind]))
     return st.lists(parameters, min_size=len(names), max_size=len(names)).map(
         lambda made: tuple(Term(n, k, p) for n, (k, p) in zip(names, made, strict=True))
@@ -55,7 +59,7 @@ def bounds() -> st.SearchStrategy[tuple[float, float]]:
 
 
 @st.composite
-def inputs(draw: st.DrawFn, name: str) -> Variable:
+def inputs(draw: st.DrawFn, name: str, plain: bool = False) -> Variable:
     names = tuple(draw(st.lists(st.sampled_from(WORDS), min_size=1, max_size=3, unique=True)))
     return Variable(
         name,
@@ -63,7 +67,7 @@ def inputs(draw: st.DrawFn, name: str) -> Variable:
         draw(st.sampled_from(("lip", "left brow", "Ångström"))),
         draw(st.sampled_from(("x", "y", "z"))),
         draw(st.sampled_from(("absolute", "signed"))),
-        draw(terms(names)),
+        draw(terms(names, plain)),
         draw(st.none() | bounds()),
     )
 
@@ -100,13 +104,13 @@ def conditions(variables: list[Variable], plain: bool) -> st.SearchStrategy[Cond
 def systems(draw: st.DrawFn, plain: bool = False) -> FuzzySystem:
     """Draw a system of up to three inputs, two outputs and four rules."""
     mamdani = draw(st.booleans())
-    read = [draw(inputs(name)) for name in ("lip_y", "b", "x_1")[: draw(st.integers(1, 3))]]
+    read = [draw(inputs(name, plain)) for name in ("lip_y", "b", "x_1")[: draw(st.integers(1, 3))]]
     told = []
     for name in ("joy", "wut")[: draw(st.integers(1, 2))]:
         low, high = draw(bounds())
         made = (Term("flat", "constant", (draw(number),)),)
         made += (Term("plane", "linear", tuple(draw(number) for _ in range(len(read) + 1))),)
-        made = draw(terms(("little", "much"))) if mamdani else made
+        made = draw(terms(("little", "much"), plain)) if mamdani else made
         default = low + draw(short) * (high - low)
         default = min(max(default, low), high)
         told.append(Variable(name, "output", terms=made, range=(low, high), default=default))

@@ -36,6 +36,14 @@ def test_a_rule_that_can_never_fire_is_named(condition, fires):
     assert found(rule) == expected
 
 
+def test_a_term_beyond_the_range_of_its_input_makes_a_rule_that_never_fires():
+    rule = "IF a IS high AND b IS high THEN joy IS 1"
+    assert found(rule) == found(rule, range_=(0.05, 1.0))[1:] == []
+    codes = [code for code, _ in found(rule, range_=(-0.9, 0.1))]
+    assert "RULE_UNREACHABLE" in codes
+    assert "RULE_UNREACHABLE" not in [code for code, _ in found(rule, range_=(-0.9, 0.11))]
+
+
 def test_contradictory_rules_are_named_whatever_their_order():
     one, other = (
         "IF a IS high AND b IS low THEN joy IS 1",

@@ -58,6 +58,11 @@ def test_a_ramp_mirrors_and_scales():
         ("pi_shape", (-inf, 0, 1, 2), "finite"),
         ("constant", (1, 2), "expected 1 parameters"),
         ("linear", (1, nan), "numbers"),
+        ("points", (0, 1), "expected 4 parameters, x, height, x, height"),
+        ("points", (0, 1, 2), "expected 4 parameters"),
+        ("points", (0, 1, 0, 0), "from left to right"),
+        ("points", (0, 1, 1, 1.1), "heights of points must be 0 to 1"),
+        ("points", (0, 1, inf, 0), "finite"),
         ("triangular", (0, 1), "expected 3 parameters"),
         ("triangular", (0, 2, 1), "ascend"),
         ("triangular", (0, nan, 1), "must be numbers"),
@@ -80,6 +85,7 @@ FL_KINDS = {
     "s_shape": (fl.SShape, (-1, 0.5)),
     "z_shape": (fl.ZShape, (-1, 0.5)),
     "pi_shape": (fl.PiShape, (-1, 0, 0.5, 1)),
+    "points": (lambda name, *p: fl.Discrete(name, p), (-1, 0.25, 0, 1, 0.5, 0, 1, 0.5)),
 }
 
 

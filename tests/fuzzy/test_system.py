@@ -87,3 +87,10 @@ def test_more_rules_than_anybody_reads_are_refused():
 def test_smoothing_is_of_seconds(seconds):
     with pytest.raises(InputError, match="expected seconds, 0 to 10"):
         FuzzySystem((), (), smoothing=seconds)
+
+
+def test_a_rule_that_asks_for_an_output_is_refused():
+    brow = Variable("a", "input", "a", terms=(Term("on", "ramp", (0, 1)),))
+    rule = parse_rule("IF joy IS on THEN fear IS 1")
+    with pytest.raises(InputError, match="'joy' is an output; a rule asks for inputs alone, a"):
+        FuzzySystem((brow, Variable("joy", "output"), Variable("fear", "output")), (rule,))

@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import fires_at_neutral
-from usdface.fuzzy.membership import membership
+from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Condition, Proposition, Rule
 from usdface.fuzzy.system import FuzzySystem, Variable
@@ -43,8 +43,8 @@ def _silent(system: FuzzySystem) -> list[Finding]:
             why = "is disabled or has no weight; enable it, or remove it"
         elif not _alternatives(rule.condition, variables, points, False):
             why = (
-                "can never fire: no value belongs to all that it asks of one variable; drop or "
-                "change one of these conditions"
+                "can never fire: no value that its inputs may have belongs to all that it asks; "
+                "drop or change one of these conditions"
             )
         else:
             continue
@@ -126,7 +126,7 @@ def _gaps(system: FuzzySystem) -> list[Finding]:
         bare = x[1:-1][~covered[1:-1]]
         if bare.size:
             # Where terms end is a parameter of theirs, a little before or after the samples.
-            marks = np.array([*variable.range, *(p for t in variable.terms for p in t.parameters)])
+            marks = np.array([*variable.range, *_marks(variable)])
             low, high = marks[marks <= bare[0]].max(), marks[marks >= bare[-1]].min()
             message = (
                 f"no term of {variable.name} covers all of {low:g} to {high:g}; no rule "
@@ -138,8 +138,15 @@ def _gaps(system: FuzzySystem) -> list[Finding]:
 
 def _points(variable: Variable) -> FloatArray:
     """Values that a variable can have, between which no term changes from 0 to more."""
-    marks = np.array([p for t in variable.terms for p in t.parameters if np.isfinite(p)] + [0.0])
-    marks = np.unique(marks)
+    low, high = variable.range or (-np.inf, np.inf)
+    low = max(low, 0.0) if variable.measure == "absolute" else low
+    marks = np.unique([0.0, low, high, *_marks(variable)])
+    marks = marks[np.isfinite(marks)]
     beyond = [marks[0] - 1.0, marks[-1] + 1.0]
     points = np.concatenate([marks, (marks[1:] + marks[:-1]) / 2, beyond])
-    return points[points >= 0] if variable.measure == "absolute" else points
+    return np.asarray(points[(points >= low) & (points <= high)])
+
+
+def _marks(variable: Variable) -> list[float]:
+    """Return where the terms of a variable bend, begin and end."""
+    return [p for term in variable.terms for p in places(term.kind, term.parameters)]

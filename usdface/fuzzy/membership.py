@@ -100,6 +100,11 @@ def _bell(x: FloatArray, centre: float, width: float, slope: float) -> FloatArra
         return 1.0 / (1.0 + np.abs((x - centre) / width) ** (2.0 * slope))
 
 
+def _points(x: FloatArray, *points: float) -> FloatArray:
+    """Straight lines from point to point; level before the first and after the last."""
+    return np.asarray(np.interp(x, points[::2], points[1::2]))
+
+
 KINDS: dict[str, tuple[tuple[str, ...], Callable[..., FloatArray]]] = {
     "triangular": (("left", "peak", "right"), _triangular),
     "trapezoidal": (("left", "top_left", "top_right", "right"), _trapezoidal),
@@ -111,12 +116,13 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[..., FloatArray]]] = {
     "s_shape": (("foot", "top"), _s_shape),
     "z_shape": (("top", "foot"), _z_shape),
     "pi_shape": (("left", "top_left", "top_right", "right"), _pi_shape),
+    "points": (("x", "height"), _points),  # as many pairs as there are points
 }
 # Sugeno of order zero, and of order one: a factor for each input, then the constant.
 CONSEQUENTS = ("constant", "linear")
 
 _POSITIVE = {"deviation", "left_deviation", "right_deviation", "width"}
-_NO_PLACES = _POSITIVE | {"slope"}
+_NO_PLACES = _POSITIVE | {"slope", "height"}
 _LINEAR = {"triangular", "trapezoidal"}
 _SMOOTH_STEPS = {"s_shape", "z_shape", "pi_shape"}
 
@@ -146,6 +152,8 @@ def check_parameters(kind: str, parameters: tuple[float, ...]) -> None:
         raise InputError(f"{found}: only the outer feet may be infinite")
     if not all(map(isfinite, finite)):
         raise InputError(f"{found}: parameters must be finite")
+    if kind == "points":
+        _check_points(found, parameters)
     for name, value in zip(wanted, parameters, strict=True):
         if (name in _POSITIVE and value <= 0) or (name == "slope" and value == 0):
             raise InputError(f"{found}: {name} must be {'over' if name in _POSITIVE else 'not'} 0")
@@ -153,9 +161,16 @@ def check_parameters(kind: str, parameters: tuple[float, ...]) -> None:
         raise InputError(f"{found}: slope must be over 0")
 
 
+def _check_points(found: str, parameters: tuple[float, ...]) -> None:
+    if any(a >= b for a, b in pairwise(parameters[::2])):
+        raise InputError(f"{found}: points must follow one another from left to right")
+    if not all(0 <= height <= 1 for height in parameters[1::2]):
+        raise InputError(f"{found}: heights of points must be 0 to 1")
+
+
 def places(kind: str, parameters: tuple[float, ...]) -> tuple[float, ...]:
     """Return the finite parameters that are values of x, not widths or slopes."""
-    named = zip(KINDS[kind][0], parameters, strict=True)
+    named = zip(_names(kind, len(parameters)), parameters, strict=True)
     return tuple(p for name, p in named if name not in _NO_PLACES and isfinite(p))
 
 
@@ -168,7 +183,7 @@ def _names(kind: str, count: int) -> tuple[str, ...]:
         raise InputError(
             f"unknown kind of term {kind!r}; expected {', '.join((*KINDS, *CONSEQUENTS))}"
         )
-    return KINDS[kind][0]
+    return KINDS[kind][0] * (max(2, (count + 1) // 2) if kind == "points" else 1)
 
 
 def membership(kind: str, parameters: tuple[float, ...], x: FloatArray) -> FloatArray:
@@ -184,6 +199,7 @@ def membership(kind: str, parameters: tuple[float, ...], x: FloatArray) -> Float
         "bell": 1 / (1 + |(x - centre) / width|^(2 slope)).
         "s_shape", "z_shape", "pi_shape": as ramp, ramp and trapezoidal, with two parabolas for
         each straight flank.
+        "points": x and height of each, joined by straight lines, level beyond.
     parameters : tuple of float
         As `check_parameters` demands.
     x : (...) float64

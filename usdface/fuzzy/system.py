@@ -267,6 +267,11 @@ class FuzzySystem:
 
     def _check_rule(self, rule: Rule, terms: dict[str, list[str]]) -> None:
         for variable, term in rule.antecedent:
+            if variable in self.emotions:
+                raise InputError(
+                    f"{rule.named}: {variable!r} is an output; a rule asks for inputs alone, "
+                    f"{', '.join(terms) or 'of which there are none'}"
+                )
             if variable not in terms:
                 raise InputError(
                     f"{rule.named}: no input is called {variable!r}; there are "

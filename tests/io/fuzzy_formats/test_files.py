@@ -339,3 +339,13 @@ def test_the_unit_of_a_file_that_names_none_is_taken_from_how_far_its_terms_reac
     assert system.face_unit == unit
     (said,) = (f.message for f in findings if f.code == "UNITS_ASSUMED")
     assert f"reach to {top:g}" in said and ("millimetres" in said) == (unit == "none")
+
+
+def test_a_list_of_points_is_refused_where_a_format_has_none(tmp_path):
+    terms = (Term("bent", "points", (0, 0, 1, 0.3, 2, 1)),)
+    brow = Variable("brow_y", "input", "brow", terms=terms)
+    rule = parse_rule("IF brow_y IS bent THEN joy IS 1")
+    system = FuzzySystem((brow, Variable("joy", "output")), (rule,))
+    with pytest.raises(OutputError, match=r"term 'bent' is a list of points, which .fis has not"):
+        write_fuzzy_file(tmp_path / "a.fis", system)
+    assert not (tmp_path / "a.fis").exists()

@@ -88,7 +88,12 @@ def test_either_norm_stands_for_both(file):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("(27, 0);\n", "(27, 0.5);\n", "line 11: the term 'cold' has the heights 1, 0.5"),
+        ("(27, 0);\n", "(27, 1.5);\n", "line 11: term 'cold': .* heights of points must be 0 to 1"),
+        (
+            "(27, 0);\n",
+            "(5, 0.5) (4, 0);\n",
+            "line 11: .* points must follow one another",
+        ),
         ("(3, 1) (27, 0)", "(3 1) (27, 0)", "line 11: expected points"),
         ("(3, 1) (27, 0)", "(3, @) (27, 0)", "line 11: '@\\)' is no FCL"),
         (
@@ -155,6 +160,8 @@ def test_jfuzzylogics_norms(file, old, new, field, expected):
         ("(3, 0) (5, 0) (27, 1)", ("ramp", (5, 27))),
         ("(3, 0) (5, 1) (7, 1) (9, 1) (27, 0) (30, 0)", ("trapezoidal", (3, 5, 9, 27))),
         ("(3, 1) (27, 1)", ("trapezoidal", (-np.inf, 3, 27, np.inf))),
+        ("(3, 1) (9, 0.4) (12, 0.4) (27, 0)", ("points", (3, 1, 9, 0.4, 12, 0.4, 27, 0))),
+        ("(3, 0) (9, 0.4) (12, 0.4) (15, 0.4)", ("points", (3, 0, 9, 0.4))),
     ],
 )
 def test_points_that_say_nothing_are_left_out(file, points, expected):

@@ -36,7 +36,7 @@ def read_term(name: str, words: tuple[str, ...]) -> Term:
 
 
 def _from_points(name: str, words: tuple[str, ...]) -> Term:
-    """Return the ramp, triangle or trapezium that a list of points is."""
+    """Return the ramp, triangle or trapezium that a list of points is, or the list."""
     text = " ".join(words)
     found = re.findall(r"\( (\S+) , (\S+) \)", text)
     if " ".join(f"( {x} , {y} )" for x, y in found) != text:
@@ -50,13 +50,7 @@ def _from_points(name: str, words: tuple[str, ...]) -> Term:
         (0, 1, 1, 0): ("trapezoidal", x),
         (1, 1): ("trapezoidal", (-inf, *x, inf)),
     }
-    if y not in kinds:
-        heights = ", ".join(f"{height:g}" for _, height in points)
-        raise InputError(
-            f"the term {name!r} has the heights {heights}; expected a ramp, a triangle or a "
-            "trapezium between 0 and 1"
-        )
-    kind, parameters = kinds[y]
+    kind, parameters = kinds.get(y, ("points", tuple(n for point in points for n in point)))
     return Term(name, kind, parameters)
 
 

@@ -16,6 +16,7 @@ FLL_KINDS = {
     "s_shape": "SShape",
     "z_shape": "ZShape",
     "pi_shape": "PiShape",
+    "points": "Discrete",
     "constant": "Constant",
     "linear": "Linear",
 }

@@ -60,6 +60,8 @@ def _term(term: Term) -> str:
     kind = as_ramp(term).kind
     if kind == "constant":
         said = repr(p[0])
+    elif kind == "points":
+        said = " ".join(f"({x!r}, {y!r})" for x, y in zip(p[::2], p[1::2], strict=True))
     elif kind in (*SMOOTH, "linear") or not all(map(isfinite, p)):
         said = f"{FLL_KINDS[kind]} {' '.join(map(repr, p))}"
     else:

@@ -106,6 +106,11 @@ def _term(term: Term) -> str:
     elif term.kind in KINDS:
         kind, order = KINDS[term.kind]
         values = tuple(p[i] for i in order)
+    elif term.kind == "points":
+        raise OutputError(
+            f"the term {term.name!r} is a list of points, which .fis has not; make it a triangle "
+            "or a trapezium, or write .fcl or .fll"
+        )
     else:
         kind, values = term.kind, p
     return f"'{term.name}':'{kind}',{_list(values)}"
