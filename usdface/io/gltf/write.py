@@ -81,7 +81,6 @@ def write_gltf(
     by_name = {material.name: material for material in materials}
     if bare(rig):
         by_name[""] = bare_material()
-    coloured = {"", *(m.name for m in rig.materials if m.vertex_colours)}
     document = pygltflib.GLTF2(
         asset=_asset(rig, uv_names),
         materials=list(by_name.values()),
@@ -90,39 +89,13 @@ def write_gltf(
     )
     beside = textures.into(document, builder, path)
     skeleton = _moving(rig, clips)
-    roots: list[int] = []
-    carriers: list[tuple[int, Mesh]] = []
-    boxes: list[Box | None] = []
-    for mesh in rig.meshes:
-        held = len(skeleton.joints) if skeleton else 0
-        box = box_of(mesh) if quantize and len(mesh.points) else None
-        stored = box.boxed(mesh) if box else mesh
-        made, news = written_mesh(stored, by_name, builder, held, uv_names, coloured)
-        found += news
-        if made is None:
-            continue
-        skinned = skeleton is not None and mesh.skin is not None
-        if box:
-            found.append(box.announced(mesh.name))
-        roots.append(len(document.nodes))
-        carriers.append((len(document.nodes), mesh))
-        boxes.append(box if skinned else None)
-        document.nodes.append(
-            pygltflib.Node(
-                name=mesh.name,
-                mesh=len(document.meshes),
-                skin=0 if skinned else None,
-                translation=box.centre.tolist() if box and not skinned else None,
-                scale=[box.size] * 3 if box and not skinned else None,
-                extras=written_extras(mesh.extras),
-            )
-        )
-        document.meshes.append(made)
+    held = len(skeleton.joints) if skeleton else 0
+    carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)
+    roots = [node for node, _ in carriers]
     joints: dict[str, tuple[int, pygltflib.Node]] = {}
     if skeleton is not None:
         first = len(document.nodes)
         roots += _write_skeleton(skeleton, document, builder, found)
-        boxed = [(n, b) for (n, _), b in zip(carriers, boxes, strict=True) if b]
         _unbox(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
     for clip in clips:
@@ -143,6 +116,45 @@ def write_gltf(
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
+
+
+def _write_meshes(
+    rig: Rig,
+    materials: dict[str, pygltflib.Material],
+    held: int,
+    uv_names: Sequence[str],
+    document: pygltflib.GLTF2,
+    builder: BufferBuilder,
+    found: list[Finding],
+) -> tuple[list[tuple[int, Mesh]], list[tuple[int, Box]]]:
+    """Give each mesh a node; return the nodes that carry one, and those whose box a skin holds.
+
+    `held` is how many joints there are; what is in no skin has its box on its node.
+    """
+    coloured = {"", *(m.name for m in rig.materials if m.vertex_colours)}
+    carriers: list[tuple[int, Mesh]] = []
+    boxed: list[tuple[int, Box]] = []
+    for mesh in rig.meshes:
+        box = box_of(mesh) if builder.shorts and len(mesh.points) else None
+        stored = box.boxed(mesh) if box else mesh
+        made, news = written_mesh(stored, materials, builder, held, uv_names, coloured)
+        found += news
+        if made is None:
+            continue
+        if box:
+            found.append(box.announced(mesh.name))
+        node = pygltflib.Node(
+            name=mesh.name, mesh=len(document.meshes), extras=written_extras(mesh.extras)
+        )
+        if held and mesh.skin is not None:
+            node.skin = 0
+            boxed += [(len(document.nodes), box)] if box else []
+        elif box:
+            node.translation, node.scale = box.centre.tolist(), [box.size] * 3
+        carriers.append((len(document.nodes), mesh))
+        document.nodes.append(node)
+        document.meshes.append(made)
+    return carriers, boxed
 
 
 def _unbox(
