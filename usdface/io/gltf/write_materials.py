@@ -4,7 +4,7 @@ Source: glTF 2.0 specification, section 3.9; KHR_materials_emissive_strength, _i
 _clearcoat.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import pygltflib
@@ -13,11 +13,9 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.extras import written_extras
 from usdface.io.gltf.image import GltfImage, channels_image, has_alpha, to_gltf_image
 from usdface.io.gltf.textures import TextureBuilder
-from usdface.materials import Material, Placement, Texture
+from usdface.materials import AlphaMode, Material, Texture
 
 __all__ = ["written_materials"]
-
-Placed = tuple[GltfImage, Placement]
 
 
 def written_materials(
@@ -29,79 +27,72 @@ def written_materials(
     colour's; images that are so already pass unchanged. Values outside glTF's ranges are clamped.
     """
     found: list[Finding] = []
-    made: dict[Any, GltfImage | None] = {}
-    written = [_written(material, textures, made, found) for material in materials]
+    images = _Images(found)
+    written = [_written(material, textures, images, found) for material in materials]
     return written, found + textures.findings
 
 
+class _Images:
+    """The images of a document, each made once, however many materials show it."""
+
+    def __init__(self, found: list[Finding]) -> None:
+        self._made: dict[Any, GltfImage | None] = {}
+        self._found = found
+
+    def plain(self, texture: Texture | None, colour: bool) -> GltfImage | None:
+        """Return the image of a texture as it is."""
+        if texture is None:
+            return None
+        return self._once((texture.image, colour), lambda: to_gltf_image(texture, colour))
+
+    def packed(self, planes: Sequence[Texture | None], colour: bool = False) -> GltfImage | None:
+        """Return an image of channels: of single numbers, or of a colour and its opacity."""
+        key = (*(p and (p.image, p.channel) for p in planes), colour)
+        return self._once(key, lambda: channels_image(planes, colour))
+
+    def _once(
+        self, key: Any, make: Callable[[], tuple[GltfImage | None, list[Finding]]]
+    ) -> GltfImage | None:
+        if key not in self._made:
+            self._made[key], news = make()
+            self._found.extend(news)
+        return self._made[key]
+
+
 def _written(
-    material: Material,
-    textures: TextureBuilder,
-    made: dict[Any, GltfImage | None],
-    found: list[Finding],
+    material: Material, textures: TextureBuilder, images: _Images, found: list[Finding]
 ) -> pygltflib.Material:
     where = f"material {material.name}"
     mode = material.alpha_mode
     if mode == "opaque" and (material.opacity < 1 or material.opacity_texture):
         mode = "blend"
 
-    def image(key: Any, make: Any) -> GltfImage | None:
-        if key not in made:
-            made[key], news = make()
-            found.extend(news)
-        return made[key]
-
-    def plain(texture: Texture | None, colour: bool) -> GltfImage | None:
-        if texture is None:
-            return None
-        return image((texture.image, colour), lambda: to_gltf_image(texture, colour))
-
-    def packed(planes: Sequence[Texture | None], colour: bool = False) -> GltfImage | None:
-        key = (*(p and (p.image, p.channel) for p in planes), colour)
-        return image(key, lambda: channels_image(planes, colour))
-
     def info(kind: Any, texture: Texture | None, chosen: GltfImage | None) -> Any:
         if texture is None or chosen is None:
             return None
         return textures.info(kind, chosen, texture.placed, where)
 
-    base, alpha = material.base_color_texture, material.opacity_texture
-    alpha = _together(alpha, base, "opacity", where, found)
-    colours = None
-    if alpha is not None and not _same(alpha, base, "a"):
-        colours = packed((base, alpha), colour=True)
-    elif base is not None:
-        colours = plain(base, True)
-        if alpha is None and mode != "opaque" and colours and has_alpha(colours[0]):
-            colours = packed((base, None), colour=True)
-    rough, metal = material.roughness_texture, material.metallic_texture
-    metal = _together(metal, rough, "metallic", where, found)
-    shine = None
-    if (rough or metal) and not (_same(rough, metal, "g") and _same(metal, rough, "b")):
-        shine = packed((None, rough, metal))
-    elif rough is not None:
-        shine = plain(rough, False)
-    hollow = material.occlusion_texture
-    hollows = None
-    if hollow is not None:
-        hollows = plain(hollow, False) if hollow.channel in ("", "r") else packed((hollow,) * 3)
+    base, rough = material.base_color_texture, material.roughness_texture
+    alpha = _together(material.opacity_texture, base, "opacity", where, found)
+    colours = _colours(base, alpha, mode, images)
+    metal = _together(material.metallic_texture, rough, "metallic", where, found)
+    shine = _shine(rough, metal, images)
+    hollow, normal, glow = (
+        material.occlusion_texture,
+        material.normal_texture,
+        material.emissive_texture,
+    )
+    one_channel = hollow is not None and hollow.channel not in ("", "r")
+    hollows = images.packed((hollow,) * 3) if one_channel else images.plain(hollow, False)
     result = pygltflib.Material(
         name=material.name,
         pbrMetallicRoughness=pygltflib.PbrMetallicRoughness(
             baseColorTexture=info(pygltflib.TextureInfo, base or alpha, colours),
             metallicRoughnessTexture=info(pygltflib.TextureInfo, rough or metal, shine),
         ),
-        normalTexture=info(
-            pygltflib.NormalMaterialTexture,
-            material.normal_texture,
-            plain(material.normal_texture, False),
-        ),
+        normalTexture=info(pygltflib.NormalMaterialTexture, normal, images.plain(normal, False)),
         occlusionTexture=info(pygltflib.OcclusionTextureInfo, hollow, hollows),
-        emissiveTexture=info(
-            pygltflib.TextureInfo,
-            material.emissive_texture,
-            plain(material.emissive_texture, True),
-        ),
+        emissiveTexture=info(pygltflib.TextureInfo, glow, images.plain(glow, True)),
         alphaMode=mode.upper(),
         alphaCutoff=max(material.alpha_cutoff, 0.0) if mode == "mask" else None,
         doubleSided=material.double_sided,
@@ -109,6 +100,25 @@ def _written(
     )
     _factors(result, material, found)
     return result
+
+
+def _colours(
+    base: Texture | None, alpha: Texture | None, mode: AlphaMode, images: _Images
+) -> GltfImage | None:
+    """Return the image of colour and opacity; an opacity that nothing asks for is taken out."""
+    if alpha is not None and not _same(alpha, base, "a"):
+        return images.packed((base, alpha), colour=True)
+    colours = images.plain(base, True)
+    if alpha is None and mode != "opaque" and colours and has_alpha(colours[0]):
+        return images.packed((base, None), colour=True)
+    return colours
+
+
+def _shine(rough: Texture | None, metal: Texture | None, images: _Images) -> GltfImage | None:
+    """Return the image that has roughness in green and metallic in blue."""
+    if _same(rough, metal, "g") and _same(metal, rough, "b"):
+        return images.plain(rough, False)
+    return images.packed((None, rough, metal))
 
 
 def _factors(result: pygltflib.Material, material: Material, found: list[Finding]) -> None:
