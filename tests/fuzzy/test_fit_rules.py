@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -6,6 +7,7 @@ from fit_world import NOISE, RULES, face, make_examples
 
 from usdface.fuzzy.fit_parts import partings
 from usdface.fuzzy.fit_rules import cheapest_partings, learn_rules
+from usdface.fuzzy.fit_subsumed import subsumes
 from usdface.fuzzy.fit_terms import words_of
 
 
@@ -52,6 +54,18 @@ def test_every_condition_asks_another_marker(seed):
     for _, conditions in learned(replace(examples, features=mixed)):
         markers = [c.split()[0].rsplit("_", 1)[0] for c in conditions]
         assert len(set(markers)) == len(markers) <= 3
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_rule_stands_twice_nor_under_another(seed):
+    """Examples that scatter leave a rule's variant uncovered: it was found again then."""
+    examples = make_examples(scatter=0.3, seed=seed)
+    parts = {emotion: ways[0] for emotion, ways in partings(examples).items()}
+    words = words_of(examples, [part for way in parts.values() for part in way])
+    rules = learn_rules(examples, words, parts)
+    for one, other in permutations(rules, 2):
+        same = one.emotion == other.emotion
+        assert not (same and subsumes(one.conditions, other.conditions, words))
 
 
 def test_two_names_for_the_same_get_no_rule():
