@@ -124,7 +124,8 @@ def calibrate(
     if isinstance(take, WeightsTake):
         raise InputError(
             f"{take.source} is a take of weights; a calibration needs markers, which show how "
-            "large a movement is"
+            "large a movement is",
+            "TAKE_KIND_WRONG",
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take

@@ -48,6 +48,8 @@ __all__ = [
     "TakeOptions",
 ]
 
+LengthUnit = Literal["mm", "cm", "m", "in"]
+UpAxis = Literal["Y", "Z"]
 Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric"]
 MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
@@ -94,20 +96,20 @@ MARKER_NOISE = 3e-4
 PIN_REACH = 0.2
 
 
-def _check_choice(name: str, value: object, choices: Any) -> None:
+def _check_choice(name: str, value: object, choices: Any, code: str = "SETTING_WRONG") -> None:
     if value not in get_args(choices):
-        raise InputError(f"{name!r} is {value!r}; expected {', '.join(get_args(choices))}")
+        raise InputError(f"{name!r} is {value!r}; expected {', '.join(get_args(choices))}", code)
 
 
 def _check_number(name: str, value: float, above_zero: bool = False) -> None:
     if not (isfinite(value) and value >= 0) or (above_zero and value == 0):
         wanted = "a number above 0" if above_zero else "a number, 0 or more"
-        raise InputError(f"{name!r} is {value}; expected {wanted}")
+        raise InputError(f"{name!r} is {value}; expected {wanted}", "SETTING_WRONG")
 
 
 def _check_share(name: str, value: float) -> None:
     if not 0 <= value <= 1:
-        raise InputError(f"{name!r} is {value}; expected 0 to 1")
+        raise InputError(f"{name!r} is {value}; expected 0 to 1", "SETTING_WRONG")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,11 +120,17 @@ class TakeOptions:
     an image (y down) of `image_size`.
     """
 
-    units: Literal["mm", "cm", "m", "in"] | None = None
-    up_axis: Literal["Y", "Z"] | None = None
+    units: LengthUnit | None = None
+    up_axis: UpAxis | None = None
     rate: float | None = None
     dimension: Literal[2, 3] | None = None
     image_size: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.units is not None:
+            _check_choice("units", self.units, LengthUnit, "UNIT_UNKNOWN")
+        if self.up_axis is not None:
+            _check_choice("up_axis", self.up_axis, UpAxis, "AXIS_UNKNOWN")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,8 +142,12 @@ class RigOptions:
     """
 
     meters_per_unit: float = 0.01
-    up_axis: Literal["Y", "Z"] = "Y"
+    up_axis: UpAxis = "Y"
     neutral: str = ""
+
+    def __post_init__(self) -> None:
+        _check_number("meters_per_unit", self.meters_per_unit, above_zero=True)
+        _check_choice("up_axis", self.up_axis, UpAxis, "AXIS_UNKNOWN")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -312,7 +324,8 @@ class BindOptions:
         if isinstance(self.neutral, tuple) and not 0 <= self.neutral[0] <= self.neutral[1]:
             raise InputError(
                 f"neutral frames {self.neutral[0]} to {self.neutral[1]}; expected the first and "
-                "the last frame index, 0 or more"
+                "the last frame index, 0 or more",
+                "SETTING_WRONG",
             )
 
 

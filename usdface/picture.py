@@ -49,4 +49,6 @@ def check_picture(path: Path) -> None:
         If it ends in something else.
     """
     if path.suffix.lower() not in _SUFFIXES:
-        raise InputError(f"{path} is no picture; end it in {', '.join(_SUFFIXES)}")
+        raise InputError(
+            f"{path} is no picture; end it in {', '.join(_SUFFIXES)}", "FILE_KIND_UNKNOWN"
+        )

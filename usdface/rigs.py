@@ -127,16 +127,21 @@ class Mesh:
     def _check(self) -> None:
         count = len(self.points)
         if self.points.shape != (count, 3) or not np.isfinite(self.points).all():
-            raise InputError(f"mesh {self.name!r}: points must be finite, shape (vertices, 3)")
+            raise InputError(
+                f"mesh {self.name!r}: points must be finite, shape (vertices, 3)", "VALUES_WRONG"
+            )
         if self.face_counts.sum() != len(self.face_indices):
             raise InputError(
                 f"mesh {self.name!r}: face counts add up to {self.face_counts.sum()}, "
-                f"but there are {len(self.face_indices)} face indices"
+                f"but there are {len(self.face_indices)} face indices",
+                "TOPOLOGY_DIFFERS",
             )
         if len(self.face_indices) and not (
             self.face_indices.min() >= 0 and self.face_indices.max() < count
         ):
-            raise InputError(f"mesh {self.name!r}: a face index is outside 0 to {count - 1}")
+            raise InputError(
+                f"mesh {self.name!r}: a face index is outside 0 to {count - 1}", "TOPOLOGY_DIFFERS"
+            )
         for given in self.corner_values:
             if given.values.ndim != 2 or len(given.values) != len(self.face_indices):
                 raise InputError(
@@ -148,15 +153,19 @@ class Mesh:
             if len(shape.indices) and not (shape.indices[0] >= 0 and shape.indices[-1] < count):
                 raise InputError(
                     f"mesh {self.name!r}, blend shape {shape.name!r}: "
-                    f"a point index is outside 0 to {count - 1}"
+                    f"a point index is outside 0 to {count - 1}",
+                    "POINT_INDICES_OUTSIDE",
                 )
             if not np.isfinite(shape.offsets).all():
                 raise InputError(
-                    f"mesh {self.name!r}, blend shape {shape.name!r}: offsets must be finite"
+                    f"mesh {self.name!r}, blend shape {shape.name!r}: offsets must be finite",
+                    "VALUES_WRONG",
                 )
         if len(set(names)) != len(names):
             twice = sorted({n for n in names if names.count(n) > 1})
-            raise InputError(f"mesh {self.name!r} has blend shape {twice[0]!r} twice")
+            raise InputError(
+                f"mesh {self.name!r} has blend shape {twice[0]!r} twice", "NAME_REPEATED"
+            )
 
     @property
     def shape_names(self) -> tuple[str, ...]:
@@ -267,7 +276,9 @@ class Rig:
         """
         mesh = max(self.meshes, key=lambda mesh: len(mesh.shapes), default=None)
         if mesh is None or not mesh.shapes:
-            raise InputError(f"the rig {self.source or self.name!r} has no blend shapes")
+            raise InputError(
+                f"the rig {self.source or self.name!r} has no blend shapes", "SHAPES_MISSING"
+            )
         return mesh
 
     def mesh(self, name: str = "") -> Mesh:
@@ -282,15 +293,20 @@ class Rig:
             found = [m for m in self.meshes if name in (m.path, m.name)]
             if not found:
                 known = ", ".join(m.path or m.name for m in self.meshes)
-                raise InputError(f"the rig {self.name!r} has no mesh {name!r}; it has {known}")
+                raise InputError(
+                    f"the rig {self.name!r} has no mesh {name!r}; it has {known}", "MESH_UNKNOWN"
+                )
             if not found[0].shapes:
-                raise InputError(f"mesh {name!r} of the rig {self.name!r} has no blend shapes")
+                raise InputError(
+                    f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
+                )
             return found[0]
         deforming = [m for m in self.meshes if m.shapes]
         if len(deforming) > 1:
             known = ", ".join(m.path or m.name for m in deforming)
             raise InputError(
                 f"the rig {self.name!r} has {len(deforming)} meshes with blend shapes "
-                f'({known}); name one as "mesh" in the binding'
+                f'({known}); name one as "mesh" in the binding',
+                "MESH_UNKNOWN",
             )
         return self.face()

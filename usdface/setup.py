@@ -43,15 +43,19 @@ class Binding:
             if self.confidence.shape != (len(self.markers),):
                 raise InputError(
                     f"the binding has {self.confidence.size} confidences "
-                    f"for {len(self.markers)} markers"
+                    f"for {len(self.markers)} markers",
+                    "SCHEMA_BROKEN",
                 )
             if ((self.confidence < 0) | (self.confidence > 1)).any():
-                raise InputError("a confidence of the binding is not within 0 to 1")
+                raise InputError(
+                    "a confidence of the binding is not within 0 to 1", "SETTING_WRONG"
+                )
         if len(set(self.markers)) != len(self.markers):
-            raise InputError("the binding names a marker twice")
+            raise InputError("the binding names a marker twice", "NAME_REPEATED")
         if self.points.shape != (len(self.markers),):
             raise InputError(
-                f"the binding has {self.points.size} points for {len(self.markers)} markers"
+                f"the binding has {self.points.size} points for {len(self.markers)} markers",
+                "SCHEMA_BROKEN",
             )
 
 
@@ -69,10 +73,13 @@ class Expression:
         if self.weights.shape != (len(self.shapes),):
             raise InputError(
                 f"expression {self.name!r} has {self.weights.size} weights "
-                f"for {len(self.shapes)} shapes"
+                f"for {len(self.shapes)} shapes",
+                "WEIGHTS_LENGTH_WRONG",
             )
         if not ((self.weights >= 0) & (self.weights <= 1)).all():
-            raise InputError(f"expression {self.name!r}: weights must lie in [0, 1]")
+            raise InputError(
+                f"expression {self.name!r}: weights must lie in [0, 1]", "SETTING_WRONG"
+            )
 
     def pose(self, names: tuple[str, ...]) -> FloatArray:
         """Return the weights in the order of `names`: (len(names),); others are left out."""
@@ -121,14 +128,15 @@ class Calibration:
         object.__setattr__(self, "offsets", frozen(self.offsets))
         count = len(self.shapes)
         if len(set(self.shapes)) != count:
-            raise InputError("the calibration names a blend shape twice")
+            raise InputError("the calibration names a blend shape twice", "NAME_REPEATED")
         for name, values, low, high in (
             ("gains", self.gains, *GAIN_RANGE),
             ("offsets", self.offsets, 0.0, LARGEST_OFFSET),
         ):
             if values.shape != (count,):
                 raise InputError(
-                    f"the calibration has {values.size} {name} for {count} blend shapes"
+                    f"the calibration has {values.size} {name} for {count} blend shapes",
+                    "WEIGHTS_LENGTH_WRONG",
                 )
             # Files hold single precision.
             good = (values >= low - 1e-6) & (values <= high + 1e-6)
@@ -136,7 +144,8 @@ class Calibration:
                 worst = int(np.argmin(good))
                 raise InputError(
                     f"the calibration's {name} must lie in {low:g} to {high:g}; "
-                    f"{self.shapes[worst]!r} has {values[worst]:g}"
+                    f"{self.shapes[worst]!r} has {values[worst]:g}",
+                    "SETTING_WRONG",
                 )
 
     def of(self, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
@@ -204,13 +213,18 @@ class Setup:
         object.__setattr__(self, "neutral_weights", weights)
         for name, weight in weights.items():
             if not 0 <= weight <= 1:
-                raise InputError(f"the neutral weight of {name!r} is {weight}; expected 0 to 1")
+                raise InputError(
+                    f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
+                )
         if weights and self.neutral is None:
-            raise InputError('the neutral "rig" has no weights; name neutral frames')
+            raise InputError(
+                'the neutral "rig" has no weights; name neutral frames', "SETTING_WRONG"
+            )
         if self.head == "markers" and len(self.head_markers) < 3:
             raise InputError(
                 f"the head needs at least three rigid markers; got {len(self.head_markers)}. "
-                'Name more, or use "solve"'
+                'Name more, or use "solve"',
+                "MARKERS_TOO_FEW",
             )
 
 
@@ -225,7 +239,8 @@ def unbound(take: MarkerTake | WeightsTake) -> Setup:
     if isinstance(take, MarkerTake):
         raise InputError(
             f"the markers of {take.source} need a place on the rig: give --bind bind.json, "
-            f'e.g. {{"markers": {{"{take.names[0]}": {{"point": 0}}}}}}'
+            f'e.g. {{"markers": {{"{take.names[0]}": {{"point": 0}}}}}}',
+            "BINDING_MISSING",
         )
     return Setup(Binding((), np.zeros(0, dtype=np.int64)))
 
@@ -253,24 +268,28 @@ def fit_setup(
         first = int(outside.argmax())
         raise InputError(
             f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
-            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}"
+            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}",
+            "VERTEX_OUTSIDE",
         )
     if isinstance(take, MarkerTake):
         take.select(setup.head_markers)
         if setup.neutral and setup.neutral[1] >= len(take.times):
             raise InputError(
                 f"neutral frames {setup.neutral[0]} to {setup.neutral[1]} lie outside the take "
-                f"{take.source}, which has frames 0 to {len(take.times) - 1}"
+                f"{take.source}, which has frames 0 to {len(take.times) - 1}",
+                "FRAMES_OUTSIDE",
             )
         if not set(binding.markers) & set(take.names):
             raise InputError(
                 f"no bound marker is in the take {take.source}; bound: "
-                f"{', '.join(binding.markers[:8])}; in the take: {', '.join(take.names[:8])}"
+                f"{', '.join(binding.markers[:8])}; in the take: {', '.join(take.names[:8])}",
+                "MARKER_UNKNOWN",
             )
     if setup.nose_tip and setup.nose_tip not in binding.markers:
         raise InputError(
             f"the nose tip {setup.nose_tip!r} is not among the bound markers: "
-            f"{', '.join(binding.markers)}"
+            f"{', '.join(binding.markers)}",
+            "MARKER_UNKNOWN",
         )
     if setup.nose_tip:
         if isinstance(take, MarkerTake):

@@ -37,17 +37,21 @@ def _check_names(names: tuple[str, ...], what: str) -> None:
     seen: set[str] = set()
     for name in names:
         if name in seen:
-            raise InputError(f"{what} name {name!r} occurs twice; names must be unique")
+            raise InputError(
+                f"{what} name {name!r} occurs twice; names must be unique", "NAME_REPEATED"
+            )
         seen.add(name)
 
 
 def _check_times(times: FloatArray, count: int, what: str) -> None:
     if count == 0:
-        raise InputError(f"the {what} has no frames; expected at least one")
+        raise InputError(f"the {what} has no frames; expected at least one", "TAKE_EMPTY")
     if times.shape != (count,):
-        raise InputError(f"the {what} has {times.size} times for {count} frames")
+        raise InputError(f"the {what} has {times.size} times for {count} frames", "TIMES_WRONG")
     if not np.isfinite(times).all() or (count > 1 and not (np.diff(times) > 0).all()):
-        raise InputError(f"the times of the {what} must be finite and strictly increasing")
+        raise InputError(
+            f"the times of the {what} must be finite and strictly increasing", "TIMES_WRONG"
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -94,17 +98,20 @@ class MarkerTake:
         if len(shape) != 3 or shape[1] != len(self.names) or shape[2] not in (2, 3):
             raise InputError(
                 f"marker positions have shape {shape}; "
-                f"expected (frames, {len(self.names)} markers, 2 or 3)"
+                f"expected (frames, {len(self.names)} markers, 2 or 3)",
+                "VALUES_WRONG",
             )
         if not self.names:
-            raise InputError("the marker take has no markers; expected at least one")
+            raise InputError("the marker take has no markers; expected at least one", "TAKE_EMPTY")
         _check_names(self.names, "marker")
         _check_times(self.times, shape[0], "marker take")
         bad = np.isnan(self.positions)
         if np.isinf(self.positions).any() or (bad.any(axis=2) != bad.all(axis=2)).any():
-            raise InputError("marker positions must be finite, or NaN in all components")
+            raise InputError(
+                "marker positions must be finite, or NaN in all components", "VALUES_WRONG"
+            )
         if self.up_axis not in ("Y", "Z"):
-            raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'")
+            raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
 
     @property
     def dimension(self) -> int:
@@ -128,7 +135,8 @@ class MarkerTake:
         if missing:
             raise InputError(
                 f"the take {self.source or ''} has no marker {', '.join(map(repr, missing))}; "
-                f"it has {', '.join(self.names)}"
+                f"it has {', '.join(self.names)}",
+                "MARKER_UNKNOWN",
             )
         return self.positions[:, [self.names.index(n) for n in names]]
 
@@ -162,11 +170,14 @@ class WeightsTake:
             object.__setattr__(self, field, frozen(getattr(self, field)))
         shape = self.weights.shape
         if len(shape) != 2 or shape[1] != len(self.names):
-            raise InputError(f"weights have shape {shape}; expected (frames, {len(self.names)})")
+            raise InputError(
+                f"weights have shape {shape}; expected (frames, {len(self.names)})",
+                "WEIGHTS_LENGTH_WRONG",
+            )
         _check_names(self.names, "blend shape")
         _check_times(self.times, shape[0], "weights take")
         if not np.isfinite(self.weights).all():
-            raise InputError("blend shape weights must be finite")
+            raise InputError("blend shape weights must be finite", "VALUES_WRONG")
 
     def column(self, name: str) -> FloatArray:
         """Return the curve of one blend shape: (F,)."""

@@ -156,7 +156,9 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
     shown = _confidence(mesh, places, present, max(count, 0), noise, free.room)
     if not 1 <= count <= len(shown.places):
         most = len(shown.places) if count > 0 else len(free.vertices)
-        raise InputError(f"{count} new markers are asked for; expected 1 to {most}")
+        raise InputError(
+            f"{count} new markers are asked for; expected 1 to {most}", "SETTING_WRONG"
+        )
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
     unseen = [_confidence(mesh, bound, present + k, 0, noise).hidden for k in range(count + 1)]

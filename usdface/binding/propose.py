@@ -110,7 +110,8 @@ def propose(
     if not len(peaks):
         raise InputError(
             f"the face in the take {take.source} does not move; where its markers sit cannot be "
-            "proposed. Take one with expressions, or give --bind bind.json"
+            "proposed. Take one with expressions, or give --bind bind.json",
+            "TAKE_STILL",
         )
     if setup.peaks:
         peaks = np.array(setup.peaks)
@@ -150,7 +151,8 @@ def _performance(take: MarkerTake, kind: str) -> Performance:
     if take.visible.sum(axis=1).max() < _FEWEST_ANCHORED:
         raise InputError(
             f"no frame of the take {take.source} shows {_FEWEST_ANCHORED} markers; "
-            f"{kind} frames cannot be found"
+            f"{kind} frames cannot be found",
+            "MARKERS_TOO_FEW",
         )
     return still_face(positions[:, take.visible.any(axis=0)])
 
@@ -159,9 +161,11 @@ def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Seque
     """Raise an `InputError` that names a neutral or peak frame that the take does not have."""
     there = f"the take {take.source}, which has frames 0 to {len(take.times) - 1}"
     if neutral and neutral[1] >= len(take.times):
-        raise InputError(f"neutral frames {neutral[0]} to {neutral[1]} lie outside {there}")
+        raise InputError(
+            f"neutral frames {neutral[0]} to {neutral[1]} lie outside {there}", "FRAMES_OUTSIDE"
+        )
     if max(peaks, default=0) >= len(take.times):
-        raise InputError(f"the peak frame {max(peaks)} lies outside {there}")
+        raise InputError(f"the peak frame {max(peaks)} lies outside {there}", "FRAMES_OUTSIDE")
 
 
 def _searched(
@@ -191,7 +195,8 @@ def _in_space(take: MarkerTake) -> FloatArray:
     if take.dimension != 3:
         raise InputError(
             f"the take {take.source} is of an image; where its markers sit cannot be proposed. "
-            "Give all of them in --bind bind.json"
+            "Give all of them in --bind bind.json",
+            "TAKE_KIND_WRONG",
         )
     return take.positions
 
@@ -208,7 +213,8 @@ def _usable(take: MarkerTake, given: dict[str, int]) -> tuple[IntArray, list[Fin
     if len(used) < least:
         raise InputError(
             f"the take {take.source} shows {len(used)} markers; to propose where they sit takes "
-            f"{_FEWEST}, or {_FEWEST_ANCHORED} of which three are in --bind bind.json"
+            f"{_FEWEST}, or {_FEWEST_ANCHORED} of which three are in --bind bind.json",
+            "MARKERS_TOO_FEW",
         )
     middle = np.nanmedian(positions[:, used], axis=0)
     size = np.sqrt(((middle - np.median(middle, axis=0)) ** 2).sum(axis=1).mean())

@@ -84,7 +84,10 @@ def skin_of(mesh: Mesh) -> Skin:
         strength[shape.indices] = np.maximum(strength[shape.indices], size)
     moving = strength > _MOVES * strength.max(initial=0.0)
     if not moving.any():
-        raise InputError(f"the blend shapes of mesh {mesh.name!r} move nothing; no marker can bind")
+        raise InputError(
+            f"the blend shapes of mesh {mesh.name!r} move nothing; no marker can bind",
+            "SKIN_MISSING",
+        )
     low, high = mesh.points[moving].min(axis=0), mesh.points[moving].max(axis=0)
     margin = _MARGIN * (high[1] - low[1])
     inside = ((mesh.points > low - margin) & (mesh.points < high + margin)).all(axis=1)
@@ -96,7 +99,9 @@ def skin_of(mesh: Mesh) -> Skin:
     amount = np.bincount(part, weights=seen * moving)
     vertices = np.flatnonzero(seen & (part == amount.argmax()))
     if amount.max() < 4:
-        raise InputError(f"the blend shapes of mesh {mesh.name!r} move no skin that can be seen")
+        raise InputError(
+            f"the blend shapes of mesh {mesh.name!r} move no skin that can be seen", "SKIN_MISSING"
+        )
     return Skin(
         vertices,
         mesh.points[vertices],

@@ -70,12 +70,18 @@ def read_bind(path: Path) -> tuple[Setup, list[Finding]]:
     """
     try:
         if path.stat().st_size > _LARGEST:
-            raise InputError(f"{path} is larger than any binding file; expected a small JSON file")
+            raise InputError(
+                f"{path} is larger than any binding file; expected a small JSON file", "TOO_LARGE"
+            )
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"cannot read the binding {path}: {error.strerror}") from error
+        raise InputError(
+            f"cannot read the binding {path}: {error.strerror}", "FILE_UNREADABLE"
+        ) from error
     except (ValueError, RecursionError) as error:
-        raise InputError(f"the binding {path} is no JSON that can be read: {error}") from error
+        raise InputError(
+            f"the binding {path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
+        ) from error
     setup = setup_of_json(document, str(path))
     if "neutral" in document:
         return setup, []
@@ -90,13 +96,19 @@ def setup_of_json(document: object, where: str) -> Setup:
     assert isinstance(document, dict)
     unknown = sorted(set(document) - _KEYS)
     if unknown:
-        raise InputError(f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(_KEYS))}")
+        raise InputError(
+            f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(_KEYS))}",
+            "SCHEMA_BROKEN",
+        )
     markers = expect(document.get("markers"), dict, '"markers" as an object')
     points, sure = [], []
     for name, place in markers.items():
         vertex = place.get("point") if isinstance(place, dict) else None
         if not isinstance(vertex, int) or isinstance(vertex, bool) or not 0 <= vertex < 2**31:
-            raise InputError(f'{where}: marker {name!r} is {place!r}; expected {{"point": vertex}}')
+            raise InputError(
+                f'{where}: marker {name!r} is {place!r}; expected {{"point": vertex}}',
+                "SCHEMA_BROKEN",
+            )
         points.append(vertex)
         sure.append(_confidence(place.get("confidence"), f"{where}: marker {name!r}"))
     head = document.get("head", "solve")
@@ -107,7 +119,8 @@ def setup_of_json(document: object, where: str) -> Setup:
     if head not in ("solve", "stabilised", "markers") or (head == "markers" and not rigid):
         raise InputError(
             f'{where}: "head" is {document["head"]!r}; expected "solve", "stabilised" '
-            "or a list of rigid markers"
+            "or a list of rigid markers",
+            "SCHEMA_BROKEN",
         )
     roles = expect(document.get("roles", {}), dict, '"roles" as an object')
     for role, marker in roles.items():
@@ -139,14 +152,17 @@ def _confidence(value: object, where: str) -> float:
         return float("nan")
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or not 0 <= value <= 1:  # type: ignore[operator]
-        raise InputError(f'{where} has the "confidence" {value!r}; expected a number from 0 to 1')
+        raise InputError(
+            f'{where} has the "confidence" {value!r}; expected a number from 0 to 1',
+            "SETTING_WRONG",
+        )
     return float(value)  # type: ignore[arg-type]
 
 
 def _expecter(where: str) -> Callable[[Any, type, str], Any]:
     def expect(value: Any, kind: type, what: str) -> Any:
         if not isinstance(value, kind):
-            raise InputError(f"{where}: expected {what}; found {value!r}")
+            raise InputError(f"{where}: expected {what}; found {value!r}", "SCHEMA_BROKEN")
         return value
 
     return expect
@@ -160,7 +176,8 @@ def _neutral(value: object, where: str) -> tuple[int, int] | None:
         if isinstance(start, int) and isinstance(end, int) and 0 <= start <= end < 2**31:
             return start, end
     raise InputError(
-        f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"'
+        f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"',
+        "SCHEMA_BROKEN",
     )
 
 
@@ -173,7 +190,8 @@ def _neutral_weights(value: object, where: str) -> dict[str, float]:
     if not good:
         raise InputError(
             f'{where}: the "weights" of "neutral" are {weights!r}; expected a number for each of '
-            "some blend shapes"
+            "some blend shapes",
+            "SCHEMA_BROKEN",
         )
     return {name: float(weight) for name, weight in weights.items()}
 
@@ -184,7 +202,9 @@ def _peaks(value: object, where: str) -> tuple[int, ...]:
         for frame in value
     )
     if not good:
-        raise InputError(f'{where}: "peaks" is {value!r}; expected a list of frame indices')
+        raise InputError(
+            f'{where}: "peaks" is {value!r}; expected a list of frame indices', "SCHEMA_BROKEN"
+        )
     return tuple(value)  # type: ignore[arg-type]
 
 
@@ -201,15 +221,19 @@ def _solve_options(value: object, where: str) -> SolveOptions:
 def _options(kind: type[_Options], value: object, where: str) -> _Options:
     known = {field.name: field.default for field in fields(kind)}
     if not isinstance(value, dict) or set(value) - set(known):
-        raise InputError(f"{where} is {value!r}; expected an object with {', '.join(known)}")
+        raise InputError(
+            f"{where} is {value!r}; expected an object with {', '.join(known)}", "SCHEMA_BROKEN"
+        )
     for name, setting in value.items():
         wanted = str if isinstance(known[name], str) else (int, float)
         if not isinstance(setting, wanted) or isinstance(setting, bool):
-            raise InputError(f"{where}: {name!r} is {setting!r}; the default is {known[name]!r}")
+            raise InputError(
+                f"{where}: {name!r} is {setting!r}; the default is {known[name]!r}", "SETTING_WRONG"
+            )
     try:
         return kind(**value)
     except InputError as error:
-        raise InputError(f"{where}: {error}") from error
+        raise InputError(f"{where}: {error}", error.code) from error
 
 
 def _clean_options(value: object, where: str) -> CleanOptions:
@@ -221,7 +245,8 @@ def _clean_options(value: object, where: str) -> CleanOptions:
     if not good or not all(isinstance(step, bool) for step in value.values()):  # type: ignore[attr-defined]
         raise InputError(
             f"{where} is {value!r}; expected true, false or an object with true or false for "
-            f"{', '.join(steps)}"
+            f"{', '.join(steps)}",
+            "SCHEMA_BROKEN",
         )
     return CleanOptions(**value)  # type: ignore[arg-type]
 

@@ -33,27 +33,34 @@ def read_calibration_file(path: Path) -> Calibration:
         If the file is missing or not of the form above; the message names the blend shape.
     """
     if path.is_file() and path.stat().st_size > _LARGEST:
-        raise InputError(f"{path} is larger than any calibration; expected a small JSON file")
+        raise InputError(
+            f"{path} is larger than any calibration; expected a small JSON file", "TOO_LARGE"
+        )
     try:
         document = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path} is no JSON that can be read: {error}") from error
+        raise InputError(
+            f"{path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
+        ) from error
     shapes = document.get("shapes") if isinstance(document, dict) else None
     if not isinstance(shapes, dict):
-        raise InputError(f'{path}: expected {{"shapes": {{"jawOpen": {{"gain": 1.1}}, ...}}}}')
+        raise InputError(
+            f'{path}: expected {{"shapes": {{"jawOpen": {{"gain": 1.1}}, ...}}}}', "SCHEMA_BROKEN"
+        )
     gains = [_number(path, name, entry, "gain", 1.0) for name, entry in shapes.items()]
     offsets = [_number(path, name, entry, "offset", 0.0) for name, entry in shapes.items()]
     try:
         return Calibration(tuple(shapes), np.array(gains), np.array(offsets))
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{path}: {error}", error.code) from error
 
 
 def _number(path: Path, name: str, entry: object, key: str, default: float) -> float:
     value = entry.get(key, default) if isinstance(entry, dict) else entry
     if not isinstance(entry, dict) or not isinstance(value, (int, float)) or value != value:
         raise InputError(
-            f'{path}: {name!r} is {entry!r}; expected {{"gain": 0.5 to 2, "offset": 0 to 0.2}}'
+            f'{path}: {name!r} is {entry!r}; expected {{"gain": 0.5 to 2, "offset": 0 to 0.2}}',
+            "SCHEMA_BROKEN",
         )
     return float(value)
 

@@ -108,7 +108,8 @@ def calibrate_take(
     if len(take.times) < _FEWEST:
         raise InputError(
             f"the take {take.source} has {len(take.times)} frames; a calibration needs a range "
-            f"of motion of at least {_FEWEST}"
+            f"of motion of at least {_FEWEST}",
+            "TAKE_SHORT",
         )
     model = model or ShapeModel(offsets.reshape(len(offsets), -1))
     solution, findings = solve_take(

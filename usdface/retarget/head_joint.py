@@ -49,7 +49,8 @@ def named_joint(skeleton: Skeleton, name: str) -> int:
     if len(found) != 1:
         raise InputError(
             f"the skeleton has {len(found) or 'no'} joints named {name!r}; name the head's by its "
-            f"path, one of {', '.join(skeleton.joints[:12])}"
+            f"path, one of {', '.join(skeleton.joints[:12])}",
+            "JOINT_UNKNOWN",
         )
     return found[0]
 

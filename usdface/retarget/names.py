@@ -74,7 +74,8 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
     if not used:
         raise InputError(
             f"no curve of the take {take.source} has the name of a blend shape of the rig; "
-            f"curves: {', '.join(take.names[:6])}, ...; blend shapes: {', '.join(names[:6])}, ..."
+            f"curves: {', '.join(take.names[:6])}, ...; blend shapes: {', '.join(names[:6])}, ...",
+            "SHAPE_UNKNOWN",
         )
     findings = []
     idle = [name for i, name in enumerate(take.names) if i not in used]

@@ -43,7 +43,8 @@ def neutral_markers(positions: FloatArray, frames: tuple[int, int]) -> FloatArra
     if not 0 <= first <= last < len(positions):
         raise InputError(
             f"neutral frames {first} to {last} lie outside the take, "
-            f"which has frames 0 to {len(positions) - 1}"
+            f"which has frames 0 to {len(positions) - 1}",
+            "FRAMES_OUTSIDE",
         )
     window = positions[first : last + 1]
     most = int(np.argmax((~np.isnan(window[..., 0])).sum(axis=1)))

@@ -175,12 +175,15 @@ def _usable_markers(
         raise InputError(
             f"none of the {len(binding.markers)} bound markers is in the take "
             f"{take.source}; bound: {', '.join(binding.markers[:6])}, ...; "
-            f"in the take: {', '.join(take.names[:6])}, ..."
+            f"in the take: {', '.join(take.names[:6])}, ...",
+            "MARKER_UNKNOWN",
         )
     positions = take.select(tuple(binding.markers[i] for i in known))
     if setup.neutral is None:
         if take.dimension == 2:
-            raise InputError('a 2D take cannot have the neutral "rig"; name neutral frames')
+            raise InputError(
+                'a 2D take cannot have the neutral "rig"; name neutral frames', "TAKE_KIND_WRONG"
+            )
         neutral = points[known]
     else:
         neutral = neutral_markers(positions, setup.neutral)
@@ -195,7 +198,8 @@ def _usable_markers(
     if len(keep) < 4:
         raise InputError(
             f"only {len(keep)} bound markers are visible in the neutral frames of "
-            f"{take.source}; at least 4 are needed. Name other neutral frames or bind more"
+            f"{take.source}; at least 4 are needed. Name other neutral frames or bind more",
+            "MARKERS_TOO_FEW",
         )
     hidden = np.isnan(positions[:, keep, 0]).sum(axis=0)
     for k, count in zip(keep, hidden, strict=True):
@@ -218,10 +222,12 @@ def _without_weights(
     if not setup.neutral_weights:
         return neutral
     if take.dimension == 2:
-        raise InputError("a 2D take cannot have neutral weights")
+        raise InputError("a 2D take cannot have neutral weights", "TAKE_KIND_WRONG")
     unknown = sorted(setup.neutral_weights.keys() - set(shape_names))
     if unknown:
-        raise InputError(f"a neutral weight is of {unknown[0]!r}, a blend shape the rig has not")
+        raise InputError(
+            f"a neutral weight is of {unknown[0]!r}, a blend shape the rig has not", "SHAPE_UNKNOWN"
+        )
     weights = np.array([setup.neutral_weights.get(name, 0.0) for name in shape_names])
     return without_weights(neutral, target, basis, weights)
 

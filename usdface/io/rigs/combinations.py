@@ -33,13 +33,18 @@ def with_combinations_of(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
     if not path.is_file():
         return rig, []
     if path.stat().st_size > _LARGEST:
-        raise InputError(f"{path} is larger than any list of combinations")
+        raise InputError(f"{path} is larger than any list of combinations", "TOO_LARGE")
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"{path} is no JSON that can be read: {error}") from error
+        raise InputError(
+            f"{path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
+        ) from error
     if not isinstance(document, dict):
-        raise InputError(f"{path}: expected an object with a list of shapes for each combination")
+        raise InputError(
+            f"{path}: expected an object with a list of shapes for each combination",
+            "SCHEMA_BROKEN",
+        )
     declared = {name: _combination(value, f"{path}: {name!r}") for name, value in document.items()}
     meshes = tuple(
         replace(
@@ -62,6 +67,7 @@ def _combination(value: object, where: str) -> Combination:
     if not good or rule not in get_args(CombinationRule) or set(given) - {"of", "rule"}:
         raise InputError(
             f"{where} is {value!r}; expected a list of blend shapes, or an object with such a list "
-            f'as "of" and a "rule": {", ".join(get_args(CombinationRule))}'
+            f'as "of" and a "rule": {", ".join(get_args(CombinationRule))}',
+            "SCHEMA_BROKEN",
         )
     return Combination(tuple(of), rule)  # type: ignore[arg-type]

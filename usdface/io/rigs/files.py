@@ -49,9 +49,11 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
         findings += _dropped(clips_of_stage(open_stage(path), rig)[0])
     else:
         known = ", ".join((*_GLTF, *_USD))
-        raise InputError(f"{path} is not a rig that usdface reads; use a folder or {known}")
+        raise InputError(
+            f"{path} is not a rig that usdface reads; use a folder or {known}", "FILE_KIND_UNKNOWN"
+        )
     if not rig.shape_names:
-        raise InputError(f"{path} has no blend shapes; a rig needs at least one")
+        raise InputError(f"{path} has no blend shapes; a rig needs at least one", "SHAPES_MISSING")
     return rig, findings
 
 

@@ -40,10 +40,12 @@ def read_makehuman(folder: Path) -> tuple[Rig, list[Finding]]:
     """
     place, files = _targets(folder)
     if not files:
-        raise InputError(f"{folder} has no MakeHuman .target files")
+        raise InputError(f"{folder} has no MakeHuman .target files", "SHAPES_MISSING")
     base = _base(folder)
     if base is None:
-        raise InputError(f"{folder} has targets but no base.obj, nor has the folder above it")
+        raise InputError(
+            f"{folder} has targets but no base.obj, nor has the folder above it", "NEUTRAL_UNKNOWN"
+        )
     obj = read_obj(base)
     mesh, kept, findings = _body(obj, base)
     place_of = np.full(len(obj.points), -1, np.int64)
@@ -101,14 +103,19 @@ def _read_target(path: Path, count: int) -> tuple[IntArray, FloatArray]:
     try:
         lines = path.read_text("utf-8", "replace").splitlines()
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise InputError(f"cannot read {path}: {error.strerror}", "FILE_UNREADABLE") from error
     rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith("#")]
     try:
         table = np.array(rows, np.float64).reshape(len(rows), 4)
     except ValueError as error:
-        raise InputError(f"{path}: a line does not hold an index and three offsets") from error
+        raise InputError(
+            f"{path}: a line does not hold an index and three offsets", "ROW_WRONG"
+        ) from error
     if not np.isfinite(table).all():
-        raise InputError(f"{path}: an offset is not a finite number")
+        raise InputError(f"{path}: an offset is not a finite number", "VALUES_WRONG")
     if len(table) and not 0 <= table[:, 0].min() <= table[:, 0].max() < count:
-        raise InputError(f"{path}: a vertex index is outside 0 to {count - 1} of the base mesh")
+        raise InputError(
+            f"{path}: a vertex index is outside 0 to {count - 1} of the base mesh",
+            "POINT_INDICES_OUTSIDE",
+        )
     return table[:, 0].astype(np.int64), table[:, 1:]

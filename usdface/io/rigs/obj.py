@@ -57,7 +57,9 @@ def read_obj(path: Path) -> ObjMesh:
     lines = _lines(path)
     points = _table(path, lines, "v", 3)
     if not len(points):
-        raise InputError(f"{path} holds no OBJ points (lines `v x y z`); is it an OBJ file?")
+        raise InputError(
+            f"{path} holds no OBJ points (lines `v x y z`); is it an OBJ file?", "FILE_UNREADABLE"
+        )
     texture = _table(path, lines, "vt", 2)
     groups: list[str] = []
     materials: list[str] = []
@@ -93,10 +95,12 @@ def read_obj(path: Path) -> ObjMesh:
 def _lines(path: Path) -> list[str]:
     try:
         if path.stat().st_size > _LARGEST_FILE:
-            raise InputError(f"{path} is larger than {_LARGEST_FILE >> 30} GiB; not a face mesh")
+            raise InputError(
+                f"{path} is larger than {_LARGEST_FILE >> 30} GiB; not a face mesh", "TOO_LARGE"
+            )
         text = path.read_text("utf-8", "replace")
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise InputError(f"cannot read {path}: {error.strerror}", "FILE_UNREADABLE") from error
     text = text.replace("\\\r\n", " ").replace("\\\n", " ").replace("\t", " ")
     return [line.strip() for line in text.splitlines()]
 
@@ -109,10 +113,13 @@ def _table(path: Path, lines: list[str], word: str, width: int) -> FloatArray:
         table = np.array(rows, np.float64).reshape(len(rows), width)
     except ValueError as error:
         raise InputError(
-            f"{path}: a line `{word}` does not hold {width} numbers; the file is damaged"
+            f"{path}: a line `{word}` does not hold {width} numbers; the file is damaged",
+            "ROW_WRONG",
         ) from error
     if not np.isfinite(table).all():
-        raise InputError(f"{path}: a line `{word}` holds a number that is not finite")
+        raise InputError(
+            f"{path}: a line `{word}` holds a number that is not finite", "VALUES_WRONG"
+        )
     return table
 
 
@@ -126,12 +133,15 @@ def _corner_numbers(path: Path, corners: list[str]) -> IntArray:
         return np.array(text.replace("/", " ").split(), np.int64).reshape(len(corners), width)
     except (ValueError, OverflowError) as error:
         raise InputError(
-            f"{path}: the corners of the faces (lines `f`) are not all written alike"
+            f"{path}: the corners of the faces (lines `f`) are not all written alike", "ROW_WRONG"
         ) from error
 
 
 def _from_one(path: Path, numbers: IntArray, above: IntArray, count: int, what: str) -> IntArray:
     indices: IntArray = np.where(numbers < 0, above + numbers, numbers - 1)
     if len(indices) and not 0 <= indices.min() <= indices.max() < count:
-        raise InputError(f"{path}: a face names a {what} that is not among the file's {count}")
+        raise InputError(
+            f"{path}: a face names a {what} that is not among the file's {count}",
+            "POINT_INDICES_OUTSIDE",
+        )
     return indices

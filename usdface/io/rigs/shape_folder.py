@@ -41,7 +41,7 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     """
     files = mesh_files(folder)
     if not files:
-        raise InputError(f"{folder} has no {' or '.join(_SUFFIXES)} files")
+        raise InputError(f"{folder} has no {' or '.join(_SUFFIXES)} files", "FILE_UNREADABLE")
     chosen = _neutral(folder, files, options.neutral)
     to_metres = np.eye(3) if options.up_axis == "Y" else _Z_UP_TO_Y_UP
     to_metres = to_metres * options.meters_per_unit
@@ -98,10 +98,12 @@ def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:
             return found[0]
         if found:
             names = ", ".join(path.name for path in found)
-            raise InputError(f"{folder} has several neutral meshes ({names}); name one")
+            raise InputError(
+                f"{folder} has several neutral meshes ({names}); name one", "NEUTRAL_UNKNOWN"
+            )
     names = ", ".join(path.name for path in files)
     asked = f"no mesh {wanted!r}" if wanted else "no mesh named neutral, basis, base or rest"
-    raise InputError(f"{folder} has {asked}; name the neutral, one of {names}")
+    raise InputError(f"{folder} has {asked}; name the neutral, one of {names}", "NEUTRAL_UNKNOWN")
 
 
 def _read_neutral(
@@ -149,15 +151,16 @@ def _read_ply(path: Path) -> tuple[trimesh.Trimesh, int]:
             # Not processed: trimesh would merge and drop points.
             found = trimesh.load(file, file_type="ply", process=False)
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
+        raise InputError(f"cannot read {path}: {error.strerror}", "FILE_UNREADABLE") from error
     except Exception as error:  # trimesh raises whatever its parsers run into
         raise InputError(
             f"{path} cannot be read as PLY: {error or type(error).__name__}; is it cut off, or "
-            "binary with triangles and quads mixed? Then export triangles, ASCII or OBJ"
+            "binary with triangles and quads mixed? Then export triangles, ASCII or OBJ",
+            "FILE_UNREADABLE",
         ) from error
     if not isinstance(found, trimesh.Trimesh) or not len(found.vertices):
-        raise InputError(f"{path} holds no mesh; expected PLY points and faces")
+        raise InputError(f"{path} holds no mesh; expected PLY points and faces", "FACE_MISSING")
     if not np.isfinite(found.vertices).all():
-        raise InputError(f"{path}: points must be finite numbers")
+        raise InputError(f"{path}: points must be finite numbers", "VALUES_WRONG")
     raw = found.metadata.get("_ply_raw", {}).get("face", {})
     return found, int(raw.get("length", len(found.faces)))

@@ -45,7 +45,9 @@ def read_bvh(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     parts = re.split(r"^\s*MOTION\s*$", text, maxsplit=1, flags=re.MULTILINE)
     tokens = parts[0].split()
     if len(parts) < 2 or tokens[:1] != ["HIERARCHY"]:
-        raise InputError(f"{path} is not a BVH file: expected HIERARCHY ... MOTION")
+        raise InputError(
+            f"{path} is not a BVH file: expected HIERARCHY ... MOTION", "FILE_UNREADABLE"
+        )
     joints, width = _hierarchy(path, tokens[1:])
     motion, step, findings = _motion(path, parts[1], width)
     check_size(path, len(motion), len(joints))
@@ -89,9 +91,11 @@ def _hierarchy(path: Path, tokens: list[str]) -> tuple[list[_Joint], int]:
                 raise ValueError(f"unexpected {word[:40]!r}")
     except (ValueError, IndexError, StopIteration) as error:
         reason = error if isinstance(error, ValueError) else "it breaks off"
-        raise InputError(f"{path}: the hierarchy cannot be read: {reason}") from error
+        raise InputError(
+            f"{path}: the hierarchy cannot be read: {reason}", "SCHEMA_BROKEN"
+        ) from error
     if open_joints or not width:
-        raise InputError(f"{path}: the hierarchy has an open joint or no channels")
+        raise InputError(f"{path}: the hierarchy has an open joint or no channels", "SCHEMA_BROKEN")
     return joints, width
 
 
@@ -99,13 +103,15 @@ def _motion(path: Path, text: str, width: int) -> tuple[FloatArray, float, list[
     """Return the channels (F, width), the frame time [s] (0 = none) and missing frames."""
     header = _HEADER.match(text)
     if header is None:
-        raise InputError(f"{path}: 'Frames:' and 'Frame Time:' are missing below MOTION")
+        raise InputError(
+            f"{path}: 'Frames:' and 'Frame Time:' are missing below MOTION", "SCHEMA_BROKEN"
+        )
     words = text[header.end() :].split()
     try:
         numbers = np.fromiter(map(float, words), np.float64, len(words))
     except ValueError as error:
         raise InputError(
-            f"{path}: the motion holds something else than numbers: {error}"
+            f"{path}: the motion holds something else than numbers: {error}", "ROW_WRONG"
         ) from error
     count, announced = len(words) // width, int(header[1])
     motion = numbers[: count * width].reshape(count, width)

@@ -62,11 +62,11 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         If the file is missing, not C3D, damaged, cut off, or never shows a marker.
     """
     if not path.is_file():
-        raise InputError(f"no such file: {path}")
+        raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     try:
         data = np.memmap(path, np.uint8, "r") if path.stat().st_size else np.empty(0, np.uint8)
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error
     if len(data) < 2 * _BLOCK or data[1] != _KEY:
         raise InputError(
             f"{path} is not a C3D file, or is cut off within its header", "FILE_UNREADABLE"
@@ -181,7 +181,9 @@ def _up_axis(
     if axis not in ("X", "Y", "Z"):
         return None, []
     if axis == "X" and options.up_axis is None:
-        raise InputError(f"{path}: POINT:Y_SCREEN says X is up; give the up axis, Y or Z")
+        raise InputError(
+            f"{path}: POINT:Y_SCREEN says X is up; give the up axis, Y or Z", "AXIS_UNKNOWN"
+        )
     if screen.startswith("-") and options.up_axis is None:
         message = f"POINT:Y_SCREEN says {screen}; taken as {axis} up"
         return axis, [finding("UP_AXIS_ASSUMED", str(path), message)]

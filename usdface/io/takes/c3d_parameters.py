@@ -107,5 +107,6 @@ def _word(section: bytes, at: int, order: ByteOrder) -> int | None:
 
 def _damaged(path: Path, name: str) -> InputError:
     return InputError(
-        f"{path}: the C3D parameter {name[:40]!r} reaches beyond its section; is the file damaged?"
+        f"{path}: the C3D parameter {name[:40]!r} reaches beyond its section; is the file damaged?",
+        "SCHEMA_BROKEN",
     )

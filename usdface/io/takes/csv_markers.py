@@ -60,14 +60,18 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     marker = _column(columns, _MARKER)
     clocks = [c for c in (_column(columns, _FRAME), _column(columns, _TIME)) if c is not None]
     if marker is None or not clocks:
-        raise InputError(f"{path}: a table of positions needs a column 'frame' or 'time'")
+        raise InputError(
+            f"{path}: a table of positions needs a column 'frame' or 'time'", "COLUMNS_WRONG"
+        )
     data = [row for row in rows[1:] if len(row[1]) > marker and row[1][marker]]
     if not data:
-        raise InputError(f"{path}: there are no frames of data; expected at least one")
+        raise InputError(
+            f"{path}: there are no frames of data; expected at least one", "TAKE_EMPTY"
+        )
     table = read_numbers(path, data, [*clocks, *(columns[axis] for axis in axes)])
     if not np.isfinite(table[:, 0]).all():
         line = data[int(np.argmin(np.isfinite(table[:, 0])))][0]
-        raise InputError(f"{path}, line {line}: the position has no frame or time")
+        raise InputError(f"{path}, line {line}: the position has no frame or time", "ROW_WRONG")
     moments, first, frame = np.unique(table[:, 0], return_index=True, return_inverse=True)
     labels = tuple(dict.fromkeys(cells[marker] for _, cells in data))
     places = {label: i for i, label in enumerate(labels)}
@@ -92,20 +96,23 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
         if match:
             axes = places.setdefault(match[1], {})
             if match[2].lower() in axes:
-                raise InputError(f"{path}: column {name!r} occurs twice")
+                raise InputError(f"{path}: column {name!r} occurs twice", "COLUMNS_WRONG")
             axes[match[2].lower()] = column
         elif name and column not in clocks:
             ignored.append(name)
     if not places:
         raise InputError(
             f"{path} is no table of markers: expected columns frame or time, marker, x, y, z, "
-            f"or time, A_x, A_y, A_z; found {listed(rows[0][1])[:200]}"
+            f"or time, A_x, A_y, A_z; found {listed(rows[0][1])[:200]}",
+            "COLUMNS_WRONG",
         )
     wanted = "xyz" if any("z" in axes for axes in places.values()) else "xy"
     for label, axes in places.items():
         missing = [axis for axis in wanted if axis not in axes]
         if missing:
-            raise InputError(f"{path}: marker {label!r} has no column for {missing[0]}")
+            raise InputError(
+                f"{path}: marker {label!r} has no column for {missing[0]}", "COLUMNS_WRONG"
+            )
     data = rows[1:]
     check_size(path, len(data), len(places))
     picked = [axes[axis] for axes in places.values() for axis in wanted]
@@ -140,4 +147,6 @@ def _refuse_repeats(path: Path, data: list[Row], cells: IntArray) -> None:
     repeats = np.flatnonzero(np.diff(cells[order]) == 0)
     if len(repeats):
         line = data[int(order[repeats[0] + 1])][0]
-        raise InputError(f"{path}, line {line}: this marker has a second position in one frame")
+        raise InputError(
+            f"{path}, line {line}: this marker has a second position in one frame", "ROW_WRONG"
+        )

@@ -47,7 +47,8 @@ def read_take(
     if path.is_dir() or suffix in _IMAGES:
         raise InputError(
             f"{path}: image sequences are not read in this version; "
-            "track the markers first and give their positions as CSV"
+            "track the markers first and give their positions as CSV",
+            "FILE_KIND_UNKNOWN",
         )
     if not path.is_file():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
@@ -61,7 +62,8 @@ def read_take(
         case ".csv" | ".tsv" | ".txt":
             return _read_csv(path, options)
     raise InputError(
-        f"{path}: take files of kind {suffix!r} are not read; expected .c3d, .trc, .bvh or .csv"
+        f"{path}: take files of kind {suffix!r} are not read; expected .c3d, .trc, .bvh or .csv",
+        "FILE_KIND_UNKNOWN",
     )
 
 
@@ -70,13 +72,16 @@ def _read_csv(path: Path, options: TakeOptions) -> tuple[MarkerTake | WeightsTak
         with path.open("rb") as file:
             start = file.read(256).decode("utf-8-sig", errors="replace").lstrip().lower()
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error
     if start.startswith("format version,"):
         return read_motive(path, options)
     if start.startswith("timecode,blendshapecount"):
         return read_livelink(path, options)
     if start.replace(" ", "").startswith("frame,timestamp,confidence,success"):
-        raise InputError(f"{path}: OpenFace files are not read; name its columns A_x, A_y, A_z")
+        raise InputError(
+            f"{path}: OpenFace files are not read; name its columns A_x, A_y, A_z",
+            "FILE_KIND_UNKNOWN",
+        )
     if start.startswith("pathfiletype"):
         return read_trc(path, options)
     return read_csv_markers(path, options)

@@ -42,11 +42,12 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     header = rows[0][1]
     if [cell.lower() for cell in header[:2]] != ["timecode", "blendshapecount"]:
         raise InputError(
-            f"{path} is not a Live Link Face file: expected the columns Timecode, BlendShapeCount"
+            f"{path} is not a Live Link Face file: expected the columns Timecode, BlendShapeCount",
+            "COLUMNS_WRONG",
         )
     columns = [c for c, name in enumerate(header[2:], 2) if name and not name.endswith(_ROTATION)]
     if not columns:
-        raise InputError(f"{path}: there are no blend shape columns")
+        raise InputError(f"{path}: there are no blend shape columns", "COLUMNS_WRONG")
     names = tuple(header[c][0].lower() + header[c][1:] for c in columns)
     kept, weights, findings = _rows_with_data(path, rows[1:], columns)
     ignored = [name for name in header[2:] if name.endswith(_ROTATION)]
@@ -71,7 +72,9 @@ def _rows_with_data(
     complete = np.all(np.isfinite(weights), axis=1)
     kept = [row for row, whole in zip(full, complete, strict=True) if whole]
     if not kept:
-        raise InputError(f"{path}: no row has blend shape weights; expected at least one")
+        raise InputError(
+            f"{path}: no row has blend shape weights; expected at least one", "TAKE_EMPTY"
+        )
     empty = len(rows) - len(kept)
     if not empty:
         return kept, weights, []
@@ -85,7 +88,8 @@ def _seconds(path: Path, rows: list[Row]) -> tuple[FloatArray, list[Finding]]:
     for match, (line, cells) in zip(matches, rows, strict=True):
         if match is None:
             raise InputError(
-                f"{path}, line {line}: {cells[0][:40]!r} is not a timecode HH:MM:SS:FF.sub"
+                f"{path}, line {line}: {cells[0][:40]!r} is not a timecode HH:MM:SS:FF.sub",
+                "ROW_WRONG",
             )
     fields = np.array([match.groups() for match in matches if match], dtype=np.float64)
     clock = fields[:, :3] @ [3600.0, 60.0, 1.0]
@@ -102,7 +106,9 @@ def _timecode_base(path: Path, clock: IntArray, frames: FloatArray) -> tuple[int
     """
     bases = [base for base in _BASES if base > frames.max()]
     if not bases:
-        raise InputError(f"{path}: timecode frame {frames.max():g} is more than a second holds")
+        raise InputError(
+            f"{path}: timecode frame {frames.max():g} is more than a second holds", "TIMES_WRONG"
+        )
     steps = np.diff(frames)
     turns = np.diff(clock) == 1
     inside = steps[np.diff(clock) == 0]

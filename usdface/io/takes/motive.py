@@ -37,11 +37,15 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     rows = [row for row in read_rows(path, read_text(path), ",") if any(row[1])]
     first = rows[0][1]
     if first[0] != "Format Version":
-        raise InputError(f"{path} is not a Motive export: expected 'Format Version' in line 1")
+        raise InputError(
+            f"{path} is not a Motive export: expected 'Format Version' in line 1", "FILE_UNREADABLE"
+        )
     about = dict(zip(first[::2], first[1::2], strict=False))
     top = next((i for i, row in enumerate(rows[:_HEADER_ROWS]) if row[1][0] == "Frame"), None)
     if top is None:
-        raise InputError(f"{path}: the row 'Frame, Time (Seconds), X, Y, Z ...' is missing")
+        raise InputError(
+            f"{path}: the row 'Frame, Time (Seconds), X, Y, Z ...' is missing", "COLUMNS_WRONG"
+        )
     markers, ignored = _columns(path, rows[1 : top + 1])
     data = rows[top + 1 :]
     check_size(path, len(data), len(markers))
@@ -75,7 +79,8 @@ def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[
     full = [cells + [""] * (width - len(cells)) for _, cells in header]
     if len(full) < 4:
         raise InputError(
-            f"{path}: rows are missing between metadata and data (type, name, quantity)"
+            f"{path}: rows are missing between metadata and data (type, name, quantity)",
+            "COLUMNS_WRONG",
         )
     types, names, quantities, axes = full[0], full[1], full[-2], full[-1]
     ids = full[2] if len(full) > 4 else [""] * width
@@ -88,10 +93,13 @@ def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[
             places.setdefault((names[column], ids[column]), {})[axes[column]] = column
     partial = [name for (name, _), xyz in places.items() if len(xyz) < 3]
     if partial:
-        raise InputError(f"{path}: marker {partial[0]!r} lacks one of the columns X, Y, Z")
+        raise InputError(
+            f"{path}: marker {partial[0]!r} lacks one of the columns X, Y, Z", "COLUMNS_WRONG"
+        )
     if not places:
         raise InputError(
-            f"{path}: there are no columns of type Marker; export with markers switched on"
+            f"{path}: there are no columns of type Marker; export with markers switched on",
+            "COLUMNS_WRONG",
         )
     ignored.pop("", None)
     markers = {key: [xyz["X"], xyz["Y"], xyz["Z"]] for key, xyz in places.items()}

@@ -77,7 +77,8 @@ def check_size(path: Path, frame_count: int, marker_count: int) -> None:
     if frame_count * marker_count * 24 > _HEADROOM + _EXPANSION * size:
         raise InputError(
             f"{path}: {frame_count} frames of {marker_count} markers cannot come from "
-            f"a file of {size} bytes; is it damaged?"
+            f"a file of {size} bytes; is it damaged?",
+            "TOO_LARGE",
         )
 
 
@@ -94,7 +95,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     """
     path = raw.path
     if not raw.labels:
-        raise InputError(f"{path}: there are no markers; expected at least one")
+        raise InputError(f"{path}: there are no markers; expected at least one", "TAKE_EMPTY")
     labels, findings = _unique_labels(path, raw.labels)
     times, rate, guesses = take_times(
         path,
@@ -109,7 +110,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     findings += guesses
     hidden = np.any(~np.isfinite(positions), axis=2)
     if hidden.all():
-        raise InputError(f"{path}: no marker is visible in any frame")
+        raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
     positions[hidden] = np.nan
     findings += _occlusion(path, labels, hidden)
     seen = np.any(~hidden, axis=0)
@@ -160,7 +161,7 @@ def _placed(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str,
     """Return positions of our own to write to, metres per unit, up axis, guesses."""
     where = str(raw.path)
     if options.dimension == 3 and raw.positions.shape[2] == 2:
-        raise InputError(f"{where}: only x and y are there; a 3D take needs z")
+        raise InputError(f"{where}: only x and y are there; a 3D take needs z", "COLUMNS_WRONG")
     if options.dimension == 2 or raw.positions.shape[2] == 2:
         return raw.positions[..., :2] * [1.0, -1.0], 1.0, "Y", []
     findings = []

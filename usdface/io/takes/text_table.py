@@ -28,15 +28,15 @@ def read_text(path: Path) -> str:
         If it is missing, unreadable, empty or not text.
     """
     if not path.is_file():
-        raise InputError(f"no such file: {path}")
+        raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path} cannot be read: {error.strerror}") from error
+        raise InputError(f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error
     if not data.strip():
-        raise InputError(f"{path} is empty")
+        raise InputError(f"{path} is empty", "FILE_UNREADABLE")
     if b"\0" in data:
-        raise InputError(f"{path} is not a text file; expected UTF-8 text")
+        raise InputError(f"{path} is not a text file; expected UTF-8 text", "FILE_UNREADABLE")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -55,7 +55,7 @@ def read_rows(path: Path, text: str, delimiter: str) -> list[Row]:
     try:
         return [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
-        raise InputError(f"{path}, line {reader.line_num}: {error}") from error
+        raise InputError(f"{path}, line {reader.line_num}: {error}", "ROW_WRONG") from error
 
 
 def read_numbers(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> FloatArray:
@@ -100,5 +100,6 @@ def _cell_by_cell(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> It
                 yield float(cell)
             except ValueError as error:
                 raise InputError(
-                    f"{path}, line {line}, column {column + 1}: {cell[:40]!r} is not a number"
+                    f"{path}, line {line}, column {column + 1}: {cell[:40]!r} is not a number",
+                    "ROW_WRONG",
                 ) from error

@@ -63,9 +63,13 @@ def take_times(
         If there is no frame, or times do not increase from frame to frame.
     """
     if count == 0:
-        raise InputError(f"{path}: there are no frames of data; expected at least one")
+        raise InputError(
+            f"{path}: there are no frames of data; expected at least one", "TAKE_EMPTY"
+        )
     if override is not None and not _SLOWEST <= override <= _FASTEST:
-        raise InputError(f"{path}: a rate of {override} Hz is asked; expected 0.001 to 1000000")
+        raise InputError(
+            f"{path}: a rate of {override} Hz is asked; expected 0.001 to 1000000", "SETTING_WRONG"
+        )
     rate = rate if _SLOWEST <= rate <= _FASTEST else 0.0
     if seconds is not None:
         seconds = _from_zero(path, seconds, "time")
@@ -95,15 +99,18 @@ def take_times(
 def _from_zero(path: Path, values: FloatArray, what: str) -> FloatArray:
     if not np.isfinite(values).all():
         at = int(np.argmin(np.isfinite(values)))
-        raise InputError(f"{path}: frame {at} of the data has no {what}")
+        raise InputError(f"{path}: frame {at} of the data has no {what}", "TIMES_WRONG")
     later = values[1:] > values[:-1]
     if not later.all():
         at = int(np.argmin(later)) + 1
         raise InputError(
             f"{path}: the {what} does not increase at frame {at} of the data "
-            f"({values[at - 1]:g}, then {values[at]:g})"
+            f"({values[at - 1]:g}, then {values[at]:g})",
+            "TIMES_WRONG",
         )
     if values[-1] / 2 - values[0] / 2 > _LONGEST / 2:
-        raise InputError(f"{path}: the {what} runs from {values[0]:g} to {values[-1]:g}; too far")
+        raise InputError(
+            f"{path}: the {what} runs from {values[0]:g} to {values[-1]:g}; too far", "TIMES_WRONG"
+        )
     shifted: FloatArray = values - values[0]
     return shifted

@@ -32,7 +32,10 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     """
     text = read_text(path)
     if not text.lstrip().lower().startswith("pathfiletype"):
-        raise InputError(f"{path} is not a TRC file: expected 'PathFileType' in its first line")
+        raise InputError(
+            f"{path} is not a TRC file: expected 'PathFileType' in its first line",
+            "FILE_UNREADABLE",
+        )
     first_line = text.lstrip().splitlines()[0]
     rows = [
         row for row in read_rows(path, text, "\t" if "\t" in first_line else ",") if any(row[1])
@@ -47,7 +50,8 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     if announced and announced != len(labels):
         raise InputError(
             f"{path}: the header announces {announced:g} markers, "
-            f"line {rows[3][0]} names {len(labels)}"
+            f"line {rows[3][0]} names {len(labels)}",
+            "COLUMNS_WRONG",
         )
     frames, findings = _whole_frames(path, rows[4:], header, 2 + 3 * len(labels))
     check_size(path, len(frames), len(labels))

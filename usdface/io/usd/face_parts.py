@@ -65,7 +65,7 @@ def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
             CONTACT_TOLERANCE if tolerance is None else tolerance * meters_per_unit,
         )
     except InputError as error:
-        raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
+        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
 
 
 def read_gains(

@@ -95,7 +95,8 @@ def find_carrier(
     elif setup.head_joint:
         raise InputError(
             f"the head's joint is {setup.head_joint!r}, but no skeleton with joints moves "
-            f"{mesh.path}; leave it out, and the SkelRoot moves"
+            f"{mesh.path}; leave it out, and the SkelRoot moves",
+            "JOINT_UNKNOWN",
         )
     if not root:
         return None

@@ -44,7 +44,9 @@ def layer_paths(shot: Path, root: Path | None) -> _Paths:
     if root.resolve() == shot.resolve():
         raise InputError(f"the result would overwrite the shot {shot}; choose another --output")
     if root.suffix not in (".usda", ".usdc", ".usd"):
-        raise InputError(f"{root} is no USD file name; end it in .usda, .usdc or .usd")
+        raise InputError(
+            f"{root} is no USD file name; end it in .usda, .usdc or .usd", "FILE_KIND_UNKNOWN"
+        )
     stem = root.stem if root.stem.endswith(".usdface") else f"{root.stem}.usdface"
     folder = root.with_name(stem)
     return _Paths(root, folder / "solve.usdc", folder / "express.usdc")

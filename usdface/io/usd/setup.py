@@ -109,14 +109,16 @@ def read_setup(prim: Usd.Prim) -> Setup:
     if len(roles) != len(playing):
         raise InputError(
             f"{prim.GetPath()}: {tokens.ROLES_NAMES} has {len(roles)} entries, "
-            f"{tokens.ROLES_MARKERS} has {len(playing)}; expected as many"
+            f"{tokens.ROLES_MARKERS} has {len(playing)}; expected as many",
+            "SCHEMA_BROKEN",
         )
     shown = _strings(prim, tokens.NEUTRAL_SHAPES)
     weights = np.array(_value(prim, tokens.NEUTRAL_WEIGHTS, ()), dtype=np.float64).round(6)
     if len(shown) != len(weights):
         raise InputError(
             f"{prim.GetPath()}: {tokens.NEUTRAL_SHAPES} has {len(shown)} entries, "
-            f"{tokens.NEUTRAL_WEIGHTS} has {len(weights)}; expected as many"
+            f"{tokens.NEUTRAL_WEIGHTS} has {len(weights)}; expected as many",
+            "SCHEMA_BROKEN",
         )
     start, end = _value(prim, tokens.NEUTRAL_RANGE, (0, 0))
     points = np.array(_value(prim, tokens.BIND_POINTS, ()), dtype=np.int64)
@@ -141,7 +143,7 @@ def read_setup(prim: Usd.Prim) -> Setup:
             calibration=_read_calibration(prim),
         )
     except InputError as error:
-        raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
+        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
 
 
 def _value(prim: Usd.Prim, name: str, default: Any) -> Any:
@@ -157,7 +159,8 @@ def _choice(prim: Usd.Prim, name: str, choices: Sequence[str]) -> Any:
     value = str(_value(prim, name, choices[0]))
     if value not in choices:
         raise InputError(
-            f"prim <{prim.GetPath()}>: {name} is {value!r}; expected {', '.join(choices)}"
+            f"prim <{prim.GetPath()}>: {name} is {value!r}; expected {', '.join(choices)}",
+            "SETTING_WRONG",
         )
     return value
 
@@ -202,5 +205,5 @@ def read_expressions(prims: Sequence[Usd.Prim]) -> tuple[Expression, ...]:
                 )
             )
         except InputError as error:
-            raise InputError(f"prim <{prim.GetPath()}>: {error}") from error
+            raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
     return tuple(result)

@@ -157,7 +157,9 @@ def _root_of(stage: Usd.Stage, path: Path) -> str:
     for prim in stage.TraverseAll():
         if prim.IsA(UsdSkel.Root):
             return str(prim.GetPath().GetPrefixes()[0])
-    raise InputError(f"{path} has neither a defaultPrim nor a SkelRoot to reference")
+    raise InputError(
+        f"{path} has neither a defaultPrim nor a SkelRoot to reference", "DEFAULT_PRIM_MISSING"
+    )
 
 
 def _skel_root(prim: Usd.Prim) -> str:
@@ -183,7 +185,8 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
         paths = ", ".join(str(p.GetPath()) for p in found)
         raise InputError(
             f"{where} has {len(found)} {tokens.RETARGET} prims{': ' if found else ''}{paths}; "
-            "expected one. `usdface shot` makes such a file"
+            "expected one. `usdface shot` makes such a file",
+            "SHOT_INCOMPLETE",
         )
     prim = found[0]
     setup = read_setup(prim)
@@ -217,7 +220,9 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
 def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, where: str) -> Usd.Prim:
     targets = prim.GetRelationship(name).GetTargets()
     if not targets:
-        raise InputError(f"{where}, prim <{prim.GetPath()}>: {name} has no target")
+        raise InputError(
+            f"{where}, prim <{prim.GetPath()}>: {name} has no target", "SHOT_INCOMPLETE"
+        )
     return _there(stage, targets[0], name, where)
 
 
@@ -226,7 +231,8 @@ def _there(stage: Usd.Stage, path: Sdf.Path, name: str, where: str) -> Usd.Prim:
     if not prim:
         raise InputError(
             f"{where}: {name} points at <{path}>, which is not on the stage; "
-            "is a referenced file missing?"
+            "is a referenced file missing?",
+            "SHOT_INCOMPLETE",
         )
     return prim
 

@@ -98,7 +98,10 @@ def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
     """
     prim = stage.GetDefaultPrim()
     if not prim:
-        raise InputError(f"{path} has no defaultPrim; set one, so that it can be referenced")
+        raise InputError(
+            f"{path} has no defaultPrim; set one, so that it can be referenced",
+            "DEFAULT_PRIM_MISSING",
+        )
     return prim
 
 
@@ -153,9 +156,9 @@ def metrics_of(stage: Usd.Stage) -> Metrics:
         ("timeCodesPerSecond", metrics.time_codes_per_second),
     ):
         if not (np.isfinite(number) and number > 0):
-            raise InputError(f"{name} is {number:g}; expected a positive number")
+            raise InputError(f"{name} is {number:g}; expected a positive number", "SETTING_WRONG")
     if metrics.up_axis not in ("Y", "Z"):
-        raise InputError(f"upAxis is {metrics.up_axis!r}; expected 'Y' or 'Z'")
+        raise InputError(f"upAxis is {metrics.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
     return metrics
 
 

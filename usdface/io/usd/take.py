@@ -138,7 +138,9 @@ def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:
     names = prim.GetAttribute(tokens.MARKERS_NAMES).Get()
     points = prim.GetAttribute(tokens.POINTS)
     if not names or not points:
-        raise InputError(f"{_where(prim)} is no marker take: it has no {tokens.MARKERS_NAMES}")
+        raise InputError(
+            f"{_where(prim)} is no marker take: it has no {tokens.MARKERS_NAMES}", "TAKE_KIND_WRONG"
+        )
     codes, positions = _samples(points, len(names), 3)
     metrics = metrics_of(prim.GetStage())
     image = prim.GetAttribute(tokens.DIMENSION).Get() == "2d"
@@ -183,7 +185,8 @@ def _samples(attribute: Usd.Attribute, count: int, width: int) -> tuple[FloatArr
     codes = attribute.GetTimeSamples()
     if not codes:
         raise InputError(
-            f"{_where(attribute.GetPrim())}: {attribute.GetName()} has no time samples"
+            f"{_where(attribute.GetPrim())}: {attribute.GetName()} has no time samples",
+            "TAKE_EMPTY",
         )
     values = [attribute.Get(code) for code in codes]
     for code, value in zip(codes, values, strict=True):
@@ -191,12 +194,14 @@ def _samples(attribute: Usd.Attribute, count: int, width: int) -> tuple[FloatArr
             raise InputError(
                 f"{_where(attribute.GetPrim())}: {attribute.GetName()} has "
                 f"{0 if value is None else len(value)} values at time code {code:g}; "
-                f"expected {count}"
+                f"expected {count}",
+                "VALUES_WRONG",
             )
     array = np.array([np.asarray(v) for v in values], dtype=np.float64)
     if not np.isfinite(array).all():
         raise InputError(
-            f"{_where(attribute.GetPrim())}: {attribute.GetName()} has values that are not finite"
+            f"{_where(attribute.GetPrim())}: {attribute.GetName()} has values that are not finite",
+            "VALUES_WRONG",
         )
     return np.array(codes), array.reshape(len(codes), count, width)
 
@@ -209,7 +214,9 @@ def _visibility(prim: Usd.Prim, codes: FloatArray, count: int) -> BoolArray:
     changes = attribute.GetTimeSamples() or [codes[0]]
     values = [attribute.Get(code) for code in changes]
     if any(value is None or len(value) != count for value in values):
-        raise InputError(f"{_where(prim)}: {tokens.MARKERS_VISIBLE} must have {count} values")
+        raise InputError(
+            f"{_where(prim)}: {tokens.MARKERS_VISIBLE} must have {count} values", "VALUES_WRONG"
+        )
     held = np.array([np.asarray(v, dtype=bool) for v in values])
     place = np.searchsorted(np.array(changes), codes, side="right") - 1
     return np.asarray(held[np.maximum(place, 0)])
@@ -219,7 +226,7 @@ def _read_weights(prim: Usd.Prim) -> tuple[WeightsTake, FloatArray]:
     animation = UsdSkel.Animation(prim)
     names = tuple(str(n) for n in animation.GetBlendShapesAttr().Get() or ())
     if not names:
-        raise InputError(f"{_where(prim)} names no blendShapes")
+        raise InputError(f"{_where(prim)} names no blendShapes", "TAKE_EMPTY")
     codes, weights = _samples(animation.GetBlendShapeWeightsAttr(), len(names), 1)
     metrics = metrics_of(prim.GetStage())
     return (
