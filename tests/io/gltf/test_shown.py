@@ -4,6 +4,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from usdface.io.gltf.shown import Sampled, ShownMesh
+from usdface.io.gltf.shown_targets import ShownTargets
 
 RNG = np.random.default_rng(9)
 TIMES = np.array([0.5, 1.0, 3.0])
@@ -21,8 +22,8 @@ def shown(weights: np.ndarray, interpolation: str, **more: object) -> ShownMesh:
         names,
         points,
         normals,
-        moves,
-        turns,
+        ShownTargets.of(moves),
+        ShownTargets.of(turns),
         Sampled(TIMES, weights, interpolation),
         **given,  # type: ignore[arg-type]
     )

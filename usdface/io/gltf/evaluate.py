@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.io.gltf.shown import Sampled, ShownMesh
 from usdface.io.gltf.shown_file import ShownFile
 from usdface.io.gltf.shown_motion import ShownNodes, Space
+from usdface.io.gltf.shown_targets import ShownTargets, Target
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["ShownClip", "evaluate_clips", "evaluate_gltf"]
@@ -187,7 +187,7 @@ class _Scene(ShownFile):
             )
             blocks.setdefault(key, (part, []))[1].append(corners)
         read = [self._block(p, np.unique(np.concatenate(c))) for p, c in blocks.values()]
-        count = max((len(b["moves"]) for b in read), default=0)
+        count = max((len(b["moves"].targets) for b in read), default=0)
         extras = mesh.get("extras") or {}
         names = (extras.get("usdface") or {}).get("names") or extras.get("targetNames") or []
         targets = tuple(str(names[k]) if k < len(names) else f"target_{k}" for k in range(count))
@@ -202,8 +202,8 @@ class _Scene(ShownFile):
             targets,
             points,
             normals,
-            _side_by_side([b["moves"] for b in read], count),
-            _side_by_side([b["turns"] for b in read], count),
+            ShownTargets.side_by_side([b["moves"] for b in read], count),
+            ShownTargets.side_by_side([b["turns"] for b in read], count),
             Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
             _inbetweens(mesh.get("extras"), targets),
             space(still),
@@ -214,13 +214,14 @@ class _Scene(ShownFile):
         at = part["attributes"]
         points = self.accessor(at["POSITION"])[used].astype(np.float64)
 
-        def targets(what: str) -> NDArray[np.float32]:
-            parts = part.get("targets", [])
-            result = np.zeros((len(parts), len(used), 3), np.float32)
-            for row, target in zip(result, parts, strict=True):
-                if what in target:
-                    row[:] = self.accessor(target[what])[used]
-            return result
+        def target(stored: dict[str, Any], what: str) -> Target:
+            if what not in stored:
+                return Target.of(np.zeros((0, 3), np.float32))
+            return Target.of(self.accessor(stored[what])[used].astype(np.float32))
+
+        def targets(what: str) -> ShownTargets:
+            stored = part.get("targets", [])
+            return ShownTargets(len(used), tuple(target(one, what) for one in stored))
 
         lit = "NORMAL" in at and all("NORMAL" in t for t in part.get("targets", []))
         return {
@@ -283,12 +284,6 @@ class _Columns(Sampled):
         for column, curve in self.single.items():
             values[:, column] = curve.at(times)[:, 0]
         return values
-
-
-def _side_by_side(moves: list[NDArray[np.float32]], count: int) -> NDArray[np.float32]:
-    """Return the targets (T, N, 3) of all blocks; of a single one without a copy."""
-    empty = np.zeros((count, 0, 3), np.float32)
-    return moves[0] if len(moves) == 1 else np.concatenate([empty, *moves], 1)
 
 
 def _weighted(curves: dict[str, Sampled], rest: Sampled) -> Sampled:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.certificate.sums import Sums
+from usdface.io.gltf.shown_targets import ShownTargets
 from usdface.takes import FloatArray
 
 __all__ = ["Sampled", "ShownMesh"]
@@ -86,7 +87,7 @@ class ShownMesh:
         At rest, the vertices that faces use; one that primitives with other attributes share
         is there once for each. Normals are None where there are none, or where a target moves
         points but not normals: programs differ in what they then show.
-    moves, turns : (T, N, 3) float32
+    moves, turns : ShownTargets
         What targets add to points and normals.
     weights : Sampled
     inbetweens : tuple of (int, int, float)
@@ -101,8 +102,8 @@ class ShownMesh:
     targets: tuple[str, ...]
     points: FloatArray
     normals: FloatArray | None
-    moves: NDArray[np.float32]
-    turns: NDArray[np.float32]
+    moves: ShownTargets
+    turns: ShownTargets
     weights: Sampled
     inbetweens: tuple[tuple[int, int, float], ...]
     space: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -137,11 +138,11 @@ class ShownMesh:
         if place.ndim > 3:
             return None
         points = _times(place[..., :3, :3], self.points[None])[0] + place[..., :3, 3]
-        moves = _times(place[..., :3, :3], np.asarray(self.moves, np.float64)).astype(np.float32)
+        moves = _times(place[..., :3, :3], self.moves.dense().astype(np.float64)).astype(np.float32)
         weights = self.weights_at(times)
         if self.normals is None:
             return Sums(weights, points, moves)
-        turns = _times(turning, np.asarray(self.turns, np.float64)).astype(np.float32)
+        turns = _times(turning, self.turns.dense().astype(np.float64)).astype(np.float32)
         return Sums(weights, points, moves, _times(turning, self.normals[None])[0], turns)
 
     def _in_blocks(self, times: FloatArray, part: Callable[[FloatArray], FloatArray]) -> FloatArray:
@@ -151,12 +152,12 @@ class ShownMesh:
         return np.concatenate([np.zeros((0, len(self.points), 3)), *parts])
 
     def _points(self, times: FloatArray) -> FloatArray:
-        posed = self.points + np.tensordot(self.weights_at(times), self.moves, 1)
+        posed = self.points + self.moves.added(self.weights_at(times))
         matrices, _ = self.space(times)
         return _times(matrices[..., :3, :3], posed) + matrices[..., :3, 3]
 
     def _turned(self, normals: FloatArray, times: FloatArray) -> FloatArray:
-        posed = normals + np.tensordot(self.weights_at(times), self.turns, 1)
+        posed = normals + self.turns.added(self.weights_at(times))
         turned = _times(self.space(times)[1], posed)
         length = np.sqrt(np.einsum("fvi,fvi->fv", turned, turned))[..., None]
         return np.asarray(turned / np.where(length > 0, length, 1.0))
