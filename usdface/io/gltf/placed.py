@@ -27,6 +27,8 @@ def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
     Where the transform mirrors, faces are turned around; where it flattens, the normals
     are left out. Normal offsets are scaled with the normals that they belong to.
     """
+    if (matrix == np.eye(4)).all():
+        return mesh
     linear = matrix[:3, :3]
     determinant = np.linalg.det(linear)
     normals, shapes = mesh.normals if determinant else None, list(mesh.shapes)

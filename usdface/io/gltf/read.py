@@ -111,11 +111,10 @@ def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     if not meshes:
         why = "; ".join(f"{f.where}: {f.message}" for f in news) or "no node of its scene has one"
         raise InputError(f"there is no mesh with triangles to read: {why}", "FACE_MISSING")
-    meshes = [replace(m, mesh=tinted(m.mesh, materials)) for m in meshes]
-    standing = [
-        replace(m, mesh=_in_rig_space(m.mesh, m.node, document, tree, armature)) for m in meshes
-    ]
-    finished, clips, news = clips_of(file, standing, tree, armature, reader)
+    for k, m in enumerate(meshes):  # in place: two of each would be twice the memory
+        mesh = _in_rig_space(tinted(m.mesh, materials), m.node, document, tree, armature)
+        meshes[k] = replace(m, mesh=mesh)
+    finished, clips, news = clips_of(file, meshes, tree, armature, reader)
     found += news
     scene = item(document.scenes, document.scene or 0, "scene") if document.scenes else Scene()
     cameras, lights, news = read_scene(document, tree, moved_nodes(file, tree))

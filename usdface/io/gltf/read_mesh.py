@@ -3,8 +3,9 @@
 Source: glTF 2.0 specification, section 3.7.2 (meshes, morph targets, primitive modes).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,20 +25,24 @@ from usdface.takes import FloatArray, IntArray
 __all__ = ["mesh_of_primitives"]
 
 
+_Reads = Callable[[], Rows]
 _DEFAULTS = {COLOURS: np.ones(4), TANGENTS: np.array([1.0, 0.0, 0.0, 1.0])}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Block:
-    """The vertices that primitives with the same attributes share."""
+    """The vertices that primitives with the same attributes share.
+
+    What morph targets add is read when it is asked for: all of it at once is most of a face.
+    """
 
     points: FloatArray
     normals: FloatArray | None
     corners: dict[str, FloatArray]
     joints: IntArray
     weights: FloatArray
-    offsets: tuple[Rows, ...]
-    normal_offsets: tuple[Rows | None, ...]
+    offsets: tuple[_Reads | None, ...]
+    normal_offsets: tuple[_Reads | None, ...]
 
 
 def mesh_of_primitives(
@@ -190,15 +195,19 @@ def _block(
         corners[COLOURS] = colours
     if tangents is not None:
         corners[TANGENTS] = tangents
-    empty = np.zeros(0, np.int64), np.zeros((0, 3))
+
+    def moved(attribute: str) -> tuple[_Reads | None, ...]:
+        places = (target.get(attribute) for target in targets)
+        return tuple(None if p is None else partial(reader.offsets, p, count) for p in places)
+
     return _Block(
         points,
         rows("NORMAL", "VEC3"),
         corners,
         np.concatenate(joints, 1),
         np.concatenate(weights, 1),
-        tuple(reader.offsets(t["POSITION"], count) if "POSITION" in t else empty for t in targets),
-        tuple(reader.offsets(t["NORMAL"], count) if "NORMAL" in t else None for t in targets),
+        moved("POSITION"),
+        moved("NORMAL"),
     )
 
 
@@ -214,14 +223,15 @@ def _merged(
     # Normals of some primitives only are no normals: the others would be lit as (0, 0, 0).
     given = [b.normals for b in blocks if b.normals is not None]
     normals = np.concatenate(given) if len(given) == len(blocks) else None
-    moves = [_stacked([b.offsets[s] for b in blocks], starts) for s in range(len(shape_names))]
+    shapes = range(len(shape_names))
+    moves = [partial(_stacked, [b.offsets[s] for b in blocks], starts) for s in shapes]
     turns = [
-        _stacked([b.normal_offsets[s] for b in blocks], starts)
+        partial(_stacked, [b.normal_offsets[s] for b in blocks], starts)
         if normals is not None and any(b.normal_offsets[s] is not None for b in blocks)
         else None
-        for s in range(len(shape_names))
+        for s in shapes
     ]
-    rows = [r for r in (*moves, *turns) if r is not None]
+    rows = (read() for read in (*moves, *turns) if read is not None)
     columns = [joints, weights] + ([] if normals is None else [normals])
     first, of_vertex = welded(points, columns, rows)
     used = np.unique(of_vertex[triangles])
@@ -238,7 +248,7 @@ def _merged(
         None if normals is None else unit_rows(normals[first]),
         next((c.values for c in corners if c.name == first_uvs), None),
         tuple(
-            _shape(n, move, turn, first)
+            _shape(n, move(), None if turn is None else turn(), first)
             for n, move, turn in zip(shape_names, moves, turns, strict=True)
         ),
         Skin(joints[first], weights[first]) if influences else None,
@@ -271,11 +281,12 @@ def _wider(array: NDArray[Any], width: int) -> NDArray[Any]:
     return np.pad(array, ((0, 0), (0, width - array.shape[1])))
 
 
-def _stacked(rows: Sequence[Rows | None], starts: IntArray) -> Rows:
-    if len(rows) == 1 and rows[0] is not None:
-        return rows[0]
-    filled = [(r[0] + s, r[1]) for r, s in zip(rows, starts, strict=False) if r is not None]
-    return np.concatenate([i for i, _ in filled]), np.concatenate([o for _, o in filled])
+def _stacked(reads: Sequence[_Reads | None], starts: IntArray) -> Rows:
+    rows = [(read(), s) for read, s in zip(reads, starts, strict=False) if read is not None]
+    if len(rows) == len(reads) == 1:
+        return rows[0][0]
+    indices = [np.zeros(0, np.int64), *(r[0] + s for r, s in rows)]
+    return np.concatenate(indices), np.concatenate([np.zeros((0, 3)), *(r[1] for r, _ in rows)])
 
 
 def _shape(name: str, move: Rows, turn: Rows | None, vertices: IntArray) -> BlendShape:

@@ -49,6 +49,8 @@ class ShownTargets:
     @classmethod
     def side_by_side(cls, meshes: Sequence["ShownTargets"], count: int) -> "ShownTargets":
         """Join meshes of which each has up to `count` targets to one."""
+        if len(meshes) == 1:
+            return meshes[0]
         places: list[list[NDArray[np.int32]]] = [[] for _ in range(count)]
         values: list[list[NDArray[np.float32]]] = [[] for _ in range(count)]
         start = 0

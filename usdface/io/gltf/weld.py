@@ -1,5 +1,6 @@
 """Vertices that agree in everything become one."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ Rows = tuple[IntArray, FloatArray]  # some vertices, increasing, and their offse
 
 
 def welded(
-    points: FloatArray, columns: list[NDArray[Any]], rows: list[Rows]
+    points: FloatArray, columns: list[NDArray[Any]], rows: Iterable[Rows]
 ) -> tuple[IntArray, IntArray]:
     """Find the vertices that are equal in position, in all columns, and in all offsets.
 
@@ -22,8 +23,8 @@ def welded(
     points : (V, 3) float64
     columns : list of (V, K) arrays
         Other attributes, dense.
-    rows : list of Rows
-        Offsets of blend shapes, sparse.
+    rows : iterable of Rows
+        Offsets of blend shapes, sparse; taken one at a time.
 
     Returns
     -------
