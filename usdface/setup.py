@@ -116,7 +116,8 @@ class Calibration:
     gains : (K,) float64
         In `usdface.options.GAIN_RANGE`.
     offsets : (K,) float64
-        How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`.
+        How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. What a
+        take's own `Setup.neutral_weights` say of a shape goes before its offset.
     """
 
     shapes: tuple[str, ...]
@@ -177,8 +178,8 @@ class Setup:
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
     neutral_weights : mapping of str to float
-        Blend shape weights that the performer shows in the neutral frames, a little open mouth
-        say; those not named are 0.
+        Blend shape weights of the character that the performer shows in the neutral frames, a
+        little open mouth say; those not named are 0, or as `calibration` says.
     peaks : tuple of int
         Frame indices of strong expressions, by which places are proposed; () = not named.
     nose_tip : str

@@ -104,6 +104,62 @@ def test_a_neutral_that_is_not_at_rest_is_found_and_made_good() -> None:
     assert np.abs(weights.weights[NEUTRAL:] - range_of_motion()[NEUTRAL:]).mean() < 0.01
 
 
+@pytest.mark.parametrize("named", [(), ("jawOpen",), ("jawOpen", "eyeBlinkLeft")])
+def test_a_rest_that_is_described_twice_is_taken_off_once(named: tuple[str, ...]) -> None:
+    """By the calibration and by the take's own neutral weights, or each by one of them."""
+    shown = {"jawOpen": 0.12, "eyeBlinkLeft": 0.15}
+    rest = np.array([shown.get(name, 0.0) for name in NAMES])  # of the character's shapes
+    weights = range_of_motion()
+    take = performance(weights, GAINS, rest / GAINS)
+    setup = replace(
+        SETUP,
+        calibration=Calibration(NAMES, GAINS, rest),
+        neutral_weights={name: shown[name] for name in named},
+    )
+    _, found, _, _ = retarget(take, setup, MESH, NAMES)
+    truth = np.concatenate([np.tile(rest / GAINS, (NEUTRAL, 1)), weights[NEUTRAL:]])
+    assert np.abs(found.weights - truth).mean() < 0.007  # 0.006 from a true rest
+    assert found.weights[:NEUTRAL].mean(axis=0) == pytest.approx(rest / GAINS, abs=0.02)
+
+
+def test_the_neutral_frames_of_a_take_go_before_the_performers_habit() -> None:
+    """The lids of this take's neutral hang by a fifth, those of the calibration by a tenth."""
+    lid = NAMES.index("eyeBlinkLeft")
+    rest, habit, one = np.zeros(12), np.zeros(12), np.ones(12)
+    rest[lid], habit[lid] = 0.2, 0.1
+    setup = replace(
+        SETUP,
+        calibration=Calibration(NAMES, one, habit),
+        neutral_weights={"eyeBlinkLeft": 0.2},
+    )
+    take = performance(range_of_motion(), one, rest)
+    _, found, _, _ = retarget(take, setup, MESH, NAMES)
+    assert found.weights[:NEUTRAL, lid].mean() == pytest.approx(0.2, abs=0.02)
+
+
+def test_the_rigs_own_neutral_is_at_rest_whatever_the_performers_is() -> None:
+    one, habit = np.ones(12), np.full(12, 0.1)
+    weights = range_of_motion()
+    take = performance(weights, one, habit)  # the first frames show it, and are not the neutral
+    setup = replace(SETUP, neutral=None, calibration=Calibration(NAMES, one, habit))
+    _, found, _, _ = retarget(take, setup, MESH, NAMES)
+    assert found.weights[:NEUTRAL].mean(axis=0) == pytest.approx(habit, abs=0.02)
+    assert np.abs(found.weights[NEUTRAL:] - weights[NEUTRAL:]).mean() < 0.01
+    calibrated, _ = calibrate(take, replace(SETUP, neutral=None), MESH, extremes=True)
+    assert not calibrated.calibration.offsets.any()
+
+
+def test_a_calibration_finds_what_the_neutral_weights_leave_of_the_rest() -> None:
+    jaw = NAMES.index("jawOpen")
+    rest, one = np.zeros(12), np.ones(12)
+    rest[jaw] = 0.15
+    take = performance(range_of_motion(), one, rest)
+    setup = replace(SETUP, neutral_weights={"jawOpen": 0.15})
+    found, _ = calibrate(take, setup, MESH, extremes=True)
+    assert found.calibration.offsets == pytest.approx(0.0, abs=0.02)
+    assert found.calibration.gains == pytest.approx(one, abs=0.05)
+
+
 def test_a_take_that_cannot_be_calibrated_on_is_refused() -> None:
     with pytest.raises(InputError, match="at least 8"):
         calibrate(performance(WORLD.weights[: NEUTRAL + 2], GAINS), SETUP, MESH)

@@ -24,3 +24,10 @@ def test_gains_go_on_shapes_and_their_inbetweens_but_not_on_combinations() -> No
     np.testing.assert_allclose(found.explained(alone), 1.5 * model.explained(alone))
     np.testing.assert_allclose(found.shapes, SHAPES * [[1.5], [0.8], [1.0]])
     np.testing.assert_allclose(start, 0.1 * SHAPES[0])
+
+
+def test_what_was_taken_off_the_neutral_already_is_not_added_again() -> None:
+    calibration = Calibration(("a", "b"), np.array([1.5, 0.8]), np.array([0.1, 0.2]))
+    model, start = performed(ShapeModel(SHAPES), NAMES, calibration, ("a",))
+    np.testing.assert_allclose(start, 0.2 * SHAPES[1])
+    np.testing.assert_allclose(model.shapes, SHAPES * [[1.5], [0.8], [1.0]])

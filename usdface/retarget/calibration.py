@@ -123,6 +123,8 @@ def calibrate_take(
     low, high = np.quantile(loose, _AT_REST, axis=0), ordered[-held]
     shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
     rest = np.clip((-low - _BY_NOISE * deviations) * shrunk, 0.0, LARGEST_OFFSET)
+    if setup.neutral is None:  # measured from the rig's own neutral, which is at rest
+        rest = np.zeros_like(rest)
     peaks = high + rest
     gains, spreads = gain_posterior(peaks, deviations, EXTREME_REACHED if extremes else 0.0)
     names = tuple(shape_names[s] for s in free)

@@ -127,7 +127,9 @@ def solve_take(
     model = model or ShapeModel(offsets.reshape(len(offsets), -1))
     model = model.at((3 * np.array(used)[:, None] + np.arange(3)).ravel())
     if setup.calibration is not None:
-        model, start = performed(model, shape_names, setup.calibration)
+        # The rig's own neutral is at rest, whatever the performer's is.
+        rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
+        model, start = performed(model, shape_names, setup.calibration, rested)
         space = replace(space, start=start.reshape(target.shape))
     joint = solve_jointly(take.times, positions, target, model, space, pose, setup, shape_names)
     weights, displaced = joint.weights, joint.displaced
