@@ -6,6 +6,7 @@ Tables: intensity sweep, specificity, under-expressive performers, contact and s
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,8 @@ from faces import (  # noqa: E402
     weak_expressions,
 )
 
+from usdface.io.expressions_file import read_expressions_file  # noqa: E402
+
 
 def table(title: str, columns: str) -> Table:
     made = Table(title=title)
@@ -45,6 +48,22 @@ def sweeps(faces: dict[str, Face]) -> Table:
             figures = (heard.error, heard.fall, heard.rest)
             cells = [f"{figure:.3f}" for figure in figures]
             made.add_row(kind, emotion, f"{100 * heard.right:.1f} %", *cells)
+    return made
+
+
+def beyond(kinds: Sequence[str]) -> Table:
+    """Play contempt and Plutchik's two beside the six."""
+    files = (
+        ROOT / "examples" / "expressions" / f"{name}.json" for name in ("contempt", "plutchik")
+    )
+    given = {name: pose for file in files for name, pose in read_expressions_file(file).items()}
+    columns = "face,emotion,strongest from 15 % on,largest error"
+    made = table("Nine expressions: those beyond six, and the six where they change", columns)
+    for kind in kinds:
+        alone = sweep(make_face(kind, SHARED))
+        for emotion, heard in sweep(make_face(kind, SHARED, given)).items():
+            if emotion in given or abs(heard.error - alone[emotion].error) > 0.02:
+                made.add_row(kind, emotion, f"{100 * heard.right:.1f} %", f"{heard.error:.3f}")
     return made
 
 
@@ -112,9 +131,10 @@ def touching(faces: dict[str, Face]) -> tuple[Table, Table]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", nargs="+", choices=FACES, default=FACES)
-    faces = {kind: make_face(kind, SHARED) for kind in parser.parse_args().faces}
+    kinds = parser.parse_args().faces
+    faces = {kind: make_face(kind, SHARED) for kind in kinds}
     console = Console(width=None if sys.stdout.isatty() else 110)
-    for made in (sweeps(faces), *specificity(faces), *weak(faces), *touching(faces)):
+    for made in (sweeps(faces), beyond(kinds), *specificity(faces), *weak(faces), *touching(faces)):
         console.print(made)
 
 

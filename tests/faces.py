@@ -4,15 +4,17 @@ The ICT face with its 68 landmarks and with 41 markers as an optical take has th
 with markers spread over its skin, and the example's head with its own binding.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from ict_face import ict_mesh, landmarks
 
 from usdface.express import Character, design, express, features, halves, parts_of
 from usdface.fuzzy.contact import gaps_of, hold
-from usdface.fuzzy.dictionaries import expressions_for
+from usdface.fuzzy.dictionaries import ActionPose, expressions_for
 from usdface.fuzzy.parts import FaceParts
 from usdface.fuzzy.selection import single_movements
 from usdface.fuzzy.system import FuzzySystem
@@ -49,6 +51,8 @@ RATE = 60.0
 NOISE = 0.0003
 FACES = ("ict68", "ict41", "makehuman", "example")
 AMOUNTS = (0.4, 0.55, 0.7)
+
+Given = Mapping[str, Expression | ActionPose | None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,15 +139,15 @@ def _other(positions: FloatArray) -> FloatArray:
     return np.stack([x * (0.95 - 0.8 * y), 1.08 * y, 0.93 * z + 0.006 * nose], axis=-1)
 
 
-def make_face(kind: str, shared: Path) -> Face:
-    """Make one of `FACES`."""
+def make_face(kind: str, shared: Path, given: Given = MappingProxyType({})) -> Face:
+    """Make one of `FACES`, with the expressions that are `given` besides the six."""
     mesh, setup = {
         "ict68": _ict_landmarks,
         "ict41": _ict_optical,
         "makehuman": _makehuman,
         "example": _example,
     }[kind](shared)
-    expressions, _ = expressions_for(mesh.shape_names)
+    expressions, _ = expressions_for(mesh.shape_names, given)
     system, designed, _ = design(mesh, setup, expressions, CorrectionOptions())
     assert system is not None
     parts = parts_of(mesh, designed, expressions)
