@@ -244,6 +244,31 @@ def test_any_changed_word_is_a_system_or_an_error(tmp_path, suffix):
     assert refused > 20
 
 
+@pytest.mark.parametrize("suffix", [".fis", ".fcl", ".fll"])
+@pytest.mark.parametrize("name", ["mamdani", "default"])
+def test_any_splice_into_a_file_is_a_system_or_an_error(tmp_path, suffix, name):
+    path = tmp_path / f"a{suffix}"
+    write_fuzzy_file(path, SYSTEMS[name])
+    text = path.read_text()
+    odd = ["", ";", ":", "(", ")", "'", "[", "\n", "nan", "inf", "-1e999", "RULE", "/*", "#", "= 0"]
+    rng = np.random.default_rng(1)
+    outcomes = set()
+    for _ in range(300):
+        at = int(rng.integers(len(text)))
+        spliced = text[:at] + odd[rng.integers(len(odd))] + text[at + int(rng.integers(7)) :]
+        path.write_text(spliced)
+        try:
+            system, _ = read_fuzzy_file(path)
+        except InputError as error:
+            assert "\n" not in str(error)
+            outcomes.add("refused")
+        else:
+            answer = evaluate(system, np.zeros((2, len(system.inputs))))
+            assert np.isfinite(answer.outputs).all()
+            outcomes.add("read")
+    assert outcomes == {"refused", "read"}
+
+
 def test_a_term_that_a_format_has_no_name_for_is_refused(tmp_path):
     term = Term("far(left)", "ramp", (0, 1))
     system = FuzzySystem((Variable("a", "input", "a", terms=(term,)),), ())

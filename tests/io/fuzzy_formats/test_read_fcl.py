@@ -104,6 +104,7 @@ def test_either_norm_stands_for_both(file):
         ("METHOD : COGS", "METHOD : BEST", "line 23: the METHOD 'BEST' has no counterpart"),
         ("AND : MIN", "AND : MINE", "line 27: the AND 'MINE' has no counterpart"),
         ("FUZZIFY temp", "FUZZIFY heat", "line 10: FUZZIFY heat: there is no input of that name"),
+        ("FUZZIFY temp", "FUZZIFY;", "line 10: FUZZIFY names no input"),
         ("IF temp IS cold AND", "IF temp cold AND", "line 28: rule .*column 9: expected IS"),
         ("IF temp IS cold AND", "IF temp IS warm AND", "rule .* temp has no term 'warm'"),
         ("valve IS inlet", "valve IS shut", "rule .* valve has no term 'shut'"),

@@ -166,6 +166,14 @@ def test_what_has_no_counterpart_is_named_with_its_line(tmp_path, old, new, says
     assert str(error.value).startswith("a.fll, line ") and "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize("samples", ["inf", "nan", "12.5", "1e9", "-4"])
+def test_samples_are_a_whole_number_that_fits(tmp_path, samples):
+    path = tmp_path / "a.fll"
+    path.write_text(fll_text(mamdani(), "a")[0].replace("Centroid 100", f"Centroid {samples}"))
+    with pytest.raises(InputError, match="samples; expected"):
+        read_fll(path)
+
+
 def test_what_is_left_out_is_said(tmp_path):
     path = tmp_path / "a.fll"
     text = GOOD.replace("lock-previous: false", "lock-previous: true")

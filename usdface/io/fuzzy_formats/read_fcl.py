@@ -99,6 +99,8 @@ class _Parser:
         self._block = block
         if block in ("FUZZIFY", "DEFUZZIFY"):
             kind = "input" if block == "FUZZIFY" else "output"
+            if len(words) < 2:
+                raise InputError(f"{block} names no {kind}")
             if words[1] not in self._variables or self._variables[words[1]].kind != kind:
                 raise InputError(f"{block} {words[1]}: there is no {kind} of that name")
             self._current = words[1]

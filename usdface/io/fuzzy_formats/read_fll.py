@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from math import isfinite, isnan
+from math import inf, isfinite, isnan
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +118,10 @@ class _Parser:
             return
         self._set("defuzzifier", _known(name, DEFUZZIFIERS, "defuzzifier"))
         self._set("inference", "mamdani")
-        self._set("samples", int(_numbers(rest[0], 1)[0]) if rest else SAMPLES)
+        samples = _numbers(rest[0], 1)[0] if rest else SAMPLES
+        if not samples == samples // 1 < inf:
+            raise InputError(f"{name} has {samples:g} samples; expected a whole number")
+        self._set("samples", int(samples))
 
     def _rule_block(self, line: int, key: str, value: str) -> None:
         if key == "rule":
