@@ -35,8 +35,8 @@ from usdface.fuzzy.fit_validation import Validation, cross_validate  # noqa: E40
 from usdface.fuzzy.inference import evaluate  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
-from usdface.labelled import Face, examples_of  # noqa: E402
-from usdface.labels import NEUTRAL, NOTHING, Label  # noqa: E402
+from usdface.learning.labelled import Face, examples_of  # noqa: E402
+from usdface.learning.labels import NEUTRAL, NOTHING, Label  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
 from usdface.outcome import Steps  # noqa: E402
 from usdface.setup import Binding, Setup  # noqa: E402

@@ -24,7 +24,7 @@ from usdface.fuzzy.fit_examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.fuzzy.fit_validation import cross_validate  # noqa: E402
 from usdface.fuzzy.naming import direction_words, marker_variables  # noqa: E402
 from usdface.fuzzy.selection import single_movements  # noqa: E402
-from usdface.labelled import Face, feature_noise, pose_features  # noqa: E402
+from usdface.learning.labelled import Face, feature_noise, pose_features  # noqa: E402
 from usdface.setup import Binding, Setup  # noqa: E402
 
 PERFORMERS = 6

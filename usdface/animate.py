@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from usdface.binding.marker_places import FreePlaces, free_places
-from usdface.clean_solve import clean, retarget, solve
+from usdface.clean_solve import clean, solve
 from usdface.errors import InputError
 from usdface.express import Character, express, features, halves
 from usdface.findings import Finding, finding
@@ -29,7 +29,7 @@ from usdface.rigs import Mesh
 from usdface.setup import Setup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["Animated", "animate", "retarget"]
+__all__ = ["Animated", "animate"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

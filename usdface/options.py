@@ -264,7 +264,7 @@ class CorrectionOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
-    """How a fuzzy system is fitted (`usdface.fitting`).
+    """How a fuzzy system is fitted (`usdface.learning.fitting`).
 
     Attributes
     ----------

@@ -11,7 +11,16 @@ from usdface.errors import OutputError
 if TYPE_CHECKING:
     from usdface.outcome import Outcome
 
-__all__ = ["DONE", "FAILED", "add_command", "add_output", "check_report", "report", "settings"]
+__all__ = [
+    "DONE",
+    "FAILED",
+    "add_command",
+    "add_output",
+    "check_figure",
+    "check_report",
+    "report",
+    "settings",
+]
 
 DONE, FAILED = 0, 1
 
@@ -55,6 +64,20 @@ def check_report(parsed: argparse.Namespace) -> None:
         )
     others = [value for name, value in vars(parsed).items() if name != "report"]
     check_place(parsed.report, *(value for value in others if isinstance(value, Path)))
+
+
+def check_figure(figure: Path | None) -> None:
+    """Refuse, before the work, a name that is no picture's; without a name there is no figure.
+
+    Raises
+    ------
+    InputError
+        If it ends in something else.
+    """
+    if figure:
+        from usdface.figures.picture import check_picture
+
+        check_picture(figure)
 
 
 def report(

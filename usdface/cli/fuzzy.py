@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import DONE, add_command, add_output, report
+from usdface.cli.command import DONE, add_command, add_output, check_figure, report
 from usdface.cli.fuzzy_fit import add_fit
 from usdface.cli.progress import progress
 
@@ -41,10 +41,7 @@ def add_fuzzy(commands: Any) -> None:
 def _explain(parsed: argparse.Namespace) -> int:
     from usdface.cli.report import print_json
 
-    if parsed.figure:
-        from usdface.picture import check_picture
-
-        check_picture(parsed.figure)
+    check_figure(parsed.figure)
     with progress(parsed.format == "text") as step:
         explained = pipeline.explain(parsed.shot, step)
     frame = explained.peak if parsed.frame is None else parsed.frame

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_command, add_output, check_figure, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import FitOptions
@@ -56,10 +56,7 @@ def add_fit(actions: Any) -> None:
 def _fit(parsed: argparse.Namespace) -> int:
     if bool(parsed.rig) != bool(parsed.bind):
         raise InputError("--rig and --bind belong together: give both, or --shot alone")
-    if parsed.figure:
-        from usdface.picture import check_picture
-
-        check_picture(parsed.figure)
+    check_figure(parsed.figure)
     options = FitOptions(**settings(parsed, FitOptions))
     with progress(parsed.format == "text") as step:
         outcome, fitted = pipeline.fit_fuzzy(
@@ -77,7 +74,7 @@ def _fit(parsed: argparse.Namespace) -> int:
         print_fit(fitted)
     status = report(parsed, outcome)
     if parsed.figure:
-        from usdface.fit_figure import write_fit_figure
+        from usdface.figures.fit import write_fit_figure
 
         write_fit_figure(fitted.system, fitted.validation, parsed.figure)
     return status

@@ -11,7 +11,7 @@ from rich.table import Table
 from usdface.cli.report import print_whole
 
 if TYPE_CHECKING:
-    from usdface.fitting import Fitted
+    from usdface.learning.fitting import Fitted
     from usdface.resting import RestingAnswer
 
 __all__ = ["print_explanation", "print_fit", "print_resting"]

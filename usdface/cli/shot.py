@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_command, add_output, check_figure, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import BindOptions, CorrectionOptions, MarkerOptions
@@ -107,10 +107,7 @@ def _shot(parsed: argparse.Namespace) -> int:
     for place in (parsed.write_bind, parsed.bind_figure):
         if place:
             check_place(place, *others)
-    if parsed.bind_figure:
-        from usdface.picture import check_picture
-
-        check_picture(parsed.bind_figure)
+    check_figure(parsed.bind_figure)
     with progress(parsed.format == "text") as step:
         outcome, setup = pipeline.make_shot(
             parsed.rig,
@@ -171,10 +168,7 @@ def add_markers(commands: Any) -> None:
 
 def _markers(parsed: argparse.Namespace) -> int:
     options = MarkerOptions(**settings(parsed, MarkerOptions))
-    if parsed.figure:
-        from usdface.picture import check_picture
-
-        check_picture(parsed.figure)
+    check_figure(parsed.figure)
     with progress(parsed.format == "text") as step:
         outcome, binding = pipeline.make_markers(
             parsed.rig, parsed.bind, parsed.output, options, step

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from usdface.binding.skin import skin_of
-from usdface.picture import save_figure
+from usdface.figures.picture import save_figure
 from usdface.rigs import Mesh
 from usdface.setup import Binding
 from usdface.takes import FloatArray

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from usdface.explain import Explanation
+from usdface.figures.picture import save_figure
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.rules import Rule
-from usdface.picture import save_figure
 
 __all__ = ["COLOURS", "write_explanation_figure"]
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from usdface.animate import Animated
-from usdface.picture import save_figure
+from usdface.figures.picture import save_figure
 from usdface.takes import FloatArray
 
 __all__ = ["write_take_figure"]

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 from usdface.findings import Finding
-from usdface.fitting import Fitted, fit_labelled, fit_rig
 from usdface.fuzzy.dictionaries import expressions_for
 from usdface.io.atomic import check_place, write_text
 from usdface.io.bind_file import read_bind
@@ -14,7 +13,8 @@ from usdface.io.takes.any_take import read_any_take
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
-from usdface.labelled import Face, examples_of
+from usdface.learning.fitting import Fitted, fit_labelled, fit_rig
+from usdface.learning.labelled import Face, examples_of
 from usdface.options import FitOptions
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas

@@ -35,8 +35,8 @@ def process(
     gltf = Path(options.gltf) if options.gltf else None
     figure = Path(options.figure) if options.figure else None
     if figure:
+        from usdface.figures.picture import check_picture
         from usdface.figures.take import write_take_figure
-        from usdface.picture import check_picture
 
         check_picture(figure)
     register_schemas()

@@ -4,7 +4,7 @@ import pytest
 from fit_world import RULES, make_examples
 
 from usdface.errors import InputError
-from usdface.fit_figure import write_fit_figure
+from usdface.figures.fit import write_fit_figure
 from usdface.fuzzy.fit import fit_system
 from usdface.fuzzy.fit_validation import cross_validate
 

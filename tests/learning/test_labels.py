@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from usdface.errors import InputError
-from usdface.labels import Label
+from usdface.learning.labels import Label
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ from worlds import World, make_world
 
 from usdface.fuzzy.naming import marker_variables
 from usdface.io.bind_file import setup_of_json
-from usdface.labelled import Face, examples_of, feature_noise, pose_features
-from usdface.labels import NEUTRAL, NOTHING, Label
+from usdface.learning.labelled import Face, examples_of, feature_noise, pose_features
+from usdface.learning.labels import NEUTRAL, NOTHING, Label
 from usdface.options import FitOptions
 from usdface.outcome import Steps
 from usdface.setup import fit_setup

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from usdface.animate import retarget
+from usdface.clean_solve import retarget
 from usdface.errors import InputError
 from usdface.express import MARKER_NOISE, features
 from usdface.findings import Finding
@@ -16,7 +16,7 @@ from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
 from usdface.fuzzy.naming import direction_words, known_roles, marker_variables
 from usdface.fuzzy.selection import single_movements
 from usdface.fuzzy.system import FuzzySystem, Variable
-from usdface.labels import NEUTRAL, Label
+from usdface.learning.labels import NEUTRAL, Label
 from usdface.options import LEARNED_SMOOTHING, FeatureSpace, FitOptions
 from usdface.outcome import Steps
 from usdface.retarget.transfer import Solution

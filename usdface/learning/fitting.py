@@ -17,7 +17,7 @@ from usdface.fuzzy.fit_separation import Separation, pose_separations, separatio
 from usdface.fuzzy.fit_validation import Validation, cross_validate, held_out
 from usdface.fuzzy.naming import marker_variables
 from usdface.fuzzy.system import FuzzySystem
-from usdface.labelled import Face, Labelled, feature_noise, pose_features
+from usdface.learning.labelled import Face, Labelled, feature_noise, pose_features
 from usdface.options import CorrectionOptions, FitOptions
 from usdface.setup import Expression
 from usdface.takes import FloatArray

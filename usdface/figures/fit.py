@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from usdface.figures.explanation import COLOURS
+from usdface.figures.picture import save_figure
 from usdface.fuzzy.fit_validation import Validation
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.system import FuzzySystem, Variable
-from usdface.picture import save_figure
 
 __all__ = ["write_fit_figure"]
 

@@ -1,0 +1,1 @@
+"""A fuzzy system learned: from the poses of a rig, or from labelled takes."""
