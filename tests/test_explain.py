@@ -174,3 +174,15 @@ def test_a_shot_without_a_system_is_one_line(
     stage.GetRootLayer().Export(str(bare))
     assert main(["fuzzy", "explain", str(bare)]) == 1
     assert "no fuzzy system" in capsys.readouterr().err
+
+
+def test_a_figure_is_written_though_nobody_reads_the_text_to_its_end(
+    shot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def closed(*_: object) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr("usdface.cli.fuzzy_tables.print_explanation", closed)
+    figure = tmp_path / "why.png"
+    assert main(["fuzzy", "explain", str(shot), "--figure", str(figure)]) == 1
+    assert figure.read_bytes().startswith(b"\x89PNG")

@@ -47,14 +47,15 @@ def _explain(parsed: argparse.Namespace) -> int:
     frame = explained.peak if parsed.frame is None else parsed.frame
     frame = frame if parsed.time is None else explained.frame_at(parsed.time)
     facts = explained.frame(frame)
-    if not print_json(facts, parsed.format, parsed.report):
-        from usdface.cli.fuzzy_tables import print_explanation
-
-        print_explanation(facts)
+    # Before the text, which somebody may read the beginning of only.
     if parsed.figure:
         from usdface.figures.explanation import write_explanation_figure
 
         write_explanation_figure(explained, frame, parsed.figure)
+    if not print_json(facts, parsed.format, parsed.report):
+        from usdface.cli.fuzzy_tables import print_explanation
+
+        print_explanation(facts)
     return DONE
 
 

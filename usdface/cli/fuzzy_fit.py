@@ -68,13 +68,13 @@ def _fit(parsed: argparse.Namespace) -> int:
             parsed.labels,
             parsed.expressions,
         )
-    if parsed.format == "text":
-        from usdface.cli.fuzzy_tables import print_fit
-
-        print_fit(fitted)
-    status = report(parsed, outcome)
+    # Before the text, which somebody may read the beginning of only.
     if parsed.figure:
         from usdface.figures.fit import write_fit_figure
 
         write_fit_figure(fitted.system, fitted.validation, parsed.figure)
-    return status
+    if parsed.format == "text":
+        from usdface.cli.fuzzy_tables import print_fit
+
+        print_fit(fitted)
+    return report(parsed, outcome)

@@ -121,13 +121,14 @@ def _shot(parsed: argparse.Namespace) -> int:
             binding,
             parsed.calibration,
         )
-    status = report(parsed, outcome, file=sys.stderr if parsed.print_bind else None)
-    if parsed.print_bind:
-        print(bind_json(setup), end="")
+    # Before the text, which somebody may read the beginning of only.
     if parsed.write_bind:
         write_text(parsed.write_bind, bind_json(setup))
     if parsed.bind_figure:
         _draw(parsed.rig, setup.binding, parsed.bind_figure)
+    status = report(parsed, outcome, file=sys.stderr if parsed.print_bind else None)
+    if parsed.print_bind:
+        print(bind_json(setup), end="")
     return status
 
 
@@ -173,10 +174,9 @@ def _markers(parsed: argparse.Namespace) -> int:
         outcome, binding = pipeline.make_markers(
             parsed.rig, parsed.bind, parsed.output, options, step
         )
-    status = report(parsed, outcome)
     if parsed.figure:
         _draw(parsed.rig, binding, parsed.figure)
-    return status
+    return report(parsed, outcome)
 
 
 def _draw(rig: Path, binding: "Binding", figure: Path) -> None:

@@ -163,7 +163,7 @@ def _draw_memberships(
     axes.set_xlabel("mm from neutral", fontsize=7)
     axes.tick_params(labelsize=7)
     axes.locator_params(axis="x", nbins=5)
-    axes.legend(fontsize=7, frameon=False, loc="best")
+    axes.legend(fontsize=7, framealpha=0.85, edgecolor="none", loc="best")
 
 
 def _asked(explained: Explanation, facts: dict[str, Any], name: str) -> dict[str, str]:

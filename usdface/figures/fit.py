@@ -60,7 +60,7 @@ def _draw_terms(axes: Any, variable: Variable) -> None:
     axes.set(ylim=(-0.02, 1.05), xlim=(x[0], x[-1]))
     axes.tick_params(labelsize=6)
     axes.locator_params(axis="x", nbins=5)
-    axes.legend(fontsize=6, loc="best", frameon=False)
+    axes.legend(fontsize=6, loc="best", framealpha=0.85, edgecolor="none")
 
 
 def _draw_confusion(axes: Any, validation: Validation) -> None:
