@@ -485,7 +485,7 @@ def test_a_name_that_the_system_refuses(place: Place, refused: Refused) -> None:
 
 @pytest.mark.parametrize("name", [".", "/", ""])
 def test_a_shot_without_a_name(refused: Refused, name: str) -> None:
-    assert "no such USD file" in refused(["process", name])
+    assert "is no USD file" in refused(["process", name])
 
 
 @pytest.mark.parametrize("name", ["out.fbx", "out", "out.glb"])

@@ -76,6 +76,18 @@ def calibrated(folder: Path, take: MarkerTake | WeightsTake, world: World = WORL
     return calibrate(folder / "shot.usda", folder / "calibration.json")
 
 
+def shot_of(folder: Path, name: str) -> object:
+    WORLD.write(folder)
+    (folder / "take.csv").write_text(CSV)
+    return make_shot(folder / "rig.usda", folder / name, None, folder / "shot.usda")
+
+
+def shot_of_strangers(folder: Path) -> object:
+    WORLD.write(folder)
+    write_take(replace(CURVES, names=tuple(f"c{i}" for i in range(12))), folder / "curves.usda")
+    return make_shot(folder / "rig.usda", folder / "curves.usda", None, folder / "shot.usda")
+
+
 def short(frames: int) -> MarkerTake:
     return replace(TAKE, times=TAKE.times[:frames], positions=TAKE.positions[:frames])
 
@@ -106,6 +118,9 @@ CASES: list[tuple[str, str, Callable[[Path], object]]] = [
     ("FILE_UNREADABLE", "no JSON", lambda f: bound(f, "{")),
     ("FILE_KIND_UNKNOWN", "of a take", lambda f: text_take(f, "x", "take.fbx")),
     ("FILE_KIND_UNKNOWN", "of a rig", lambda f: read_rig_file(Path(__file__))),
+    ("FILE_KIND_UNKNOWN", "no take as USD", lambda f: shot_of(f, "take.csv")),
+    ("FILE_KIND_UNKNOWN", "a folder", lambda f: shot_of(f, "")),
+    ("SHAPE_UNKNOWN", "of all curves", lambda f: shot_of_strangers(f)),
     ("ROW_WRONG", "no number", lambda f: text_take(f, CSV + "0.2,1,two,3\n")),
     ("ROW_WRONG", "twice", lambda f: text_take(f, "frame,marker,x,y\n1,a,1,2\n1,a,1,2\n")),
     ("COLUMNS_WRONG", "no markers", lambda f: text_take(f, "time,b\n0,1\n")),

@@ -19,7 +19,7 @@ def shape(indices: list[int], name: str = "a", **fields: object) -> BlendShape:
 def face(**changes: object) -> Mesh:
     shapes = tuple(BlendShape.from_dense(n, d) for n, d in zip(NAMES, DENSE, strict=True))
     given = {"points": POINTS, "face_counts": [3, 4], "face_indices": [0, 1, 2, 3, 4, 5, 6]}
-    return Mesh("face", **(given | {"shapes": shapes} | changes))  # type: ignore[arg-type]
+    return Mesh(**({"name": "face"} | given | {"shapes": shapes} | changes))  # type: ignore[arg-type]
 
 
 def test_nothing_in_a_rig_can_be_changed() -> None:
@@ -100,3 +100,14 @@ def test_a_mesh_is_found_by_name_by_path_or_as_the_only_one() -> None:
         Rig("r", (bare,)).mesh()
     with pytest.raises(InputError, match="2 meshes with blend shapes"):
         Rig("r", (face(), face())).mesh()
+
+
+def test_a_mesh_whose_shapes_move_nothing_is_not_the_face() -> None:
+    """As where a file gives each of a head's materials a mesh with all of its morph targets."""
+    still = face(name="still", shapes=tuple(shape([], name) for name in (*NAMES, "more")))
+    assert Rig("x", (still, face())).face().name == "face"
+    assert Rig("x", (still, face())).mesh().name == "face"
+    assert Rig("x", (still,)).face().name == "still"
+    bulge = Inbetween("half", 0.5, np.ones((1, 3)))
+    way = BlendShape("way", [0], np.zeros((1, 3)), inbetweens=(bulge,))
+    assert Rig("x", (still, face(name="way", shapes=(way,)))).mesh().name == "way"

@@ -78,7 +78,9 @@ def design(
     """
     points = setup.binding.points
     if not len(points) or not expressions:
-        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path)]
+        reason = "the rig's shapes make no expression" if len(points) else "no marker is bound"
+        message = f"{reason}, so there are no rules and no express layer"
+        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path, message)]
     system, roles, findings = design_system(
         setup.binding.markers,
         mesh.points[points],

@@ -267,14 +267,14 @@ class Rig:
         return tuple(dict.fromkeys(n for mesh in self.meshes for n in mesh.shape_names))
 
     def face(self) -> Mesh:
-        """Return the mesh that has the most blend shapes.
+        """Return the mesh that has the most blend shapes, of those first that move something.
 
         Raises
         ------
         InputError
             If no mesh has any.
         """
-        mesh = max(self.meshes, key=lambda mesh: len(mesh.shapes), default=None)
+        mesh = max(self.meshes, key=lambda m: (_moving_shapes(m), len(m.shapes)), default=None)
         if mesh is None or not mesh.shapes:
             raise InputError(
                 f"the rig {self.source or self.name!r} has no blend shapes", "SHAPES_MISSING"
@@ -282,7 +282,7 @@ class Rig:
         return mesh
 
     def mesh(self, name: str = "") -> Mesh:
-        """Return the mesh of that name or path; without one, the only mesh that has shapes.
+        """Return the mesh of that name or path; without one, the only mesh that shapes move.
 
         Raises
         ------
@@ -301,7 +301,7 @@ class Rig:
                     f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
                 )
             return found[0]
-        deforming = [m for m in self.meshes if m.shapes]
+        deforming = [m for m in self.meshes if _moving_shapes(m)]
         if len(deforming) > 1:
             known = ", ".join(m.path or m.name for m in deforming)
             raise InputError(
@@ -310,3 +310,11 @@ class Rig:
                 "MESH_UNKNOWN",
             )
         return self.face()
+
+
+def _moving_shapes(mesh: Mesh) -> int:
+    """Return how many blend shapes of a mesh move something, if only on their way."""
+    return sum(
+        bool(s.offsets.any() or any(between.offsets.any() for between in s.inbetweens))
+        for s in mesh.shapes
+    )

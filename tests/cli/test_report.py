@@ -29,6 +29,13 @@ def test_text_says_every_figure_file_and_kind_of_finding_once(
     assert "[bold]0[/bold], " in said and "and 2 more" in said
 
 
+def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[str]) -> None:
+    hidden = [finding("MARKER_OCCLUDED", m, f"hidden in {k} of 9") for k, m in enumerate("abcdef")]
+    print_outcome(Outcome((), tuple(hidden), {}, {}), "text")
+    said = capsys.readouterr().out
+    assert said == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
+
+
 def test_json_is_the_outcome_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
     print_outcome(OUTCOME, "json")
     document = json.loads(capsys.readouterr().out)

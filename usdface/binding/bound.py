@@ -9,6 +9,7 @@ import numpy as np
 from usdface.binding.propose import check_frames, neutral_frames, propose, strong_frames
 from usdface.findings import Finding, finding
 from usdface.options import BindOptions
+from usdface.retarget.names import rename_weights
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.rest_weights import rest_weights
 from usdface.rigs import Mesh, Rig
@@ -49,11 +50,12 @@ def bound_setup(
     Raises
     ------
     InputError
-        If no places can be proposed.
+        If no places can be proposed, or no curve of a take of weights has a shape's name.
     """
     findings = list(notes)
     mesh = character.mesh(read.binding.mesh) if read else character.face()
     if not isinstance(take, MarkerTake):
+        rename_weights(take, character.shape_names)  # refused now, and not when it is played
         return mesh, read or unbound(take), findings
     proposing = read is None or options.propose
     named = read is not None and not any(f.code == "NEUTRAL_ASSUMED" for f in findings)

@@ -49,13 +49,17 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
         groups[finding.code].append(finding)
     for code, group in groups.items():
         first = group[0]
-        if len(group) == 1:
-            where = f" ({first.where})" if first.where else ""
-            yield f"{first.severity} {code}: {first.message}{where}", first.severity
-            continue
-        places = ", ".join(f.where for f in group[:_EXAMPLES])
-        more = f" and {len(group) - _EXAMPLES} more" if len(group) > _EXAMPLES else ""
-        yield f"{first.severity} {code}: {first.message} ({places}{more})", first.severity
+        said = f"{first.severity} {code}: {first.message}"
+        if any(f.message != first.message for f in group):
+            # What is said holds for the first alone.
+            yield f"{said} ({first.where}); others: {_listed(group[1:])}", first.severity
+        else:
+            yield said + (f" ({_listed(group)})" if first.where else ""), first.severity
+
+
+def _listed(group: list[Finding]) -> str:
+    more = f" and {len(group) - _EXAMPLES} more" if len(group) > _EXAMPLES else ""
+    return ", ".join(f.where for f in group[:_EXAMPLES]) + more
 
 
 def write_report(outcome: Outcome, path: Path) -> None:

@@ -68,6 +68,12 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     InputError
         If it, or a file that it brings in, is missing or cannot be read as USD.
     """
+    if path.is_dir() or (path.is_file() and Sdf.FileFormat.FindByExtension(str(path)) is None):
+        raise InputError(
+            f"{path} is no USD file; `usdface rig` makes one of a character, `usdface take` of a "
+            "recording, `usdface shot` of both",
+            "FILE_KIND_UNKNOWN",
+        )
     if not path.is_file():
         raise InputError(f"no such USD file: {path}", "FILE_UNREADABLE")
     left_out = {str(layer.resolve()) for layer in without}
