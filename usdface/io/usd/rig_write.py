@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -145,7 +146,13 @@ def _write_mesh(
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateOrientationAttr(UsdGeom.Tokens.rightHanded)
     prim.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
-    normals_at = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
+    of_faces = cache(  # most meshes bring their normals and need none of this
+        lambda: normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
+    )
+
+    def normals_at(points: FloatArray) -> FloatArray:
+        return of_faces()(points)
+
     normals = normals_at(mesh.points) if mesh.normals is None else unit(mesh.normals)
     prim.CreateNormalsAttr(vec3f_array(normals))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
@@ -198,7 +205,7 @@ def _write_shapes(
         return []
     stage, path = prim.GetPrim().GetStage(), prim.GetPath()
     findings: list[Finding] = []
-    neutral = normals_at(mesh.points)
+    neutral = cache(lambda: normals_at(mesh.points))
     targets = [path.AppendChild(name) for name in names]
     for target, shape in zip(targets, mesh.shapes, strict=True):
         made = UsdSkel.BlendShape.Define(stage, target)
@@ -212,7 +219,7 @@ def _write_shapes(
         def turned(offsets: FloatArray, shape: BlendShape = shape) -> FloatArray:
             points = mesh.points.copy()
             points[shape.indices] += offsets
-            return (normals_at(points) - neutral)[shape.indices]
+            return (normals_at(points) - neutral())[shape.indices]
 
         normal_offsets = shape.normal_offsets
         if normal_offsets is None:
