@@ -33,6 +33,7 @@ from usdface.fuzzy.fit_examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.fuzzy.fit_separation import separations  # noqa: E402
 from usdface.fuzzy.fit_validation import Validation, cross_validate  # noqa: E402
 from usdface.fuzzy.inference import evaluate  # noqa: E402
+from usdface.fuzzy.system import FuzzySystem  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
 from usdface.learning.labelled import Face, examples_of  # noqa: E402
@@ -130,9 +131,14 @@ def emotions_only(found: Validation) -> str:
     return f"{right} of {total} ({100 * right / max(total, 1):.0f} %)"
 
 
+def rules_and_hints(system: FuzzySystem) -> str:
+    hints = sum(rule.weight < 1 for rule in system.rules)
+    return f"{len(system.rules) - hints} + {hints}"
+
+
 def summary(bodies: dict[str, tuple[Posable, Face]]) -> Table:
     table = Table(title=f"Held-out expressions heard right; {PERFORMERS} performers, 0.3 mm noise")
-    for column in ("emotions", "markers", "space", "rules; most conditions"):
+    for column in ("emotions", "markers", "space", "rules + hints; most conditions"):
         table.add_column(column)
     for column in ("new performer", "nearest mean", "new variant", "nearest mean", "no emotion"):
         table.add_column(column, justify="right")
@@ -147,7 +153,7 @@ def summary(bodies: dict[str, tuple[Posable, Face]]) -> Table:
                     title,
                     markers,
                     space,
-                    f"{len(system.rules)}; {longest}",
+                    f"{rules_and_hints(system)}; {longest}",
                     emotions_only(cross_validate(data, "recording")),
                     emotions_only(cross_validate(data, "recording", nearest_mean)),
                     emotions_only(cross_validate(data, "variant")),
@@ -185,7 +191,7 @@ def opened_mouth(body: Posable, face: Face) -> Table:
             said = heard(answers(system, rows), system.emotions)
             right = sum(a == b for a, b in zip(said, rows.emotions, strict=True))
             cells.append(f"{right} of {len(said)}")
-        table.add_row(title, str(len(system.rules)), *cells)
+        table.add_row(title, rules_and_hints(system), *cells)
     return table
 
 
@@ -228,7 +234,7 @@ def main() -> None:
         if title == "six":
             system, _ = fit_system(data)
             for rule in system.rules:
-                console.print(rule.text)
+                console.print(f"{rule.text} (weight {rule.weight:g})")
             console.print(jitter(data, bodies["68"][1]))
         apart = separations(data, "recording")
         for said in (f for pair in apart for f in pair.findings()):

@@ -16,7 +16,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
-from fuzzy_fit import emotions_only, nearest_mean  # noqa: E402
+from fuzzy_fit import emotions_only, nearest_mean, rules_and_hints  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from usdface.fuzzy.fit import fit_system  # noqa: E402
@@ -133,7 +133,7 @@ def main() -> None:
         performers = cross_validate(data, "recording")
         silent = performers.counts[-1]
         print(
-            f"world {seed}: {len(system.rules)} rules; new performer {emotions_only(performers)}, "
+            f"world {seed}: {rules_and_hints(system)} rules and hints; new performer {emotions_only(performers)}, "
             f"silent {silent[-1]} of {silent.sum()}; new variant "
             f"{emotions_only(cross_validate(data, 'variant'))}, nearest mean "
             f"{emotions_only(cross_validate(data, 'variant', nearest_mean))}",

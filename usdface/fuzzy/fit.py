@@ -11,6 +11,7 @@ import numpy as np
 
 from usdface.findings import Finding, finding
 from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit_hints import learn_hints
 from usdface.fuzzy.fit_parts import Parting, partings
 from usdface.fuzzy.fit_rules import LearnedRule, cheapest_partings, learn_rules
 from usdface.fuzzy.fit_terms import Words, words_of
@@ -46,6 +47,7 @@ def fit_system(examples: Examples, space: Space = "character") -> tuple[FuzzySys
     parts = cheapest_partings(examples, words_of(examples, _parts(*ways.values())), ways)
     words = words_of(examples, _parts(parts.values()))
     learned = learn_rules(examples, words, parts)
+    learned += learn_hints(examples, words, learned)
     rules = tuple(_rule(rule, words, examples) for rule in learned)
     outputs = tuple(Variable(emotion, "output") for emotion in examples.names)
     inputs = _inputs(learned, words, examples)
@@ -89,7 +91,7 @@ def _rule(learned: LearnedRule, words: Words, examples: Examples) -> Rule:
         f"{examples.variables[words.feature[term]].name} IS {'NOT ' * negated}{words.names[term]}"
         for term, negated in learned.conditions
     ]
-    return parse_rule(f"IF {' AND '.join(conditions)} THEN {learned.emotion} IS 1")
+    return parse_rule(f"IF {' AND '.join(conditions)} THEN {learned.emotion} IS 1", learned.weight)
 
 
 def _inputs(learned: list[LearnedRule], words: Words, examples: Examples) -> list[Variable]:

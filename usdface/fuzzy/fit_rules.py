@@ -57,6 +57,7 @@ class LearnedRule:
 
     emotion: str
     conditions: Conditions
+    weight: float = 1.0
 
 
 def cheapest_partings(
