@@ -31,7 +31,7 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["learn_hints"]
 
-HINT_WEIGHT = 0.3
+HINT_WEIGHT = 0.25
 _MOST_HINTS = 3  # of one emotion
 _PARTS = 6
 # Of the weight of whole faces, what is theirs without a part.
@@ -89,7 +89,12 @@ def learn_hints(
     ]
     hints: list[tuple[int, Conditions]] = []
     while waiting:
-        waiting = [(e, c) for e, c in waiting if not _said(c, kept[e], words)]
+        waiting = [
+            (e, c)
+            for e, c in waiting
+            if not any(subsumes(said, c, words) for said in kept[e])
+            and not any(subsumes(c, said, words) for of, said in hints if of == e)
+        ]
         costs = system.costs(waiting)
         if not len(costs) or costs.min() >= system.cost:
             break
@@ -101,10 +106,6 @@ def learn_hints(
         waiting = [(e, c) for e, c in waiting if not (full and e == best[0])]
     hints.sort(key=lambda hint: hint[0])
     return [LearnedRule(names[e], conditions, HINT_WEIGHT) for e, conditions in hints]
-
-
-def _said(conditions: Conditions, known: Sequence[Conditions], words: Words) -> bool:
-    return any(subsumes(rule, conditions, words) for rule in known)
 
 
 class _System:

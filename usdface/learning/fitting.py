@@ -55,7 +55,8 @@ class Fitted:
         """Figures for people."""
         facts: dict[str, Any] = {
             "emotions": ", ".join(self.system.emotions),
-            "rules": len(self.system.rules),
+            "rules": sum(rule.weight == 1 for rule in self.system.rules),
+            "hints (rules of less weight)": sum(rule.weight < 1 for rule in self.system.rules),
             "inputs": len(self.system.inputs),
             "largest answer at neutral": round(self.neutral, 4),
         }
@@ -70,6 +71,7 @@ class Fitted:
         """All of it as plain values, for a report."""
         facts: dict[str, Any] = {
             "rules": [rule.text for rule in self.system.rules],
+            "weights": [rule.weight for rule in self.system.rules],
             "separations": [pair.as_dict() for pair in self.separations],
         }
         if self.validation is not None:
