@@ -134,7 +134,8 @@ def main() -> None:
         silent = performers.counts[-1]
         print(
             f"world {seed}: {rules_and_hints(system)} rules and hints; "
-            f"new performer {emotions_only(performers)}, silent {silent[-1]} of {silent.sum()}; new variant "
+            f"new performer {emotions_only(performers)}, "
+            f"silent {silent[-1]} of {silent.sum()}; new variant "
             f"{emotions_only(cross_validate(data, 'variant'))}, nearest mean "
             f"{emotions_only(cross_validate(data, 'variant', nearest_mean))}",
             flush=True,

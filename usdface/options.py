@@ -72,10 +72,10 @@ BLEND_TIME = 0.2
 # Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
 # 0.3 mm of noise or more; less noise is smoothed less.
 FEATURE_SMOOTHING = 0.2
-# The same where rules are learned from labelled takes. A designed term begins 0.2 standard deviations
-# of its noise from neutral and needs calm features; a learned one begins at 0.5 and is whole at 4 or
-# beyond, so it can afford to be quicker: examples hold an expression for a fraction of a second, and
-# 0.2 s would flatten it (benchmarks/README.md, fuzzy_fit).
+# The same where rules are learned from labelled takes. A designed term begins 0.2 deviations of its
+# noise from neutral and needs calm features; a learned one begins at 0.5 and is whole at 4 or more,
+# so it can afford to be quicker: examples hold an expression for a fraction of a second, and 0.2 s
+# would flatten it (benchmarks/README.md, fuzzy_fit).
 LEARNED_SMOOTHING = 0.15
 # By how much a correction may part closed lips or lids [m]: less is not seen.
 CONTACT_TOLERANCE = 0.0005
