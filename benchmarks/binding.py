@@ -1,4 +1,4 @@
-"""Where anonymous markers sit, proposed: `python benchmarks/binding.py [rests | given]`.
+"""Where anonymous markers sit, proposed: `python benchmarks/binding.py [named | rests | given]`.
 
 Performers are the faces of tests/faces.py bent at random, each shape 0.8 to 1.25 as strong, driven
 by recorded range-of-motion curves with head motion and 0.3 mm of noise; their markers are shuffled,
@@ -178,6 +178,22 @@ def wrong_given() -> None:
     Console(width=130).print(table)
 
 
+def named_neutral() -> None:
+    """Without given markers, but with the neutral frames named as a person would."""
+    table = Table(title="proposed places, neutral frames named")
+    for column in ("take", "5 mm", "10 mm", "of those that move 3 mm", "confidence"):
+        table.add_column(column, justify="right")
+    nothing = Setup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, REST - 1))
+    for case in (simulated(kind, seed) for kind in KINDS for seed in SEEDS):
+        found = errors(case, propose(case.take, case.mesh, nothing)[0].binding)
+        near, close = found["along"] < 0.010, found["along"] < 0.005
+        moved = np.linalg.norm(case.mesh.offsets_at(case.truth), axis=2).max(axis=0) > 0.003
+        shares = (close.mean(), near.mean(), near[moved].mean())
+        sure = f"{found['sure'].mean():.2f}"
+        table.add_row(case.name, *(f"{100 * share:.0f} %" for share in shares), sure)
+    Console(width=130).print(table)
+
+
 def main() -> None:
     table = Table(title="proposed places, of the markers that are not given")
     heads = ("take", "given", "5 mm", "10 mm", "side", "lip", "confidence")
@@ -219,4 +235,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    {"rests": rests, "given": wrong_given}.get(" ".join(sys.argv[1:]), main)()
+    parts = {"named": named_neutral, "rests": rests, "given": wrong_given}
+    parts.get(" ".join(sys.argv[1:]), main)()

@@ -64,6 +64,8 @@ def test_a_partial_binding_is_completed_only_when_asked(folder: Path, world: Wor
     (folder / "some.json").write_text(json.dumps(world.bind | {"markers": some}))
     bind, report = written(folder, "--bind", folder / "some.json")
     assert set(bind["markers"]) == set(some) and "BIND_PROPOSED" not in codes(report)
+    unbound = len(world.points) - len(some)
+    assert f"{unbound} of {len(world.points)} markers have no place" in str(report["findings"])
     bind, report = written(folder, "--bind", folder / "some.json", "--propose")
     assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
     assert [bind["markers"][name]["confidence"] for name in some] == [1.0] * 6

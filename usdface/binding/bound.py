@@ -71,14 +71,25 @@ def bound_setup(
     if proposing:
         setup, more = propose(take, mesh, setup, find_neutral)
         findings += more
-    elif find_neutral:
-        setup = replace(setup, neutral=neutral_frames(take))
+    else:
+        findings += _left_out(take, setup)
+        if find_neutral:
+            setup = replace(setup, neutral=neutral_frames(take))
     if options.peaks == "auto" and not proposing:
         setup = replace(setup, peaks=strong_frames(take, setup.neutral or neutral_frames(take)))
     if find_neutral:
         setup = replace(setup, neutral_weights=shown_at_rest(take, mesh, setup))
         findings.append(_neutral_found(take, setup))
     return mesh, setup, findings
+
+
+def _left_out(take: MarkerTake, setup: Setup) -> list[Finding]:
+    """Say how many markers the binding leaves out: that may be meant, or an unfinished file."""
+    count = len(set(take.names) - {*setup.binding.markers, *setup.head_markers})
+    if not count:
+        return []
+    message = f"{count} of {len(take.names)} markers have no place; --propose finds them some"
+    return [finding("MARKER_UNBOUND", take.source, message)]
 
 
 def shown_at_rest(take: MarkerTake, mesh: Mesh, setup: Setup) -> dict[str, float]:

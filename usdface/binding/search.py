@@ -110,7 +110,7 @@ def _state(linear: FloatArray, domain: Domain, evidence: Evidence, shapes: int) 
         middle = domain.points[np.searchsorted(domain.places, evidence.anchors[fixed])].mean(axis=0)
         offset = middle - evidence.rest[fixed].mean(axis=0) @ linear
     else:
-        offset = -evidence.rest[evidence.central].mean(axis=0) @ linear
+        offset = -evidence.rest[evidence.moving].mean(axis=0) @ linear
     return Registration(
         linear,
         offset,

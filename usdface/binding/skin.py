@@ -17,12 +17,12 @@ from usdface.errors import InputError
 from usdface.rigs import Mesh
 from usdface.takes import BoolArray, FloatArray, IntArray
 
-__all__ = ["Skin", "skin_of"]
+__all__ = ["MOVES", "Skin", "skin_of"]
 
 # Of the height of the moving part: how far beyond it skin still counts as face.
 _MARGIN = 0.2
 # A vertex that moves by this share of the largest offset belongs to the moving part.
-_MOVES = 0.1
+MOVES = 0.1
 # Cells of the depth images across the face.
 _CELLS = 120
 # From where the face is looked at: yaw and pitch [degrees]; first those on its own height.
@@ -82,7 +82,7 @@ def skin_of(mesh: Mesh) -> Skin:
     for shape in mesh.shapes:
         size = np.linalg.norm(shape.offsets, axis=1)
         strength[shape.indices] = np.maximum(strength[shape.indices], size)
-    moving = strength > _MOVES * strength.max(initial=0.0)
+    moving = strength > MOVES * strength.max(initial=0.0)
     if not moving.any():
         raise InputError(
             f"the blend shapes of mesh {mesh.name!r} move nothing; no marker can bind",

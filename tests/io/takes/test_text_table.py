@@ -58,3 +58,8 @@ def test_a_wrong_cell_is_named(tmp_path):
 def test_only_positive_finite_numbers_count_as_announced():
     assert positive("60.0") == 60
     assert [positive(text) for text in ("", "x", "-1", "0", "nan", "inf")] == [0] * 6
+
+
+def test_a_decimal_comma_is_named(tmp_path):
+    with pytest.raises(InputError, match="line 2, column 2: '1,5' is not a number; write decimals"):
+        read_numbers(tmp_path / "a.csv", [(2, ["0", "1,5"])], [0, 1])

@@ -99,7 +99,9 @@ def _cell_by_cell(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> It
             try:
                 yield float(cell)
             except ValueError as error:
+                comma = "; write decimals with a point" if "," in cell else ""
                 raise InputError(
-                    f"{path}, line {line}, column {column + 1}: {cell[:40]!r} is not a number",
+                    f"{path}, line {line}, column {column + 1}: {cell[:40]!r} is not a number"
+                    f"{comma}",
                     "ROW_WRONG",
                 ) from error
