@@ -45,7 +45,8 @@ def owners(still: FloatArray, seen: BoolArray, spacing: float) -> IntArray:
         who = np.flatnonzero(jumps[event])
         cost = np.linalg.norm(still[event + 1][who, None] - before[event][who], axis=2)
         lands = cost < _LANDING * cost.diagonal().clip(max=spacing)[:, None]
-        if not lands.any():
+        # Who changes places lands where another was, and another where it was.
+        if not (lands.any(axis=0) & lands.any(axis=1)).any():
             continue
         from scipy.optimize import linear_sum_assignment  # costs more to import than all of this
 
