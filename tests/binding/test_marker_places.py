@@ -4,12 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ict_face import ict_mesh
 from slits import LIP_GAP, slit_face
 from worlds import make_world
 
 from usdface.binding.marker_places import free_places, marker_places
 from usdface.cli import main
 from usdface.errors import InputError
+from usdface.io.bind_file import read_bind
 from usdface.rigs import BlendShape, Mesh
 from usdface.setup import Binding
 
@@ -78,6 +80,20 @@ def test_no_marker_is_asked_for_on_lashes() -> None:
     lash = len(MESH.points) + np.arange(3)[None]
     mesh = with_more(0.01 * np.eye(3) + [0.0, 0.0, 0.1], lash, np.full((3, 3), 0.03))
     assert marker_places(mesh, NONE, 10, 3e-4).vertices.max() < len(MESH.points)
+
+
+def test_markers_on_a_real_head_are_asked_for_on_its_face(shared_data: Path) -> None:
+    """Not on the back of the head, the neck, the ears, the eyes or the teeth."""
+    mesh = ict_mesh(shared_data)
+    path = Path(__file__).parents[1] / "data" / "animface_ict_bind.json"
+    worn = read_bind(path)[0].binding
+    places = mesh.points[free_places(mesh, worn.points).vertices]
+    reach, some = 0.02, mesh.points[worn.points]
+    assert len(places) > 500
+    assert (places > some.min(axis=0) - reach).all() and (places < some.max(axis=0) + reach).all()
+    found = marker_places(mesh, worn, 5, 3e-4)
+    away = np.linalg.norm(mesh.points[found.vertices, None] - some, axis=2).min(axis=1)
+    assert away.max() < 0.03  # once 0.129, on the neck
 
 
 def test_no_marker_is_asked_for_where_the_lips_touch() -> None:
