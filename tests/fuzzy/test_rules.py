@@ -38,6 +38,7 @@ def test_its_text_is_kept_as_written():
         ("IF a IS b", "line 1, column 10: expected AND, OR or THEN, found the end of the rule"),
         ("IF a IS b THEN\n", "line 2, column 1: expected an output, found the end"),
         ("IF a IS b THEN c IS very d", "column 21: expected a number or a term without a hedge"),
+        (f"IF a IS {'very ' * 9}b THEN c IS 1", "column 49: expected at most 8 hedges, found very"),
         ("IF a IS b THEN c IS 1 2", "column 23: expected AND or the end of the rule, found 2"),
     ],
 )

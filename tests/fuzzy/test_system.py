@@ -93,3 +93,12 @@ def test_a_rule_that_asks_for_an_output_is_refused():
     rule = parse_rule("IF joy IS on THEN fear IS 1")
     with pytest.raises(InputError, match="'joy' is an output; a rule asks for inputs alone, a"):
         FuzzySystem((brow, Variable("joy", "output"), Variable("fear", "output")), (rule,))
+
+
+def test_more_variables_and_terms_than_anybody_reads_are_refused():
+    terms = tuple(Term(f"t{i}", "ramp", (0, 1)) for i in range(1001))
+    with pytest.raises(InputError, match="1001 terms of one variable; expected at most 1000"):
+        Variable("a", "input", "a", terms=terms)
+    many = tuple(Variable(f"v{i}", "input", "a") for i in range(1001))
+    with pytest.raises(InputError, match="1001 variables; expected at most 1000"):
+        FuzzySystem(many, ())

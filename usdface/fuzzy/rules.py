@@ -37,6 +37,8 @@ __all__ = [
 KEYWORDS = ("IF", "IS", "AND", "OR", "NOT", "THEN")
 # Deeper ones are no rule that a person wrote, and would exhaust the stack.
 _DEEPEST = 32
+# Nobody says very much more often.
+_MOST_HEDGES = 8
 # What of a rule's text fits a message.
 _LONGEST = 400
 
@@ -200,8 +202,10 @@ class _Words:
         self.keyword("IS")
         hedges = []
         while (word := self._ahead().lower()) in HEDGES and (word == "not" or self._names_on()):
-            self._rest.pop()
+            at, _ = self._rest.pop()
             hedges.append(word)
+            if len(hedges) > _MOST_HEDGES:
+                raise self._error(at, f"at most {_MOST_HEDGES} hedges", word)
         return Proposition(variable, self._name("a term"), tuple(hedges))
 
     def conclusion(self) -> tuple[str, float | str]:

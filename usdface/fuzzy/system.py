@@ -26,6 +26,7 @@ __all__ = [
     "Term",
     "Variable",
     "VariableKind",
+    "check_counts",
 ]
 
 VariableKind = Literal["input", "output"]
@@ -48,11 +49,30 @@ _MOST_SAMPLES = 10_000
 _LONGEST_SMOOTHING = 10.0
 # Nobody reads more, and how far each fires is kept for every frame.
 _MOST_RULES = 10_000
+_MOST_VARIABLES = _MOST_TERMS = 1_000
 
 
 def _check_choice(what: str, value: object, choices: Any) -> None:
     if value not in get_args(choices):
         raise InputError(f"{what} is {value!r}; expected {' or '.join(get_args(choices))}")
+
+
+def check_counts(variables: int = 0, terms: int = 0, rules: int = 0) -> None:
+    """Refuse more variables, terms of one of them or rules than anybody reads.
+
+    Raises
+    ------
+    InputError
+        With the number and the most.
+    """
+    counts = (
+        ("variables", variables, _MOST_VARIABLES),
+        ("terms of one variable", terms, _MOST_TERMS),
+        ("rules", rules, _MOST_RULES),
+    )
+    for what, count, most in counts:
+        if count > most:
+            raise InputError(f"the fuzzy system has {count} {what}; expected at most {most}")
 
 
 def _check_unique(what: str, names: Iterable[str]) -> None:
@@ -123,6 +143,7 @@ class Variable:
         _check_choice(f"{where}: kind", self.kind, VariableKind)
         _check_choice(f"{where}: axis", self.axis, Axis)
         _check_choice(f"{where}: measure", self.measure, Measure)
+        check_counts(terms=len(self.terms))
         _check_unique(f"{where}: term", (term.name for term in self.terms))
         if self.kind == "input" and not self.role:
             raise InputError(f"{where} is an input without a role; name the marker's role")
@@ -234,10 +255,7 @@ class FuzzySystem:
             raise InputError(
                 f"the fuzzy system has {self.samples} samples; expected 2 to {_MOST_SAMPLES}"
             )
-        if len(self.rules) > _MOST_RULES:
-            raise InputError(
-                f"the fuzzy system has {len(self.rules)} rules; expected at most {_MOST_RULES}"
-            )
+        check_counts(variables=len(self.variables), rules=len(self.rules))
         _check_unique("fuzzy variable", (v.name for v in self.variables))
         for variable in self.variables:
             self._check_terms(variable)

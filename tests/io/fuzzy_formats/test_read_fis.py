@@ -206,3 +206,15 @@ def test_what_matlab_answers_in_another_way_is_said(file):
     assert "the answers of risk are kept in its range, 0 to 10" in message
     (message,) = said(OCTAVE.replace("'constant', [9]", "'constant', [11]"))
     assert "kept in its range" in message
+
+
+def test_a_crowd_of_terms_or_inputs_is_refused_before_they_are_named(file):
+    terms = "MF1='poor':'gaussmf',[1.5 0]\n"
+    crowd = TIPPER.replace(terms, terms * 20_000)
+    with pytest.raises(InputError, match="20002 terms of one variable; expected at most 1000"):
+        read_fis(file(crowd))
+    inputs = "".join(f"[Input{i}]\nName='x'\nNumMFs=0\n" for i in range(3, 20_000))
+    with pytest.raises(InputError, match="19999 variables; expected at most 1000"):
+        read_fis(
+            file(TIPPER.replace("NumInputs=2\n", "").replace("[Output1]", inputs + "[Output1]"))
+        )

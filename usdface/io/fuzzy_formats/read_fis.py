@@ -1,18 +1,19 @@
 """Fuzzy systems from MATLAB's .fis: sections of ``key=value``, rules as indices of terms."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import KEYWORDS, Combined, Proposition, Rule, rule_name
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem, Term, Variable, check_counts
+from usdface.io.fuzzy_formats.fis_sections import Section, check_announced, located, sections
 from usdface.io.fuzzy_formats.fis_words import (
     AGGREGATIONS,
     AND,
@@ -25,12 +26,11 @@ from usdface.io.fuzzy_formats.fis_words import (
     RAMPS,
     counts_from_0,
 )
-from usdface.io.fuzzy_formats.notes import Draft, finish, guessed_input, kept_in_range, read_text
+from usdface.io.fuzzy_formats.limits import kept_in_range
+from usdface.io.fuzzy_formats.notes import Draft, finish, guessed_input, read_text
 
 __all__ = ["read_fis"]
 
-_Made = TypeVar("_Made")
-Section = dict[str, tuple[int, str]]
 Table = Mapping[str, str]
 
 
@@ -42,18 +42,19 @@ def read_fis(path: Path) -> tuple[FuzzySystem, list[Finding]]:
     InputError
         If it is no .fis, or has what our systems have not; the message names the line.
     """
-    sections, notes = _sections(path.name, read_text(path))
+    found, notes = sections(path.name, read_text(path))
     findings: list[Finding] = []
-    system = sections.get("System", {})
+    system = found.get("System", {})
     if not system:
         raise InputError(f"{path.name} has no [System] section; it is no fuzzy system of MATLAB")
     variables: list[Variable] = []
-    inputs = sum(1 for name in sections if re.fullmatch(r"Input\d+", name))
+    inputs = sum(1 for name in found if re.fullmatch(r"Input\d+", name))
     for kind in ("Input", "Output"):
-        count = sum(1 for name in sections if re.fullmatch(rf"{kind}\d+", name))
-        _announced(path.name, system, f"Num{kind}s", count)
+        count = sum(1 for name in found if re.fullmatch(rf"{kind}\d+", name))
+        located(path.name, 1, partial(check_counts, variables=count))
+        check_announced(path.name, system, f"Num{kind}s", count)
         for i in range(count):
-            section = sections.get(f"{kind}{i + 1}")
+            section = found.get(f"{kind}{i + 1}")
             if section is None:
                 raise InputError(f"{path.name} has {count} {kind} sections but no [{kind}{i + 1}]")
             taken = [v.name for v in variables]
@@ -62,12 +63,12 @@ def read_fis(path: Path) -> tuple[FuzzySystem, list[Finding]]:
             )
     rules = [
         replace(
-            _at(path.name, line, partial(_read_rule, text, variables)),
+            located(path.name, line, partial(_read_rule, text, variables)),
             place=f"{path.name}, line {line}",
         )
-        for line, text in sections.get("Rules", {}).values()
+        for line, text in found.get("Rules", {}).values()
     ]
-    _announced(path.name, system, "NumRules", len(rules))
+    check_announced(path.name, system, "NumRules", len(rules))
     settings = _read_settings(path.name, system)
     draft = Draft(tuple(variables), tuple(rules), settings, tuple(notes), tuple(findings))
     made, said = finish(path, draft)
@@ -86,52 +87,6 @@ def _read_otherwise(name: str, system: FuzzySystem, ours: bool) -> list[Finding]
         )
         findings.append(finding("MEANING_DIFFERS", name, message))
     return findings
-
-
-def _sections(name: str, text: str) -> tuple[dict[str, Section], list[tuple[int, str]]]:
-    """Return the lines of each section by key (rules by number), and the notes."""
-    sections: dict[str, Section] = {}
-    notes = []
-    current: Section | None = None
-    for number, raw in enumerate(text.splitlines(), start=1):
-        line = raw.strip()
-        if line.startswith(("%", "#")):
-            comment = line.lstrip("%# ")
-            if comment.startswith("usdface:"):
-                notes.append((number, comment.removeprefix("usdface:")))
-        elif match := re.fullmatch(r"\[(\w+)\]", line):
-            if match[1] in sections:
-                raise InputError(f"{name}, line {number}: a second [{match[1]}]; merge them")
-            current = sections.setdefault(match[1], {})
-        elif line and current is None:
-            raise InputError(f"{name}, line {number}: expected [System], found {line[:40]!r}")
-        elif line and current is not None:
-            key, equals, value = line.partition("=")
-            key = key.strip() if equals else f"rule {number}"
-            if re.fullmatch(r"MF\d+", key):
-                # MATLAB takes terms as they come, and ships files that count wrongly.
-                key = f"MF{1 + sum(term.startswith('MF') for term in current)}"
-            if key in current:
-                raise InputError(f"{name}, line {number}: a second {key}; remove one")
-            current[key] = (number, value.strip() if equals else line)
-    return sections, notes
-
-
-def _at(name: str, line: int, make: Callable[[], _Made]) -> _Made:
-    """Name file and line in an error of `make`."""
-    try:
-        return make()
-    except InputError as error:
-        raise InputError(f"{name}, line {line}: {error}") from error
-
-
-def _announced(name: str, section: Section, key: str, count: int) -> None:
-    line, text = section.get(key, (0, str(count)))
-    if text != str(count):
-        raise InputError(
-            f"{name}, line {line}: {key} is {text}, but there are {count}; the file is cut off "
-            "or was edited"
-        )
 
 
 def _read_settings(name: str, section: Section) -> dict[str, Any]:
@@ -176,20 +131,20 @@ def _read_variable(
     line, original = section.get("Name", (0, ""))
     name = _identifier(file, line, original, taken, findings)
     terms = _read_terms(file, section, inputs, findings)
-    _announced(file, section, "NumMFs", len(terms))
+    check_announced(file, section, "NumMFs", len(terms))
     at, text = section.get("Range", (line, "[0 1]"))
-    low, high = _at(file, at, lambda: _numbers(text, 2))
+    low, high = located(file, at, lambda: _numbers(text, 2))
     bounds = None if kind == "output" and (low, high) == (0, 1) else (low, high)
     if kind == "output":
         # MATLAB answers the middle of the range where nothing fires.
         middle = (low + high) / 2
-        return _at(
+        return located(
             file,
             at,
             lambda: Variable(name, "output", terms=tuple(terms), range=bounds, default=middle),
         )
     guess = guessed_input(name)
-    return _at(
+    return located(
         file,
         at,
         lambda: Variable(name, "input", guess.role, guess.axis, terms=tuple(terms), range=bounds),
@@ -198,6 +153,9 @@ def _read_variable(
 
 def _read_terms(file: str, section: Section, inputs: int, findings: list[Finding]) -> list[Term]:
     terms: list[Term] = []
+    line, _ = section.get("Name", (0, ""))
+    count = sum(1 for key in section if key.startswith("MF"))
+    located(file, line, partial(check_counts, terms=count))
     for key, (at, text) in section.items():
         if re.fullmatch(r"MF\d+", key):
             taken = [t.name for t in terms]
@@ -213,7 +171,7 @@ def _read_term(
         raise InputError(f"{file}, line {line}: expected 'name':'kind',[numbers], found {text!r}")
     name = _identifier(file, line, match[1], taken, findings)
     kind, numbers = match[2], match[3]
-    return _at(file, line, lambda: _made_term(name, kind, _numbers(numbers, None), inputs))
+    return located(file, line, lambda: _made_term(name, kind, _numbers(numbers, None), inputs))
 
 
 def _made_term(name: str, kind: str, values: tuple[float, ...], inputs: int) -> Term:

@@ -16,13 +16,8 @@ from usdface.io.fuzzy_formats.fis_words import (
     OR,
     counts_from_0,
 )
-from usdface.io.fuzzy_formats.notes import (
-    FACE_SETTINGS,
-    check_names,
-    differs,
-    kept_in_range,
-    notes_of,
-)
+from usdface.io.fuzzy_formats.limits import check_names, differs, kept_in_range
+from usdface.io.fuzzy_formats.notes import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, output_terms
 
 __all__ = ["fis_text"]

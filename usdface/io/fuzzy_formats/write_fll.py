@@ -6,13 +6,8 @@ from usdface.findings import Finding
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.fuzzy_formats.fll_words import DEFUZZIFIERS, FLL_KINDS, S_NORMS, T_NORMS
-from usdface.io.fuzzy_formats.notes import (
-    FACE_SETTINGS,
-    check_names,
-    check_no_group_negated,
-    differs,
-    notes_of,
-)
+from usdface.io.fuzzy_formats.limits import check_names, check_no_group_negated, differs
+from usdface.io.fuzzy_formats.notes import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import conclusions, condition_text, output_terms
 
 __all__ = ["fll_text"]

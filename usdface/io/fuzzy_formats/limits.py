@@ -1,0 +1,89 @@
+"""What a file format cannot hold, and what another program makes otherwise of a file."""
+
+import re
+from collections.abc import Container, Iterable, Sequence
+
+from usdface.errors import OutputError
+from usdface.findings import Finding, finding
+from usdface.fuzzy.rules import Combined, Condition
+from usdface.fuzzy.system import FuzzySystem, Variable
+
+__all__ = ["check_names", "check_no_group_negated", "differs", "kept_in_range"]
+
+
+def check_names(system: FuzzySystem, suffix: str) -> None:
+    """Refuse terms whose names the format cannot hold.
+
+    Raises
+    ------
+    OutputError
+        With the name.
+    """
+    for variable in system.variables:
+        for term in variable.terms:
+            if not re.fullmatch(r"[^\W\d]\w*", term.name):
+                raise OutputError(
+                    f"the term {term.name!r} of {variable.name} cannot be written to {suffix}: "
+                    "names there are letters, digits and _; rename it"
+                )
+
+
+def check_no_group_negated(system: FuzzySystem, suffix: str) -> None:
+    """Refuse NOT before parentheses, which most formats have not.
+
+    Raises
+    ------
+    OutputError
+        With the rule.
+    """
+    for rule in system.rules:
+        if _negates(rule.condition):
+            raise OutputError(
+                f"rule {rule}: {suffix} has no NOT (...); say it with IS NOT, or write .fcl"
+            )
+
+
+def _negates(condition: Condition) -> bool:
+    return isinstance(condition, Combined) and (
+        condition.how == "not" or any(map(_negates, condition.parts))
+    )
+
+
+def differs(system: FuzzySystem, suffix: str, beyond: Sequence[tuple[bool, str]]) -> list[Finding]:
+    """Return a MEANING_DIFFERS for all that another program would compute in another way.
+
+    `beyond` holds what this format lacks: whether the system has it, and what it is called.
+    """
+    sugeno = system.inference == "sugeno"
+    common = [
+        (system.neutral_rule, "the neutral rule"),
+        (sugeno and system.normalisation == "all_rules", "the normalisation over all rules"),
+        (system.face_unit != "none", "features in face units"),
+    ]
+    names = [name for here, name in (*common, *beyond) if here]
+    if not names:
+        return []
+    message = (
+        f"{suffix} holds {', '.join(names)} only as comments that usdface reads; "
+        "another program answers differently"
+    )
+    return [finding("MEANING_DIFFERS", suffix, message)]
+
+
+def kept_in_range(
+    where: str, outputs: Iterable[Variable], cut: Container[str] = ()
+) -> list[Finding]:
+    """Return a MEANING_DIFFERS for each output whose terms may leave its range.
+
+    Ours are kept in it; those of the other program only where their name is in `cut`.
+    """
+    findings = []
+    for v in outputs:
+        low, high = v.span
+        free = any(t.kind == "linear" for t in v.terms) or any(
+            not low <= t.parameters[0] <= high for t in v.terms if t.kind == "constant"
+        )
+        if free and v.name not in cut:
+            message = f"the answers of {v.name} are kept in its range, {low:g} to {high:g}"
+            findings.append(finding("MEANING_DIFFERS", f"{where}: {v.name}", message))
+    return findings
