@@ -73,7 +73,7 @@ BLEND_TIME = 0.2
 # 0.3 mm of noise or more; less noise is smoothed less.
 FEATURE_SMOOTHING = 0.2
 # The same where rules are learned from labelled takes. A designed term begins 0.2 deviations of its
-# noise from neutral and needs calm features; a learned one begins at 0.5 and is whole at 4 or more,
+# noise from neutral and needs calm features; a learned one begins at 0.5 and is whole at 2 or more,
 # so it can afford to be quicker: examples hold an expression for a fraction of a second, and 0.2 s
 # would flatten it (benchmarks/README.md, fuzzy_fit).
 LEARNED_SMOOTHING = 0.15

@@ -126,15 +126,31 @@ def test_an_intensity_that_is_given_counts(examples, system):
 
 
 def test_a_motion_as_small_as_the_noise_is_not_relied_on(examples):
-    """The nose tells joy without fail, but by less than four times the markers' noise."""
+    """The nose tells joy without fail, but by less than twice the markers' noise."""
     features = np.array(examples.features)
-    features[:, COLUMN["nose_y"]] = 3.9 * NOISE * examples.rows("joy")
+    features[:, COLUMN["nose_y"]] = 1.9 * NOISE * examples.rows("joy")
     system, _ = fit_system(replace(examples, features=features))
     assert "nose_y" not in {v.name for v in system.inputs}
     features[:, COLUMN["corner_l_y"]] = 0.0
     deaf, findings = fit_system(replace(examples, features=features))
     assert "joy" not in {rule.consequents[0][0] for rule in deaf.rules}
     assert [(f.code, f.where) for f in findings] == [("EXPRESSION_UNSEEN", "joy")]
+
+
+@pytest.mark.parametrize(("rate", "loudest"), [(30.0, 0.2), (60.0, 0.1)])
+def test_the_smallest_motion_that_counts_is_hardly_heard_in_jitter(examples, rate, loudest):
+    """Joy is nothing but a nose that moves by a little more than twice the noise of a frame."""
+    features = np.array(examples.features)
+    features[examples.rows("joy")] = 0.0
+    features[:, COLUMN["nose_y"]] = 2.2 * NOISE * examples.rows("joy")
+    system, _ = fit_system(replace(examples, features=features))
+    assert "joy" in {rule.consequents[0][0] for rule in system.rules}
+    jitter = NOISE * np.random.default_rng(0).standard_normal((3000, len(VARIABLES)))
+    outputs = answers_to(
+        system, VARIABLES, smooth(jitter, np.arange(3000) / rate, LEARNED_SMOOTHING)
+    )
+    assert outputs.mean(axis=0).max() <= 0.02
+    assert outputs.max() <= loudest
 
 
 def test_a_hidden_feature_is_not_used(examples, system):

@@ -42,9 +42,9 @@ def test_no_term_begins_within_the_dead_zone():
     assert terms([0.1], noise=0.0)["raised"][0] == pytest.approx(0.03 * 0.95 * 0.1)
 
 
-def test_a_motion_within_four_deviations_of_the_noise_has_no_term():
-    assert terms([3.9 * NOISE]) == {}
-    assert list(terms([4.1 * NOISE])) == ["raised"]
+def test_a_motion_within_two_deviations_of_the_noise_has_no_term():
+    assert terms([1.9 * NOISE]) == {}
+    assert list(terms([2.1 * NOISE])) == ["raised"]
 
 
 def test_degrees_are_those_of_the_terms():

@@ -14,8 +14,8 @@ Conditions = tuple[tuple[int, bool], ...]
 
 # Intensities at which every example counts.
 AMOUNTS = (0.35, 0.7, 1.0)
-# Cost of a term whose ramp is as short as the noise.
-_NOISE_COST = 0.5
+# Cost of a term whose ramp is as short as the noise of a frame.
+_NOISE_COST = 0.1
 # A movement this like an example (cosine, every feature by its range) may well be the expression.
 _ALIKE = 0.9
 # ... where features count that move by more than so many deviations of their noise.
