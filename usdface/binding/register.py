@@ -20,6 +20,7 @@ __all__ = [
     "Domain",
     "Evidence",
     "Registration",
+    "against_names",
     "closeness",
     "domain_of",
     "improve",
@@ -307,7 +308,7 @@ def improve(
     size = np.log(_scale(linear) / scale_of(domain, evidence)) / _SPREAD
     tilt = 1.0 - linear[1, 1] / np.linalg.norm(linear[1])
     cost = strain / len(rows) + motion[rows, nearest].mean()
-    cost += 0.5 * size**2 + _UPRIGHT * tilt + _NAMED * _against_names(carried, evidence)
+    cost += 0.5 * size**2 + _UPRIGHT * tilt + _NAMED * against_names(carried, evidence)
     return replace(
         state,
         linear=linear,
@@ -335,7 +336,7 @@ def _carry(
     return np.asarray(linear), np.asarray(middle - centre @ linear)
 
 
-def _against_names(carried: FloatArray, evidence: Evidence) -> float:
+def against_names(carried: FloatArray, evidence: Evidence) -> float:
     """Return 1 - the correlation of height on the face and height by name; 0 without names."""
     known = ~np.isnan(evidence.heights)
     if not known.any():

@@ -11,6 +11,7 @@ from usdface.binding.register import (
     Domain,
     Evidence,
     Registration,
+    against_names,
     domain_of,
     improve,
     scale_of,
@@ -81,7 +82,9 @@ def _directions(domain: Domain, evidence: Evidence) -> list[FloatArray]:
             for roll in _ROLLS:
                 turned = upright @ _rotation(tilt, roll).T
                 found += [scale * size * turned for scale in _SCALES]
-    return found
+    # Where the names say which markers are higher, they say which way up the face is.
+    named = [linear for linear in found if against_names(evidence.rest @ linear, evidence) < 1.0]
+    return named or found
 
 
 def _rotation(tilt: float, roll: float) -> FloatArray:
