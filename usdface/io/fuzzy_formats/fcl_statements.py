@@ -8,12 +8,13 @@ from usdface.errors import InputError
 
 __all__ = ["BARE", "NAMED", "Statement", "statements"]
 
+_COMMENTS = {"(*": "*)", "/*": "*/"}
 _TOKEN = re.compile(
-    r"""(?P<space>\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)
+    r"""(?P<space>\s+|//[^\n]*)
     |(?P<word>[^\W\d]\w*)
     |(?P<number>[-+]?(?:\d+\.(?!\.)\d*|\.\d+|\d+)(?:[eE][-+]?\d+)?|[-+]inf\b)
     |(?P<mark>:=|\.\.|[:;(),*/^|+-])""",
-    re.VERBOSE | re.DOTALL,
+    re.VERBOSE,
 )
 
 
@@ -43,6 +44,13 @@ def _tokens(name: str, text: str) -> list[tuple[int, str]]:
     tokens = []
     at, line = 0, 1
     while at < len(text):
+        if closing := _COMMENTS.get(text[at : at + 2]):
+            end = text.find(closing, at + 2)
+            if end < 0:
+                raise InputError(f"{name}, line {line}: a comment has no end; the file is cut off")
+            line += text.count("\n", at, end)
+            at = end + 2
+            continue
         match = _TOKEN.match(text, at)
         if match is None:
             raise InputError(f"{name}, line {line}: {text[at : at + 20].split()[0]!r} is no FCL")
@@ -83,7 +91,7 @@ def _begins(words: list[str], word: str, after: tuple[str, str]) -> bool:
         return next_rule or after[0] == ":"
     if first == "FUNCTION_BLOCK" and len(words) == 1:
         return word in BARE
-    return first == "RULE" and ":" in words and next_rule
+    return next_rule and first == "RULE" and ":" in words
 
 
 def _ends(words: list[str]) -> bool:
