@@ -1,4 +1,5 @@
 import pytest
+from pxr import Usd, UsdSkel
 
 from usdface.errors import InputError
 from usdface.io.rigs.files import read_rig_file
@@ -39,3 +40,20 @@ def test_what_is_no_rig_is_said(tmp_path):
     )
     with pytest.raises(InputError, match="no blend shapes"):
         read_rig_file(tmp_path / "bare.usda")
+
+
+def test_a_broken_animation_does_not_keep_a_rig_from_being_read(face_rig, tmp_path):
+    """It is left out anyhow, with a word on what is wrong with it."""
+    write_rig(face_rig, tmp_path / "face.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "face.usda"))
+    skeleton = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Skeleton))
+    animation = UsdSkel.Animation.Define(stage, "/Broken")
+    animation.CreateBlendShapesAttr([face_rig.shape_names[0]])
+    animation.CreateBlendShapeWeightsAttr().Set([0.5, 0.5], 1)
+    animation.GetBlendShapeWeightsAttr().Set([0.5], 2)
+    UsdSkel.BindingAPI.Apply(skeleton).CreateAnimationSourceRel().SetTargets(["/Broken"])
+    stage.Save()
+    rig, findings = read_rig_file(tmp_path / "face.usda")
+    assert rig.shape_names == face_rig.shape_names
+    (dropped,) = [f for f in findings if f.code == "ANIMATION_DROPPED"]
+    assert "2 blendShapeWeights for 1 blendShapes" in dropped.message

@@ -46,7 +46,7 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
         findings += _dropped(clips)
     elif kind in _USD:
         rig, findings = read_rig(path)
-        findings += _dropped(clips_of_stage(open_stage(path), rig)[0])
+        findings += _dropped_of_stage(path, rig)
     else:
         known = ", ".join((*_GLTF, *_USD))
         raise InputError(
@@ -55,6 +55,13 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     if not rig.shape_names:
         raise InputError(f"{path} has no blend shapes; a rig needs at least one", "SHAPES_MISSING")
     return rig, findings
+
+
+def _dropped_of_stage(path: Path, rig: Rig) -> list[Finding]:
+    try:
+        return _dropped(clips_of_stage(open_stage(path), rig)[0])
+    except InputError as error:  # it is left out anyhow
+        return [finding("ANIMATION_DROPPED", "", f"left out, as it cannot be read: {error}")]
 
 
 def _dropped(clips: Sequence[Clip]) -> list[Finding]:
