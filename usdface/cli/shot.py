@@ -20,8 +20,12 @@ __all__ = ["add_markers", "add_shot"]
 def add_shot(commands: Any) -> None:
     """Add `usdface shot`."""
     command = add_command(commands, "shot", _shot, "bring a rig and a take together")
-    command.add_argument("--rig", type=Path, required=True, help="USD rig")
-    command.add_argument("--take", type=Path, required=True, help="USD take")
+    command.add_argument(
+        "--rig", type=Path, required=True, help="USD rig, as `usdface rig` makes it"
+    )
+    command.add_argument(
+        "--take", type=Path, required=True, help="USD take, as `usdface take` makes it"
+    )
     add_output(command, "the shot, .usda")
     _binding_options(command.add_argument_group("where the markers sit"))
     _correction_options(command.add_argument_group("what goes over the solved weights"))
@@ -145,7 +149,7 @@ def add_markers(commands: Any) -> None:
     """Add `usdface markers`."""
     summary = "find where markers would tell most of a character's blend shapes"
     command = add_command(commands, "markers", _markers, summary)
-    command.add_argument("rig", type=Path, help="USD rig")
+    command.add_argument("rig", type=Path, help="USD rig, as `usdface rig` makes it")
     default = MarkerOptions()
     command.add_argument(
         "-n",
