@@ -12,6 +12,7 @@ from usdface.fuzzy.fit_hints import learn_hints
 from usdface.fuzzy.fit_rules import learn_rules
 from usdface.fuzzy.fit_subsumed import subsumes
 from usdface.fuzzy.fit_terms import words_of
+from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.options import LEARNED_SMOOTHING
 
 # Two have three motions, of which every one alone means nothing: any two are enough to know them.
@@ -55,6 +56,13 @@ def test_a_face_without_one_of_its_motions_is_heard_by_hints_only(system):
     assert heard(answers_to(system, VARIABLES, faces), system.emotions) == shown
     bare = heard(answers_to(without_hints(system), VARIABLES, faces), system.emotions)
     assert bare.count(NO_EMOTION) == 4
+
+
+def test_a_written_system_weighs_hints_the_same(system, tmp_path):
+    for kind in ("usda", "fis", "fcl", "fll"):
+        write_fuzzy_file(tmp_path / f"hints.{kind}", system)
+        again, _ = read_fuzzy_file(tmp_path / f"hints.{kind}")
+        assert [r.weight for r in again.rules] == [r.weight for r in system.rules]
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -40,6 +40,9 @@ def test_what_was_labelled_is_heard_in_the_recording_that_was_left_out(fitted):
     assert fit.validation.accuracy == 1
     assert outcome.summary["heard right, each recording held out"] == "12 of 12 (100.0 %)"
     assert all(len(rule.antecedent) <= 3 for rule in fit.system.rules)
+    weights = fit.details["fit"]["weights"]
+    assert outcome.summary["rules"] == weights.count(1.0) >= len(fit.system.emotions)
+    assert outcome.summary["hints (rules of less weight)"] == len(weights) - weights.count(1.0)
 
 
 def test_a_neutral_face_answers_nothing(fitted):

@@ -31,7 +31,8 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["learn_hints"]
 
-HINT_WEIGHT = 0.25
+# A quarter is exact in USD's float, so that a written system answers the same to the last bit.
+_WEIGHT = 0.25
 _MOST_HINTS = 3  # of one emotion
 _PARTS = 6
 # Of the weight of whole faces, what is theirs without a part.
@@ -99,13 +100,13 @@ def learn_hints(
         if not len(costs) or costs.min() >= system.cost:
             break
         best = waiting[int(np.argmin(costs))]
-        system.add(*best, HINT_WEIGHT)
+        system.add(*best, _WEIGHT)
         hints.append(best)
         kept[best[0]].append(best[1])
         full = sum(e == best[0] for e, _ in hints) >= _MOST_HINTS
         waiting = [(e, c) for e, c in waiting if not (full and e == best[0])]
     hints.sort(key=lambda hint: hint[0])
-    return [LearnedRule(names[e], conditions, HINT_WEIGHT) for e, conditions in hints]
+    return [LearnedRule(names[e], conditions, _WEIGHT) for e, conditions in hints]
 
 
 class _System:
@@ -180,7 +181,7 @@ class _System:
         right = right[self._emotion, np.arange(len(self._emotion))]
         found = []
         for emotion, conditions in rules:
-            fired = HINT_WEIGHT * self._firing(conditions)
+            fired = _WEIGHT * self._firing(conditions)
             total = self._fired + fired + 1.0 - np.maximum(self._most, fired)
             size = squares + fired * (2 * self._said[emotion] + fired)
             own = right + fired * (self._emotion == emotion)
