@@ -28,10 +28,10 @@ from makehuman_face import (  # noqa: E402
 
 from usdface.clean_solve import retarget  # noqa: E402
 from usdface.express import features  # noqa: E402
-from usdface.fuzzy.fit import answers, fit_system, heard  # noqa: E402
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples  # noqa: E402
-from usdface.fuzzy.fit_separation import separations  # noqa: E402
-from usdface.fuzzy.fit_validation import Validation, cross_validate  # noqa: E402
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples  # noqa: E402
+from usdface.fuzzy.fit.learned import answers, fit_system, heard  # noqa: E402
+from usdface.fuzzy.fit.separation import separations  # noqa: E402
+from usdface.fuzzy.fit.validation import Validation, cross_validate  # noqa: E402
 from usdface.fuzzy.inference import evaluate  # noqa: E402
 from usdface.fuzzy.system import FuzzySystem  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402

@@ -19,9 +19,9 @@ sys.path.insert(0, str(ROOT / "tests"))
 from fuzzy_fit import emotions_only, nearest_mean, rules_and_hints  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
-from usdface.fuzzy.fit import fit_system  # noqa: E402
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples  # noqa: E402
-from usdface.fuzzy.fit_validation import cross_validate  # noqa: E402
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples  # noqa: E402
+from usdface.fuzzy.fit.learned import fit_system  # noqa: E402
+from usdface.fuzzy.fit.validation import cross_validate  # noqa: E402
 from usdface.fuzzy.naming import direction_words, marker_variables  # noqa: E402
 from usdface.fuzzy.selection import single_movements  # noqa: E402
 from usdface.learning.labelled import Face, feature_noise, pose_features  # noqa: E402

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
 from usdface.fuzzy.naming import AXES, direction, marker_variables
 
 MARKERS = ("nose", "brow_l", "cheek_l", "corner_l", "lip_low", "chin")

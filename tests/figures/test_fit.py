@@ -5,8 +5,8 @@ from fit_world import RULES, make_examples
 
 from usdface.errors import InputError
 from usdface.figures.fit import write_fit_figure
-from usdface.fuzzy.fit import fit_system
-from usdface.fuzzy.fit_validation import cross_validate
+from usdface.fuzzy.fit.learned import fit_system
+from usdface.fuzzy.fit.validation import cross_validate
 
 
 def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.figures.explanation import COLOURS
 from usdface.figures.picture import save_figure
-from usdface.fuzzy.fit_validation import Validation
+from usdface.fuzzy.fit.validation import Validation
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.system import FuzzySystem, Variable
 

@@ -10,11 +10,11 @@ from usdface.errors import InputError
 from usdface.express import design
 from usdface.findings import Finding
 from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.fit import answers_to, fit_system
-from usdface.fuzzy.fit_paper import fit_paper
-from usdface.fuzzy.fit_poses import learned_poses
-from usdface.fuzzy.fit_separation import Separation, pose_separations, separations
-from usdface.fuzzy.fit_validation import Validation, cross_validate, held_out
+from usdface.fuzzy.fit.learned import answers_to, fit_system
+from usdface.fuzzy.fit.paper import fit_paper
+from usdface.fuzzy.fit.poses import learned_poses
+from usdface.fuzzy.fit.separation import Separation, pose_separations, separations
+from usdface.fuzzy.fit.validation import Validation, cross_validate, held_out
 from usdface.fuzzy.naming import marker_variables
 from usdface.fuzzy.system import FuzzySystem
 from usdface.learning.labelled import Face, Labelled, feature_noise, pose_features

@@ -12,7 +12,7 @@ from usdface.express import MARKER_NOISE, features
 from usdface.findings import Finding
 from usdface.fuzzy.design import solved_noise
 from usdface.fuzzy.features import marker_spread, measure
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
 from usdface.fuzzy.naming import direction_words, known_roles, marker_variables
 from usdface.fuzzy.selection import single_movements
 from usdface.fuzzy.system import FuzzySystem, Variable

@@ -22,11 +22,11 @@ import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
-from usdface.fuzzy.fit_faces import AMOUNTS, Conditions, Faces
-from usdface.fuzzy.fit_rules import LearnedRule
-from usdface.fuzzy.fit_subsumed import subsumes
-from usdface.fuzzy.fit_terms import Words
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit.faces import AMOUNTS, Conditions, Faces
+from usdface.fuzzy.fit.rules import LearnedRule
+from usdface.fuzzy.fit.subsumed import subsumes
+from usdface.fuzzy.fit.terms import Words
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["learn_hints"]
@@ -68,7 +68,7 @@ def learn_hints(
     examples : Examples
     words : Words
     rules : sequence of LearnedRule
-        Of `usdface.fuzzy.fit_rules.learn_rules`, with these words.
+        Of `usdface.fuzzy.fit.rules.learn_rules`, with these words.
 
     Returns
     -------

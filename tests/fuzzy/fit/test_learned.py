@@ -6,8 +6,8 @@ from fit_world import COLUMN, NOISE, RULES, VARIABLES, face, make_examples, with
 
 from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.features import smooth
-from usdface.fuzzy.fit import answers, answers_to, fit_system, heard
-from usdface.fuzzy.fit_examples import NO_EMOTION
+from usdface.fuzzy.fit.examples import NO_EMOTION
+from usdface.fuzzy.fit.learned import answers, answers_to, fit_system, heard
 from usdface.options import LEARNED_SMOOTHING
 
 

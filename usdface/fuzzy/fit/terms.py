@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.fuzzy.fit_examples import Examples
+from usdface.fuzzy.fit.examples import Examples
 from usdface.fuzzy.naming import degrees
 from usdface.fuzzy.system import Term
 from usdface.takes import BoolArray, FloatArray, IntArray, frozen

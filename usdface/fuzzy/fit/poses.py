@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdface.fuzzy.fit_examples import Examples
+from usdface.fuzzy.fit.examples import Examples
 from usdface.setup import Expression
 from usdface.takes import FloatArray
 

@@ -3,7 +3,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.fit_paper import fit_paper
+from usdface.fuzzy.fit.paper import fit_paper
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.naming import marker_variables
 from usdface.fuzzy.paper import EMOTIONS, MEDIUM, RULES, paper_system, published_table

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fit_world import make_examples
 
-from usdface.fuzzy.fit_poses import learned_poses
+from usdface.fuzzy.fit.poses import learned_poses
 
 SHAPES = ("brow", "jaw", "smile")
 SHOWN = {

@@ -1,6 +1,6 @@
 """A fuzzy system learned from labelled examples: few rules, in words that people use.
 
-The terms are those of `usdface.fuzzy.fit_terms`, the rules those of `usdface.fuzzy.fit_rules`.
+The terms are those of `usdface.fuzzy.fit.terms`, the rules those of `usdface.fuzzy.fit.rules`.
 A neutral face meets none of the terms and a silent rule stands for it, so it answers exactly 0.
 """
 
@@ -10,11 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
-from usdface.fuzzy.fit_hints import learn_hints
-from usdface.fuzzy.fit_parts import Parting, partings
-from usdface.fuzzy.fit_rules import LearnedRule, cheapest_partings, learn_rules
-from usdface.fuzzy.fit_terms import Words, words_of
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit.hints import learn_hints
+from usdface.fuzzy.fit.parts import Parting, partings
+from usdface.fuzzy.fit.rules import LearnedRule, cheapest_partings, learn_rules
+from usdface.fuzzy.fit.terms import Words, words_of
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.system import FuzzySystem, Space, Variable

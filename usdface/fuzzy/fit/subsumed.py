@@ -5,8 +5,8 @@ begin and end the farther out the more they ask for: `far_raised` holds nowhere 
 `raised`, and `NOT raised` nowhere further than `NOT far_raised`.
 """
 
-from usdface.fuzzy.fit_faces import Conditions
-from usdface.fuzzy.fit_terms import Words
+from usdface.fuzzy.fit.faces import Conditions
+from usdface.fuzzy.fit.terms import Words
 
 __all__ = ["subsumes"]
 

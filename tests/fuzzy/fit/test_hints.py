@@ -6,12 +6,12 @@ import pytest
 from fit_world import NOISE, VARIABLES, face, make_examples
 
 from usdface.fuzzy.features import smooth
-from usdface.fuzzy.fit import answers, answers_to, fit_system, heard
-from usdface.fuzzy.fit_examples import NO_EMOTION
-from usdface.fuzzy.fit_hints import learn_hints
-from usdface.fuzzy.fit_rules import learn_rules
-from usdface.fuzzy.fit_subsumed import subsumes
-from usdface.fuzzy.fit_terms import words_of
+from usdface.fuzzy.fit.examples import NO_EMOTION
+from usdface.fuzzy.fit.hints import learn_hints
+from usdface.fuzzy.fit.learned import answers, answers_to, fit_system, heard
+from usdface.fuzzy.fit.rules import learn_rules
+from usdface.fuzzy.fit.subsumed import subsumes
+from usdface.fuzzy.fit.terms import words_of
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.options import LEARNED_SMOOTHING
 

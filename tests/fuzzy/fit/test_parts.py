@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 from fit_world import RULES, make_examples, without_variants
 
-from usdface.fuzzy.fit_parts import partings
+from usdface.fuzzy.fit.parts import partings
 
 
 def test_named_variants_are_the_parts():

@@ -3,8 +3,8 @@ from itertools import product
 import numpy as np
 from fit_world import COLUMN, make_examples
 
-from usdface.fuzzy.fit_subsumed import subsumes
-from usdface.fuzzy.fit_terms import words_of
+from usdface.fuzzy.fit.subsumed import subsumes
+from usdface.fuzzy.fit.terms import words_of
 
 EXAMPLES = make_examples(scatter=0.4)
 WORDS = words_of(EXAMPLES, [EXAMPLES.rows(emotion) for emotion in EXAMPLES.names])

@@ -4,8 +4,8 @@ from functools import cached_property
 
 import numpy as np
 
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
-from usdface.fuzzy.fit_terms import Words
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit.terms import Words
 from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["AMOUNTS", "Conditions", "Faces"]

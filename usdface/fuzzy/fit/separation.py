@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.fuzzy.fit_examples import Examples
-from usdface.fuzzy.fit_validation import Holding, folds
+from usdface.fuzzy.fit.examples import Examples
+from usdface.fuzzy.fit.validation import Holding, folds
 from usdface.fuzzy.system import Variable
 from usdface.takes import BoolArray, FloatArray, IntArray
 
@@ -93,7 +93,7 @@ def separations(examples: Examples, holding: Holding) -> list[Separation]:
     examples : Examples
         Features that are hidden in one of them do not count.
     holding : {"recording", "variant", "none"}
-        What is left out to test, as in `usdface.fuzzy.fit_validation`.
+        What is left out to test, as in `usdface.fuzzy.fit.validation`.
     """
     rows = {name: examples.rows(name) for name in examples.names}
     left_out = list(folds(examples, holding))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fit_world import COLUMN, NOISE, RULES, make_examples
 
-from usdface.fuzzy.fit_separation import pose_separations, separations
+from usdface.fuzzy.fit.separation import pose_separations, separations
 
 
 def of(found, *pair):

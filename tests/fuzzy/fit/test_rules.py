@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from fit_world import NOISE, RULES, face, make_examples
 
-from usdface.fuzzy.fit_parts import partings
-from usdface.fuzzy.fit_rules import cheapest_partings, learn_rules
-from usdface.fuzzy.fit_subsumed import subsumes
-from usdface.fuzzy.fit_terms import words_of
+from usdface.fuzzy.fit.parts import partings
+from usdface.fuzzy.fit.rules import cheapest_partings, learn_rules
+from usdface.fuzzy.fit.subsumed import subsumes
+from usdface.fuzzy.fit.terms import words_of
 
 
 def learned(examples):

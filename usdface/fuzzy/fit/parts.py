@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 
-from usdface.fuzzy.fit_examples import Examples
+from usdface.fuzzy.fit.examples import Examples
 from usdface.takes import BoolArray
 
 __all__ = ["Parting", "partings"]

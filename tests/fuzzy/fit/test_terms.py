@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fit_world import COLUMN, NOISE, make_examples
 
-from usdface.fuzzy.fit_terms import words_of
+from usdface.fuzzy.fit.terms import words_of
 
 
 def terms(values, noise=NOISE, name="chin_y"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fit_world import RULES, make_examples
 
-from usdface.fuzzy.fit_validation import cross_validate, folds, held_out
+from usdface.fuzzy.fit.validation import cross_validate, folds, held_out
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,8 @@ found by a beam search that minimises
 with d the degree to which a face meets the conditions and t the intensity it shows: every
 example also counts at lower intensities, so that the right rule leads from the onset on.
 Every variant gets a rule, unless those before cover it. Where nobody named variants the examples
-are parted (`usdface.fuzzy.fit_parts`), as far as rules of their own cost less. What a rule leaves
-uncovered gets one more, unless another says it already (`usdface.fuzzy.fit_subsumed`).
+are parted (`usdface.fuzzy.fit.parts`), as far as rules of their own cost less. What a rule leaves
+uncovered gets one more, unless another says it already (`usdface.fuzzy.fit.subsumed`).
 """
 
 from collections.abc import Callable, Iterator
@@ -20,11 +20,11 @@ from functools import partial
 
 import numpy as np
 
-from usdface.fuzzy.fit_examples import Examples
-from usdface.fuzzy.fit_faces import AMOUNTS, Conditions, Faces
-from usdface.fuzzy.fit_parts import Parting
-from usdface.fuzzy.fit_subsumed import subsumes
-from usdface.fuzzy.fit_terms import Words
+from usdface.fuzzy.fit.examples import Examples
+from usdface.fuzzy.fit.faces import AMOUNTS, Conditions, Faces
+from usdface.fuzzy.fit.parts import Parting
+from usdface.fuzzy.fit.subsumed import subsumes
+from usdface.fuzzy.fit.terms import Words
 from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["LearnedRule", "cheapest_partings", "learn_rules"]
@@ -69,9 +69,9 @@ def cheapest_partings(
     ----------
     examples : Examples
     words : Words
-        Made of all parts, with `usdface.fuzzy.fit_terms.words_of`.
+        Made of all parts, with `usdface.fuzzy.fit.terms.words_of`.
     ways : dict of str to list of Parting
-        Of `usdface.fuzzy.fit_parts.partings`.
+        Of `usdface.fuzzy.fit.parts.partings`.
     """
     search = _Search(Faces(examples, words))
 

@@ -11,8 +11,8 @@ from typing import Any, Literal
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.fuzzy.fit import answers, fit_system, heard
-from usdface.fuzzy.fit_examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
+from usdface.fuzzy.fit.learned import answers, fit_system, heard
 from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
 __all__ = ["Holding", "Validation", "cross_validate", "folds", "held_out"]
