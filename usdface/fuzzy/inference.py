@@ -94,10 +94,12 @@ def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
 def _fire(system: FuzzySystem, degrees: "_Degrees", firing: FloatArray) -> None:
     """Fill in firing strengths, one row for each rule: (R, F); disabled rules do not fire."""
     for rule, strength in zip(system.rules, firing, strict=True):
-        if rule.enabled:
-            np.multiply(degrees.of(rule.condition), rule.weight, out=strength)
-        else:
+        if not rule.enabled:
             strength[:] = 0.0
+            continue
+        degree = degrees.of(rule.condition, strength)
+        if degree is not strength or rule.weight != 1.0:
+            np.multiply(degree, rule.weight, out=strength)
 
 
 class _Degrees:
@@ -125,15 +127,18 @@ class _Degrees:
                 degree = np.where(self._missing[i], 0.0, degree)
             self._known[proposition] = degree
 
-    def of(self, condition: Condition) -> FloatArray:
+    def of(self, condition: Condition, room: FloatArray | None = None) -> FloatArray:
+        """Return how far a condition holds: (F,). `room` (F,) may be filled with it."""
         if isinstance(condition, Proposition):
             return self._known[condition]
         if condition.how == "not":
             (part,) = condition.parts
             return np.where(self._lacks(part), 0.0, 1.0 - self.of(part))
+        norm = self._norms[condition.how]
+        into = {"out": room} if isinstance(norm, np.ufunc) else {}
         degree = self.of(condition.parts[0])
         for part in condition.parts[1:]:
-            degree = self._norms[condition.how](degree, self.of(part))
+            degree = norm(degree, self.of(part), **into)
         return degree
 
     def _lacks(self, condition: Condition) -> BoolArray:
@@ -163,8 +168,9 @@ def _sugeno(
         value[:] = 0.0
         total = np.zeros(len(value)) if joint is None else joint
         for strength, level in conclusions[output.name]:
-            np.multiply(strength, _level(output, level, columns), out=product)
-            value += product
+            if level != 0.0:  # which would add nothing
+                np.multiply(strength, _level(output, level, columns), out=product)
+                value += product
             if joint is None:
                 total += strength
         if system.normalisation != "weighted_sum":
