@@ -113,6 +113,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     # expressions
     "EXPRESSION_UNKNOWN": ("warning", "the rig has no shapes for an expression"),
     "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),
+    "EXPRESSION_SHARED": ("info", "the markers show a little of an expression in another"),
     "MARKERS_CANNOT_SEPARATE": ("warning", "no marker motion tells two emotions apart"),
     "FIT_CONFUSED": ("warning", "a fitted system takes an emotion for another"),
     "FIT_UNTESTED": ("info", "an emotion was learned from one recording and could not be tested"),

@@ -101,3 +101,15 @@ def test_the_worst_rival_counts_however_many_are_harmless():
     noise = np.full(9, 0.0001)
     noise[4] = 0.0003  # telling it apart costs noise
     assert 4 in choose(0, poses, moves[:0], moves, basis, noise).ramps
+
+
+def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
+    """The second shows three tenths of the first, and no feature says that it is not the first."""
+    basis = np.zeros((2, 9))
+    basis[0, 3] = basis[1, 7] = 0.005  # a marker for each of the two shapes
+    poses = np.array([[1.0, 0.0], [0.3, 1.0]])
+    none, noise = np.zeros((0, 2)), np.full(9, 1e-5)
+    first, second = (choose(i, poses, none, none, basis, noise) for i in (0, 1))
+    ((other, degree),) = first.shared
+    assert other == 1 and degree == pytest.approx(0.3, abs=0.03) and not first.confused
+    assert not second.shared and not second.confused

@@ -62,7 +62,7 @@ def design_system(
         Role that the variables name, to marker.
     findings : list of Finding
         EXPRESSION_UNSEEN for each expression that no marker shows, or that the markers cannot
-        tell from others.
+        tell from others; EXPRESSION_SHARED for each that another shows a little of.
 
     Raises
     ------
@@ -163,4 +163,7 @@ def _findings(choices: dict[str, Choice]) -> list[Finding]:
             rivals = ", ".join(names[i] for i in choice.confused)
             message = f"the markers cannot tell {emotion} from {rivals}"
             findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
+        for other, degree in choice.shared:
+            message = f"the markers show a little of {emotion} in {names[other]}, {degree:.2f}"
+            findings.append(finding("EXPRESSION_SHARED", emotion, message))
     return findings

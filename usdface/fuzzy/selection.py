@@ -45,8 +45,10 @@ _NOISE_COST = 250.0
 _DIGITS = 4
 # An additional condition has to take away this share of the cost.
 _LEAST_GAIN = 0.01
-# Expressions that fire another's rule further than this cannot be told apart.
+# Expressions that fire another's rule further than this cannot be told apart, and further than
+# the second not quite.
 _CONFUSED = 0.5
+_SHARED = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +62,14 @@ class Choice:
         neutral) and where it holds fully (at the expression's pose). Empty = nothing shows it.
     confused : tuple of int
         Other expressions that these features cannot tell from it.
+    shared : tuple of (int, float)
+        Other expressions that are taken for it a little, and how far: the rest of 1 is what is
+        left for them.
     """
 
     ramps: dict[int, tuple[float, float]]
     confused: tuple[int, ...]
+    shared: tuple[tuple[int, float], ...] = ()
 
 
 def single_movements(shape_names: Sequence[str]) -> FloatArray:
@@ -150,7 +156,9 @@ def choose_features(
     ramps = {
         int(i): (float(np.sign(own[i]) * dead[i]), _TOP * float(own[i])) for i in usable[chosen]
     }
-    return Choice(ramps, tuple(map(int, others[firing > _CONFUSED])))
+    partly = (firing > _SHARED) & (firing <= _CONFUSED)
+    shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
+    return Choice(ramps, tuple(map(int, others[firing > _CONFUSED])), tuple(shared))
 
 
 def _cheapest(
