@@ -19,7 +19,7 @@ from usdface.fuzzy.naming import known_roles
 from usdface.fuzzy.parts import FaceParts, find_parts, pose_parts
 from usdface.fuzzy.sides import Side, half_face, half_weights
 from usdface.fuzzy.system import FuzzySystem
-from usdface.options import CorrectionOptions
+from usdface.options import MARKER_NOISE, CorrectionOptions
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.shape_model import shape_model
 from usdface.retarget.symmetry import symmetric_pairs
@@ -29,7 +29,6 @@ from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 __all__ = [
-    "MARKER_NOISE",
     "Character",
     "adopt",
     "design",
@@ -39,9 +38,6 @@ __all__ = [
     "halves",
     "parts_of",
 ]
-
-# What optical markers jitter by [m]; features that move less tell nothing.
-MARKER_NOISE = 0.0003
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -91,7 +91,8 @@ EXTREME_REACHED = 0.8
 
 # How many places for more markers are named.
 NEXT_MARKERS = 5
-# Noise of a marker coordinate where there is no take to measure it on [m].
+# Noise of a marker coordinate where there is no take to measure it on [m]: what optical markers
+# jitter by. Features that move less tell nothing.
 MARKER_NOISE = 3e-4
 
 # Within this time [s] of a pin a weight bends towards it.

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdface.clean_solve import retarget
 from usdface.errors import InputError
-from usdface.express import MARKER_NOISE, features
+from usdface.express import features
 from usdface.findings import Finding
 from usdface.fuzzy.design import solved_noise
 from usdface.fuzzy.features import marker_spread, measure
@@ -17,7 +17,7 @@ from usdface.fuzzy.naming import direction_words, known_roles, marker_variables
 from usdface.fuzzy.selection import single_movements
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.learning.labels import NEUTRAL, Label
-from usdface.options import LEARNED_SMOOTHING, FeatureSpace, FitOptions
+from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.outcome import Steps
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
