@@ -72,7 +72,7 @@ def bound_setup(
         setup, more = propose(take, mesh, setup, find_neutral)
         findings += more
     else:
-        findings += _left_out(take, setup)
+        findings += _unmatched(take, setup)
         if find_neutral:
             setup = replace(setup, neutral=neutral_frames(take))
     if options.peaks == "auto" and not proposing:
@@ -83,13 +83,19 @@ def bound_setup(
     return mesh, setup, findings
 
 
-def _left_out(take: MarkerTake, setup: Setup) -> list[Finding]:
-    """Say how many markers the binding leaves out: that may be meant, or an unfinished file."""
-    count = len(set(take.names) - {*setup.binding.markers, *setup.head_markers})
-    if not count:
-        return []
-    message = f"{count} of {len(take.names)} markers have no place; --propose finds them some"
-    return [finding("MARKER_UNBOUND", take.source, message)]
+def _unmatched(take: MarkerTake, setup: Setup) -> list[Finding]:
+    """Say which markers of the binding the take lacks, and how many of its own have no place."""
+    named = setup.binding.markers
+    findings = [
+        finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}")
+        for name in named
+        if name not in take.names
+    ]
+    count = len(set(take.names) - {*named, *setup.head_markers})
+    if count:  # that may be meant, or an unfinished file
+        message = f"{count} of {len(take.names)} markers have no place; --propose finds them some"
+        findings.append(finding("MARKER_UNBOUND", take.source, message))
+    return findings
 
 
 def shown_at_rest(take: MarkerTake, mesh: Mesh, setup: Setup) -> dict[str, float]:
