@@ -9,6 +9,7 @@ import numpy as np
 from usdface.animate import Animated
 from usdface.errors import InputError
 from usdface.express import expression_poses, features
+from usdface.fuzzy.blend import blend_frames
 from usdface.fuzzy.correct import respond
 from usdface.fuzzy.features import face_unit
 from usdface.fuzzy.gains import Gains
@@ -141,9 +142,17 @@ class Explanation:
         }
 
     def _cause(self, index: int, shape: int) -> str | None:
-        """Return the emotion that asks most of a shape; None where none does."""
-        asked = self.shown[index] * self.poses[:, shape]
-        return self.system.emotions[int(asked.argmax())] if asked.any() else None
+        """Return the emotion that asks most of a shape; where none does, that is blended in or out.
+
+        None where none is near.
+        """
+        reach = blend_frames(self.times, self.system.blend_time)
+        near = slice(max(0, index - reach), index + reach + 1)
+        for shown in (self.shown[index], self.shown[near].max(axis=0)):
+            asked = shown * self.poses[:, shape]
+            if asked.any():
+                return self.system.emotions[int(asked.argmax())]
+        return None
 
     def _feature(self, index: int, column: int) -> dict[str, Any]:
         variable, value = self.system.inputs[column], self.inputs[index, column]

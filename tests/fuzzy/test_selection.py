@@ -52,7 +52,7 @@ def test_the_feature_that_tells_apart_goes_before_the_one_that_moves_most():
     basis = features({1: 0.02, 4: 0.006}, {1: 0.02})
     choice = choose_features(0, np.eye(2), np.zeros((0, 2)), basis, 0.0003)
     assert choice.ramps.keys() == {4}
-    assert choice.ramps[4][1] == pytest.approx(0.95 * 0.006)
+    assert choice.ramps[4][1] == pytest.approx(0.94 * 0.006)
     assert choice.confused == ()
 
 
@@ -67,7 +67,7 @@ def test_together_where_neither_does_alone():
 def test_signs_are_kept_and_the_dead_zone_lies_between():
     basis = features({1: -0.01})
     foot, top = choose_features(0, np.eye(1), np.eye(1), basis, 0.001).ramps[1]
-    assert top == pytest.approx(-0.0095)
+    assert top == pytest.approx(-0.0094)
     assert top < foot < 0
 
 
@@ -78,11 +78,20 @@ def test_what_hides_in_the_noise_is_not_chosen():
     assert choose_features(0, np.eye(1), np.zeros((0, 1)), basis, 0.005).ramps == {}
 
 
-def test_one_pose_within_another_is_confused_with_it():
+def test_one_pose_within_another_excludes_what_the_other_does_besides():
     basis = features({1: 0.01}, {4: 0.01})
     poses = np.array([[1.0, 0.0], [1.0, 1.0]])
+    part, whole = (choose_features(i, poses, np.eye(2), basis, 0.0003) for i in (0, 1))
+    assert part.ramps.keys() == {1} and [i for i, _ in part.excluded] == [4]
+    assert not whole.excluded
+    assert not part.confused and not part.shared and not whole.confused
+
+
+def test_poses_that_differ_in_what_no_marker_sees_are_confused():
+    basis = features({1: 0.01}, {})
+    poses = np.array([[1.0, 0.0], [1.0, 1.0]])
     assert choose_features(0, poses, np.eye(2), basis, 0.0003).confused == (1,)
-    assert choose_features(1, poses, np.eye(2), basis, 0.0003).confused == ()
+    assert choose_features(1, poses, np.eye(2), basis, 0.0003).confused == (0,)
 
 
 def test_a_quiet_feature_goes_before_a_noisy_one_of_the_same_size():
@@ -104,11 +113,11 @@ def test_the_worst_rival_counts_however_many_are_harmless():
 
 
 def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
-    """The second shows three tenths of the first, and no feature says that it is not the first."""
-    basis = np.zeros((2, 9))
-    basis[0, 3] = basis[1, 7] = 0.005  # a marker for each of the two shapes
+    """The second shows three tenths of the first; what it does besides hardly leaves the noise."""
+    basis = features({3: 0.005}, {7: 0.005})
     poses = np.array([[1.0, 0.0], [0.3, 1.0]])
     none, noise = np.zeros((0, 2)), np.full(9, 1e-5)
+    noise[7] = 0.001
     first, second = (choose(i, poses, none, none, basis, noise) for i in (0, 1))
     ((other, degree),) = first.shared
     assert other == 1 and degree == pytest.approx(0.3, abs=0.03) and not first.confused

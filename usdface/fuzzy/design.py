@@ -2,7 +2,8 @@
 
 No recording is needed. For each expression `usdface.fuzzy.selection` picks a few features that
 move well above the noise in its pose and, taken together, in none of the other poses and in no
-movement of one or two blend shapes. A feature's term is a ramp: 0 up to a dead zone around
+movement of one or two blend shapes; where another expression shows them all, one more condition
+says what it must not show besides. A feature's term is a ramp: 0 up to a dead zone around
 neutral, 1 from its value at the pose on. Features are signed, so no rule fires on a neutral
 face, and since blend shapes are linear, half a pose fires its rule by about a half.
 """
@@ -120,7 +121,7 @@ def _inputs(
     """Return an input variable for each feature that is used, with a term for each use."""
     ramps: dict[int, set[tuple[float, float]]] = defaultdict(set)
     for choice in choices:
-        for feature, (foot, top) in choice.ramps.items():
+        for feature, (foot, top) in (*choice.ramps.items(), *choice.excluded):
             ramps[feature].add((foot / unit, top / unit))
     inputs = {}
     for feature in sorted(ramps):
@@ -145,10 +146,11 @@ def _terms(ramps: set[tuple[float, float]], axis: Axis, side: int) -> tuple[Term
 
 def _text(emotion: str, choice: Choice, inputs: dict[int, Variable], unit: float) -> str:
     conditions = []
-    for feature, (foot, top) in choice.ramps.items():
-        ramp = (foot / unit, top / unit)
-        term = next(t for t in inputs[feature].terms if t.parameters == ramp)
-        conditions.append(f"{inputs[feature].name} IS {term.name}")
+    for word, ramps in (("IS", choice.ramps.items()), ("IS NOT", choice.excluded)):
+        for feature, (foot, top) in ramps:
+            ramp = (foot / unit, top / unit)
+            term = next(t for t in inputs[feature].terms if t.parameters == ramp)
+            conditions.append(f"{inputs[feature].name} {word} {term.name}")
     return f"IF {' AND '.join(conditions)} THEN {emotion} IS 1"
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.fuzzy.exclusion import FIRES, Ramp, exclude, ramp_degree
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
@@ -19,13 +20,13 @@ __all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
 # What the names of a shape on either side differ in: mouthSmileLeft, mouthSmile_L, eye-left-slit.
 _SIDE = re.compile(r"(?i)left|right|(?<=[_.\- ])[lr]$|^[lr](?=[_.\- ])")
 # In standard deviations of a feature's noise.
-_DEAD_ZONE = 0.2
+_DEAD_ZONE = 0.1
 _LEAST_SIGNAL = 4.0
 # A dead zone of at least this share of the value at the pose, for markers without noise.
-_LEAST_DEAD_ZONE = 0.03
+_LEAST_DEAD_ZONE = 0.02
 # Nor does a feature that stays below this [m] count, however quiet the markers are.
 _LEAST_MOTION = 1e-6
-_TOP = 0.95
+_TOP = 0.94
 _CONDITIONS = 6
 # Candidates of which all pairs are tried.
 _SHORTLIST = 80
@@ -45,10 +46,8 @@ _NOISE_COST = 250.0
 _DIGITS = 4
 # An additional condition has to take away this share of the cost.
 _LEAST_GAIN = 0.01
-# Expressions that fire another's rule further than this cannot be told apart, and further than
-# the second not quite.
+# Expressions that fire another's rule further than this cannot be told apart.
 _CONFUSED = 0.5
-_SHARED = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +59,8 @@ class Choice:
     ramps : dict of int to (float, float)
         Feature to the signed values [m] where its term begins (the end of the dead zone around
         neutral) and where it holds fully (at the expression's pose). Empty = nothing shows it.
+    excluded : tuple of (int, (float, float))
+        Features and the ramps that they must not meet, see `usdface.fuzzy.exclusion`.
     confused : tuple of int
         Other expressions that these features cannot tell from it.
     shared : tuple of (int, float)
@@ -67,7 +68,8 @@ class Choice:
         left for them.
     """
 
-    ramps: dict[int, tuple[float, float]]
+    ramps: dict[int, Ramp]
+    excluded: tuple[tuple[int, Ramp], ...]
     confused: tuple[int, ...]
     shared: tuple[tuple[int, float], ...] = ()
 
@@ -127,18 +129,16 @@ def choose_features(
     """
     own = poses[index] @ features
     full = np.abs(own)
-    dead = np.maximum(_DEAD_ZONE * noise, _LEAST_DEAD_ZONE * full)
+    foot = np.sign(own) * np.maximum(_DEAD_ZONE * noise, _LEAST_DEAD_ZONE * full)
     usable = np.flatnonzero(full > np.maximum(_LEAST_SIGNAL * noise, _LEAST_MOTION))
     if not usable.size:
-        return Choice({}, ())
+        return Choice({}, (), ())
     others = np.delete(np.arange(len(poses)), index)
     alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
     varied = (poses[others][:, None] + single).reshape(-1, len(features))
     varied = varied[(varied < poses[index]).any(axis=1)]
     rivals = np.concatenate([poses[others], alone, both, varied]) @ features[:, usable]
-    degrees = np.clip(
-        (rivals * np.sign(own[usable]) - dead[usable]) / (_TOP * full - dead)[usable], 0, 1
-    )
+    degrees = ramp_degree(rivals, foot[usable], _TOP * own[usable])
     costs = (
         _OTHER_EXPRESSION,
         _SINGLE_MOVEMENT,
@@ -152,13 +152,14 @@ def choose_features(
         np.round(_NOISE_COST * (noise[usable] / full[usable]) ** 2, _DIGITS),
         usable // 3,
     )
+    ramps = {int(i): (float(foot[i]), _TOP * float(own[i])) for i in usable[chosen]}
     firing = degrees[: len(others), chosen].min(axis=1)
-    ramps = {
-        int(i): (float(np.sign(own[i]) * dead[i]), _TOP * float(own[i])) for i in usable[chosen]
-    }
-    partly = (firing > _SHARED) & (firing <= _CONFUSED)
+    moved = poses[others] @ features
+    excluded, firing = exclude(own, moved, firing, ramps, single @ features, noise)
+    partly = (firing > FIRES) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
-    return Choice(ramps, tuple(map(int, others[firing > _CONFUSED])), tuple(shared))
+    confused = map(int, others[firing > _CONFUSED])
+    return Choice(ramps, excluded, tuple(confused), tuple(shared))
 
 
 def _cheapest(

@@ -1,0 +1,109 @@
+"""Exclusion: what another expression does and this one does not.
+
+Where the features that mean one expression move in another, too (fear is most of sadness with
+raised brows), no conjunction of them keeps the two apart. One more condition does: IS NOT what the
+other shows besides.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from usdface.takes import FloatArray
+
+__all__ = ["FIRES", "Ramp", "exclude", "ramp_degree"]
+
+# Signed values of a feature [m]: where a term begins, and from where on it holds fully.
+Ramp = tuple[float, float]
+
+# Another expression that fires a rule by no more than this is let be.
+FIRES = 0.1
+# A feature excludes where the other expression moves it by this many standard deviations of noise,
+_CLEAR = 12.0
+# and by more than this [m]. Its term begins and ends at these shares of that motion: early, since
+# half of the other expression fires half of what is to be excluded.
+_LEAST_MOTION = 1e-6
+_BEGIN, _END = 0.1, 0.4
+# Intensities of the other expression at which what is left of it is looked at.
+_INTENSITIES = np.linspace(0.0, 1.0, 21)
+# Scores and motions [m] are rounded: which of two mirrored markers is taken must not hang on the
+# last bits.
+_SCORE_DIGITS, _MOTION_DIGITS = 3, 6
+
+
+def ramp_degree(x: FloatArray, foot: FloatArray | float, top: FloatArray | float) -> FloatArray:
+    """Return how far values meet a ramp, on either side of 0: 0 at the foot, 1 from the top on."""
+    return np.asarray(np.clip((x - foot) / (top - foot), 0.0, 1.0))
+
+
+def exclude(
+    own: FloatArray,
+    others: FloatArray,
+    firing: FloatArray,
+    ramps: Mapping[int, Ramp],
+    single: FloatArray,
+    noise: FloatArray,
+) -> tuple[tuple[tuple[int, Ramp], ...], FloatArray]:
+    """Choose what an expression's rule must not meet, for each other expression that fires it.
+
+    Parameters
+    ----------
+    own, others : (I,), (E, I) float64 [m]
+        Features of the expression and of other ones, at their poses.
+    firing : (E,) float64
+        How far the others fire the rule.
+    ramps : mapping of int to (float, float)
+        The rule's features.
+    single : (N, I) float64 [m]
+        Features of single movements. Each counts as much as it moves: speech moves the jaw.
+    noise : (I,) float64 [m]
+        Standard deviation of each feature.
+
+    Returns
+    -------
+    excluded : tuple of (int, (float, float))
+        Features and the ramps that they must not meet; none where nothing helps.
+    firing : (E,) float64
+        What is left of it.
+    """
+    excluded = []
+    for loudest in np.argsort(-firing, kind="stable"):
+        if firing[loudest] <= FIRES:
+            break
+        found = _condition(own, others[loudest], ramps, single, noise)
+        if found is not None:
+            feature, ramp = found
+            excluded.append(found)
+            firing = np.minimum(firing, 1.0 - ramp_degree(others[:, feature], *ramp))
+    return tuple(excluded), firing
+
+
+def _condition(
+    own: FloatArray,
+    other: FloatArray,
+    ramps: Mapping[int, Ramp],
+    single: FloatArray,
+    noise: FloatArray,
+) -> tuple[int, Ramp] | None:
+    """Choose the feature that says best that a face shows the `other` (I,), not its `own` pose.
+
+    It leaves least of the rule's firing at any intensity of the other expression, silences the
+    expression least when one more movement comes in, and is quiet. Of equals, what moves most.
+    """
+    motion = np.abs(other)
+    clear = motion > np.maximum(_CLEAR * noise, _LEAST_MOTION)
+    usable = np.flatnonzero(clear & (own * np.sign(other) <= _BEGIN * motion))
+    if not usable.size:
+        return None
+    foot, top = _BEGIN * other[usable], _END * other[usable]
+    fired = np.min([ramp_degree(_INTENSITIES * other[i], *r) for i, r in ramps.items()], axis=0)
+    excluded = ramp_degree(_INTENSITIES[:, None] * other[usable], foot, top)
+    left = np.minimum(fired[:, None], 1.0 - excluded).max(axis=0)
+    share = np.linalg.norm(single, axis=1)
+    share /= max(share.sum(), _LEAST_MOTION)
+    silenced = share @ ramp_degree(own[usable] + single[:, usable], foot, top)
+    score = np.round(left + silenced + noise[usable] / motion[usable], _SCORE_DIGITS)
+    best = np.lexsort((-np.round(motion[usable], _MOTION_DIGITS), score))[0]
+    if score[best] >= fired.max():
+        return None
+    return int(usable[best]), (float(foot[best]), float(top[best]))
