@@ -4,6 +4,7 @@ Every operation is elementwise over frames, so that a frame's answer is bit for 
 alone or among others. Frames go in blocks that fit the processor's cache.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,11 +120,11 @@ class _Degrees:
         between would have to be asked for anew, which takes as long as the work itself.
         """
         self._missing = np.asarray(np.isnan(columns))
-        some = [bool(missing.any()) for missing in self._missing]
+        some = bool(self._missing.any())
         for proposition in self._known:
             i, variable = self._inputs[proposition.variable]
             degree = _degree(variable, proposition, columns[i])
-            if some[i]:
+            if some:
                 degree = np.where(self._missing[i], 0.0, degree)
             self._known[proposition] = degree
 
@@ -160,27 +161,46 @@ def _sugeno(
     system: FuzzySystem, columns: FloatArray, firing: FloatArray, answers: FloatArray
 ) -> None:
     """Fill in weighted averages, one row for each output."""
-    joint = _sum(firing) if system.normalisation == "all_rules" else None
-    silence = 1.0 - firing.max(axis=0, initial=0.0) if system.neutral_rule else None
     conclusions = _conclusions(system, firing)
+    joint = system.normalisation == "all_rules"
+    totals = np.empty((1 if joint else len(answers), firing.shape[1]))
+    if joint:
+        _sum(firing, totals[0])
     product = np.empty(firing.shape[1])
+    for i, output in enumerate(system.outputs):
+        said = conclusions[output.name]
+        levels = [(strength, _level(output, level, columns)) for strength, level in said]
+        _weighted_sum(levels, answers[i], product)
+        if not joint:
+            _sum([strength for strength, _ in said], totals[i])
+    default = np.array([[output.default] for output in system.outputs])
+    if system.normalisation != "weighted_sum":
+        if system.neutral_rule:
+            silence = 1.0 - firing.max(axis=0, initial=0.0)
+            totals += silence
+            if default.any():
+                answers += silence * default
+        answers /= totals  # 0 / 0 becomes the default, as follows
+    np.copyto(answers, default, where=totals <= 0)
+    # The quotient of two rounded sums may leave the range by one unit in the last place.
     for output, value in zip(system.outputs, answers, strict=True):
-        value[:] = 0.0
-        total = np.zeros(len(value)) if joint is None else joint
-        for strength, level in conclusions[output.name]:
-            if level != 0.0:  # which would add nothing
-                np.multiply(strength, _level(output, level, columns), out=product)
-                value += product
-            if joint is None:
-                total += strength
-        if system.normalisation != "weighted_sum":
-            if silence is not None:
-                total = total + silence
-                value += silence * output.default
-            value /= total  # 0 / 0 becomes the default, as follows
-        np.copyto(value, output.default, where=total <= 0)
-        # The quotient of two rounded sums may leave the range by one unit in the last place.
         value.clip(*output.span, out=value)
+
+
+def _weighted_sum(
+    levels: Sequence[tuple[FloatArray, FloatArray | float]], value: FloatArray, product: FloatArray
+) -> None:
+    """Fill in the sum of strengths times levels, in order; `product` is room to work in."""
+    into = value
+    for strength, level in levels:
+        if isinstance(level, float) and level == 0.0:
+            continue  # it would add nothing
+        np.multiply(strength, level, out=into)
+        if into is product:
+            value += product
+        into = product
+    if into is value:
+        value[:] = 0.0
 
 
 def _conclusions(
@@ -222,12 +242,14 @@ def _mamdani(
             answer += (1.0 - strongest) * output.default
 
 
-def _sum(rows: FloatArray) -> FloatArray:
-    """Sum of rows, added in order: numpy's own sum groups terms by the array's size."""
-    total = np.zeros(rows.shape[1])
-    for row in rows:
+def _sum(rows: Sequence[FloatArray] | FloatArray, total: FloatArray) -> None:
+    """Sum rows, added in order: numpy's own sum groups terms by the array's size."""
+    if len(rows) < 2:
+        total[:] = rows[0] if len(rows) else 0.0
+        return
+    np.add(rows[0], rows[1], out=total)
+    for row in rows[2:]:
         total += row
-    return total
 
 
 def fires_at_neutral(system: FuzzySystem) -> list[Rule]:

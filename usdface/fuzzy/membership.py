@@ -26,7 +26,9 @@ def _rise(x: FloatArray, foot: float, top: float) -> FloatArray:
         return np.ones_like(x)
     if foot == top:
         return np.asarray(x >= top, dtype=np.float64)
-    return np.asarray((x - foot) / (top - foot))
+    line = x - foot
+    line /= top - foot
+    return line
 
 
 def _fall(x: FloatArray, top: float, foot: float) -> FloatArray:
@@ -34,11 +36,13 @@ def _fall(x: FloatArray, top: float, foot: float) -> FloatArray:
         return np.ones_like(x)
     if foot == top:
         return np.asarray(x <= top, dtype=np.float64)
-    return np.asarray((foot - x) / (foot - top))
+    line = foot - x
+    line /= foot - top
+    return line
 
 
 def _cut(line: FloatArray) -> FloatArray:
-    return line.clip(0.0, 1.0)
+    return line.clip(0.0, 1.0, out=line)
 
 
 def _rising(x: FloatArray, foot: float, top: float) -> FloatArray:
@@ -47,13 +51,15 @@ def _rising(x: FloatArray, foot: float, top: float) -> FloatArray:
 
 
 def _triangular(x: FloatArray, left: float, peak: float, right: float) -> FloatArray:
-    return _cut(np.minimum(_rise(x, left, peak), _fall(x, peak, right)))
+    rise = _rise(x, left, peak)
+    return _cut(np.minimum(rise, _fall(x, peak, right), out=rise))
 
 
 def _trapezoidal(
     x: FloatArray, left: float, top_left: float, top_right: float, right: float
 ) -> FloatArray:
-    return _cut(np.minimum(_rise(x, left, top_left), _fall(x, top_right, right)))
+    rise = _rise(x, left, top_left)
+    return _cut(np.minimum(rise, _fall(x, top_right, right), out=rise))
 
 
 def _ramp(x: FloatArray, foot: float, top: float) -> FloatArray:

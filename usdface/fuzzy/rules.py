@@ -79,6 +79,8 @@ class Rule:
     enabled : bool
     place : str
         Where it was read, for messages: file and line, or prim. It says nothing of the rule.
+    propositions : tuple of Proposition
+        Every proposition of the condition, in the order of the text.
     """
 
     text: str
@@ -87,8 +89,10 @@ class Rule:
     weight: float = 1.0
     enabled: bool = True
     place: str = field(default="", compare=False)
+    propositions: tuple[Proposition, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "propositions", tuple(propositions(self.condition)))
         if not 0 <= self.weight <= 1:
             raise InputError(f"{self.named}: weight is {self.weight}; expected 0 to 1")
 
@@ -99,11 +103,6 @@ class Rule:
     def named(self) -> str:
         """Its place and text, as messages begin."""
         return f"{self.place}: rule {self}" if self.place else f"rule {self}"
-
-    @property
-    def propositions(self) -> tuple[Proposition, ...]:
-        """Every proposition, in the order of the text."""
-        return tuple(propositions(self.condition))
 
     @property
     def antecedent(self) -> tuple[tuple[str, str], ...]:
