@@ -23,6 +23,7 @@ from usdface.io.takes.files import read_take
 from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
 from usdface.retarget.names import rename_weights
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
 from usdface.takes import FloatArray
 
@@ -32,6 +33,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
 NOISE = 3e-4
+USUAL = Regularisation(NOISE, 0.0, SolveOptions())
 Run = Callable[[], object]
 
 
@@ -138,8 +140,7 @@ def compare(console: Console, turns: int, daqp_frames: int) -> None:
             return solve_box(case.normal, case.right)
 
         def take(case: Case = case) -> object:
-            options = SolveOptions()
-            return solve_weights(case.plain, case.right, case.times, NOISE, options)
+            return solve_weights(case.plain, case.right, case.times, USUAL)
 
         runs = daqp_runs(case, daqp_frames // fewer) | {
             "exact, each frame": (exact, count),
@@ -173,7 +174,7 @@ def growth(console: Console, sizes: list[int]) -> None:
         held = 3 * right.nbytes / 1e6
         del case
         begin = time.perf_counter()
-        solve_weights(plain, right, times, NOISE, SolveOptions())
+        solve_weights(plain, right, times, USUAL)
         seconds = time.perf_counter() - begin
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
         cost = f"{1e6 * seconds / frames:.1f}"

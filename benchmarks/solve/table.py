@@ -10,6 +10,7 @@ from benchmarks.solve.faces import has_real_data
 from benchmarks.solve.worlds import REST, World, worlds
 from usdface.cleanup.clean import clean_take
 from usdface.retarget.confidence import confidence_of, within_bounds
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve_report import usual_misfit
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.takes import FloatArray
@@ -44,9 +45,12 @@ def deviations(world: World, solution: Solution) -> FloatArray:
         world.still.shape[2],
         world.head_moves,
         1.0 / face.rate,
-        (solution.noise, usual_misfit(solution)),
-        world.setup.solve,
-        covariance=solution.covariance,
+        Regularisation(
+            solution.noise,
+            usual_misfit(solution),
+            world.setup.solve,
+            covariance=solution.covariance,
+        ),
     )
     return within_bounds(sure.deviations, solution.weights.weights)
 

@@ -11,7 +11,8 @@ from usdface.retarget.confidence import (
     within_bounds,
 )
 from usdface.retarget.covariance import inverse_bands
-from usdface.retarget.solve import error_variance, solve_weights
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import solve_weights
 from usdface.retarget.spacetime import curvature_bands
 
 RNG = np.random.default_rng(21)
@@ -34,15 +35,14 @@ def test_deviations_are_those_of_the_whole_takes_posterior() -> None:
     whole += np.kron(noise**2 * OPTIONS.smoothness / OPTIONS.agility * curvature, np.eye(4))
     middle = slice(4 * (frames // 2), 4 * (frames // 2) + 4)
     variances = noise**2 * np.diag(np.linalg.inv(whole))[middle]
-    ours = weight_deviations(NORMAL, STEP, noise, 0.0, options)
+    ours = weight_deviations(NORMAL, STEP, Regularisation(noise, 0.0, options))
     np.testing.assert_allclose(ours, np.sqrt(variances), rtol=1e-3)
 
 
 def test_deviations_of_one_frame_are_those_of_its_posterior() -> None:
-    noise, misfit = 0.003, 0.002
-    error = error_variance(noise, misfit)
-    spread = np.linalg.inv(NORMAL / error + np.eye(4) / OPTIONS.spread**2)
-    ours = weight_deviations(NORMAL, 0.0, noise, misfit, OPTIONS)
+    regularisation = Regularisation(0.003, 0.002, OPTIONS)
+    spread = np.linalg.inv(NORMAL / regularisation.variance + np.eye(4) / OPTIONS.spread**2)
+    ours = weight_deviations(NORMAL, 0.0, regularisation)
     np.testing.assert_allclose(ours, np.sqrt(np.diag(spread)))
 
 
@@ -53,9 +53,10 @@ def test_deviations_are_how_far_weights_are_off(smoothness: float) -> None:
     times = STEP * np.arange(frames)
     truth = 0.5 + 0.2 * np.sin(np.outer(times, [0.5, 0.7, 0.9, 1.1]))
     seen = truth @ BASIS + noise * RNG.normal(size=(frames, 24))
-    found = solve_weights(NORMAL, seen @ BASIS.T, times, noise, options).weights
+    regularisation = Regularisation(noise, 0.0, options)
+    found = solve_weights(NORMAL, seen @ BASIS.T, times, regularisation).weights
     off = np.sqrt(np.mean((found - truth) ** 2, axis=0))
-    said = weight_deviations(NORMAL, STEP, noise, 0.0, options)
+    said = weight_deviations(NORMAL, STEP, Regularisation(noise, 0.0, options))
     # Slow weights are smoothed at no cost in truth, so that they are nearer than said.
     np.testing.assert_allclose(off, said, rtol=0.1 if smoothness == 0.0 else 0.5)
 
@@ -73,7 +74,7 @@ def test_with_a_learned_covariance_they_are_those_of_its_posterior() -> None:
     whole += np.kron(noise**2 * over_time, np.linalg.inv(SHAPED))
     middle = slice(4 * (frames // 2), 4 * (frames // 2) + 4)
     variances = noise**2 * np.diag(np.linalg.inv(whole))[middle]
-    ours = weight_deviations(NORMAL, STEP, noise, 0.0, OPTIONS, SHAPED)
+    ours = weight_deviations(NORMAL, STEP, Regularisation(noise, 0.0, OPTIONS, covariance=SHAPED))
     np.testing.assert_allclose(ours, np.sqrt(variances), rtol=1e-3)
 
 
@@ -86,10 +87,9 @@ def test_with_a_learned_covariance_they_are_how_far_weights_of_the_process_are_o
     truth = 0.5 + 0.3 * drawn @ np.linalg.cholesky(SHAPED).T
     seen = (truth - 0.5) @ BASIS + noise * RNG.normal(size=(frames, 24))
     free = Bounds(np.full(4, -10.0), np.full(4, 10.0))
-    found = solve_weights(
-        NORMAL, seen @ BASIS.T, times, noise, OPTIONS, bounds=free, covariance=0.09 * SHAPED
-    ).weights
-    said = weight_deviations(NORMAL, STEP, noise, 0.0, OPTIONS, 0.09 * SHAPED)
+    learned = Regularisation(noise, 0.0, OPTIONS, covariance=0.09 * SHAPED)
+    found = solve_weights(NORMAL, seen @ BASIS.T, times, learned, bounds=free).weights
+    said = weight_deviations(NORMAL, STEP, learned)
     off = np.abs(found - (truth - 0.5)) / said
     assert (off < 1).mean() == pytest.approx(0.683, abs=0.02)
     assert (off < 2).mean() == pytest.approx(0.954, abs=0.01)
@@ -98,7 +98,9 @@ def test_with_a_learned_covariance_they_are_how_far_weights_of_the_process_are_o
 def test_what_no_marker_sees_is_not_learned_either() -> None:
     normal = NORMAL.copy()
     normal[2] = normal[:, 2] = 0.0
-    said = weight_deviations(normal, STEP, 3e-4, 0.0, OPTIONS, 1e-4 * np.eye(4))
+    said = weight_deviations(
+        normal, STEP, Regularisation(3e-4, 0.0, OPTIONS, covariance=1e-4 * np.eye(4))
+    )
     assert said[2] == pytest.approx(OPTIONS.spread, rel=1e-6)
     assert np.delete(said, 2).max() <= 0.01
 
@@ -113,11 +115,13 @@ def test_bounds_cut_errors_off() -> None:
 
 
 def test_misfit_does_not_average_out() -> None:
-    alone = weight_deviations(NORMAL, 0.0, 0.0, 1e-3, OPTIONS)
-    np.testing.assert_allclose(weight_deviations(NORMAL, STEP, 0.0, 1e-3, OPTIONS), alone)
-    assert error_variance(0.0, 1e-3) > 0
+    misfit = Regularisation(0.0, 1e-3, OPTIONS)
+    alone = weight_deviations(NORMAL, 0.0, misfit)
+    np.testing.assert_allclose(weight_deviations(NORMAL, STEP, misfit), alone)
+    assert misfit.variance > 0
 
 
+USUAL = Regularisation(3e-4, 0.0, OPTIONS)
 # A row of places 1 cm apart; shape k moves place 3 k and a little of its neighbours.
 PLACES = np.stack([0.01 * np.arange(15), 0.02 * np.cos(np.arange(15)), np.zeros(15)], axis=1)
 SHAPES = np.zeros((5, 15, 3))
@@ -127,8 +131,7 @@ for shape in range(5):
 
 
 def world(bound: list[int], moving_head: bool = False, axes: int = 3) -> Confidence:
-    errors = (3e-4, 0.0)
-    return confidence_of(PLACES, SHAPES, np.array(bound), axes, moving_head, STEP, errors, OPTIONS)
+    return confidence_of(PLACES, SHAPES, np.array(bound), axes, moving_head, STEP, USUAL)
 
 
 def test_a_shape_that_no_marker_sees_keeps_its_prior_and_its_place_is_named() -> None:
@@ -164,11 +167,12 @@ def test_an_unknown_head_makes_weights_less_sure() -> None:
 def test_an_image_sees_no_depth() -> None:
     deep = np.roll(SHAPES, 1, axis=2)
     bound = np.arange(0, 15, 3)
-    said = confidence_of(PLACES, deep, bound, 2, False, STEP, (3e-4, 0.0), OPTIONS)
+    said = confidence_of(PLACES, deep, bound, 2, False, STEP, USUAL)
     np.testing.assert_allclose(said.deviations, OPTIONS.spread, rtol=1e-6)
 
 
 def test_what_has_no_errors_is_sure() -> None:
-    said = confidence_of(PLACES, SHAPES, np.arange(15), 3, True, STEP, (0.0, 0.0), OPTIONS)
+    exact = Regularisation(0.0, 0.0, OPTIONS)
+    said = confidence_of(PLACES, SHAPES, np.arange(15), 3, True, STEP, exact)
     assert np.isfinite(said.deviations).all() and said.deviations.max() < 0.1
     assert not len(said.places)

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
 from usdface.retarget.covariance import inverse_bands, inverse_spectrum, learn_covariance
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
 from usdface.takes import FloatArray
 
@@ -39,7 +42,7 @@ def learned(weights: FloatArray, noise: float) -> FloatArray:
     normal, right = BASIS @ BASIS.T, seen @ BASIS.T
     start = solve_box(normal, right)
     moments = (normal, right, times(len(weights)), noise**2)
-    return learn_covariance(*moments, OPTIONS, start)
+    return learn_covariance(*moments, OPTIONS.pace, start)
 
 
 @pytest.mark.parametrize("noise", [1e-4, 3e-3])
@@ -69,9 +72,11 @@ def test_what_is_learned_gives_weights_back_better() -> None:
     weights, noise = np.clip(0.5 + played(900), 0.0, 1.0), 3e-3
     seen = weights @ BASIS + noise * RNG.normal(size=(900, 24))
     normal, right, when = BASIS @ BASIS.T, seen @ BASIS.T, times(900)
-    plain = solve_weights(normal, right, when, noise, OPTIONS).weights
-    covariance = learn_covariance(normal, right, when, noise**2, OPTIONS, plain)
-    better = solve_weights(normal, right, when, noise, OPTIONS, covariance=covariance).weights
+    fixed = Regularisation(noise, 0.0, OPTIONS)
+    plain = solve_weights(normal, right, when, fixed).weights
+    covariance = learn_covariance(normal, right, when, noise**2, OPTIONS.pace, plain)
+    learned = replace(fixed, covariance=covariance)
+    better = solve_weights(normal, right, when, learned).weights
     errors = [np.sqrt(np.mean((found - weights) ** 2)) for found in (plain, better)]
     assert errors[1] < 0.95 * errors[0]
     assert ((better >= 0.0) & (better <= 1.0)).all()
@@ -81,6 +86,6 @@ def test_the_unit_of_length_does_not_matter() -> None:
     weights = np.clip(0.5 + played(200), 0.0, 1.0)
     right = (weights @ BASIS + 1e-3 * RNG.normal(size=(200, 24))) @ BASIS.T
     normal, when = BASIS @ BASIS.T, times(200)
-    metres = learn_covariance(normal, right, when, 1e-6, OPTIONS, weights)
+    metres = learn_covariance(normal, right, when, 1e-6, OPTIONS.pace, weights)
     scaled = (1e6 * normal, 1e6 * right, when, 1.0)
-    np.testing.assert_allclose(learn_covariance(*scaled, OPTIONS, weights), metres, rtol=1e-6)
+    np.testing.assert_allclose(learn_covariance(*scaled, OPTIONS.pace, weights), metres, rtol=1e-6)

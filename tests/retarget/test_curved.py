@@ -5,6 +5,7 @@ from curved_world import make_curved_world
 from usdface.options import SolveOptions
 from usdface.retarget.bounds import UNIT, Bounds
 from usdface.retarget.curved import first_guess, solve_curved
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.shape_model import ShapeModel, shape_model
 from usdface.retarget.solve import solve_weights
 from usdface.retarget.spacetime import Iterate
@@ -20,10 +21,9 @@ NO_HEAD = np.zeros((SEEN.shape[1], 0))
 
 def solved(seen: FloatArray, noise: float = 0.0, bounds: Bounds = UNIT, **options) -> FloatArray:
     times = np.arange(len(seen)) / 30
-    settings = SolveOptions(**options)
-    start = first_guess(MODEL, NO_HEAD, seen, times, noise, settings, 0.0)
-    found = solve_curved(MODEL, NO_HEAD, seen, times, noise, settings, start, 0.0, bounds)
-    return found.weights
+    held = Regularisation(noise, 0.0, SolveOptions(**options))
+    start = first_guess(MODEL, NO_HEAD, seen, times, held)
+    return solve_curved(MODEL, NO_HEAD, seen, times, held, start, bounds).weights
 
 
 def test_bent_paths_and_combinations_are_solved_back() -> None:
@@ -31,8 +31,9 @@ def test_bent_paths_and_combinations_are_solved_back() -> None:
     # As if they were straight the weights are far off.
     straight = MODEL.shapes[MODEL.free]
     times = np.arange(len(SEEN)) / 30
-    right = SEEN @ straight.T
-    plain = solve_weights(straight @ straight.T, right, times, 0.0, SolveOptions()).weights
+    normal, right = straight @ straight.T, SEEN @ straight.T
+    exact = Regularisation(0.0, 0.0, SolveOptions())
+    plain = solve_weights(normal, right, times, exact).weights
     assert np.abs(plain - TRUTH).max() > 0.05
 
 
@@ -52,7 +53,7 @@ def test_under_noise_it_is_nearer_than_straight_and_smooth() -> None:
     straight = MODEL.shapes[MODEL.free]
     times = np.arange(len(SEEN)) / 30
     normal, right = straight @ straight.T, noisy @ straight.T
-    plain = solve_weights(normal, right, times, 2e-4, SolveOptions()).weights
+    plain = solve_weights(normal, right, times, Regularisation(2e-4, 0.0, SolveOptions())).weights
 
     def off(weights: FloatArray) -> float:
         return float(np.sqrt(np.mean((weights - TRUTH) ** 2)))
@@ -76,9 +77,10 @@ def test_straight_shapes_have_the_linear_answer() -> None:
     times, rigid = np.arange(20) / 30, np.zeros((40, 0))
     options = SolveOptions(symmetry=40.0, sparsity=2.0)
     for noise in (0.0, 1e-3):
+        held = Regularisation(noise, 0.0, options, pairs)
         normal, right = shapes @ shapes.T, seen @ shapes.T
-        plain = solve_weights(normal, right, times, noise, options, pairs=pairs).weights
+        plain = solve_weights(normal, right, times, held).weights
         start = Iterate(np.full((20, 6), 0.5))
         model = ShapeModel(shapes)
-        found = solve_curved(model, rigid, seen, times, noise, options, start, 0.0, UNIT, pairs)
+        found = solve_curved(model, rigid, seen, times, held, start, UNIT)
         np.testing.assert_allclose(found.weights, plain, atol=2e-4)

@@ -64,7 +64,7 @@ def test_noise_costs_little_more_than_with_the_pose_known() -> None:
     known = solve(STILL + noise, "stabilised")
     found = solve(MOVING.to_take(STILL + noise), "solve")
     assert rms(found.weights - TRUTH) < 1.25 * rms(known.weights - TRUTH)
-    assert found.noise == pytest.approx(3e-4, rel=0.1)
+    assert found.regularisation.noise == pytest.approx(3e-4, rel=0.1)
 
 
 def test_hidden_markers_are_what_the_rig_predicts() -> None:

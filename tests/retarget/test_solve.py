@@ -4,10 +4,12 @@ from scipy.linalg import solveh_banded
 from scipy.optimize import minimize
 
 from usdface.options import SolveOptions
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
 from usdface.retarget.spacetime import curvature_bands
 
 RNG = np.random.default_rng(6)
+PLAIN = Regularisation(0.0, 0.0, SolveOptions())
 EXACT = SolveOptions(tolerance=1e-9, iterations=20_000)
 
 
@@ -50,7 +52,7 @@ def small_take(noise: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
 
 def test_without_noise_weights_come_back_exactly() -> None:
     times, truth, offsets, observed = small_take(0.0)
-    solved = solve_weights(offsets @ offsets.T, observed @ offsets.T, times, 0.0, SolveOptions())
+    solved = solve_weights(offsets @ offsets.T, observed @ offsets.T, times, PLAIN)
     np.testing.assert_allclose(solved.weights, truth, atol=1e-9)
 
 
@@ -58,7 +60,7 @@ def test_the_whole_take_solve_is_the_minimum_of_its_objective() -> None:
     noise = 0.3
     times, _, offsets, observed = small_take(noise)
     normal, right = offsets @ offsets.T, observed @ offsets.T
-    w = solve_weights(normal, right, times, noise, EXACT).weights
+    w = solve_weights(normal, right, times, Regularisation(noise, 0.0, EXACT)).weights
     curvature = dense(curvature_bands(times)) * noise**2 / EXACT.agility
     ridge = noise**2 / EXACT.spread**2
 
@@ -79,7 +81,7 @@ def test_the_whole_take_solve_is_the_minimum_of_its_objective() -> None:
 def test_away_from_the_bounds_it_is_a_linear_smoother() -> None:
     times = np.arange(60) / 60
     observed = 0.5 + 0.05 * RNG.normal(size=(60, 1))
-    w = solve_weights(np.ones((1, 1)), observed, times, 0.05, EXACT).weights
+    w = solve_weights(np.ones((1, 1)), observed, times, Regularisation(0.05, 0.0, EXACT)).weights
     bands = curvature_bands(times) * 0.05**2 / EXACT.agility
     bands[2] += 1.0 + 0.05**2 / EXACT.spread**2
     np.testing.assert_allclose(w, solveh_banded(bands, observed), atol=1e-6)
@@ -87,12 +89,9 @@ def test_away_from_the_bounds_it_is_a_linear_smoother() -> None:
 
 def test_weights_stay_in_the_box_and_smoothness_smooths() -> None:
     times, _, offsets, observed = small_take(1.0)
-    rough, smooth = (
-        solve_weights(
-            offsets @ offsets.T, observed @ offsets.T, times, 1.0, SolveOptions(smoothness=s)
-        ).weights
-        for s in (0.0, 1.0)
-    )
+    normal, right = offsets @ offsets.T, observed @ offsets.T
+    free, held = (Regularisation(1.0, 0.0, SolveOptions(smoothness=s)) for s in (0.0, 1.0))
+    rough, smooth = (solve_weights(normal, right, times, r).weights for r in (free, held))
     for w in (rough, smooth):
         assert w.min() >= 0 and w.max() <= 1
     assert np.abs(np.diff(smooth, 2, axis=0)).mean() < np.abs(np.diff(rough, 2, axis=0)).mean()
@@ -107,7 +106,7 @@ def test_with_misfit_two_shapes_that_nearly_agree_share_instead_of_cancelling() 
     misfit = -0.5 * hair + 1e-2 * rng.normal(size=40)
     right = np.tile(0.4 * shape + misfit, (5, 1)) @ offsets.T
     normal = offsets @ offsets.T
-    cancelling = solve_weights(normal, right, times, 0.0, EXACT).weights
-    sharing = solve_weights(normal, right, times, 0.0, EXACT, misfit=1e-2).weights
+    cancelling = solve_weights(normal, right, times, Regularisation(0.0, 0.0, EXACT)).weights
+    sharing = solve_weights(normal, right, times, Regularisation(0.0, 1e-2, EXACT)).weights
     assert np.abs(cancelling[:, 0] - cancelling[:, 1]).min() > 0.35
     np.testing.assert_allclose(sharing, 0.2, atol=0.05)

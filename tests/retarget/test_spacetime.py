@@ -5,10 +5,12 @@ from scipy.optimize import LinearConstraint, minimize
 from usdface.options import SolveOptions
 from usdface.retarget import spacetime
 from usdface.retarget.bounds import Bounds
-from usdface.retarget.solve import error_variance, solve_weights
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import solve_weights
 from usdface.retarget.spacetime import Iterate, curvature_bands, solve_spacetime
 
 NOISE = 0.3
+USUAL = Regularisation(NOISE, 0.0, SolveOptions())
 
 
 def take(seed: int, frames: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -36,24 +38,22 @@ BOUNDS = Bounds(
 )
 
 
-@pytest.mark.parametrize("pairs", [None, np.array([[0, 2]])])
-def test_scipy_finds_the_same_minimum_within_bounds_and_rows(pairs: np.ndarray | None) -> None:
+@pytest.mark.parametrize("pairs", [np.zeros((0, 2), np.int64), np.array([[0, 2]])])
+def test_scipy_finds_the_same_minimum_within_bounds_and_rows(pairs: np.ndarray) -> None:
     times, normal, right = take(1)
     options = SolveOptions(
         iterations=20_000, tolerance=1e-10, smoothness=2.0, sparsity=0.7, symmetry=30.0
     )
-    misfit = 0.1
-    w = solve_weights(
-        normal, right, times, NOISE, options, misfit=misfit, bounds=BOUNDS, pairs=pairs
-    ).weights
-    error = error_variance(NOISE, misfit)
+    regularisation = Regularisation(NOISE, 0.1, options, pairs)
+    w = solve_weights(normal, right, times, regularisation, bounds=BOUNDS).weights
+    error = regularisation.variance
     curvature = dense(curvature_bands(times)) * NOISE**2 * 2.0 / options.agility
 
     def objective(flat: np.ndarray) -> tuple[float, np.ndarray]:
         x = flat.reshape(w.shape)
         slope = x @ normal + error / options.spread**2 * x + curvature @ x
-        slope[:, 0] += (error * 30.0 * (x[:, 0] - x[:, 2])) if pairs is not None else 0.0
-        slope[:, 2] -= (error * 30.0 * (x[:, 0] - x[:, 2])) if pairs is not None else 0.0
+        slope[:, 0] += (error * 30.0 * (x[:, 0] - x[:, 2])) if len(pairs) else 0.0
+        slope[:, 2] -= (error * 30.0 * (x[:, 0] - x[:, 2])) if len(pairs) else 0.0
         value = 0.5 * np.sum(x * slope) - np.sum(x * right) + error * 0.7 * x.sum()
         return float(value), (slope - right + error * 0.7).ravel()
 
@@ -78,10 +78,8 @@ def test_a_pin_is_met_exactly_and_its_neighbours_bend_towards_it() -> None:
     times, normal, right = take(2, 40)
     lower, upper = np.zeros((40, 3)), np.ones((40, 3))
     lower[20, 1] = upper[20, 1] = 0.987
-    free = solve_weights(normal, right, times, NOISE, SolveOptions()).weights
-    held = solve_weights(
-        normal, right, times, NOISE, SolveOptions(), bounds=Bounds(lower, upper)
-    ).weights
+    free = solve_weights(normal, right, times, USUAL).weights
+    held = solve_weights(normal, right, times, USUAL, bounds=Bounds(lower, upper)).weights
     assert held[20, 1] == 0.987
     moved = (held - free)[:, 1]
     assert abs(moved[20]) > 0.2, "the pin must matter"
@@ -101,12 +99,12 @@ def test_even_a_rough_solve_keeps_bounds_and_rows() -> None:
 
 def test_frame_mode_is_the_exact_solve_of_each_frame() -> None:
     times, normal, right = take(4, 20)
-    options = SolveOptions(mode="frame")
-    whole = solve_weights(normal, right, times, NOISE, options).weights
+    each = Regularisation(NOISE, 0.0, SolveOptions(mode="frame"))
+    whole = solve_weights(normal, right, times, each).weights
     for t in (0, 7, 19):
-        alone = solve_weights(normal, right[[t]], times[[t]], NOISE, options).weights
+        alone = solve_weights(normal, right[[t]], times[[t]], each).weights
         np.testing.assert_allclose(whole[[t]], alone, atol=1e-12)
-    smooth = solve_weights(normal, right, times, NOISE, SolveOptions()).weights
+    smooth = solve_weights(normal, right, times, USUAL).weights
     assert np.abs(np.diff(whole, 2, axis=0)).mean() > 2 * np.abs(np.diff(smooth, 2, axis=0)).mean()
 
 
@@ -115,10 +113,11 @@ def test_sparsity_silences_the_weak_and_symmetry_levels_the_sides() -> None:
     right, times = np.array([[0.2, 0.6]]), np.zeros(1)
     noise, spread = 0.1, 1e6
     sparse = SolveOptions(spread=spread, sparsity=30.0)
-    w = solve_weights(np.eye(2), right, times, noise, sparse).weights
+    w = solve_weights(np.eye(2), right, times, Regularisation(noise, 0.0, sparse)).weights
     np.testing.assert_allclose(w, [[0.0, 0.3]], atol=1e-9)
     level = SolveOptions(spread=spread, symmetry=50.0)
-    w = solve_weights(np.eye(2), right, times, noise, level, pairs=np.array([[0, 1]])).weights
+    paired = Regularisation(noise, 0.0, level, np.array([[0, 1]]))
+    w = solve_weights(np.eye(2), right, times, paired).weights
     # The mean stays, the difference is divided by 1 + 2 * 50 * 0.1^2.
     np.testing.assert_allclose(w, [[0.4 - 0.1, 0.4 + 0.1]], atol=1e-9)
 
@@ -139,7 +138,7 @@ def test_a_take_in_pieces_has_no_seams(monkeypatch: pytest.MonkeyPatch, iteratio
     pins = np.full((1200, 4), 1.0), np.full((1200, 4), 0.0)
     pins[1][::7, 0] = pins[0][::7, 0] = 0.3
     bounds = Bounds(pins[1], pins[0], np.array([[0.0, 1.0, -1.0, 0.0]]))
-    options = SolveOptions(iterations=iterations)
+    few = Regularisation(0.2, 0.0, SolveOptions(iterations=iterations))
 
     def solve(piece: int, overlap_share: float = 1.0) -> np.ndarray:
         monkeypatch.setattr(spacetime, "_PIECE", piece)
@@ -147,7 +146,7 @@ def test_a_take_in_pieces_has_no_seams(monkeypatch: pytest.MonkeyPatch, iteratio
         monkeypatch.setattr(
             spacetime, "_overlap", lambda *given: int(overlap_share * overlap(*given))
         )
-        return solve_weights(normal, right, times, 0.2, options, bounds=bounds).weights
+        return solve_weights(normal, right, times, few, bounds=bounds).weights
 
     overlap = spacetime._overlap
     whole = solve(10**9)

@@ -10,6 +10,7 @@ from usdface.errors import InputError
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
 from usdface.retarget.regions import place_names
+from usdface.retarget.regularisation import Regularisation
 from usdface.rigs import Mesh
 from usdface.setup import Binding
 from usdface.takes import BoolArray, IntArray, frozen
@@ -178,8 +179,7 @@ def _confidence(
         3,
         True,
         1.0 / _RATE,
-        (noise, _MISFIT),
-        SolveOptions(),
+        Regularisation(noise, _MISFIT, SolveOptions()),
         wanted,
         room=room,
     )

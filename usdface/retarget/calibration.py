@@ -19,8 +19,9 @@ from usdface.retarget.bounds import Bounds
 from usdface.retarget.confidence import weight_deviations
 from usdface.retarget.gains import gain_posterior
 from usdface.retarget.joint import small_motions
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.shape_model import ShapeModel
-from usdface.retarget.solve import learned_covariance, solve_weights
+from usdface.retarget.solve import solve_weights, with_learned_covariance
 from usdface.retarget.transfer import Solution, solve_take
 from usdface.setup import Calibration, Setup
 from usdface.takes import FloatArray, MarkerTake, frozen
@@ -144,15 +145,13 @@ def _loose_weights(
         shapes = shapes - (shapes @ rigid) @ rigid.T
     observed = (solution.feature_points - points)[..., :axes].reshape(len(solution.residual), -1)
     normal, right = shapes @ shapes.T, observed @ shapes.T
-    times, noise, misfit = solution.weights.times, solution.noise, solution.misfit
-    options = setup.solve
+    times = solution.weights.times
     step = float(np.median(np.diff(times)))
-    covariance = learned_covariance(normal, right, times, noise, options, None, misfit)
+    plain = Regularisation(solution.noise, solution.misfit, setup.solve)
+    learned = with_learned_covariance(normal, right, times, plain)
     bounds = Bounds(np.asarray(-LARGEST_OFFSET), np.asarray(GAIN_RANGE[1]))
-    loose = solve_weights(
-        normal, right, times, noise, options, None, False, misfit, bounds, None, covariance
-    )
-    return loose.weights, weight_deviations(normal, step, noise, misfit, options)
+    loose = solve_weights(normal, right, times, learned, bounds=bounds)
+    return loose.weights, weight_deviations(normal, step, plain)
 
 
 def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> list[Finding]:

@@ -7,15 +7,15 @@ of the take says hang together; misfit of face and rig does not. Where the head 
 pose is unknown like the weights. Near its bounds a weight is surer (`within_bounds`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtr
 
-from usdface.options import NEXT_MARKERS, SolveOptions
+from usdface.options import NEXT_MARKERS
 from usdface.retarget.covariance import inverse_spectrum
 from usdface.retarget.joint import small_motions
-from usdface.retarget.solve import error_variance, systematic_ridge
+from usdface.retarget.regularisation import Regularisation
 from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
@@ -68,10 +68,8 @@ def confidence_of(
     axes: int,
     moving_head: bool,
     step: float,
-    errors: tuple[float, float],
-    options: SolveOptions,
+    regularisation: Regularisation,
     wanted: int = NEXT_MARKERS,
-    covariance: FloatArray | None = None,
     room: float = 0.0,
 ) -> Confidence:
     """Say how sure a solve is.
@@ -89,13 +87,10 @@ def confidence_of(
         True if the head's pose is solved with the weights.
     step : float [s]
         Time between two frames.
-    errors : (float, float) [m]
-        Noise and misfit of a marker coordinate.
-    options : SolveOptions
+    regularisation : Regularisation
+        Of the solve.
     wanted : int
         How many places for more markers to look for.
-    covariance : (S, S) float64, optional
-        Of the weights, where it was learned from the take.
     room : float [m]
         How far the places for more markers must be apart; fewer are found where there is no more.
     """
@@ -103,14 +98,14 @@ def confidence_of(
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
     # The rows of each place: what shapes and head do to a marker there, (V, axes, S + 6).
     rows = np.ascontiguousarray(np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0))
-    noise, misfit = max(errors[0], _FINEST), errors[1]
-    variance = error_variance(noise, misfit)
+    regularisation = replace(regularisation, noise=max(regularisation.noise, _FINEST))
+    variance, options = regularisation.variance, regularisation.options
     prior = np.concatenate([np.full(count, options.spread**-2), np.full(len(motions), _HEAD**-2)])
     seen = rows[bound].reshape(-1, rows.shape[2])
     spread = np.linalg.inv(seen.T @ seen / variance + np.diag(prior))
     # The normal matrix of the weights alone, whatever the head does.
     normal = variance * (np.linalg.inv(spread[:count, :count]) - np.diag(prior[:count]))
-    deviations = weight_deviations(normal, step, noise, misfit, options, covariance)
+    deviations = weight_deviations(normal, step, regularisation)
     hidden = np.flatnonzero(np.diag(spread)[:count] > (_UNSEEN * options.spread) ** 2)
     free = np.setdiff1d(np.flatnonzero(np.abs(offsets).max(axis=(0, 2)) > 0.0), bound)
     if not len(free):
@@ -130,12 +125,7 @@ def confidence_of(
 
 
 def weight_deviations(
-    normal: FloatArray,
-    step: float,
-    noise: float,
-    misfit: float,
-    options: SolveOptions,
-    covariance: FloatArray | None = None,
+    normal: FloatArray, step: float, regularisation: Regularisation
 ) -> FloatArray:
     """Return the standard deviation of each weight far from both ends of a take: (S,).
 
@@ -145,10 +135,7 @@ def weight_deviations(
         As in `usdface.retarget.solve.solve_weights`.
     step : float [s]
         Time between two frames; 0 for a single one.
-    noise, misfit : float [m]
-    options : SolveOptions
-    covariance : (S, S) float64, optional
-        As in `usdface.retarget.solve.solve_weights`.
+    regularisation : Regularisation
 
     Notes
     -----
@@ -162,38 +149,35 @@ def weight_deviations(
     With a learned covariance M, normal matrix and M^-1 are diagonal in the same vectors, and q is
     the inverse of the spectrum that weights are taken to have. Misfit is taken to move as they do.
     """
-    if covariance is not None:
-        return _learned_deviations(normal, step, noise, misfit, options, covariance)
+    if regularisation.covariance is not None:
+        return _learned_deviations(normal, step, regularisation, regularisation.covariance)
+    options, noise = regularisation.options, regularisation.noise
     values, vectors = np.linalg.eigh(normal)
     values = np.maximum(values, 0.0)[:, None]
-    total = error_variance(noise, misfit)
-    ridge = total / options.spread**2
+    ridge = regularisation.ridge
     ridged = values + ridge
-    curve = noise**2 * options.smoothness / options.agility / step**3 if step > 0 else 0.0
+    curve = regularisation.stiffness / step**3 if step > 0 else 0.0
     angle = _angles()
     rough = curve * (2.0 - 2.0 * np.cos(angle)) ** 2
     passed = (values + options.smoothness * rough) / (ridged + rough) ** 2
     variances = noise**2 * passed.mean(axis=1, keepdims=True)
-    variances += ((total - noise**2) * values + (ridge * options.spread) ** 2) / ridged**2
+    slow = regularisation.variance - noise**2
+    variances += (slow * values + (ridge * options.spread) ** 2) / ridged**2
     return np.asarray(np.sqrt(vectors**2 @ variances.clip(max=options.spread**2))[:, 0])
 
 
 def _learned_deviations(
-    normal: FloatArray,
-    step: float,
-    noise: float,
-    misfit: float,
-    options: SolveOptions,
-    covariance: FloatArray,
+    normal: FloatArray, step: float, regularisation: Regularisation, covariance: FloatArray
 ) -> FloatArray:
-    ridged = normal + systematic_ridge(misfit, options) * np.eye(len(normal))
+    options, noise = regularisation.options, regularisation.noise
+    ridged = normal + regularisation.lasting_ridge * np.eye(len(normal))
     half = np.linalg.cholesky(covariance)
     values, turned = np.linalg.eigh(half.T @ ridged @ half)
     vectors, values = half @ turned, values.clip(min=0.0)[:, None]
     inverse = inverse_spectrum(_angles(), step, options.pace)
     prior = noise**2 * inverse
     solved = values + options.smoothness * prior
-    slow = (error_variance(noise, misfit) - noise**2) * values / inverse
+    slow = (regularisation.variance - noise**2) * values / inverse
     variances = ((noise**2 * (values + options.smoothness**2 * prior) + slow) / solved**2).mean(
         axis=1
     )

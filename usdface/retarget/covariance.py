@@ -15,7 +15,6 @@ import numpy as np
 from scipy.fft import dct
 from scipy.linalg import eigh
 
-from usdface.options import SolveOptions
 from usdface.retarget.spacetime import curvature_bands
 from usdface.takes import FloatArray
 
@@ -68,7 +67,7 @@ def learn_covariance(
     right: FloatArray,
     times: FloatArray,
     variance: float,
-    options: SolveOptions,
+    pace: float,
     weights: FloatArray,
 ) -> FloatArray:
     """Return the most likely covariance of the weights: (S, S), symmetric positive definite.
@@ -83,7 +82,8 @@ def learn_covariance(
         At least three; taken as evenly spaced.
     variance : float [m^2]
         Of the noise of a marker coordinate, above 0.
-    options : SolveOptions
+    pace : float [rad/s]
+        The corner w0.
     weights : (F, S) float64
         A solution within bounds, where the search starts.
     """
@@ -91,7 +91,7 @@ def learn_covariance(
     edges = np.unique(np.round(np.geomspace(1, count, _BINS)).astype(int))
     edges = np.concatenate([[0], edges])
     step = float(np.median(np.diff(times)))
-    spectrum = inverse_spectrum(np.pi * np.arange(count) / count, step, options.pace)
+    spectrum = inverse_spectrum(np.pi * np.arange(count) / count, step, pace)
     waves = dct(right, norm="ortho", axis=0)
     power = np.stack([waves[a:b].T @ waves[a:b] for a, b in pairwise(edges)])
     held = np.diff(edges)

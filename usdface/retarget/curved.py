@@ -21,12 +21,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.options import SolveOptions
 from usdface.retarget.bounds import Bounds
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.shape_model import ShapeModel
-from usdface.retarget.solve import error_variance, solve_weights
+from usdface.retarget.solve import solve_weights
 from usdface.retarget.spacetime import Iterate, curvature_bands
-from usdface.takes import FloatArray, IntArray
+from usdface.takes import FloatArray
 
 __all__ = ["first_guess", "solve_curved"]
 
@@ -41,12 +41,9 @@ def solve_curved(
     rigid: FloatArray,
     observed: FloatArray,
     times: FloatArray,
-    noise: float,
-    options: SolveOptions,
+    regularisation: Regularisation,
     start: Iterate,
-    misfit: float,
     bounds: Bounds,
-    pairs: IntArray | None = None,
     steps: int = _STEPS,
 ) -> Iterate:
     """Solve for the free weights of all frames.
@@ -59,39 +56,31 @@ def solve_curved(
     observed : (F, N) float64 [m]
         Displacements of the markers.
     times : (F,) float64 [s]
-    noise : float [m]
-    options : SolveOptions
+    regularisation : Regularisation
+        Without a covariance.
     start : Iterate
         Where to start; also the answer if no step lowers the sum.
-    misfit : float [m]
     bounds : Bounds
-    pairs : (Q, 2) int64, optional
-        Left and right, as `solve_weights` takes them.
     steps : int
         How many at most.
     """
     straight = model.shapes[model.free]
     straight = straight - (straight @ rigid) @ rigid.T
     normal = straight @ straight.T
-    alone = noise <= 0.0 or options.mode == "frame" or options.smoothness == 0.0
-    sums = _Sums(model, rigid, observed, times, noise, options, misfit, alone, pairs)
+    sums = _Sums(model, rigid, observed, times, regularisation)
     low, high = bounds.over(len(observed), len(normal))
     weights = np.clip(start.weights, low, high)
     if len(bounds.rows):  # the start may break them, and from then on no step may
         right = weights @ normal - sums.gradient(weights)
-        weights = solve_weights(
-            normal, right, times, noise, options, start, False, misfit, bounds, pairs
-        ).weights
+        weights = solve_weights(normal, right, times, regularisation, start, bounds=bounds).weights
     value, gradient = sums.value(weights), sums.gradient(weights)
     past: list[tuple[FloatArray, FloatArray]] = []
     iterate = replace(start, weights=weights)
     for _ in range(steps):
         right = weights @ normal - gradient
-        iterate = solve_weights(
-            normal, right, times, noise, options, iterate, False, misfit, bounds, pairs
-        )
+        iterate = solve_weights(normal, right, times, regularisation, iterate, bounds=bounds)
         step = iterate.weights - weights
-        if np.abs(step).max(initial=0.0) < 0.1 * options.tolerance:
+        if np.abs(step).max(initial=0.0) < 0.1 * regularisation.options.tolerance:
             break
         past = [*past, (weights, step)][-_MEMORY:]
         ahead = np.clip(_extrapolated(past), low, high)
@@ -119,9 +108,7 @@ def first_guess(
     rigid: FloatArray,
     observed: FloatArray,
     times: FloatArray,
-    noise: float,
-    options: SolveOptions,
-    misfit: float,
+    regularisation: Regularisation,
 ) -> Iterate:
     """Return the free weights (F, P) of the wider linear problem; parameters as `solve_curved`."""
     inner = [
@@ -138,7 +125,9 @@ def first_guess(
     normal = wide @ wide.T
     # What markers do not tell apart is shared evenly.
     normal += _TOLD_APART * normal.trace() / len(normal) * np.eye(len(normal))
-    found = solve_weights(normal, observed @ wide.T, times, noise, options, None, True, misfit)
+    # Only of what is sought are the pairs known.
+    unpaired = Regularisation(regularisation.noise, regularisation.misfit, regularisation.options)
+    found = solve_weights(normal, observed @ wide.T, times, unpaired, rough=True)
     count = len(model.free)
     weights = found.weights[:, :count].copy()
     place = {shape: column for column, shape in enumerate(model.free.tolist())}
@@ -157,19 +146,12 @@ class _Sums:
         rigid: FloatArray,
         observed: FloatArray,
         times: FloatArray,
-        noise: float,
-        options: SolveOptions,
-        misfit: float,
-        alone: bool,
-        pairs: IntArray | None,
+        regularisation: Regularisation,
     ) -> None:
-        self._model, self._rigid, self._observed, self._alone = model, rigid, observed, alone
-        error = error_variance(noise, misfit)
-        self._ridge, self._linear = error / options.spread**2, error * options.sparsity
-        self._symmetry = error * options.symmetry
-        self._pairs = np.zeros((0, 2), np.int64) if pairs is None else pairs
-        scale = noise**2 * options.smoothness / options.agility
-        self._bands = np.zeros((3, 0)) if alone else scale * curvature_bands(times)
+        self._model, self._rigid, self._observed = model, rigid, observed
+        self._regularisation, options = regularisation, regularisation.options
+        alone = regularisation.noise <= 0.0 or options.mode == "frame" or options.smoothness == 0.0
+        self._bands = None if alone else regularisation.stiffness * curvature_bands(times)
 
     def _forces(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         full = self._model.complete(weights)
@@ -179,11 +161,12 @@ class _Sums:
     def value(self, weights: FloatArray) -> FloatArray:
         """Return the sum of each frame (F,); of the whole take, the same for all, if coupled."""
         _, forces = self._forces(weights)
-        own = 0.5 * (forces**2).sum(axis=1) + 0.5 * self._ridge * (weights**2).sum(axis=1)
-        own += self._linear * weights.sum(axis=1)
-        left, right = self._pairs.T
-        own += 0.5 * self._symmetry * ((weights[:, left] - weights[:, right]) ** 2).sum(axis=1)
-        if self._alone:
+        held = self._regularisation
+        left, right = held.pairs.T
+        own = 0.5 * (forces**2).sum(axis=1) + 0.5 * held.ridge * (weights**2).sum(axis=1)
+        own += held.sparsity * weights.sum(axis=1)
+        own += 0.5 * held.symmetry * ((weights[:, left] - weights[:, right]) ** 2).sum(axis=1)
+        if self._bands is None:
             return np.asarray(own)
         two, one, none = self._bands
         rough = (none[:, None] * weights**2).sum() + 2.0 * (

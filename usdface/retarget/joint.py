@@ -7,11 +7,10 @@ one normal matrix serves the whole take), then takes what is left over as the po
 Occluded markers follow the same rounds: they are filled with what the rig predicts.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.options import SolveOptions
 from usdface.retarget.align import Pose, rigid_fit, similarity_fit
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.curved import first_guess, solve_curved
@@ -19,11 +18,12 @@ from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.shape_model import ShapeModel
-from usdface.retarget.solve import Iterate, learned_covariance, solve_weights
+from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
 from usdface.retarget.symmetry import symmetric_pairs
 from usdface.setup import Setup
-from usdface.takes import BoolArray, FloatArray, IntArray, visible
+from usdface.takes import BoolArray, FloatArray, visible
 
 __all__ = ["Joint", "small_motions", "solve_jointly"]
 
@@ -44,22 +44,16 @@ class Joint:
     pose : Pose
     displaced : (F, M, 3) float64 [m]
         Displacement of the markers from neutral on the character, NaN where occluded.
-    noise : float [m]
-        Standard deviation of a marker coordinate, estimated.
-    misfit : float [m]
-        RMS error of a marker coordinate beyond the noise in an expressive frame, estimated.
+    regularisation : Regularisation
+        With noise, misfit (that of an expressive frame) and covariance as found in the take.
     rounds : int
-    covariance : (P, P) float64 or None
-        How the free weights move and move together, as learned from the take; None if it was not.
     """
 
     weights: FloatArray
     pose: Pose
     displaced: FloatArray
-    noise: float
-    misfit: float
+    regularisation: Regularisation
     rounds: int
-    covariance: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,14 +68,11 @@ class _Rows:
         Of M * axes coordinates, P of its shapes with a weight of their own.
     rigid : (M * axes, K) float64
         Orthonormal small head motions, K = 6 or 0.
-    pairs : (Q, 2) int64
-        Of the P, the left and right ones that belong together.
     """
 
     axes: int
     model: ShapeModel
     rigid: FloatArray
-    pairs: IntArray
 
     def explained(self, weights: FloatArray) -> FloatArray:
         """Return what free weights (F, P) do to the markers: (F, M * axes)."""
@@ -118,7 +109,7 @@ def solve_jointly(
         The blend shapes; needed where the setup has pins or asks for symmetry.
     """
     free = tuple(names[shape] for shape in model.free) if names else ()
-    rows = _rows(target, model, positions.shape[2], setup.head == "solve", free)
+    rows = _rows(target, model, positions.shape[2], setup.head == "solve")
     markers, seen = on_plane(positions), visible(positions)
     fit_pose = setup.head == "solve" and rows.axes == 3
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
@@ -128,18 +119,17 @@ def solve_jointly(
     whole = np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
-    covariance: FloatArray | None = None
-    noise = misfit = 0.0
+    regularisation = Regularisation(0.0, 0.0, setup.solve, symmetric_pairs(free))
     for done in range(1, _ROUNDS + 1):
         displaced, observed = _displaced(here, space, rows, iterate, times)
         rest = observed @ basis_of_rest
-        if done <= 2:
-            noise = marker_noise(rest, whole)
+        noise = marker_noise(rest, whole) if done <= 2 else regularisation.noise
         # What a pose is off in the first rounds looks like misfit.
         misfit = marker_misfit(rest, whole, noise)
+        regularisation = replace(regularisation, noise=noise, misfit=misfit)
         if not fit_pose and seen.all():
             break
-        iterate = _step(rows, observed, times, (noise, misfit), setup.solve, iterate, covariance)
+        iterate = _step(rows, observed, times, regularisation, iterate)
         leftover = (observed - rows.explained(iterate.weights)).reshape(*seen.shape, -1)
         moved = _rms(leftover[~seen])
         if fit_pose:
@@ -147,102 +137,68 @@ def solve_jointly(
             before, here = here, pose.to_head(markers)
             moved = max(moved, _rms((here - before)[seen]))
         if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
-            known = covariance is not None
-            if not known:
-                covariance = _learned(rows, observed, times, (noise, misfit), setup.solve, iterate)
-            if known or covariance is None:
+            if regularisation.covariance is not None:
+                break
+            regularisation = _learned(rows, observed, times, regularisation, iterate)
+            if regularisation.covariance is None:
                 break
     displaced, observed = _displaced(here, space, rows, iterate, times)
-    errors = noise, misfit
-    if covariance is None:
-        covariance = _learned(rows, observed, times, errors, setup.solve, iterate)
+    if regularisation.covariance is None:
+        regularisation = _learned(rows, observed, times, regularisation, iterate)
     bounds = Bounds(rows=rows.model.rows, limits=np.zeros(len(rows.model.rows)))
-    final = _step(rows, observed, times, errors, setup.solve, iterate, covariance, bounds)
+    final = _step(rows, observed, times, regularisation, iterate, bounds)
     if setup.pins:
         bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.rows)
-        final = _step(rows, observed, times, errors, setup.solve, final, covariance, bounds)
+        final = _step(rows, observed, times, regularisation, final, bounds)
     weights = final.weights
     if rows.axes == 2:
         # What a turning head does to a flat image cannot be undone in depth: its small part
         # is taken out of the markers on the character instead.
         leftover = (observed - rows.explained(weights)) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
-    return Joint(model.complete(weights), pose, displaced, noise, misfit, done, covariance)
+    return Joint(model.complete(weights), pose, displaced, regularisation, done)
 
 
-def _rows(
-    target: FloatArray, model: ShapeModel, axes: int, moving_head: bool, free: tuple[str, ...]
-) -> _Rows:
+def _rows(target: FloatArray, model: ShapeModel, axes: int, moving_head: bool) -> _Rows:
     seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
     columns = small_motions(target, axes == 2) if moving_head else np.zeros((0, *target.shape))
     rigid = np.linalg.qr(columns[..., :axes].reshape(len(columns), axes * len(target)).T)[0]
-    return _Rows(axes, model.at(seen), rigid, symmetric_pairs(free))
+    return _Rows(axes, model.at(seen), rigid)
 
 
 def _step(
     rows: _Rows,
     observed: FloatArray,
     times: FloatArray,
-    errors: tuple[float, float],
-    options: SolveOptions,
+    regularisation: Regularisation,
     start: Iterate | None,
-    covariance: FloatArray | None,
     final: Bounds | None = None,
 ) -> Iterate:
-    """Solve the free weights for displacements (F, M * axes); `errors` are noise and misfit.
+    """Solve the free weights for displacements (F, M * axes).
 
     Without `final` bounds a few steps are taken only.
     """
-    model, rigid, (noise, misfit) = rows.model, rows.rigid, errors
+    model, rigid, rough = rows.model, rows.rigid, final is None
     bounds = final or Bounds(rows=model.rows, limits=np.zeros(len(model.rows)))
-    rough = final is None
-    if not model.straight:
-        if start is None:
-            start = first_guess(model, rigid, observed, times, noise, options, misfit)
-        steps = {"steps": _ROUGH} if rough else {}
-        return solve_curved(
-            model,
-            rigid,
-            observed,
-            times,
-            noise,
-            options,
-            start,
-            misfit,
-            bounds,
-            rows.pairs,
-            **steps,
-        )
-    normal, right = _equations(rows, observed)
-    return solve_weights(
-        normal,
-        right,
-        times,
-        noise,
-        options,
-        start,
-        rough,
-        misfit,
-        bounds,
-        rows.pairs,
-        covariance,
-    )
+    if model.straight:
+        normal, right = _equations(rows, observed)
+        return solve_weights(normal, right, times, regularisation, start, rough, bounds)
+    start = start or first_guess(model, rigid, observed, times, regularisation)
+    steps = {"steps": _ROUGH} if rough else {}
+    return solve_curved(model, rigid, observed, times, regularisation, start, bounds, **steps)
 
 
 def _learned(
     rows: _Rows,
     observed: FloatArray,
     times: FloatArray,
-    errors: tuple[float, float],
-    options: SolveOptions,
+    regularisation: Regularisation,
     start: Iterate | None,
-) -> FloatArray | None:
-    """Return how the free weights move in this take; None where it cannot be told."""
+) -> Regularisation:
+    """Learn how the free weights move in this take; without a covariance if it cannot be told."""
     if not rows.model.straight:
-        return None
-    noise, misfit = errors
-    normal, right = _equations(rows, observed)
-    return learned_covariance(normal, right, times, noise, options, start, misfit)
+        return regularisation
+    return with_learned_covariance(*_equations(rows, observed), times, regularisation, start)
 
 
 def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,6 +9,7 @@ from usdface.findings import Finding, finding
 from usdface.retarget.confidence import confidence_of, within_bounds
 from usdface.retarget.noise import MOST
 from usdface.retarget.regions import place_names, region_errors
+from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
@@ -55,9 +56,9 @@ def solve_report(
         axes,
         setup.head == "solve",
         step,
-        (solution.noise, usual_misfit(solution)),
-        setup.solve,
-        covariance=solution.covariance,
+        Regularisation(
+            solution.noise, usual_misfit(solution), setup.solve, covariance=solution.covariance
+        ),
         room=room,
     )
     deviations = within_bounds(sure.deviations, solution.weights.weights)

@@ -151,13 +151,13 @@ def solve_take(
         features,
         names,
         neutral,
-        joint.noise,
-        joint.misfit,
+        joint.regularisation.noise,
+        joint.regularisation.misfit,
         joint.rounds,
         choice,
         np.where(seen, np.sqrt((misfit**2).sum(axis=2)), np.nan),
         in_space=take.dimension == 3,
-        covariance=joint.covariance,
+        covariance=joint.regularisation.covariance,
     )
     return solution, findings
 
