@@ -27,11 +27,15 @@ def test_the_figure_is_the_same_twice(tmp_path: Path, suffix: str) -> None:
         assert all(f"<!-- {name} -->" in one.read_text() for name in BINDING.markers)
 
 
-def test_what_is_not_sure_looks_different(tmp_path: Path) -> None:
+def test_what_is_not_sure_looks_different_and_has_a_scale(tmp_path: Path) -> None:
     doubtful = replace(BINDING, confidence=np.linspace(0, 1, len(BINDING.markers)))
-    for name, binding in (("sure", BINDING), ("doubtful", doubtful)):
-        write_bind_figure(MESH, binding, tmp_path / f"{name}.svg")
-    assert (tmp_path / "sure.svg").read_bytes() != (tmp_path / "doubtful.svg").read_bytes()
+    sure = replace(BINDING, confidence=np.ones(len(BINDING.markers)))
+    drawn = []
+    for binding in (BINDING, sure, doubtful):
+        write_bind_figure(MESH, binding, tmp_path / "face.svg")
+        drawn.append((tmp_path / "face.svg").read_text())
+    assert drawn[1] != drawn[2]
+    assert ["<!-- confidence -->" in svg for svg in drawn] == [False, True, True]
 
 
 def test_another_file_name_is_refused(tmp_path: Path) -> None:

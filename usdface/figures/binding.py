@@ -6,19 +6,25 @@ from typing import Any
 import numpy as np
 
 from usdface.binding.skin import skin_of
+from usdface.figures.labels import label_places, text_size
 from usdface.figures.picture import save_figure
 from usdface.rigs import Mesh
 from usdface.setup import Binding
-from usdface.takes import FloatArray
+from usdface.takes import FloatArray, IntArray
 
 __all__ = ["write_bind_figure"]
 
 # Axes across and up, and what they are called.
 _VIEWS = ((0, 1, "front"), (2, 1, "the face's left side"))
+# Beyond the markers, by their height; of the drawing without its title [inch].
+_MARGIN = 0.12
+_HIGH = 9.0
+_POINTS = 72.0
+_FONT, _DOT = 6.5, 6.0
 
 
 def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
-    """Draw where each marker sits, coloured by its confidence, from the front and the side.
+    """Draw where each marker sits, from the front and the side, coloured by its confidence if any.
 
     Raises
     ------
@@ -27,46 +33,72 @@ def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    skin = skin_of(mesh).points
+    edges, points = _edges(mesh, skin_of(mesh).vertices), mesh.points[binding.points]
+    framed = points if len(points) else edges.reshape(-1, 3)
+    low, high = framed.min(axis=0), framed.max(axis=0)
+    margin = _MARGIN * max(float((high - low).max()), 1e-3)
+    low, high = low - margin, high + margin
+    scale = _HIGH / float(high[1] - low[1])
+    wide = [scale * float(high[across] - low[across]) for across, _, _ in _VIEWS]
 
     def draw(figure: Any) -> None:
-        figure.set_size_inches(15, 9.5)
+        figure.set_size_inches(sum(wide) + 2.0, _HIGH + 0.6)
         drawn = None
-        for axes, (across, up, title) in zip(figure.subplots(1, 2).tolist(), _VIEWS, strict=True):
-            drawn = _draw(axes, skin, mesh.points[binding.points], binding, across, up)
+        places = figure.subplots(1, 2, sharey=True, width_ratios=wide).tolist()
+        for axes, (across, up, title) in zip(places, _VIEWS, strict=True):
+            # What the head hides from its left is left out.
+            shown = np.flatnonzero(points[:, 0] > -0.005) if across == 2 else np.arange(len(points))
+            flat = points[shown][:, [across, up]]
+            seen = edges[(edges[..., 0] > -0.005).all(axis=1)] if across == 2 else edges
+            _draw_edges(axes, seen[..., [across, up]])
+            drawn = _draw_markers(axes, flat, binding, shown)
+            _name_markers(axes, flat, [binding.markers[i] for i in shown.tolist()], scale)
             axes.set(title=title, aspect="equal", xticks=[], yticks=[])
-        if drawn is not None:
-            figure.colorbar(drawn, ax=figure.axes, label="confidence", shrink=0.6)
+            axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
+        if binding.confidence is not None:
+            figure.colorbar(drawn, ax=places, label="confidence", shrink=0.6)
 
     save_figure(draw, path)
 
 
-def _draw(
-    axes: Any, skin: FloatArray, points: FloatArray, binding: Binding, across: int, up: int
-) -> Any:
-    axes.plot(skin[:, across], skin[:, up], ".", color="0.75", markersize=1.5, zorder=0)
-    shown = np.arange(len(points))
-    if across == 2:
-        # What the head hides from its left is left out.
-        shown = np.flatnonzero(points[:, 0] > -0.005)
-    sure = np.full(len(points), 1.0) if binding.confidence is None else binding.confidence
-    drawn = axes.scatter(
-        points[shown, across],
-        points[shown, up],
-        c=np.nan_to_num(sure[shown], nan=1.0),
-        cmap="RdYlGn",
-        vmin=0.0,
-        vmax=1.0,
-        edgecolors="0.2",
-        linewidths=0.5,
-        s=36,
+def _edges(mesh: Mesh, vertices: IntArray) -> FloatArray:
+    """Return the edges of the mesh between these vertices: (N, 2, 3) [m]."""
+    starts = np.cumsum(mesh.face_counts) - mesh.face_counts
+    following = np.arange(1, len(mesh.face_indices) + 1)
+    following[starts + mesh.face_counts - 1] = starts
+    pairs = np.column_stack([mesh.face_indices, mesh.face_indices[following]])
+    kept = np.isin(pairs, vertices).all(axis=1)
+    return np.asarray(mesh.points[np.unique(np.sort(pairs[kept], axis=1), axis=0)])
+
+
+def _draw_edges(axes: Any, flat: FloatArray) -> None:
+    from matplotlib.collections import LineCollection
+
+    # Thousands of lines: as pixels also in drawings that can be zoomed.
+    axes.add_collection(
+        LineCollection(list(flat), colors="0.84", linewidths=0.5, zorder=0, rasterized=True)
     )
-    for i in shown.tolist():
+
+
+def _draw_markers(axes: Any, flat: FloatArray, binding: Binding, shown: Any) -> Any:
+    style = {"edgecolors": "0.2", "linewidths": 0.5, "s": _DOT**2}
+    if binding.confidence is None:
+        return axes.scatter(*flat.T, color="#0072B2", **style)
+    sure = np.nan_to_num(binding.confidence[shown], nan=1.0)
+    return axes.scatter(*flat.T, c=sure, cmap="RdYlGn", vmin=0.0, vmax=1.0, **style)
+
+
+def _name_markers(axes: Any, flat: FloatArray, names: list[str], scale: float) -> None:
+    """Write the names where they leave each other room; a line leads to those that are away."""
+    places = label_places(_POINTS * scale * flat, text_size(names, _FONT), _DOT)
+    for name, point, place in zip(names, flat, places / (_POINTS * scale), strict=True):
         axes.annotate(
-            binding.markers[i],
-            (points[i, across], points[i, up]),
-            textcoords="offset points",
-            xytext=(3, 4),
-            fontsize=6,
+            name,
+            point,
+            xytext=place,
+            ha="center",
+            va="center",
+            fontsize=_FONT,
+            zorder=3,
+            arrowprops={"arrowstyle": "-", "color": "0.5", "linewidth": 0.5, "shrinkB": 2.0},
         )
-    return drawn

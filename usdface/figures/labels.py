@@ -1,0 +1,64 @@
+"""Places for names beside points that leave each other room."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.takes import FloatArray
+
+__all__ = ["label_places", "text_size"]
+
+# Of a glyph, in the size of its font.
+_WIDTH, _HEIGHT = 0.58, 1.15
+# How far from its point a name may be, and how far it then is [points]; the nearest are first.
+_DISTANCES = (4.0, 9.0, 16.0, 26.0, 38.0)
+_DIRECTIONS = 16
+_ROUNDS = 4
+# Covering this much of another name or of a point [square points] is as bad as being one
+# point further away.
+_COVERED = 0.5
+
+
+def text_size(names: Sequence[str], font: float) -> FloatArray:
+    """Return about how wide and high names are: (N, 2) [points]."""
+    wide = [_WIDTH * font * len(name) for name in names]
+    return np.column_stack([wide, np.full(len(names), _HEIGHT * font)])
+
+
+def label_places(points: FloatArray, sizes: FloatArray, dot: float) -> FloatArray:
+    """Return the centre of each point's name, (N, 2): near the point and clear of everything else.
+
+    One after the other is put where it covers least of the others, a few times over.
+
+    Parameters
+    ----------
+    points, sizes : (N, 2) float64 [points]
+        Where the points are, and how wide and high their names.
+    dot : float [points]
+        How wide a point is drawn.
+    """
+    turns = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    ways = np.column_stack([np.cos(turns), np.sin(turns)])
+    away = np.repeat(_DISTANCES, _DIRECTIONS)
+    steps = np.tile(ways, (len(_DISTANCES), 1))
+    # The box of a name touches the circle of its distance from outside.
+    offsets = away[:, None] * steps + (0.5 * sizes)[:, None] * np.clip(1.5 * steps, -1.0, 1.0)
+    places = points + offsets[:, 0]
+    dots = np.full_like(sizes, dot)
+    for _ in range(_ROUNDS):
+        for i in range(len(points)):
+            tried = points[i] + offsets[i]
+            others = np.arange(len(points)) != i
+            covered = _shared(tried, sizes[i], places[others], sizes[others]).sum(axis=1)
+            covered += _shared(tried, sizes[i], points, dots).sum(axis=1)
+            places[i] = tried[np.argmin(away + covered / _COVERED)]
+    return places
+
+
+def _shared(
+    centres: FloatArray, size: FloatArray, others: FloatArray, sizes: FloatArray
+) -> FloatArray:
+    """Return the area that boxes of one size share with other boxes: (C, N)."""
+    apart = np.abs(centres[:, None] - others)
+    shared = np.clip(0.5 * (size + sizes) - apart, 0.0, np.minimum(size, sizes))
+    return np.asarray(shared.prod(axis=2))
