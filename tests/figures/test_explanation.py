@@ -71,6 +71,35 @@ def test_little_to_show_is_shown(tmp_path: Path, explained: Explanation) -> None
     assert (tmp_path / "out.png").read_bytes().startswith(PNG)
 
 
+def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
+    explained = explanation()
+    denied = parse_rule("IF lip_y IS NOT raised THEN joy IS 1")
+    other = replace(
+        explained,
+        system=replace(explained.system, rules=(denied,)),
+        firing=1.0 - explained.firing,
+    )
+    for case, name in ((explained, "raised"), (other, "not raised")):
+        write_explanation_figure(case, 4, tmp_path / "out.svg")
+        said = (tmp_path / "out.svg").read_text()
+        assert f"<!-- {name} -->" in said
+        assert ("<!-- not raised -->" in said) == (case is other)
+
+
+def test_of_thousands_of_rules_those_that_fire_most_have_a_row(tmp_path: Path) -> None:
+    explained = explanation()
+    rules, loud = explained.system.rules * 3000, 2017
+    firing = np.zeros((len(explained.times), len(rules)))
+    firing[:, loud] = 0.7
+    system = replace(explained.system, rules=rules)
+    write_explanation_figure(
+        replace(explained, system=system, firing=firing), 4, tmp_path / "a.svg"
+    )
+    said = (tmp_path / "a.svg").read_text()
+    assert said.count("<!-- joy: lip_y raised -->") == 60
+    assert "(the 60 of 3000 that fire most)" in said
+
+
 def test_a_name_that_is_no_picture_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"\.png"):
         write_explanation_figure(explanation(), 0, tmp_path / "out.usda")

@@ -8,29 +8,25 @@ import numpy as np
 
 from usdface.explain import Explanation
 from usdface.figures.picture import save_figure
+from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places
+from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Rule
+from usdface.fuzzy.system import Term
+from usdface.takes import FloatArray
 
-__all__ = ["COLOURS", "write_explanation_figure"]
+__all__ = ["write_explanation_figure"]
 
 _COLUMNS = 4
 _LARGEST_FEATURES = 8
 _LARGEST_WEIGHTS = 16
 _HEIGHT = (-0.03, 1.05)
+# Names of emotions that fit one below the other beside their curves.
+_EMOTIONS_BESIDE = 9
 _QUIET = "0.6"
 _DASHES = ("-", "--", ":", "-.")
-# Told apart by the colour-blind: M. Okabe, K. Ito, "Color Universal Design", 2008; two more.
-COLOURS = (
-    "#E69F00",
-    "#0072B2",
-    "#D55E00",
-    "#CC79A7",
-    "#009E73",
-    "#56B4E9",
-    "#000000",
-    "#8C6D31",
-    "#7F7F7F",
-)
+# Rules of which each has a row; where there are more, those that fire most.
+_MOST_RULES = 60
 
 
 def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> None:
@@ -46,7 +42,7 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
     facts = explained.frame(frame)
     shown = _asked_most(explained, facts)
     rows = max(1, -(-len(shown) // _COLUMNS))
-    over_time = (1.8, 0.3 + 0.22 * max(2, len(explained.system.rules)))
+    over_time = (1.8, 0.3 + 0.22 * min(max(2, len(explained.system.rules)), _MOST_RULES))
     heights = (sum(over_time) + 1.2, 0.4 + 2.2 * rows, 2.8 if facts["weights"] else 0.3)
 
     def draw(figure: Any) -> None:
@@ -55,7 +51,7 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
         parts = figure.subfigures(3, 1, height_ratios=heights)
         emotions, fired = parts[0].subplots(2, 1, sharex=True, height_ratios=over_time)
         _draw_emotions(emotions, explained, frame)
-        _draw_rules(parts[0], fired, explained, frame)
+        _draw_rules(fired, explained, frame)
         _draw_features(parts[1], explained, facts, shown, rows)
         _draw_weights(parts[2].subplots(), explained, facts)
 
@@ -65,7 +61,7 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
 def _headline(facts: dict[str, Any]) -> str:
     heard = sorted(facts["emotions"].items(), key=lambda pair: -pair[1])
     said = ", ".join(f"{name} {value:.2f}" for name, value in heard if value >= 0.01)
-    return f"frame {facts['frame']}, {facts['seconds']:g} s: {said or 'no emotion'}"
+    return f"frame {facts['frame']}, {facts['seconds']:.2f} s: {said or 'no emotion'}"
 
 
 def _colours(explained: Explanation) -> dict[str, str]:
@@ -74,32 +70,46 @@ def _colours(explained: Explanation) -> dict[str, str]:
 
 
 def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
-    for (name, colour), curve in zip(_colours(explained).items(), explained.outputs.T, strict=True):
-        axes.plot(explained.times, curve, color=colour, label=name)
+    for i, (name, curve) in enumerate(
+        zip(explained.system.emotions, explained.outputs.T, strict=True)
+    ):
+        # Where there are more emotions than colours, the next ones have another line.
+        again, colour = divmod(i, len(COLOURS))
+        style = {"color": COLOURS[colour], "linestyle": _DASHES[again % len(_DASHES)]}
+        axes.plot(explained.times, curve, label=name, **style)
     axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
     axes.set(title="emotions over the take", xlim=_span(explained), ylim=_HEIGHT)
-    if explained.system.emotions:
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
+    if explained.system.mode == "raise":
+        for level, meaning in zip(explained.system.response, ("begins", "whole"), strict=True):
+            axes.axhline(level, color="0.5", linewidth=0.8, linestyle=":", zorder=0)
+            place = {"xy": (0.003, level), "xycoords": ("axes fraction", "data")}
+            axes.annotate(f"pose {meaning}", fontsize=7, color="0.4", va="bottom", **place)
+    axes.set_yticks([0.0, 0.5, 1.0])
+    count = len(explained.system.emotions)
+    if count:
+        outside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+        columns = -(-count // _EMOTIONS_BESIDE)
+        axes.legend(fontsize=8, frameon=False, ncols=columns, **outside)
 
 
-def _draw_rules(figure: Any, axes: Any, explained: Explanation, frame: int) -> None:
-    low, high = _span(explained)
+def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
+    """Draw a row for each rule, as high as it fires, in the colour of its emotion."""
     rules, colours = explained.system.rules, _colours(explained)
-    drawn = axes.imshow(
-        explained.firing.T if rules else np.zeros((1, 1)),
-        aspect="auto",
-        interpolation="nearest",
-        vmin=0,
-        vmax=1,
-        cmap="magma",
-        extent=(low, high, max(1, len(rules)), 0),
-    )
-    axes.axvline(explained.times[frame], color="0.8", linewidth=0.8)
-    axes.set_yticks(np.arange(len(rules)) + 0.5, [_short(rule) for rule in rules], fontsize=7)
-    for label, rule in zip(axes.get_yticklabels(), rules, strict=True):
-        label.set_color(colours[rule.consequents[0][0]])
-    axes.set(title="how far each rule fires", xlabel="time [s]")
-    figure.colorbar(drawn, ax=axes, fraction=0.02, pad=0.01)
+    peaks = explained.firing.max(axis=0, initial=0.0)
+    shown = np.sort(np.argsort(-peaks, kind="stable")[:_MOST_RULES]).tolist()
+    for row, i in enumerate(shown):
+        colour = colours[rules[i].consequents[0][0]]
+        top = row + 1.0 - explained.firing[:, i]
+        axes.fill_between(explained.times, row + 1.0, top, color=colour, linewidth=0)
+        axes.axhline(row + 1.0, color="0.85", linewidth=0.6, zorder=0)
+    axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
+    axes.set_yticks(np.arange(len(shown)) + 0.5, [_short(rules[i]) for i in shown], fontsize=7)
+    axes.tick_params(axis="y", length=0)
+    for label, i in zip(axes.get_yticklabels(), shown, strict=True):
+        label.set_color(colours[rules[i].consequents[0][0]])
+    few = f" (the {len(shown)} of {len(rules)} that fire most)" if len(shown) < len(rules) else ""
+    axes.set(title=f"how far each rule fires, 0 to 1 a row{few}", xlabel="time [s]")
+    axes.set(xlim=_span(explained), ylim=(max(1, len(shown)) + 0.05, -0.05))
 
 
 def _short(rule: Rule) -> str:
@@ -148,33 +158,45 @@ def _draw_memberships(
     if seen.size:
         axes.axvspan(scale * seen.min(), scale * seen.max(), color="0.93", zorder=0)
     for term, dashes in zip(variable.terms, cycle(_DASHES), strict=False):
-        colour = asked.get(term.name, _QUIET)
-        width = 2.0 if term.name in asked else 1.0
-        style = {"color": colour, "linewidth": width, "linestyle": dashes}
-        y = membership(term.kind, term.parameters, x)
-        axes.plot(scale * x, y, label=term.name, zorder=3 if term.name in asked else 2, **style)
-        if np.isfinite(now):
-            degree = membership(term.kind, term.parameters, np.array([now]))
-            axes.plot(scale * now, degree, "o", color=colour, markersize=5, zorder=4)
+        # What rules ask for, "not raised" also, in colour; other terms as they are, in grey.
+        for hedges, colour in (asked.get(term.name) or {(): _QUIET}).items():
+            stands_out = term.name in asked
+            at = np.array([now]) if np.isfinite(now) else np.zeros(0)
+            y, degree = (_degree(term, hedges, v) for v in (x, at))
+            style = {"color": colour, "linestyle": dashes, "linewidth": 2.0 if stands_out else 1.0}
+            above = 3 if stands_out else 2
+            name = " ".join((*hedges, term.name))
+            axes.plot(scale * x, y, label=name, zorder=above, **style)
+            axes.plot(scale * at, degree, "o", color=colour, markersize=5, zorder=4)
     if np.isfinite(now):
-        axes.axvline(scale * now, color="0.4", linewidth=0.8)
+        draw_value(axes, scale * now, "0.4")
     axes.set_title(f"{variable.name}{'' if np.isfinite(now) else ': occluded'}", fontsize=9)
-    axes.set(ylim=_HEIGHT, xlim=(scale * x[0], scale * x[-1]))
+    axes.set_xlim(scale * x[0], scale * x[-1])
     axes.set_xlabel("mm from neutral", fontsize=7)
     axes.tick_params(labelsize=7)
     axes.locator_params(axis="x", nbins=5)
-    axes.legend(fontsize=7, framealpha=0.85, edgecolor="none", loc="best")
+    name_terms(axes, 7)
 
 
-def _asked(explained: Explanation, facts: dict[str, Any], name: str) -> dict[str, str]:
-    """Return the terms of an input that rules that fire ask for, in the colour of their emotion."""
+def _degree(term: Term, hedges: tuple[str, ...], values: FloatArray) -> FloatArray:
+    degree = membership(term.kind, term.parameters, values)
+    for hedge in reversed(hedges):
+        degree = HEDGES[hedge](degree)
+    return degree
+
+
+def _asked(
+    explained: Explanation, facts: dict[str, Any], name: str
+) -> dict[str, dict[tuple[str, ...], str]]:
+    """Return what rules that fire ask of an input: term, hedges, the colour of their emotion."""
     colours = _colours(explained)
-    asked: dict[str, str] = {}
+    asked: dict[str, dict[tuple[str, ...], str]] = {}
     fired = [i for i, strength in enumerate(explained.firing[facts["frame"]]) if strength > 0]
     for rule in (explained.system.rules[i] for i in fired):
         for proposition in rule.propositions:
             if proposition.variable == name:
-                asked.setdefault(proposition.term, colours[rule.consequents[0][0]])
+                hedged = asked.setdefault(proposition.term, {})
+                hedged.setdefault(proposition.hedges, colours[rule.consequents[0][0]])
     return asked
 
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from usdface.figures.explanation import COLOURS
 from usdface.figures.picture import save_figure
+from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.fit.validation import Validation
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.system import FuzzySystem, Variable
@@ -55,12 +55,12 @@ def _draw_terms(axes: Any, variable: Variable) -> None:
     for i, term in enumerate(variable.terms):
         colour = COLOURS[i % len(COLOURS)]
         axes.plot(x, membership(term.kind, term.parameters, x), label=term.name, color=colour)
-    axes.axvline(0.0, color="0.6", linewidth=0.8)
+    draw_value(axes, 0.0, "0.6")
     axes.set_title(variable.name, fontsize=8)
-    axes.set(ylim=(-0.02, 1.05), xlim=(x[0], x[-1]))
+    axes.set_xlim(x[0], x[-1])
     axes.tick_params(labelsize=6)
     axes.locator_params(axis="x", nbins=5)
-    axes.legend(fontsize=6, loc="best", framealpha=0.85, edgecolor="none")
+    name_terms(axes, 6)
 
 
 def _draw_confusion(axes: Any, validation: Validation) -> None:
@@ -72,7 +72,7 @@ def _draw_confusion(axes: Any, validation: Validation) -> None:
         if count:
             color = "white" if share[row, column] > 0.5 else "black"
             axes.text(column, row, str(count), ha="center", va="center", color=color, fontsize=8)
-    axes.set_xticks(range(len(labels)), labels, fontsize=8, rotation=20)
+    axes.set_xticks(range(len(labels)), labels, fontsize=8, rotation=20, ha="right")
     axes.set_yticks(range(len(labels)), labels, fontsize=8)
     title = f"held out by {validation.holding}: {validation.right} of {validation.tested} right"
     axes.set(xlabel="heard", ylabel="shown", title=title)

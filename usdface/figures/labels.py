@@ -52,7 +52,7 @@ def label_places(points: FloatArray, sizes: FloatArray, dot: float) -> FloatArra
             covered = _shared(tried, sizes[i], places[others], sizes[others]).sum(axis=1)
             covered += _shared(tried, sizes[i], points, dots).sum(axis=1)
             places[i] = tried[np.argmin(away + covered / _COVERED)]
-    return places
+    return np.asarray(places)
 
 
 def _shared(

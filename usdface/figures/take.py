@@ -1,5 +1,6 @@
 """A processed take as one picture: how far off, which weights, how sure, which emotions."""
 
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from usdface.animate import Animated
 from usdface.figures.picture import save_figure
+from usdface.figures.terms import COLOURS
 from usdface.takes import FloatArray
 
 __all__ = ["write_take_figure"]
@@ -113,7 +115,9 @@ def _draw_weights(axes: Any, animated: Animated) -> tuple[list[str], Any]:
     names = [taken.names[k] for k in order.tolist()]
     axes.set_yticks(np.arange(len(names)), names, fontsize=7)
     more = f", the {len(names)} largest of {len(moving)}" if len(moving) > len(names) else ""
-    axes.set(title=f"weights that move{more}" if names else "no weight moves", xlabel="time [s]")
+    kind = "corrected" if animated.express else "solved"
+    title = f"{kind} weights that move{more}" if names else "no weight moves"
+    axes.set(title=title, xlabel="time [s]")
     return names, drawn
 
 
@@ -131,14 +135,16 @@ def _draw_deviations(axes: Any, animated: Animated, names: list[str]) -> None:
     colours = ["#D55E00" if name in hidden else "0.55" for name in names]
     axes.barh(np.arange(len(names)), values, color=colours)
     axes.tick_params(labelleft=False)
-    axes.set(title="standard deviation\n(red: hardly seen)", xlim=(0, max([0.1, *values]) * 1.05))
+    axes.set(
+        title="standard deviation\n(orange: hardly seen)", xlim=(0, max([0.1, *values]) * 1.05)
+    )
     axes.title.set_fontsize(9)
 
 
 def _draw_emotions(axes: Any, times: FloatArray, emotions: dict[str, FloatArray]) -> None:
-    for name, curve in emotions.items():
-        axes.plot(times, curve, label=name, linewidth=1.0)
-    axes.set(title="emotions", xlabel="time [s]", ylim=(0, 1.02))
+    for (name, curve), colour in zip(emotions.items(), cycle(COLOURS), strict=False):
+        axes.plot(times, curve, label=name, linewidth=1.0, color=colour)
+    axes.set(title="emotions", xlabel="time [s]", ylim=(-0.03, 1.05))
 
 
 def _end(times: FloatArray) -> float:
