@@ -109,6 +109,23 @@ def test_a_weights_take_has_no_markers_of_its_own(world: World, setup: Setup) ->
     assert features(chin("character"), take, mesh, setup, take, None).shape == (40, 1)
 
 
+def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
+    world: World, setup: Setup
+) -> None:
+    """A rig may have a tongue of its own; recorded weights name its shapes, too."""
+    names = world.rig.shape_names
+    take = WeightsTake(names, world.take.times, world.weights)
+    whole = take.reordered(("tongueOut", *reversed(names)))
+    mesh = world.rig.meshes[0]
+    for side in ("both", "left", "right"):
+        found, expected = (
+            features(chin("character"), played, mesh, setup, played, None, side)
+            for played in (whole, take)
+        )
+        np.testing.assert_array_equal(found, expected)
+    assert np.abs(expected).max() > 1.0
+
+
 def test_express_raises_the_pose_by_what_the_rule_says() -> None:
     inputs = np.array([[0.0], [-5.0], [-40.0]])
     weights = np.array([[0.0, 0.3], [0.0, 0.3], [0.9, 0.3]])

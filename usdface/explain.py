@@ -204,8 +204,7 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
     """
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
     solution = animated.solve.solution
-    solved = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
-    weights = solved.reordered(mesh.shape_names)
+    weights = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
     inputs = features(system, animated.take, mesh, shot.setup, weights, solution)
     answer = evaluate(system, inputs)
     return Explanation(

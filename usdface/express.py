@@ -142,7 +142,8 @@ def features(
 ) -> FloatArray:
     """Measure the inputs in the space the system asks for, smoothed as noise demands: (F, I).
 
-    Of one side: as they would be if the other did the same.
+    Of one side: as they would be if the other did the same. Weights of shapes that other meshes of
+    the rig have, and orders other than the mesh's, change nothing.
 
     Raises
     ------
@@ -162,8 +163,8 @@ def features(
         positions = solution.pose.to_head(on_plane(take.select(names)))
     else:
         neutral = at_rest
-        pairs = symmetric_pairs(weights.names)
-        shown = weights.weights
+        pairs = symmetric_pairs(mesh.shape_names)
+        shown = weights.reordered(mesh.shape_names).weights
         if side != "both" and len(pairs):
             shown, side = half_weights(shown, pairs, side), "both"
         moved = shape_model(mesh, points)[0].explained(shown)
