@@ -6,9 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ict_face import write_meshes
 
 from usdface.cli import main
+from usdface.cli.threads import one_blas_thread
+
+one_blas_thread()  # before numpy is loaded
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -24,6 +26,8 @@ def shared_data() -> Path:
 @pytest.fixture(scope="session")
 def ict_rig(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The ICT face as `usdface rig` makes it of a folder of meshes, for reading only."""
+    from ict_face import write_meshes
+
     folder = tmp_path_factory.mktemp("ict_face")
     write_meshes(shared_data, folder / "face")
     assert main(["rig", str(folder / "face"), "-o", str(folder / "rig.usdc")]) == 0
