@@ -12,12 +12,14 @@ from usdface.explain import Explanation
 from usdface.fuzzy.rules import parse_rule
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
+from usdface.io.usd.take import write_take
 from usdface.pipeline import explain
 from usdface.schemas import tokens
 from usdface.setup import Expression
-from usdface.takes import FloatArray
+from usdface.takes import FloatArray, WeightsTake
 
 FRAME = 25
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +88,38 @@ def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Expl
     assert set(explained.frame(0)["poses shown"].values()) == {0.0}
 
 
+@pytest.fixture(scope="module")
+def half_smile(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example's head, which smiles on its left only: recorded weights."""
+    folder = tmp_path_factory.mktemp("half_smile")
+    phase = np.linspace(0.0, np.pi, 61)
+    weights = np.outer(np.sin(phase) ** 2, [0.6, 0.55])
+    take = WeightsTake(("mouthSmileLeft", "cheekSquintLeft"), np.arange(61) / 30, weights)
+    write_take(take, folder / "take.usda")
+    sources = ["--rig", EXAMPLES / "head.usdc", "--take", folder / "take.usda"]
+    bind = ["--bind", EXAMPLES / "bind.json", "-o", folder / "shot.usda"]
+    assert main([str(a) for a in ["shot", *sources, *bind]]) == 0
+    return folder / "shot.usda"
+
+
+def test_what_half_a_face_does_explains_what_its_shapes_do(
+    half_smile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No rule fires on the whole face, and yet half of it is raised."""
+    half = explain(half_smile)
+    facts = half.frame(30)
+    assert facts["nothing fires"] and facts["weights"]
+    assert all(w["by"] == "joy" and name.endswith("Left") for name, w in facts["weights"].items())
+    assert list(facts["halves"]) == ["left"], "the right half says what the whole face says"
+    assert facts["halves"]["left"]["emotions"]["joy"] > 0.5
+    (fired,) = (rule for rule in facts["halves"]["left"]["rules"] if rule["fires"] > 0)
+    assert fired["fires"] == min(c["degree"] for c in fired["conditions"])
+    assert half.peak == 30, "the strongest emotion of a half counts where the face has none"
+    figure = tmp_path / "why.svg"
+    assert main(["fuzzy", "explain", str(half_smile), "--figure", str(figure)]) == 0
+    assert "the left half, as if the right did the same" in capsys.readouterr().out
+
+
 def poses_of(shot: Path) -> tuple[Expression, ...]:
     return read_shot(open_shot(shot), str(shot))[0].expressions
 
@@ -126,7 +160,7 @@ def test_hedges_count_in_conditions(explained: Explanation) -> None:
     rule = explained.system.rules[0]
     hedged = parse_rule(rule.text.replace(" IS ", " IS NOT VERY ", 1))
     other = replace(explained, system=replace(explained.system, rules=(hedged,)))
-    other = replace(other, firing=explained.firing[:, :1])
+    other = replace(other, firing=explained.firing[:, :1], halves={})
     (plain,) = (r for r in explained.frame(FRAME)["rules"] if r["rule"] == rule.text)
     (found,) = other.frame(FRAME)["rules"]
     assert found["conditions"][0]["is"].startswith("not very ")

@@ -1,14 +1,15 @@
 """Why the corrector answers what it answers: features, memberships, rules, emotions, weights."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from usdface.animate import Animated
 from usdface.errors import InputError
-from usdface.express import expression_poses, features
+from usdface.express import expression_poses, features, halves
 from usdface.fuzzy.blend import blend_frames
 from usdface.fuzzy.correct import respond
 from usdface.fuzzy.features import face_unit
@@ -17,6 +18,7 @@ from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Proposition
+from usdface.fuzzy.sides import Side
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.shot import Shot
 from usdface.retarget.neutral import on_plane
@@ -25,10 +27,28 @@ from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, WeightsTake
 
-__all__ = ["Explanation", "explained"]
+__all__ = ["Explanation", "Heard", "explained"]
 
 # Weights that the corrector moves by less are not worth a line.
 _VISIBLE = 0.005
+# A half of the face is spoken of where it is shown this much more or less of a pose than the whole.
+_ASIDE = 0.1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Heard:
+    """What the system hears of one half of the face, as if the other did the same.
+
+    Attributes
+    ----------
+    inputs, firing, outputs, shown
+        As those of `Explanation`, which are of the face as it is.
+    """
+
+    inputs: FloatArray
+    firing: FloatArray
+    outputs: FloatArray
+    shown: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -57,6 +77,11 @@ class Explanation:
         Weights of each emotion's pose.
     shown : (F, E) float64
         How much of its pose each emotion of the whole face is given; gains of regions are left out.
+    halves : mapping of "left", "right" to Heard
+        What shapes of that half follow; those of neither follow what both say. Empty where the
+        shot has no sides: then all follow the whole face.
+    sides : mapping of str to "left" or "right"
+        The half of each shape that belongs to one.
     """
 
     system: FuzzySystem
@@ -72,11 +97,17 @@ class Explanation:
     unit: float
     poses: FloatArray
     shown: FloatArray
+    halves: Mapping[Side, Heard] = field(default_factory=dict)
+    sides: Mapping[str, Side] = field(default_factory=dict)
 
     @property
     def peak(self) -> int:
-        """The frame in which the strongest emotion is strongest; 0 where there is none."""
-        return int(self.outputs.max(axis=1, initial=0.0).argmax())
+        """The frame in which the strongest emotion is strongest, on the face or on a half of it.
+
+        0 where there is none.
+        """
+        heard = (self.outputs, *(half.outputs for half in self.halves.values()))
+        return int(np.max([each.max(axis=1, initial=0.0) for each in heard], axis=0).argmax())
 
     def frame_at(self, seconds: float) -> int:
         """Return the frame nearest to a time of the take.
@@ -97,6 +128,8 @@ class Explanation:
     def frame(self, index: int) -> dict[str, Any]:
         """Return one frame as plain values for people and JSON.
 
+        Of the halves of the face only those that are shown more or less than the whole.
+
         Raises
         ------
         InputError
@@ -107,29 +140,22 @@ class Explanation:
             raise InputError(f"there is no frame {index}; the take has frames 0 to {count - 1}")
         change = self.corrected[index] - self.solved[index]
         moved = sorted(np.flatnonzero(np.abs(change) >= _VISIBLE), key=lambda s: -abs(change[s]))
-        rules = [
-            {
-                "rule": " ".join(rule.text.split()),
-                "fires": round(float(strength), 4),
-                "weight": rule.weight,
-                "enabled": rule.enabled,
-                "conditions": [self._condition(index, p) for p in rule.propositions],
-            }
-            for rule, strength in zip(self.system.rules, self.firing[index], strict=True)
-        ]
         return {
             "frame": index,
             "seconds": round(float(self.times[index]), 4),
-            "emotions": {
-                name: round(float(value), 4)
-                for name, value in zip(self.system.emotions, self.outputs[index], strict=True)
-            },
-            "poses shown": {
-                name: round(float(value), 4)
-                for name, value in zip(self.system.emotions, self.shown[index], strict=True)
-            },
+            "emotions": self._by_emotion(self.outputs[index]),
+            "poses shown": self._by_emotion(self.shown[index]),
             "nothing fires": not self.firing[index].any(),
-            "rules": sorted(rules, key=lambda rule: -rule["fires"]),
+            "rules": self._rules(self.firing[index], self.inputs[index]),
+            "halves": {
+                side: {
+                    "emotions": self._by_emotion(half.outputs[index]),
+                    "poses shown": self._by_emotion(half.shown[index]),
+                    "rules": self._rules(half.firing[index], half.inputs[index]),
+                }
+                for side, half in self.halves.items()
+                if np.abs(half.shown[index] - self.shown[index]).max(initial=0.0) >= _ASIDE
+            },
             "features": [self._feature(index, i) for i in range(len(self.system.inputs))],
             "weights": {
                 self.shapes[s]: {
@@ -141,6 +167,25 @@ class Explanation:
             },
         }
 
+    def _by_emotion(self, values: FloatArray) -> dict[str, float]:
+        """Return the values of a frame (E,) by name."""
+        pairs = zip(self.system.emotions, values, strict=True)
+        return {name: round(float(value), 4) for name, value in pairs}
+
+    def _rules(self, firing: FloatArray, inputs: FloatArray) -> list[dict[str, Any]]:
+        """Return the rules with what they ask for, the strongest of a frame first."""
+        rules = [
+            {
+                "rule": " ".join(rule.text.split()),
+                "fires": round(float(strength), 4),
+                "weight": rule.weight,
+                "enabled": rule.enabled,
+                "conditions": [self._condition(inputs, p) for p in rule.propositions],
+            }
+            for rule, strength in zip(self.system.rules, firing, strict=True)
+        ]
+        return sorted(rules, key=lambda rule: -rule["fires"])
+
     def _cause(self, index: int, shape: int) -> str | None:
         """Return the emotion that asks most of a shape; where none does, that is blended in or out.
 
@@ -148,11 +193,21 @@ class Explanation:
         """
         reach = blend_frames(self.times, self.system.blend_time)
         near = slice(max(0, index - reach), index + reach + 1)
-        for shown in (self.shown[index], self.shown[near].max(axis=0)):
+        followed = self._followed(shape)
+        for shown in (followed[index], followed[near].max(axis=0)):
             asked = shown * self.poses[:, shape]
             if asked.any():
                 return self.system.emotions[int(asked.argmax())]
         return None
+
+    def _followed(self, shape: int) -> FloatArray:
+        """Return how much of each pose a shape is given (F, E): its half's, or what both say."""
+        if not self.halves:
+            return self.shown
+        half = self.halves.get(self.sides.get(self.shapes[shape], "both"))
+        if half is not None:
+            return half.shown
+        return np.asarray(np.min([half.shown for half in self.halves.values()], axis=0))
 
     def _feature(self, index: int, column: int) -> dict[str, Any]:
         variable, value = self.system.inputs[column], self.inputs[index, column]
@@ -175,10 +230,10 @@ class Explanation:
     def _millimetres(self, value: float) -> float | None:
         return round(1000.0 * self.unit * float(value), 3) if np.isfinite(value) else None
 
-    def _condition(self, index: int, asked: Proposition) -> dict[str, Any]:
+    def _condition(self, inputs: FloatArray, asked: Proposition) -> dict[str, Any]:
         column = [v.name for v in self.system.inputs].index(asked.variable)
         term = self.system.inputs[column].term(asked.term)
-        value = self.inputs[index, column : column + 1]
+        value = inputs[column : column + 1]
         degree = membership(term.kind, term.parameters, value)
         for hedge in reversed(asked.hedges):
             degree = HEDGES[hedge](degree)
@@ -205,8 +260,14 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
     solution = animated.solve.solution
     weights = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
-    inputs = features(system, animated.take, mesh, shot.setup, weights, solution)
+    read = (system, animated.take, mesh, shot.setup, weights, solution)
+    inputs = features(*read)
     answer = evaluate(system, inputs)
+    shown = partial(_shown, system, shot.gains, shot.expressions)
+    sided = halves(*read) if shot.parts.left or shot.parts.right else {}
+    heard = {side: (seen, evaluate(system, seen)) for side, seen in sided.items()}
+    sides: dict[str, Side] = dict.fromkeys(shot.parts.left, "left")
+    sides |= dict.fromkeys(shot.parts.right, "right")
     return Explanation(
         system,
         shot.take.times,
@@ -220,7 +281,12 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
         shot.setup.nose_tip,
         _unit(system, mesh, shot.setup, solution),
         expression_poses(system, animated.solve.names, shot.expressions)[0],
-        _shown(system, shot.gains, shot.expressions, answer.outputs),
+        shown(answer.outputs),
+        {
+            side: Heard(seen, said.firing, said.outputs, shown(said.outputs))
+            for side, (seen, said) in heard.items()
+        },
+        sides,
     )
 
 

@@ -52,21 +52,17 @@ def print_explanation(facts: dict[str, Any]) -> None:
     """Print why a frame gets its emotions (`usdface.explain.Explanation.frame`)."""
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"frame {facts['frame']}, {facts['seconds']:g} s", style="bold")
-    emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
-    console.print(escape("  ".join(emotions)))
-    poses = [f"{name} {value:.2f}" for name, value in facts["poses shown"].items() if value > 0]
-    if poses:
-        console.print(escape(f"how much of the pose is shown: {'  '.join(poses)}"))
+    _print_heard(console, facts)
     fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
     title = "rules that fire" if fired else "no rule fires; every emotion has its default"
     console.print(f"\n{title}", style="bold")
-    asked = set()
-    for rule in fired:
-        console.print(escape(f"{rule['fires']:.2f}  {rule['rule']}"))
-        for part in rule["conditions"]:
-            asked.add(part["variable"])
-            line = f"        {_distance(part)}  {part['variable']} is {part['is']}"
-            console.print(escape(f"{line} {part['degree']:.2f}"))
+    _print_rules(console, fired)
+    for side, half in facts["halves"].items():
+        other = "right" if side == "left" else "left"
+        console.print(f"\nthe {side} half, as if the {other} did the same", style="bold")
+        _print_heard(console, half)
+        _print_rules(console, [rule for rule in half["rules"] if rule["fires"] > 0])
+    asked = {part["variable"] for rule in fired for part in rule["conditions"]}
     table = Table(title="\nother features", title_justify="left", box=None, padding=(0, 2, 0, 0))
     for column in ("change", "feature", "terms"):
         table.add_column(column, justify="right" if column == "change" else "left")
@@ -82,6 +78,22 @@ def print_explanation(facts: dict[str, Any]) -> None:
         by = f"  ({weight['by']})" if weight["by"] else ""
         line = f"{weight['solved']:.2f} -> {weight['corrected']:.2f}  {shape}{by}"
         console.print(escape(line))
+
+
+def _print_heard(console: Console, facts: dict[str, Any]) -> None:
+    emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
+    console.print(escape("  ".join(emotions)))
+    poses = [f"{name} {value:.2f}" for name, value in facts["poses shown"].items() if value > 0]
+    if poses:
+        console.print(escape(f"how much of the pose is shown: {'  '.join(poses)}"))
+
+
+def _print_rules(console: Console, rules: Sequence[dict[str, Any]]) -> None:
+    for rule in rules:
+        console.print(escape(f"{rule['fires']:.2f}  {rule['rule']}"))
+        for part in rule["conditions"]:
+            line = f"        {_distance(part)}  {part['variable']} is {part['is']}"
+            console.print(escape(f"{line} {part['degree']:.2f}"))
 
 
 def _distance(fact: dict[str, Any]) -> str:

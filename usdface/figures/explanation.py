@@ -59,9 +59,15 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
 
 
 def _headline(facts: dict[str, Any]) -> str:
-    heard = sorted(facts["emotions"].items(), key=lambda pair: -pair[1])
-    said = ", ".join(f"{name} {value:.2f}" for name, value in heard if value >= 0.01)
-    return f"frame {facts['frame']}, {facts['seconds']:.2f} s: {said or 'no emotion'}"
+    said = _said(facts["emotions"]) or "no emotion"
+    for side, half in facts["halves"].items():
+        said += f"; {side} half: {_said(half['emotions']) or 'none'}"
+    return f"frame {facts['frame']}, {facts['seconds']:.2f} s: {said}"
+
+
+def _said(emotions: dict[str, float]) -> str:
+    heard = sorted(emotions.items(), key=lambda pair: -pair[1])
+    return ", ".join(f"{name} {value:.2f}" for name, value in heard if value >= 0.01)
 
 
 def _colours(explained: Explanation) -> dict[str, str]:
