@@ -36,6 +36,27 @@ def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[st
     assert said == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
 
 
+def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    """One code may say several things; one thing may be said of many."""
+    warned = [
+        finding("MEANING_DIFFERS", "a.fll: joy", "the answers of joy are kept in 0 to 1"),
+        finding("MEANING_DIFFERS", "a.fll: joy", "joy has no default"),
+        finding("MEANING_DIFFERS", "a.fll: fear", "the answers of fear are kept in 0 to 2"),
+        *(finding("RULE_FIRES_AT_NEUTRAL", f"line {k}", f'the rule "{k}" fires') for k in "ab"),
+    ]
+    print_outcome(Outcome((), tuple(warned), {}, {}), "text")
+    assert capsys.readouterr().out.splitlines() == [
+        "warning MEANING_DIFFERS: the answers of joy are kept in 0 to 1 (a.fll: joy); "
+        "others: a.fll: fear",
+        "warning MEANING_DIFFERS: joy has no default (a.fll: joy)",
+        'warning RULE_FIRES_AT_NEUTRAL: the rule "a" fires (line a); others: line b',
+    ]
+    many = [finding("MEANING_DIFFERS", "x", word * 3) for word in "abcdefg"]
+    print_outcome(Outcome((), tuple(many), {}, {}), "text")
+    first, *others = capsys.readouterr().out.splitlines()
+    assert first.endswith("aaa (x); others: x, x, x") and len(others) == 3
+
+
 def test_json_is_the_outcome_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
     print_outcome(OUTCOME, "json")
     document = json.loads(capsys.readouterr().out)

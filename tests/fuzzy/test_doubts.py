@@ -61,6 +61,19 @@ def test_what_no_term_covers_is_named():
     assert found(rule, range_=(-1, 1)) == [("RANGE_UNCOVERED", "a")]
 
 
+def test_each_gap_of_a_range_is_named_for_itself():
+    terms = (
+        Term("low", "trapezoidal", (0.0, 0.0, 1.0, 3.0)),
+        Term("high", "trapezoidal", (7.0, 9.0, 9.5, 9.8)),
+    )
+    variables = (Variable("a", "input", "a", terms=terms, range=(0, 10)), Variable("joy", "output"))
+    rules = (parse_rule("IF a IS high THEN joy IS 1"),)
+    (gap,) = (
+        f for f in rule_findings(FuzzySystem(variables, rules)) if f.code == "RANGE_UNCOVERED"
+    )
+    assert gap.message.startswith("no term of a covers 3 to 7 and 9.8 to 10; ")
+
+
 def test_every_rule_is_compared_with_the_first_that_asks_for_the_same():
     texts = [f"IF a IS high THEN joy IS {n / 5000}" for n in range(5000)]
     codes = found(*texts)

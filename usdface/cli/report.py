@@ -1,6 +1,7 @@
 """Reports: a table when a command is done, JSON for farms."""
 
 import json
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -43,18 +44,34 @@ def print_outcome(outcome: Outcome, form: str, file: TextIO | None = None) -> No
 
 
 def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
-    """Yield one line for each code, however often it was found."""
+    """Yield one line for each code, however often it was found, and for each thing it warns of."""
     groups: dict[str, list[Finding]] = defaultdict(list)
     for finding in findings:
         groups[finding.code].append(finding)
-    for code, group in groups.items():
-        first = group[0]
-        said = f"{first.severity} {code}: {first.message}"
-        if any(f.message != first.message for f in group):
-            # What is said holds for the first alone.
-            yield f"{said} ({first.where}); others: {_listed(group[1:])}", first.severity
-        else:
-            yield said + (f" ({_listed(group)})" if first.where else ""), first.severity
+    for group in groups.values():
+        kinds: dict[str, list[Finding]] = {}
+        for finding in group:
+            told = "" if finding.severity == "info" else _wording(finding)
+            if told not in kinds and len(kinds) == _EXAMPLES:
+                told = next(iter(kinds))
+            kinds.setdefault(told, []).append(finding)
+        for alike in kinds.values():
+            yield _line(alike), alike[0].severity
+
+
+def _wording(finding: Finding) -> str:
+    """Return what a finding says without whom it says it of: places, quotes and numbers."""
+    place = re.escape(finding.where.split(": ")[-1])
+    return re.sub(rf"(?<!\w)({place})(?!\w)|\"[^\"]*\"|'[^']*'|[-+\d.]+", "_", finding.message)
+
+
+def _line(group: list[Finding]) -> str:
+    first = group[0]
+    said = f"{first.severity} {first.code}: {first.message}"
+    if any(f.message != first.message for f in group):
+        # What is said holds for the first alone.
+        return f"{said} ({first.where}); others: {_listed(group[1:])}"
+    return said + (f" ({_listed(group)})" if first.where else "")
 
 
 def _listed(group: list[Finding]) -> str:

@@ -121,19 +121,29 @@ def _gaps(system: FuzzySystem) -> list[Finding]:
     for variable in system.inputs:
         if variable.range is None or not variable.terms:
             continue
-        x = np.linspace(*variable.range, _SAMPLES)
-        covered = np.any([membership(t.kind, t.parameters, x) > 0 for t in variable.terms], axis=0)
-        bare = x[1:-1][~covered[1:-1]]
-        if bare.size:
-            # Where terms end is a parameter of theirs, a little before or after the samples.
-            marks = np.array([*variable.range, *_marks(variable)])
-            low, high = marks[marks <= bare[0]].max(), marks[marks >= bare[-1]].min()
+        bare = _bare(variable, *variable.range)
+        if bare:
             message = (
-                f"no term of {variable.name} covers all of {low:g} to {high:g}; no rule "
-                "about it fires there; widen a term or shorten the range"
+                f"no term of {variable.name} covers {' and '.join(bare)}; no rule about it fires "
+                "there; widen a term or shorten the range"
             )
             findings.append(finding("RANGE_UNCOVERED", variable.name, message))
     return findings
+
+
+def _bare(variable: Variable, low: float, high: float) -> list[str]:
+    """Return the parts of a range that no term covers, from left to right."""
+    x = np.linspace(low, high, _SAMPLES)
+    covered = np.any([membership(t.kind, t.parameters, x) > 0 for t in variable.terms], axis=0)
+    covered[[0, -1]] = True  # the ends alone, where terms have their feet, are no gap
+    edges = np.flatnonzero(np.diff(covered)).reshape(-1, 2)
+    # Where terms end is a parameter of theirs, a little before or after the samples.
+    marks = np.array([low, high, *_marks(variable)])
+    found = []
+    for before, last in edges:
+        begin, end = marks[marks <= x[before + 1]].max(), marks[marks >= x[last]].min()
+        found.append(f"{begin:g} to {end:g}")
+    return found
 
 
 def _points(variable: Variable) -> FloatArray:

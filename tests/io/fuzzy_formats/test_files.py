@@ -1,6 +1,7 @@
 """What our systems hold comes back from every format, and means the same."""
 
 import json
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -151,6 +152,33 @@ def test_what_others_compute_in_another_way_is_said(tmp_path, suffix):
         other = {k: v for k, v in plain.items() if k != setting}
         _, codes = both_ways(tmp_path, FuzzySystem(variables, rules, **other), suffix)
         assert codes == ["MEANING_DIFFERS"]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "rule", "settings", "says"),
+    [
+        (".fcl", "brow_y IS VERY up", {}, "hedges in words that its standard does not have"),
+        (".fcl", "(brow_y IS up OR lip_x IS up) AND brow_y IS s", {}, "parentheses in words"),
+        (".fcl", "brow_y IS up", {"and_": "einstein"}, "norms beyond the standard's in words"),
+        (".fcl", "brow_y IS NOT up", {"and_": "lukasiewicz"}, ""),
+        (".fis", "brow_y IS up", {"and_": "einstein"}, "the norm of AND only as comments"),
+    ],
+)
+def test_what_a_format_says_in_other_words_is_told_from_comments(
+    tmp_path, suffix, rule, settings, says
+):
+    plain = {"normalisation": "per_output", "neutral_rule": False, "face_unit": "none"}
+    rules = (parse_rule(f"IF {rule} THEN joy IS 1"),)
+    term = Term("up", "ramp", (0.0, 1.0))
+    variables = (
+        Variable("brow_y", "input", "brow", terms=(term, replace(term, name="s"))),
+        Variable("lip_x", "input", "lip", axis="x", terms=(term,)),
+        Variable("joy", "output", default=0.5),
+    )
+    system = FuzzySystem(variables, rules, **plain, **settings)
+    findings = write_fuzzy_file(tmp_path / f"a{suffix}", system)
+    found = [f.message for f in findings if f.code == "MEANING_DIFFERS"]
+    assert [says in message for message in found] == ([True] if says else [])
 
 
 @pytest.mark.parametrize("suffix", [".fis", ".fcl", ".fll"])

@@ -49,10 +49,16 @@ def _negates(condition: Condition) -> bool:
     )
 
 
-def differs(system: FuzzySystem, suffix: str, beyond: Sequence[tuple[bool, str]]) -> list[Finding]:
+def differs(
+    system: FuzzySystem,
+    suffix: str,
+    beyond: Sequence[tuple[bool, str]],
+    words: Sequence[tuple[bool, str]] = (),
+) -> list[Finding]:
     """Return a MEANING_DIFFERS for all that another program would compute in another way.
 
-    `beyond` holds what this format lacks: whether the system has it, and what it is called.
+    `beyond` holds what this format lacks: whether the system has it, and what it is called; `words`
+    likewise what it says in words that its standard does not have: another one for these.
     """
     sugeno = system.inference == "sugeno"
     common = [
@@ -60,14 +66,17 @@ def differs(system: FuzzySystem, suffix: str, beyond: Sequence[tuple[bool, str]]
         (sugeno and system.normalisation == "all_rules", "the normalisation over all rules"),
         (system.face_unit != "none", "features in face units"),
     ]
-    names = [name for here, name in (*common, *beyond) if here]
-    if not names:
-        return []
-    message = (
-        f"{suffix} holds {', '.join(names)} only as comments that usdface reads; "
-        "another program answers differently"
+    said = (
+        ([*common, *beyond], "only as comments that usdface reads; another program answers"),
+        (words, "in words that its standard does not have; a program refuses them or answers"),
     )
-    return [finding("MEANING_DIFFERS", suffix, message)]
+    findings = []
+    for group, how in said:
+        names = [name for here, name in group if here]
+        if names:
+            message = f"{suffix} holds {', '.join(names)} {how} differently"
+            findings.append(finding("MEANING_DIFFERS", suffix, message))
+    return findings
 
 
 def kept_in_range(

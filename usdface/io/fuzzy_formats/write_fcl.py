@@ -17,6 +17,8 @@ from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, condition_t
 
 __all__ = ["fcl_text"]
 
+_STANDARD = {"min", "prod", "lukasiewicz", "max", "probor", "sum"}
+
 
 def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     """Return a system as FCL.
@@ -29,10 +31,14 @@ def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     check_names(system, ".fcl")
     mamdani = system.inference == "mamdani"
     kinds = {t.kind for v in system.variables for t in v.terms}
-    beyond = [
+    beyond = [(system.normalisation == "weighted_sum" and not mamdani, "the weighted sum")]
+    asked = [p for rule in system.rules for p in rule.propositions]
+    joined = {system.implication, system.aggregation} if mamdani else set()
+    words = [
         (not kinds.isdisjoint({*SMOOTH, "linear"}), "terms that are no lists of points"),
         (any("(" in condition_text(r.condition) for r in system.rules), "parentheses"),
-        (system.normalisation == "weighted_sum" and not mamdani, "the weighted sum"),
+        (any({*p.hedges} - {"not"} for p in asked), "hedges"),
+        (bool({system.and_, system.or_, *joined} - _STANDARD), "norms beyond the standard's"),
     ]
     sampled = ("samples", "sampling") if mamdani else ()
     fields = (*FACE_SETTINGS, "normalisation", *sampled)
@@ -53,7 +59,7 @@ def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     lines += [f"    ACT : {AND[system.implication]};"] if mamdani else []
     lines += [f"    RULE {i + 1} : {_rule(rule)};" for i, rule in enumerate(system.rules)]
     lines += ["END_RULEBLOCK", "", "END_FUNCTION_BLOCK"]
-    return "\n".join(lines) + "\n", differs(system, ".fcl", beyond)
+    return "\n".join(lines) + "\n", differs(system, ".fcl", beyond, words)
 
 
 def _term(term: Term) -> str:

@@ -22,6 +22,9 @@ from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, output_term
 
 __all__ = ["fis_text"]
 
+# What findings call settings that the format does not hold.
+_CALLED = {"and_": "the norm of AND", "or_": "the norm of OR", "samples": "the number of samples"}
+
 
 def fis_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     """Return a system as .fis.
@@ -57,7 +60,7 @@ def fis_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
             lines.append(f"NumMFs={len(terms[v.name])}")
             lines += [f"MF{k + 1}={_term(term)}" for k, term in enumerate(terms[v.name])]
     lines += ["", "[Rules]", *(_rule(system, rule, terms) for rule in system.rules)]
-    missing = [(True, field.strip("_")) for field in lost if field != "normalisation"]
+    missing = [(True, _CALLED.get(f, f)) for f in lost if f != "normalisation"]
     missing.append((middle, "the defaults of outputs"))
     missing.append((counts_from_0(system), "maxima below 0"))
     findings = differs(system, ".fis", missing)
