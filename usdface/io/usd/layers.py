@@ -116,7 +116,8 @@ def _root_layer(
     stage: Usd.Stage, metrics: Metrics, paths: _Paths, shot: Path, stronger_first: list[Path]
 ) -> Sdf.Layer:
     layer = new_layer(metrics)
-    layer.defaultPrim = stage.GetRootLayer().defaultPrim
+    if stage.GetRootLayer().HasDefaultPrim():
+        layer.defaultPrim = stage.GetRootLayer().defaultPrim
     layer.subLayerPaths = [relative_asset(path, paths.root) for path in [*stronger_first, shot]]
     write_fallback_types(layer)
     return layer

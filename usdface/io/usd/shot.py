@@ -29,6 +29,7 @@ from usdface.io.usd.stage import (
     relative_asset,
     save_layer,
     to_si,
+    unsaid_metrics,
 )
 from usdface.io.usd.take import read_take_prim
 from usdface.rigs import Rig
@@ -195,7 +196,7 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", joints=True)
     pins, notes = read_pins(prim, rig.shape_names, codes)
-    setup, findings = replace(setup, pins=pins), findings + notes
+    setup, findings = replace(setup, pins=pins), findings + notes + unsaid_metrics(stage)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
     system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
     posed = [

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from usdface.errors import InputError, OutputError
+from usdface.findings import Finding, finding
 from usdface.io.atomic import atomic_path
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
 from usdface.takes import FloatArray
@@ -33,6 +34,7 @@ __all__ = [
     "save_layers",
     "times_of",
     "to_si",
+    "unsaid_metrics",
     "vec2f_array",
     "vec3f_array",
 ]
@@ -166,6 +168,33 @@ def metrics_of(stage: Usd.Stage) -> Metrics:
     if metrics.up_axis not in ("Y", "Z"):
         raise InputError(f"upAxis is {metrics.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
     return metrics
+
+
+def unsaid_metrics(stage: Usd.Stage) -> list[Finding]:
+    """Return what the root layer leaves to USD's fallback although a layer below says otherwise.
+
+    USD takes units and clock from the root layer alone, so a face in metres under a layer that
+    does not say so becomes one of some millimetres.
+    """
+    root, *below = stage.GetLayerStack(includeSessionLayers=False)
+    metrics = metrics_of(stage)
+    found = []
+    for name, code, taken, also in (
+        ("metersPerUnit", "UNITS_ASSUMED", metrics.meters_per_unit, ""),
+        ("upAxis", "UP_AXIS_ASSUMED", metrics.up_axis, ""),
+        # Without a clock of its own a layer has that of its frames.
+        ("timeCodesPerSecond", "RATE_ASSUMED", metrics.time_codes_per_second, "framesPerSecond"),
+    ):
+        if any(root.pseudoRoot.HasInfo(key) for key in (name, also) if key):
+            continue
+        said = [layer for layer in below if layer.pseudoRoot.HasInfo(name)]
+        if said and (value := said[0].pseudoRoot.GetInfo(name)) != taken:
+            message = (
+                f"{root.GetDisplayName()} does not say {name}, so that USD takes {taken}; "
+                f"{said[0].GetDisplayName()} below it says {value}: copy it"
+            )
+            found.append(finding(code, root.GetDisplayName(), message))
+    return found
 
 
 def to_si(metrics: Metrics) -> FloatArray:
