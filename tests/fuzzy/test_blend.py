@@ -63,11 +63,21 @@ def test_the_correction_holds_no_jitter_of_the_weights(noisy):
     assert plain > 0.4 * roughness(weights) > 4 * smooth
 
 
-def test_what_comes_and_goes_evenly_is_hardly_overshot():
+@pytest.mark.parametrize("late", [0, 5, 10, 15])
+def test_what_comes_and_goes_evenly_is_hardly_overshot(late):
+    """What is added is most while the weight is still on its way: it must not add up."""
     drive = np.clip(np.minimum(np.arange(200) - 60, 140 - np.arange(200)) / 20, 0, 1)[:, None]
-    weights = 0.4 * np.roll(drive, 5, axis=0)  # what is added is most while the weight still rises
+    weights = 0.4 * np.roll(drive, late, axis=0)
     blended = blended_in(weights, np.maximum(weights, 0.8 * drive), FRAMES)
-    assert 0.8 <= blended.max() < 0.87
+    assert 0.8 <= blended.max() < 0.825
+
+
+def test_a_drive_that_flickers_leads_no_further_than_the_pose():
+    weights, raised = np.zeros((200, 1)), np.zeros((200, 1))
+    raised[60:140] = 0.6 * RNG.uniform(0.3, 1.0, (80, 1))
+    raised[[70, 100, 130]] = 0.6
+    blended = blended_in(weights, raised, FRAMES)
+    assert (blended >= raised).all() and blended.max() <= 0.6 + 1e-12
 
 
 def test_a_step_comes_gently():

@@ -3,6 +3,7 @@
 Raising a weight w to a pose's p adds max(0, p - w), which holds the jitter of w upside down and
 starts with a kink. What is added instead is a smooth curve nowhere below that, so that raising
 twice is still raising once: what has been raised to a pose, or beyond it, is added nothing.
+Nor does the curve lead beyond the pose while the weight is still on its way there.
 What contact takes back of a correction is taken back as smoothly.
 """
 
@@ -34,11 +35,19 @@ def blended_in(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArr
     Returns
     -------
     (F, S) float64 in [0, 1]
-        Nowhere below `raised`; `weights` where nothing is raised within `frames`.
+        Nowhere below `raised`, nor beyond the largest of it within `frames` but for the jitter
+        of `weights`; `weights` where nothing is raised within `frames`.
     """
-    blended = np.minimum(weights + _cover(raised - weights, frames), 1.0)
-    # What is covered may round to less than it was.
-    return np.asarray(np.maximum(blended, raised))
+    if frames < 2:
+        return raised
+    blended = weights.copy()
+    moved = np.flatnonzero((raised > weights).any(axis=0))
+    if moved.size:
+        begun, asked = weights[:, moved], raised[:, moved]
+        added = np.minimum(_cover(asked - begun, frames), _room(begun, asked, frames))
+        # What is covered may round to less than it was.
+        blended[:, moved] = np.maximum(np.minimum(begun + added, 1.0), asked)
+    return blended
 
 
 def blended_out(
@@ -75,12 +84,33 @@ def _cover(values: FloatArray, frames: int) -> FloatArray:
     moved = np.flatnonzero(values.any(axis=0))
     if frames < 2 or not moved.size:
         return values
-    width = 2 * (frames // 2) + 1
-    window = np.hanning(width + 2)[1:-1]
-    window /= window.sum()
-    smooth = convolve1d(values[:, moved], window, axis=0, mode="nearest")
-    short = np.maximum(values[:, moved] - smooth, 0.0)
-    widest = maximum_filter1d(short, width, axis=0, mode="nearest")
+    smooth = _averaged(values[:, moved], frames)
     cover = np.zeros(values.shape)
-    cover[:, moved] = smooth + convolve1d(widest, window, axis=0, mode="nearest")
+    cover[:, moved] = smooth + _envelope(np.maximum(values[:, moved] - smooth, 0.0), frames)
     return cover
+
+
+def _room(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
+    """Return a smooth curve (F, S) that what is added to weights may not exceed.
+
+    It leads their average to what is raised nearby, and further by their jitter, or the sum would
+    be level and what is added the jitter upside down. Nowhere is it below raised - weights.
+    """
+    # Over half as long as all else: a movement is not to pass for jitter.
+    smooth = _averaged(weights, frames // 2)
+    return _envelope(raised, frames) - smooth + _envelope(np.abs(weights - smooth), frames)
+
+
+def _envelope(values: FloatArray, frames: int) -> FloatArray:
+    """Return the largest of each column within half of `frames`, averaged likewise."""
+    return _averaged(maximum_filter1d(values, _width(frames), axis=0, mode="nearest"), frames)
+
+
+def _averaged(values: FloatArray, frames: int) -> FloatArray:
+    """Average each column by a Hann window of half of `frames` on either side."""
+    window = np.hanning(_width(frames) + 2)[1:-1]
+    return np.asarray(convolve1d(values, window / window.sum(), axis=0, mode="nearest"))
+
+
+def _width(frames: int) -> int:
+    return 2 * (frames // 2) + 1
