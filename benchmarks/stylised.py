@@ -15,7 +15,8 @@ from rich.table import Table
 from usdface.io.takes.files import read_take
 from usdface.options import MapOptions
 from usdface.retarget.names import rename_weights
-from usdface.retarget.transfer import Solution, solve_take
+from usdface.retarget.solution import Solution
+from usdface.retarget.transfer import solve_take
 from usdface.setup import Binding, Setup
 from usdface.takes import FloatArray, MarkerTake
 

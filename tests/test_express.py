@@ -21,7 +21,8 @@ from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.options import FEATURE_SMOOTHING, CorrectionOptions
-from usdface.retarget.transfer import Solution, solve_take
+from usdface.retarget.solution import Solution
+from usdface.retarget.transfer import solve_take
 from usdface.setup import Binding, Expression, Setup
 from usdface.takes import WeightsTake
 

@@ -23,8 +23,8 @@ from usdface.retarget.pins import bent_to_pins, kept_at_pins
 from usdface.retarget.shape_model import (
     with_combinations,
 )
+from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
-from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
 from usdface.takes import MarkerTake, WeightsTake, visible

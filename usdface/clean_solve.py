@@ -17,7 +17,8 @@ from usdface.retarget.shape_model import (
     with_combinations,
     with_known_limits,
 )
-from usdface.retarget.transfer import Solution, solve_take
+from usdface.retarget.solution import Solution
+from usdface.retarget.transfer import solve_take
 from usdface.rigs import Mesh
 from usdface.setup import Setup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake

@@ -22,7 +22,7 @@ from usdface.fuzzy.sides import Side
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.shot import Shot
 from usdface.retarget.neutral import on_plane
-from usdface.retarget.transfer import Solution
+from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, WeightsTake

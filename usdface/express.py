@@ -22,8 +22,8 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE, CorrectionOptions
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.shape_model import shape_model
+from usdface.retarget.solution import Solution
 from usdface.retarget.symmetry import symmetric_pairs
-from usdface.retarget.transfer import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake

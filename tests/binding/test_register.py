@@ -1,7 +1,9 @@
 import numpy as np
 from worlds import make_world
 
-from usdface.binding.register import Evidence, domain_of, scale_of
+from usdface.binding.domain import domain_of
+from usdface.binding.evidence import Evidence
+from usdface.binding.register import scale_of
 from usdface.binding.skin import skin_of
 
 WORLD = make_world(head_moves=False)
@@ -36,8 +38,3 @@ def test_the_scale_is_that_of_the_performer_whatever_one_marker_does() -> None:
     jumping = MOVES.copy()
     jumping[3, 2] += 0.3
     np.testing.assert_allclose(scale_of(DOMAIN, evidence(REST, jumping)), scale, rtol=0.1)
-
-
-def test_where_nothing_moves_all_central_markers_count() -> None:
-    still = evidence(REST, np.zeros_like(MOVES))
-    np.testing.assert_array_equal(still.moving, still.central)

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 from worlds import make_world
 
-from usdface.binding.register import Evidence, domain_of
+from usdface.binding.domain import domain_of
+from usdface.binding.evidence import Evidence
 from usdface.binding.search import _directions, search
 from usdface.binding.skin import skin_of
 

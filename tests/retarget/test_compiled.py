@@ -8,7 +8,8 @@ pytest.importorskip("numba", reason="the extra `fast` is not installed")
 from usdface.retarget import compiled
 from usdface.retarget.bounds import UNIT, Bounds
 from usdface.retarget.box import solve_box
-from usdface.retarget.spacetime import Iterate, curvature_bands, solve_spacetime
+from usdface.retarget.curvature import curvature_bands
+from usdface.retarget.spacetime import Iterate, solve_spacetime
 
 
 def both_ways(monkeypatch: pytest.MonkeyPatch, solve):

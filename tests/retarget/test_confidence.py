@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from bands import dense
 from scipy.linalg import cholesky_banded, solve_banded
 
 from usdface.options import SolveOptions
@@ -11,9 +12,9 @@ from usdface.retarget.confidence import (
     within_bounds,
 )
 from usdface.retarget.covariance import inverse_bands
+from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
-from usdface.retarget.spacetime import curvature_bands
 
 RNG = np.random.default_rng(21)
 OPTIONS = SolveOptions()
@@ -26,10 +27,7 @@ def test_deviations_are_those_of_the_whole_takes_posterior() -> None:
     """Inverted densely, the middle frame of a long take, without a ridge worth the name."""
     options = SolveOptions(spread=1e3)
     frames, noise = 61, 0.004
-    bands = curvature_bands(STEP * np.arange(frames))
-    curvature = np.diag(bands[2])
-    for k, row in ((1, bands[1, 1:]), (2, bands[0, 2:])):
-        curvature += np.diag(row, k) + np.diag(row, -k)
+    curvature = dense(curvature_bands(STEP * np.arange(frames)))
     single = NORMAL + noise**2 / options.spread**2 * np.eye(4)
     whole = np.kron(np.eye(frames), single)
     whole += np.kron(noise**2 * OPTIONS.smoothness / OPTIONS.agility * curvature, np.eye(4))
@@ -66,10 +64,7 @@ SHAPED = 0.02 * np.eye(4) + 0.03 * np.outer([1.0, 0.8, -0.5, 0.2], [1.0, 0.8, -0
 
 def test_with_a_learned_covariance_they_are_those_of_its_posterior() -> None:
     frames, noise = 61, 0.004
-    bands = inverse_bands(STEP * np.arange(frames), OPTIONS.pace)
-    over_time = np.diag(bands[2])
-    for k, row in ((1, bands[1, 1:]), (2, bands[0, 2:])):
-        over_time += np.diag(row, k) + np.diag(row, -k)
+    over_time = dense(inverse_bands(STEP * np.arange(frames), OPTIONS.pace))
     whole = np.kron(np.eye(frames), NORMAL)
     whole += np.kron(noise**2 * over_time, np.linalg.inv(SHAPED))
     middle = slice(4 * (frames // 2), 4 * (frames // 2) + 4)

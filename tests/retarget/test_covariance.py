@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bands import dense
 
 from usdface.options import SolveOptions
 from usdface.retarget.box import solve_box
@@ -17,13 +18,6 @@ BASIS = 0.01 * RNG.normal(size=(5, 24))
 # Two that move together, one that hardly moves, a large and a small one.
 TRUE = np.diag([0.04, 0.04, 1e-6, 0.09, 0.01])
 TRUE[0, 1] = TRUE[1, 0] = 0.038
-
-
-def dense(bands: FloatArray) -> FloatArray:
-    matrix = np.diag(bands[2])
-    for k, row in ((1, bands[1, 1:]), (2, bands[0, 2:])):
-        matrix += np.diag(row, k) + np.diag(row, -k)
-    return matrix
 
 
 def played(frames: int) -> FloatArray:

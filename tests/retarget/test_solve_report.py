@@ -3,8 +3,9 @@ import pytest
 from worlds import World, make_world
 
 from usdface.binding.marker_places import free_places
+from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import SolveReport, solve_report
-from usdface.retarget.transfer import Solution, solve_take
+from usdface.retarget.transfer import solve_take
 from usdface.setup import Binding, Setup
 from usdface.takes import MarkerTake
 

@@ -1,13 +1,15 @@
 import numpy as np
 import pytest
+from bands import dense
 from scipy.optimize import LinearConstraint, minimize
 
 from usdface.options import SolveOptions
 from usdface.retarget import spacetime
 from usdface.retarget.bounds import Bounds
+from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
-from usdface.retarget.spacetime import Iterate, curvature_bands, solve_spacetime
+from usdface.retarget.spacetime import Iterate, solve_spacetime
 
 NOISE = 0.3
 USUAL = Regularisation(NOISE, 0.0, SolveOptions())
@@ -21,13 +23,6 @@ def take(seed: int, frames: int = 12) -> tuple[np.ndarray, np.ndarray, np.ndarra
     offsets = rng.normal(size=(3, 12))
     observed = truth @ offsets + NOISE * rng.normal(size=(frames, 12))
     return times, offsets @ offsets.T, observed @ offsets.T
-
-
-def dense(bands: np.ndarray) -> np.ndarray:
-    matrix = np.diag(bands[2])
-    for k in (1, 2):
-        matrix += np.diag(bands[2 - k, k:], k) + np.diag(bands[2 - k, k:], -k)
-    return matrix
 
 
 BOUNDS = Bounds(

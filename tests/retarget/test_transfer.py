@@ -4,7 +4,8 @@ import pytest
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.options import SolveOptions
-from usdface.retarget.transfer import Solution, solve_take
+from usdface.retarget.solution import Solution
+from usdface.retarget.transfer import solve_take
 from usdface.setup import Binding, Setup
 from usdface.takes import MarkerTake
 

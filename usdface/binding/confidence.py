@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdface.binding.register import Domain, Evidence, Registration, closeness
+from usdface.binding.domain import Domain
+from usdface.binding.evidence import Evidence
+from usdface.binding.register import Registration, closeness
 from usdface.binding.skin import Skin
 from usdface.takes import FloatArray, IntArray
 

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.binding.register import Domain, Evidence, Registration, closeness
+from usdface.binding.domain import Domain
+from usdface.binding.evidence import Evidence
+from usdface.binding.register import Registration, closeness
 from usdface.binding.search import released, search
 from usdface.binding.skin import Skin
 from usdface.takes import BoolArray, IntArray

@@ -7,15 +7,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from usdface.binding.confidence import confidence
+from usdface.binding.domain import Domain
+from usdface.binding.evidence import Evidence
 from usdface.binding.given import doubted
 from usdface.binding.names import named_heights
-from usdface.binding.register import (
-    Domain,
-    Evidence,
-    Registration,
-    closeness,
-    unexplained_motion,
-)
+from usdface.binding.register import Registration, closeness, unexplained_motion
 from usdface.binding.rest import (
     Performance,
     peak_frames,

@@ -12,17 +12,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.binding.skin import MOVES, Skin
+from usdface.binding.domain import Domain, turning_motions
+from usdface.binding.evidence import Evidence
 from usdface.retarget.box import solve_box
 from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = [
-    "Domain",
-    "Evidence",
     "Registration",
     "against_names",
     "closeness",
-    "domain_of",
     "improve",
     "scale_of",
     "unexplained_motion",
@@ -34,13 +32,10 @@ SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
 # Difference of two faces beyond size and pose: size of a coordinate, and how wide it is.
 _BEND, _BEND_WIDTH = 0.055, 0.7
 # Moving markers spread like moving skin: bias and deviation of the logarithm of the ratio (mean of
-# three performers each of ICT's face and the example's: -0.20 to -0.04). Fewer say nothing of it.
+# three performers each of ICT's face and the example's: -0.20 to -0.04).
 _SPREAD_BIAS, _SPREAD = -0.14, 0.15
-_FEWEST = 6
 # The peak frames say as much of a marker's motion as this many independent ones.
 _SAYS = 8.0
-# A performer's strongest movement may be so much stronger than the rig's.
-_GAIN = 1.5
 # Degrees of freedom of the heavy-tailed error: one marker off the face does not pull all.
 _TAIL = 8.0
 # Recorded heads are mostly upright: cost of one that is not, by 1 - cosine.
@@ -50,74 +45,6 @@ _ANCHOR_SAYS = 10.0
 _NAMED = 3.0
 # Markers whose mirror images are nearer than this are partners [share of the face's size].
 _PARTNERS = 0.2
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Evidence:
-    """What a take says of its markers.
-
-    Attributes
-    ----------
-    rest : (M, 3) float64
-        The resting face in the performer's space, Y up.
-    moves : (K, M, 3) float64
-        Displacements from rest in the peak frames; 0 where not seen.
-    seen : (K, M) bool
-    anchors : (M,) int64
-        Index into the skin where a marker's place is given, else -1.
-    heights : (M,) float64
-        How high on the face a marker is by its name, NaN where that does not say.
-    """
-
-    rest: FloatArray
-    moves: FloatArray
-    seen: BoolArray
-    anchors: IntArray
-    heights: FloatArray
-
-    @property
-    def central(self) -> BoolArray:
-        """(M,) bool: markers that are not far from all others, as one on the chest is."""
-        away = np.linalg.norm(self.rest - np.median(self.rest, axis=0), axis=1)
-        near: BoolArray = np.asarray(away < 3.0 * np.median(away))
-        return near
-
-    @property
-    def moving(self) -> BoolArray:
-        """(M,) bool: markers that move much, as skin is chosen that does (`Skin.moving`).
-
-        The size of a face is that of its moving part on either side, wherever else it has markers.
-        """
-        far = np.linalg.norm(self.moves, axis=2).max(axis=0, initial=0.0)
-        far = np.where(self.central, far, 0.0)
-        # Of the second: one may be on the wrong marker for a while.
-        much: BoolArray = np.asarray(far > MOVES * np.sort(far)[-2:].min(initial=np.inf))
-        return much if much.sum() >= _FEWEST else self.central
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Domain:
-    """The vertices that are looked at: all the skin or a thinned part.
-
-    Attributes
-    ----------
-    places : (N,) int64
-        Indices into the skin.
-    points : (N, 3) float64 [m]
-        From the centre of the moving skin.
-    basis : (S, N, 3) float64 [m]
-        What the blend shapes do at the largest weight of a strong performer.
-    rigid : (6, N, 3) float64
-        Small rigid motions of the face.
-    size : float [m]
-        RMS radius of the moving skin.
-    """
-
-    places: IntArray
-    points: FloatArray
-    basis: FloatArray
-    rigid: FloatArray
-    size: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -152,48 +79,9 @@ class Registration:
     cost: float
 
 
-def thinned(points: FloatArray, cell: float) -> IntArray:
-    """Return one point of each cell: indices."""
-    _, first = np.unique(np.floor(points / cell), axis=0, return_index=True)
-    return np.sort(first)
-
-
-def domain_of(skin: Skin, cell: float = 0.0, keep: IntArray | None = None) -> Domain:
-    """Make a domain of one vertex in each `cell` (a share of the face's size; 0 = all).
-
-    `keep` are indices into the skin that stay in.
-    """
-    moving = skin.points[skin.moving]
-    rough = float(np.sqrt(((moving - moving.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    # Evenly, or finely meshed lids and lips would be most of the face.
-    even = moving[thinned(moving, 0.08 * rough)]
-    centre = even.mean(axis=0)
-    size = float(np.sqrt(((even - centre) ** 2).sum(axis=1).mean()))
-    places = np.arange(len(skin.points))
-    if cell:
-        places = thinned(skin.points, cell * size)
-    if keep is not None:
-        places = np.union1d(places, keep)
-    points = skin.points[places] - centre
-    return Domain(places, points, _GAIN * skin.offsets[:, places], _small_motions(points), size)
-
-
-def _small_motions(points: FloatArray) -> FloatArray:
-    """Return translations and rotations about the centre: (6, N, 3)."""
-    turns = np.cross(np.eye(3)[:, None], points)
-    shifts = np.broadcast_to(np.eye(3)[:, None], turns.shape)
-    return np.concatenate([shifts, turns])
-
-
-def spread(evidence: Evidence) -> float:
-    """Return the RMS radius of the markers, which faces have in common."""
-    rest = evidence.rest[evidence.moving]
-    return float(np.sqrt(((rest - rest.mean(axis=0)) ** 2).sum(axis=1).mean()))
-
-
 def scale_of(domain: Domain, evidence: Evidence) -> float:
     """Return the expected size of the character by the performer's."""
-    return float(np.exp(_SPREAD_BIAS)) * domain.size / spread(evidence)
+    return float(np.exp(_SPREAD_BIAS)) * domain.size / evidence.spread
 
 
 def closeness(
@@ -238,7 +126,7 @@ def unexplained_motion(domain: Domain, evidence: Evidence, state: Registration) 
     moves = evidence.moves @ state.linear
     weights, turns = _moved(moves, evidence.seen, basis, target, trust, state, False)
     told = weights @ basis.reshape(len(basis), -1)
-    told += turns @ _small_motions(target).reshape(6, -1)
+    told += turns @ turning_motions(target).reshape(6, -1)
     off = ((moves - told.reshape(moves.shape)) ** 2).sum(axis=2)
     seen = np.maximum(evidence.seen.sum(axis=0), 1)
     each = (off * evidence.seen).sum(axis=0) / seen
@@ -279,15 +167,7 @@ def improve(
     each = total[rows, nearest]
     trust = np.where(fixed, _ANCHOR_SAYS, 1.0 / (1.0 + each / _TAIL))
     if soft:
-        share = np.exp(-0.5 * (total - total.min(axis=1, keepdims=True)))
-        share[fixed] = 0.0
-        share[rows[fixed], nearest[fixed]] = 1.0
-        share /= share.sum(axis=1, keepdims=True)
-        target = share @ domain.points
-        basis = (share @ domain.basis.transpose(1, 0, 2).reshape(len(domain.points), -1)).reshape(
-            len(rows), -1, 3
-        )
-        basis = basis.transpose(1, 0, 2)
+        target, basis = _shared(domain, total, nearest, fixed)
     else:
         target, basis = domain.points[nearest], domain.basis[:, nearest]
     linear, offset = _carry(evidence.rest, target, trust)
@@ -320,6 +200,22 @@ def improve(
         each=each,
         cost=float(cost),
     )
+
+
+def _shared(
+    domain: Domain, total: FloatArray, nearest: IntArray, fixed: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the point (M, 3) and motions (S, M, 3) of each marker, of all vertices it may be on.
+
+    By the cost `total` (M, N) of each; `fixed` markers are on the `nearest` alone.
+    """
+    share = np.exp(-0.5 * (total - total.min(axis=1, keepdims=True)))
+    share[fixed] = 0.0
+    share[np.flatnonzero(fixed), nearest[fixed]] = 1.0
+    share /= share.sum(axis=1, keepdims=True)
+    flat = domain.basis.transpose(1, 0, 2).reshape(len(domain.points), -1)
+    basis = (share @ flat).reshape(len(total), -1, 3)
+    return share @ domain.points, basis.transpose(1, 0, 2)
 
 
 def _carry(
@@ -370,7 +266,7 @@ def _moved(
     """Solve weights and small rigid motions of the peak frames for given places."""
     count, root = len(moves), np.sqrt(trust)[:, None]
     shapes = (basis * root).reshape(len(basis), -1)
-    rigid = (_small_motions(target) * root).reshape(6, -1)
+    rigid = (turning_motions(target) * root).reshape(6, -1)
     told = state.weights @ shapes + state.turns @ rigid
     observed = np.where(np.repeat(seen, 3, axis=1), (moves * root).reshape(count, -1), told)
     columns = np.linalg.qr(rigid.T)[0]

@@ -5,14 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.binding.domain import Domain, domain_of
+from usdface.binding.evidence import Evidence
 from usdface.binding.register import (
     MOTION_ERROR,
     SHAPE_ERROR,
-    Domain,
-    Evidence,
     Registration,
     against_names,
-    domain_of,
     improve,
     scale_of,
 )

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.linalg import solveh_banded
 
-from usdface.retarget.spacetime import curvature_bands
+from usdface.retarget.curvature import curvature_bands
 from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["fill", "runs"]

@@ -29,7 +29,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.options import CleanOptions, MapOptions, SolveOptions
+from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
 from usdface.setup import Binding, Setup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
@@ -100,38 +100,13 @@ def setup_of_json(document: object, where: str) -> Setup:
             f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(_KEYS))}",
             "SCHEMA_BROKEN",
         )
-    markers = expect(document.get("markers"), dict, '"markers" as an object')
-    points, sure = [], []
-    for name, place in markers.items():
-        vertex = place.get("point") if isinstance(place, dict) else None
-        if not isinstance(vertex, int) or isinstance(vertex, bool) or not 0 <= vertex < 2**31:
-            raise InputError(
-                f'{where}: marker {name!r} is {place!r}; expected {{"point": vertex}}',
-                "SCHEMA_BROKEN",
-            )
-        points.append(vertex)
-        sure.append(_confidence(place.get("confidence"), f"{where}: marker {name!r}"))
-    head = document.get("head", "solve")
-    rigid: tuple[str, ...] = ()
-    if isinstance(head, list):
-        rigid = tuple(str(expect(n, str, "head markers as names")) for n in head)
-        head = "markers"
-    if head not in ("solve", "stabilised", "markers") or (head == "markers" and not rigid):
-        raise InputError(
-            f'{where}: "head" is {document["head"]!r}; expected "solve", "stabilised" '
-            "or a list of rigid markers",
-            "SCHEMA_BROKEN",
-        )
+    binding = _binding(document, where)
+    head, rigid = _head(document, where)
     roles = expect(document.get("roles", {}), dict, '"roles" as an object')
     for role, marker in roles.items():
         expect(marker, str, f"role {role!r} as a marker name")
     return Setup(
-        Binding(
-            tuple(markers),
-            np.array(points, dtype=np.int64),
-            expect(document.get("mesh", ""), str, '"mesh" as text'),
-            None if np.isnan(sure).all() else np.array(sure),
-        ),
+        binding,
         head=head,
         head_markers=rigid,
         move_head=expect(document.get("move_head", True), bool, '"move_head" as true or false'),
@@ -144,6 +119,38 @@ def setup_of_json(document: object, where: str) -> Setup:
         map=_map_options(document.get("map", {}), f'{where}: "map"'),
         solve=_solve_options(document.get("solve", {}), f'{where}: "solve"'),
         clean=_clean_options(document.get("clean", {}), f'{where}: "clean"'),
+    )
+
+
+def _binding(document: dict[str, Any], where: str) -> Binding:
+    expect = _expecter(where)
+    markers = expect(document.get("markers"), dict, '"markers" as an object')
+    points, sure = [], []
+    for name, place in markers.items():
+        vertex = place.get("point") if isinstance(place, dict) else None
+        if not isinstance(vertex, int) or isinstance(vertex, bool) or not 0 <= vertex < 2**31:
+            raise InputError(
+                f'{where}: marker {name!r} is {place!r}; expected {{"point": vertex}}',
+                "SCHEMA_BROKEN",
+            )
+        points.append(vertex)
+        sure.append(_confidence(place.get("confidence"), f"{where}: marker {name!r}"))
+    mesh = expect(document.get("mesh", ""), str, '"mesh" as text')
+    confidence = None if np.isnan(sure).all() else np.array(sure)
+    return Binding(tuple(markers), np.array(points, dtype=np.int64), mesh, confidence)
+
+
+def _head(document: dict[str, Any], where: str) -> tuple[HeadMode, tuple[str, ...]]:
+    """Return how the head is found, and the rigid markers if it is by them."""
+    head = document.get("head", "solve")
+    if head in ("solve", "stabilised"):
+        return head, ()
+    if isinstance(head, list) and head:
+        expect = _expecter(where)
+        return "markers", tuple(str(expect(n, str, "head markers as names")) for n in head)
+    raise InputError(
+        f'{where}: "head" is {head!r}; expected "solve", "stabilised" or a list of rigid markers',
+        "SCHEMA_BROKEN",
     )
 
 

@@ -19,7 +19,7 @@ from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.learning.labels import NEUTRAL, Label
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.outcome import Steps
-from usdface.retarget.transfer import Solution
+from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
 from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen

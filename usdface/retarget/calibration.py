@@ -18,11 +18,12 @@ from usdface.options import EXTREME_REACHED, GAIN_RANGE, GAIN_SPREAD, LARGEST_OF
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.confidence import weight_deviations
 from usdface.retarget.gains import gain_posterior
-from usdface.retarget.joint import small_motions
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.shape_model import ShapeModel
+from usdface.retarget.small_motions import motion_basis
+from usdface.retarget.solution import Solution
 from usdface.retarget.solve import solve_weights, with_learned_covariance
-from usdface.retarget.transfer import Solution, solve_take
+from usdface.retarget.transfer import solve_take
 from usdface.setup import Calibration, Setup
 from usdface.takes import FloatArray, MarkerTake, frozen
 
@@ -140,8 +141,7 @@ def _loose_weights(
     axes = 3 if solution.in_space else 2
     shapes = offsets[..., :axes].reshape(len(offsets), -1)
     if setup.head == "solve":
-        moves = small_motions(points, axes == 2)[..., :axes].reshape(6, -1)
-        rigid = np.linalg.qr(moves.T)[0]
+        rigid = motion_basis(points, axes)
         shapes = shapes - (shapes @ rigid) @ rigid.T
     observed = (solution.feature_points - points)[..., :axes].reshape(len(solution.residual), -1)
     normal, right = shapes @ shapes.T, observed @ shapes.T

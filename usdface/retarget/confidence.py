@@ -14,8 +14,8 @@ from scipy.special import ndtr
 
 from usdface.options import NEXT_MARKERS
 from usdface.retarget.covariance import inverse_spectrum
-from usdface.retarget.joint import small_motions
 from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.small_motions import small_motions
 from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]

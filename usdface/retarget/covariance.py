@@ -15,7 +15,7 @@ import numpy as np
 from scipy.fft import dct
 from scipy.linalg import eigh
 
-from usdface.retarget.spacetime import curvature_bands
+from usdface.retarget.curvature import curvature_bands
 from usdface.takes import FloatArray
 
 __all__ = ["inverse_bands", "inverse_spectrum", "learn_covariance"]
@@ -50,7 +50,7 @@ def inverse_spectrum(frequencies: FloatArray, step: float, pace: float) -> Float
 def inverse_bands(times: FloatArray, pace: float) -> FloatArray:
     """Return the inverse covariance over time of the process, for variance 1: (3, F).
 
-    Upper banded storage, as `usdface.retarget.spacetime.curvature_bands`.
+    Upper banded storage, as `usdface.retarget.curvature.curvature_bands`.
     """
     bands = curvature_bands(times)
     bands[2] += pace**4 * np.median(np.diff(times))

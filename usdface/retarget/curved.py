@@ -22,10 +22,11 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.retarget.bounds import Bounds
+from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.shape_model import ShapeModel
 from usdface.retarget.solve import solve_weights
-from usdface.retarget.spacetime import Iterate, curvature_bands
+from usdface.retarget.spacetime import Iterate
 from usdface.takes import FloatArray
 
 __all__ = ["first_guess", "solve_curved"]

@@ -20,12 +20,13 @@ from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.shape_model import ShapeModel
+from usdface.retarget.small_motions import motion_basis
 from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
 from usdface.retarget.symmetry import symmetric_pairs
 from usdface.setup import Setup
 from usdface.takes import BoolArray, FloatArray, visible
 
-__all__ = ["Joint", "small_motions", "solve_jointly"]
+__all__ = ["Joint", "solve_jointly"]
 
 _ROUNDS = 30
 _ROUGH = 4  # steps of a curved solve in a round
@@ -161,8 +162,7 @@ def solve_jointly(
 
 def _rows(target: FloatArray, model: ShapeModel, axes: int, moving_head: bool) -> _Rows:
     seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
-    columns = small_motions(target, axes == 2) if moving_head else np.zeros((0, *target.shape))
-    rigid = np.linalg.qr(columns[..., :axes].reshape(len(columns), axes * len(target)).T)[0]
+    rigid = motion_basis(target, axes) if moving_head else np.zeros((axes * len(target), 0))
     return _Rows(axes, model.at(seen), rigid)
 
 
@@ -205,22 +205,6 @@ def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArra
     """Return normal matrix (S, S) and right-hand sides (F, S), whatever the head does."""
     shapes = rows.model.shapes - (rows.model.shapes @ rows.rigid) @ rows.rigid.T
     return shapes @ shapes.T, observed @ shapes.T
-
-
-def small_motions(points: FloatArray, image: bool) -> FloatArray:
-    """Return small rigid motions of `points` (M, 3): (6, M, 3).
-
-    Three translations and three rotations; seen in an image, moving along the view is a
-    change of size instead.
-    """
-    centred = points - points.mean(axis=0)
-    columns = np.zeros((6, *points.shape))
-    for axis in range(3):
-        columns[axis, :, axis] = 1.0
-        columns[3 + axis] = np.cross(np.eye(3)[axis], centred)
-    if image:
-        columns[2] = centred
-    return columns
 
 
 def _displaced(

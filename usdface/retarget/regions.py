@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.retarget.transfer import Solution
+from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Binding
 from usdface.takes import FloatArray, IntArray

@@ -10,7 +10,7 @@ import numpy as np
 
 from usdface.retarget.align import rigid_fit, similarity_fit
 from usdface.retarget.box import solve_box
-from usdface.retarget.joint import small_motions
+from usdface.retarget.small_motions import motion_basis
 from usdface.takes import FloatArray, visible
 
 __all__ = ["rest_weights", "without_weights"]
@@ -102,7 +102,7 @@ def _in_errors(
     size = float(np.sqrt(((target - target.mean(axis=0)) ** 2).sum(axis=1).mean()))
     pose, _ = rigid_fit(rest, frames)
     moved = (pose.to_head(frames) - rest) @ similarity_fit(rest, target)[0]
-    rigid = np.linalg.qr(small_motions(target, False).reshape(6, -1).T)[0]
+    rigid = motion_basis(target, 3)
     flat = np.concatenate(
         [moved.reshape(len(moved), -1), offsets[:, used].reshape(len(offsets), -1)]
     )

@@ -33,8 +33,9 @@ import numpy as np
 from usdface.retarget.bounds import UNIT, Bounds
 from usdface.retarget.box import solve_box
 from usdface.retarget.covariance import inverse_bands, learn_covariance
+from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.spacetime import Iterate, curvature_bands, solve_spacetime
+from usdface.retarget.spacetime import Iterate, solve_spacetime
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Iterate", "solve_weights", "with_learned_covariance"]

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.retarget.confidence import confidence_of, within_bounds
+from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.noise import MOST
 from usdface.retarget.regions import place_names, region_errors
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.transfer import Solution
+from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
 from usdface.takes import FloatArray, IntArray
@@ -47,20 +47,7 @@ def solve_report(
     vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     bound = np.array([vertex[name] for name in solution.markers])
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
-    times, axes = solution.weights.times, 3 if solution.in_space else 2
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    sure = confidence_of(
-        mesh.points[places],
-        mesh.offsets_at(places),
-        np.arange(len(bound)),
-        axes,
-        setup.head == "solve",
-        step,
-        Regularisation(
-            solution.noise, usual_misfit(solution), setup.solve, covariance=solution.covariance
-        ),
-        room=room,
-    )
+    sure = _confidence(mesh, setup, solution, places, room)
     deviations = within_bounds(sure.deviations, solution.weights.weights)
     names = mesh.shape_names
     hidden = {names[shape]: sure.unseen.get(shape) for shape in sure.hidden.tolist()}
@@ -101,6 +88,25 @@ def solve_report(
         for name, vertex in unseen.items()
     ]
     return SolveReport(summary, details, found)
+
+
+def _confidence(
+    mesh: Mesh, setup: Setup, solution: Solution, places: IntArray, room: float
+) -> Confidence:
+    """Say how sure the weights are with markers on the first of the `places`."""
+    times, axes = solution.weights.times, 3 if solution.in_space else 2
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    misfit, covariance = usual_misfit(solution), solution.covariance
+    return confidence_of(
+        mesh.points[places],
+        mesh.offsets_at(places),
+        np.arange(len(solution.markers)),
+        axes,
+        setup.head == "solve",
+        step,
+        Regularisation(solution.noise, misfit, setup.solve, covariance=covariance),
+        room=room,
+    )
 
 
 def usual_misfit(solution: Solution) -> float:

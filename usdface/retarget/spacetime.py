@@ -23,7 +23,7 @@ from usdface.retarget.box import solve_box
 from usdface.retarget.fast import kernels, on_all_cores
 from usdface.takes import FloatArray
 
-__all__ = ["Iterate", "curvature_bands", "solve_spacetime"]
+__all__ = ["Iterate", "solve_spacetime"]
 
 _RELAXATION = 1.8
 # Penalty of a weight: of its own diagonal entry, and of the curvature's but at most so many times
@@ -41,8 +41,6 @@ _PIECE = 2048
 _OVERLAPS = 8
 # What a piece may be off because it ends.
 _SEAM = 1e-7
-# Steps of time that differ by less, relatively, differ by rounding.
-_EVEN = 1e-8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,7 +97,7 @@ def solve_spacetime(
     right : (F, S) float64
         b of every frame.
     bands : (3, F) float64
-        K, as `curvature_bands` gives it, in the units of `normal`.
+        K, as `usdface.retarget.curvature.curvature_bands` gives it, in the units of `normal`.
     bounds : Bounds
     start : Iterate, optional
         Else each frame starts at its own unbounded minimum.
@@ -305,33 +303,3 @@ def _obeying(weights: FloatArray, metric: FloatArray, bounds: Bounds) -> FloatAr
     unit = metric / metric.max()
     result[broken] = solve_box(np.diag(unit), weights[broken] * unit, weights[broken], there)
     return result
-
-
-def curvature_bands(times: FloatArray) -> FloatArray:
-    """Return the pentadiagonal matrix of ``integral |w''|^2 dt`` for samples at `times`.
-
-    Returns
-    -------
-    (3, F) float64 [1/s^3]
-        Upper banded storage, as `scipy.linalg.solveh_banded` takes it; uneven times are
-        allowed, fewer than three give zeros.
-    """
-    count = len(times)
-    bands = np.zeros((3, count))
-    if count < 3:
-        return bands
-    step = np.diff(times)
-    if np.ptp(step) <= _EVEN * step.mean():
-        step[:] = step.mean()
-    span = step[:-1] + step[1:]
-    # w'' at an inner sample as a combination of three neighbours, times sqrt(span / 2).
-    scale = np.sqrt(span / 2.0) * 2.0 / span
-    left, right = scale / step[:-1], scale / step[1:]
-    middle = -(left + right)
-    bands[2, :-2] += left**2
-    bands[2, 1:-1] += middle**2
-    bands[2, 2:] += right**2
-    bands[1, 1:-1] += left * middle
-    bands[1, 2:] += middle * right
-    bands[0, 2:] += left * right
-    return bands

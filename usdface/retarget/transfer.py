@@ -1,6 +1,6 @@
 """From a marker take to blend shape weights: which markers count, where they rest, the solve."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,74 +8,19 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.retarget.align import Pose, rigid_fit
 from usdface.retarget.joint import solve_jointly
-from usdface.retarget.map_choice import MapChoice, choose_map
+from usdface.retarget.map_choice import choose_map
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.performed import performed
 from usdface.retarget.rest_weights import without_weights
 from usdface.retarget.shape_model import ShapeModel
+from usdface.retarget.solution import Solution
 from usdface.setup import Setup
-from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, frozen, visible
+from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, visible
 
-__all__ = ["Solution", "solve_take"]
+__all__ = ["solve_take"]
 
 # Markers are in a line if they reach no further to the side than this share of its length.
 _IN_LINE = 0.02
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Solution:
-    """What the retarget found.
-
-    Attributes
-    ----------
-    weights : WeightsTake
-        (F, S), in [0, 1].
-    pose : Pose
-        Head pose relative to the neutral frames, in take space.
-    residual : (F,) float64 [m]
-        RMS distance, on the character, between seen markers and what the weights explain.
-    feature_points : (F, M, 3) float64 [m]
-        Markers carried over to the character; occluded ones as the rig predicts them.
-    markers : tuple of str, length M
-        The markers that were used.
-    neutral : (M, D) float64
-        Where they rest, in take space.
-    noise : float [m]
-        Estimated standard deviation of a marker coordinate, on the character.
-    misfit : float [m]
-        How much face and rig differ: estimated RMS error of a marker coordinate beyond the
-        noise, in an expressive frame.
-    rounds : int
-        Rounds of the pose and occlusion loop.
-    choice : MapChoice
-        The space map, and how well it predicts left-out markers.
-    distances : (F, M) float64 [m]
-        Between a marker and what the weights explain, on the character; NaN where occluded.
-    in_space : bool
-        False for an image's markers: then the pose is in pixels.
-    covariance : (S, S) float64 or None
-        How weights move and move together, as learned from the take; None if it was not.
-    """
-
-    weights: WeightsTake
-    pose: Pose
-    residual: FloatArray
-    feature_points: FloatArray
-    markers: tuple[str, ...]
-    neutral: FloatArray
-    noise: float
-    misfit: float
-    rounds: int
-    choice: MapChoice
-    distances: FloatArray
-    in_space: bool = True
-    covariance: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "residual", frozen(self.residual))
-        object.__setattr__(self, "distances", frozen(self.distances))
-        object.__setattr__(self, "feature_points", frozen(self.feature_points))
-        object.__setattr__(self, "neutral", frozen(self.neutral))
 
 
 def solve_take(

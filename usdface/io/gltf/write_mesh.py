@@ -138,18 +138,20 @@ def written_mesh(
         place = 0 if primitive.material is None else primitive.material + 1
         if tint is not None and names[place] in shows:
             primitive.attributes = pygltflib.Attributes(**vars(shared) | {"COLOR_0": tint})
+    at_rest, extras = [0.0] * len(mesh.shapes), _named_targets(mesh, inbetweens)
+    whole = pygltflib.Mesh(name=mesh.name, primitives=primitives, weights=at_rest, extras=extras)
+    return whole, found
+
+
+def _named_targets(mesh: Mesh, inbetweens: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the extras of a mesh: what its morph targets are called, and which are inbetweens."""
     extras: dict[str, Any] = {}
     if mesh.shapes:
         extras["targetNames"] = [shape.label or shape.name for shape in mesh.shapes]
     ours: dict[str, Any] = {"inbetweens": inbetweens} if inbetweens else {}
     if any(shape.label for shape in mesh.shapes):
         ours["names"] = list(mesh.shape_names)
-    if ours:
-        extras["usdface"] = ours
-    weights_at_rest = [0.0] * len(mesh.shapes)
-    return pygltflib.Mesh(
-        name=mesh.name, primitives=primitives, weights=weights_at_rest, extras=extras
-    ), found
+    return extras | ({"usdface": ours} if ours else {})
 
 
 def _announced(mesh: Mesh) -> list[Finding]:

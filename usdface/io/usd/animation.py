@@ -16,7 +16,7 @@ from usdface.io.usd.stage import (
 from usdface.retarget.align import Pose
 from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.regions import region_residuals
-from usdface.retarget.transfer import Solution
+from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
 from usdface.takes import FloatArray
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.certificate.sums import Sums
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.shown_shapes import ShownShapes
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.takes import FloatArray, IntArray
 
@@ -71,7 +71,7 @@ class StagedMesh:
     used: IntArray
     _mesh: UsdGeom.Mesh
     _bound: _Bound | None
-    _deformer: "_Deformer"
+    _deformer: ShownShapes
     _si: FloatArray
 
     def weights_at(self, codes: FloatArray) -> FloatArray:
@@ -195,67 +195,6 @@ def _matrix3(matrix: FloatArray) -> Gf.Matrix3d:
     return Gf.Matrix3d(*matrix.ravel().tolist())
 
 
-class _Deformer:
-    """UsdSkel's blend shapes of one mesh."""
-
-    def __init__(self, prim: Usd.Prim) -> None:
-        self._query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
-        self._indices = self._query.ComputeBlendShapePointIndices()
-        self._moves = self._query.ComputeSubShapePointOffsets()
-        self._turns = [self._turn(k) for k in range(self._query.GetNumSubShapes())]
-        mesh = UsdGeom.Mesh(prim)
-        normals, points = mesh.GetNormalsAttr().Get(_START), mesh.GetPointsAttr().Get(_START)
-        shown = bool(normals) and len(normals) == len(points)
-        shown &= not UsdGeom.PrimvarsAPI(prim).HasPrimvar("normals")
-        shown &= mesh.GetNormalsInterpolation() in ("vertex", "varying")
-        # Where a shape has no normal offsets USD shows it with the normals it has at rest.
-        complete = all(len(t) or not len(m) for t, m in zip(self._turns, self._moves, strict=True))
-        self.turns_normals = shown and complete
-
-    def _turn(self, number: int) -> Vt.Vec3fArray:
-        between = self._query.GetInbetween(number)
-        if between:
-            return between.GetNormalOffsets() or Vt.Vec3fArray()
-        shape = self._query.GetBlendShape(self._query.GetBlendShapeIndex(number))
-        return (shape.GetNormalOffsetsAttr().Get() if shape else None) or Vt.Vec3fArray()
-
-    def move(self, points: Vt.Vec3fArray, weights: Vt.FloatArray) -> None:
-        self._apply(points, weights, self._moves)
-
-    def turn(self, normals: Vt.Vec3fArray, weights: Vt.FloatArray) -> None:
-        self._apply(normals, weights, self._turns)
-
-    @property
-    def count(self) -> int:
-        """How many sub-shapes there are: shapes and their inbetweens."""
-        return len(self._moves)
-
-    def part(self, number: int, still: NDArray[np.float32], turning: bool = False) -> Vt.Vec3fArray:
-        """Return what one sub-shape adds to points, or to normals, by its whole weight."""
-        values = Vt.Vec3fArray.FromNumpy(still)
-        one, place = Vt.FloatArray([1.0]), Vt.UIntArray([number])
-        shape = Vt.UIntArray([self._query.GetBlendShapeIndex(number)])
-        offsets = self._turns if turning else self._moves
-        self._query.ComputeDeformedPoints(one, shape, place, self._indices, offsets, values)
-        return values
-
-    def weights(self, weights: FloatArray) -> FloatArray:
-        """Return the weights (F, B) of the sub-shapes by those of the shapes (F, S)."""
-        result = np.zeros((len(weights), self.count))
-        for row, given in zip(result, weights.astype(np.float32), strict=True):
-            if len(given):
-                values, _, places = self._query.ComputeSubShapeWeights(
-                    Vt.FloatArray.FromNumpy(given)
-                )
-                np.add.at(row, np.array(places, np.int64), np.array(values, np.float64))
-        return result
-
-    def _apply(self, values: Vt.Vec3fArray, weights: Vt.FloatArray, offsets: object) -> None:
-        if len(weights):
-            parts = self._query.ComputeSubShapeWeights(weights)
-            self._query.ComputeDeformedPoints(*parts, self._indices, offsets, values)
-
-
 _START = Usd.TimeCode.EarliestTime()
 
 
@@ -295,7 +234,7 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[StagedMesh, ...]:
                         used.astype(np.int64),
                         UsdGeom.Mesh(prim),
                         bound.get(prim),
-                        _Deformer(prim),
+                        ShownShapes(prim),
                         si,
                     )
                 )

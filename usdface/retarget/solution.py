@@ -1,0 +1,65 @@
+"""What a retarget found: the weights of a take, and how they came about."""
+
+from dataclasses import dataclass
+
+from usdface.retarget.align import Pose
+from usdface.retarget.map_choice import MapChoice
+from usdface.takes import FloatArray, WeightsTake, frozen
+
+__all__ = ["Solution"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Solution:
+    """What the retarget found.
+
+    Attributes
+    ----------
+    weights : WeightsTake
+        (F, S), in [0, 1].
+    pose : Pose
+        Head pose relative to the neutral frames, in take space.
+    residual : (F,) float64 [m]
+        RMS distance, on the character, between seen markers and what the weights explain.
+    feature_points : (F, M, 3) float64 [m]
+        Markers carried over to the character; occluded ones as the rig predicts them.
+    markers : tuple of str, length M
+        The markers that were used.
+    neutral : (M, D) float64
+        Where they rest, in take space.
+    noise : float [m]
+        Estimated standard deviation of a marker coordinate, on the character.
+    misfit : float [m]
+        How much face and rig differ: estimated RMS error of a marker coordinate beyond the
+        noise, in an expressive frame.
+    rounds : int
+        Rounds of the pose and occlusion loop.
+    choice : MapChoice
+        The space map, and how well it predicts left-out markers.
+    distances : (F, M) float64 [m]
+        Between a marker and what the weights explain, on the character; NaN where occluded.
+    in_space : bool
+        False for an image's markers: then the pose is in pixels.
+    covariance : (S, S) float64 or None
+        How weights move and move together, as learned from the take; None if it was not.
+    """
+
+    weights: WeightsTake
+    pose: Pose
+    residual: FloatArray
+    feature_points: FloatArray
+    markers: tuple[str, ...]
+    neutral: FloatArray
+    noise: float
+    misfit: float
+    rounds: int
+    choice: MapChoice
+    distances: FloatArray
+    in_space: bool = True
+    covariance: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "residual", frozen(self.residual))
+        object.__setattr__(self, "distances", frozen(self.distances))
+        object.__setattr__(self, "feature_points", frozen(self.feature_points))
+        object.__setattr__(self, "neutral", frozen(self.neutral))
