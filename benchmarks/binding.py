@@ -30,7 +30,8 @@ from usdface.takes import FloatArray, IntArray, MarkerTake
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
-from faces import Face, make_face, range_of_motion  # noqa: E402
+from face_answers import range_of_motion  # noqa: E402
+from faces import Face, make_face  # noqa: E402
 
 KINDS = ("ict68", "ict41", "makehuman", "example")
 SEEDS, ANCHORS = (11, 12), (0, 3, 6)

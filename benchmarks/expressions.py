@@ -17,19 +17,17 @@ from rich.table import Table
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
-from faces import (  # noqa: E402
+from face_answers import (  # noqa: E402
     AMOUNTS,
-    FACES,
-    Face,
     contact,
     loudest_alone,
-    make_face,
     one_sided,
     others_heard,
     range_of_motion,
     sweep,
     weak_expressions,
 )
+from faces import FACES, Face, make_face  # noqa: E402
 
 from usdface.io.expressions_file import read_expressions_file  # noqa: E402
 

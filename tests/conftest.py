@@ -35,6 +35,14 @@ def ict_rig(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture(scope="session")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The world's shot, processed, for reading only: a `processed.Done`."""
+    from processed import processed_world
+
+    return processed_world(tmp_path_factory.mktemp("done"))
+
+
+@pytest.fixture(scope="session")
 def validate_gltf() -> Callable[[Path], dict[str, Any]]:
     """A function from a glTF file to the report of the Khronos validator."""
     root = Path(__file__).resolve().parents[1]

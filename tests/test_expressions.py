@@ -7,20 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from faces import (
+from face_answers import (
     AMOUNTS,
-    FACES,
-    Face,
     Weak,
     contact,
     loudest_alone,
-    make_face,
     one_sided,
     others_heard,
     range_of_motion,
     sweep,
 )
-from faces import weak_expressions as weak
+from face_answers import weak_expressions as weak
+from faces import FACES, Face, make_face
 
 # MakeHuman's joy is its corner puller and half narrowed lids, which markers hardly see; the smile
 # of the example raises the cheeks by itself, as joy does.

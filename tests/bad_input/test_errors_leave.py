@@ -1,0 +1,54 @@
+"""How errors leave the program: one line, or all of it with --debug."""
+
+import subprocess
+import sys
+
+import pytest
+from spoilt import Place, listing
+
+from usdface.cli import main
+from usdface.errors import UsdFaceError
+
+
+def test_debug_raises_what_happened(place: Place) -> None:
+    with pytest.raises(UsdFaceError, match=r"none\.usda"):
+        main(["process", str(place / "none.usda"), "--debug"])
+
+
+def test_a_mistake_of_the_program_is_one_line_too(
+    place: Place, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("first\nsecond")
+
+    monkeypatch.setattr("usdface.pipeline.process", broken)
+    assert main([str(a) for a in place.process]) == 1
+    assert capsys.readouterr().err == (
+        "usdface: a mistake in usdface: ZeroDivisionError: first; --debug shows where\n"
+    )
+    with pytest.raises(ZeroDivisionError):
+        main([*map(str, place.process), "--debug"])
+
+
+def test_an_interrupted_run_says_so(
+    place: Place, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = listing(place.folder)
+    # After the first of three files was written to its temporary place.
+    monkeypatch.setattr("usdface.io.usd.layers._root_layer", interrupted)
+    assert main([str(a) for a in place.process]) == 1
+    assert capsys.readouterr() == ("", "usdface: interrupted\n")
+    assert listing(place.folder) == before
+
+
+def test_no_traceback_without_it(place: Place) -> None:
+    command = [sys.executable, "-m", "usdface", "process", str(place / "none.usda")]
+    plain = subprocess.run(command, capture_output=True, text=True)
+    assert plain.returncode == 1
+    assert plain.stderr.startswith("usdface: ") and plain.stderr.count("\n") == 1
+    debug = subprocess.run([*command, "--debug"], capture_output=True, text=True)
+    assert debug.returncode == 1
+    assert "Traceback" in debug.stderr and "none.usda" in debug.stderr

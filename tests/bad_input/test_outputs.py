@@ -1,0 +1,93 @@
+"""Places that nothing can be written to."""
+
+import os
+
+import pytest
+from spoilt import Place, Refused, marker_take, wide_csv
+
+from usdface.cli import main
+
+
+@pytest.mark.parametrize("output", ["rig.usda/out.usda", "rig.usda/deep/out.usda"])
+def test_a_folder_that_is_a_file(place: Place, refused: Refused, output: str) -> None:
+    target = place / output
+    csv = wide_csv(place, ["0,1,2,3,4,5,6"])
+    for command in (
+        ["rig", place / "rig.usda", "-o", target],
+        ["take", csv, "-o", target],
+        [*place.shot[:-1], target],
+        [*place.process, "-o", target],
+        [*place.process, "--gltf", target.with_suffix(".glb")],
+        [*place.process, "--report", target.with_suffix(".json")],
+        ["export", place / "rig.usda", "-o", target.with_suffix(".glb")],
+    ):
+        assert "cannot write" in refused(command)
+
+
+def test_a_folder_in_the_place_of_the_file(place: Place, refused: Refused) -> None:
+    (place / "out.usda").mkdir()
+    for command in (["rig", place / "rig.usda"], place.process):
+        assert "out.usda" in refused([*command, "-o", place / "out.usda"])
+
+
+def test_the_output_is_the_input(place: Place, refused: Refused) -> None:
+    for command, name in (
+        (place.process, "shot.usda"),
+        (["rig", place / "rig.usda"], "rig.usda"),
+        (place.shot[:-2], "rig.usda"),
+        (place.shot[:-2], "take.usda"),
+    ):
+        said = refused([*command, "-o", place / name])
+        assert name in said and "overwrit" in said
+
+
+@pytest.mark.parametrize("name", ["shot.usda", "rig.usda", "report", "/dev/null"])
+def test_a_report_in_the_place_of_another_file(place: Place, refused: Refused, name: str) -> None:
+    for command in (place.process, ["bench", "papers"]):
+        assert "end its name in .json" in refused([*command, "--report", place / name])
+
+
+def test_the_report_is_no_input(place: Place, refused: Refused) -> None:
+    assert "overwritten" in refused([*place.shot, "--report", place / "bind.json"])
+
+
+def test_a_name_that_the_system_refuses(place: Place, refused: Refused) -> None:
+    name = 300 * "a"
+    for command in (
+        ["process", place / f"{name}.usda"],
+        ["take", place / f"{name}.c3d", "-o", place / "out.usda"],
+        ["rig", place / name, "-o", place / "out.usda"],
+        [*place.process, "-o", place / f"{name}.usda"],
+        # Fits, but for the ending that a file has while it is written.
+        [*place.process, "-o", place / f"{245 * 'a'}.usda"],
+    ):
+        assert "File name too long" in refused(command)
+
+
+@pytest.mark.parametrize("name", [".", "/", ""])
+def test_a_shot_without_a_name(refused: Refused, name: str) -> None:
+    assert "is no USD file" in refused(["process", name])
+
+
+@pytest.mark.parametrize("name", ["out.fbx", "out", "out.glb"])
+def test_an_output_of_another_kind(place: Place, refused: Refused, name: str) -> None:
+    csv = wide_csv(place, ["0,1,2,3,4,5,6"])
+    for command in (["rig", place / "rig.usda"], ["take", csv], place.shot[:-2], place.process):
+        assert name in refused([*command, "-o", place / name])
+    assert "out.txt" in refused([*place.process, "--gltf", place / "out.txt"])
+    assert "out.txt" in refused(["export", place / "rig.usda", "-o", place / "out.txt"])
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_a_read_only_folder(place: Place, refused: Refused) -> None:
+    place.folder.chmod(0o555)
+    try:
+        assert "read-only" in refused(place.process)
+    finally:
+        place.folder.chmod(0o755)
+
+
+def test_a_failed_run_keeps_the_last_result(place: Place, refused: Refused) -> None:
+    assert main([str(a) for a in place.process]) == 0
+    marker_take(place, "points", [(0, 0, 0)] * 7, 5)
+    assert "time code 5" in refused(place.process)

@@ -1,0 +1,70 @@
+"""Rigs that no take can be played on."""
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd
+from spoilt import Place, Refused
+
+
+def test_a_rig_without_shapes(place: Place, refused: Refused) -> None:
+    def strip(stage: Usd.Stage) -> None:
+        for name in ("skel:blendShapes", "skel:blendShapeTargets"):
+            stage.GetPrimAtPath("/Asset/Face/head").RemoveProperty(name)
+
+    place.edit("rig.usda", strip)
+    for command in (place.shot, place.process, ["rig", place / "rig.usda", "-o", place / "x.usda"]):
+        said = refused(command)
+        assert "no blend shapes" in said and str(place.folder) in said
+
+
+def test_a_mesh_that_no_skeleton_plays(place: Place, refused: Refused) -> None:
+    def unbind(stage: Usd.Stage) -> None:
+        for prim in stage.Traverse():
+            prim.RemoveProperty("skel:skeleton")
+
+    place.edit("rig.usda", unbind)
+    said = refused(place.process)
+    assert "skel:skeleton" in said and "usdface rig" in said
+
+
+def test_a_mesh_outside_the_default_prim(place: Place, refused: Refused) -> None:
+    def move(stage: Usd.Stage) -> None:
+        stage.SetDefaultPrim(stage.DefinePrim("/Other"))
+
+    place.edit("rig.usda", move)
+    said = refused(place.shot)
+    assert "/Asset/Face/head" in said and "/Other" in said
+
+
+@pytest.mark.parametrize(
+    ("metric", "value"),
+    [("upAxis", "X"), ("metersPerUnit", 0.0), ("metersPerUnit", -1.0), ("timeCodesPerSecond", 0.0)],
+)
+@pytest.mark.parametrize("name", ["rig", "take"])
+def test_metrics_that_make_no_sense(
+    place: Place, refused: Refused, name: str, metric: str, value: object
+) -> None:
+    layer = Sdf.Layer.FindOrOpen(str(place / f"{name}.usda"))
+    layer.pseudoRoot.SetInfo(metric, value)
+    layer.Save()
+    said = refused(place.shot)
+    assert metric in said and f"{name}.usda" in said
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_points_that_are_no_numbers(place: Place, refused: Refused, value: float) -> None:
+    points = np.array(place.world.rig.meshes[0].points)
+    points[7] = value
+    place.edit(
+        "rig.usda", lambda s: s.GetAttributeAtPath("/Asset/Face/head.points").Set(points.tolist())
+    )
+    assert "finite" in refused(place.shot)
+
+
+def test_what_usd_warns_of_stays_off_standard_error(place: Place, refused: Refused) -> None:
+    def aim(stage: Usd.Stage) -> None:
+        stage.GetRelationshipAtPath("/Asset/Face/Skel.skel:animationSource").SetTargets(["/No"])
+
+    place.edit("rig.usda", aim)
+    place.bind(nose_tip="nase")
+    assert "'nase'" in refused(place.shot)

@@ -1,0 +1,35 @@
+"""Shots with a broken part."""
+
+import pytest
+from spoilt import Place, Refused
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (" IS raised THEN ", " IS high THEN ", "'high'"),
+        (" IS raised THEN ", " THEN ", "/Shot/Fuzzy/rule_"),
+        ("IF jaw_l_y", "IF corner_z_z", "corner_z_z"),
+        ('usdface:head:mode = "solve"', 'usdface:head:mode = "guess"', "guess"),
+        ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (30, 300)", "0 to 39"),
+        ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (3, 0)", "0 to 39"),
+        ("usdface:map:radius = 3", "usdface:map:radius = -3", "radius"),
+        ("usdface:map:radius = 3", "usdface:map:radius = nan", "radius"),
+        ("</Shot/Character/Face/head>", "</Shot/Character/Face/kopf>", "kopf"),
+        ("</Shot/Capture/Take>", "</Shot/Capture/Tak>", "/Shot/Capture/Tak"),
+        ("</Shot/Fuzzy>", "</Shot/Fuzz>", "/Shot/Fuzz"),
+        ("rel usdface:take = </Shot/Capture/Take>", "rel usdface:take", "usdface:take"),
+        ("usdface:weights = [0.9", "usdface:weights = [1.9", "/Shot/Expressions/"),
+        ("usdface:weights = [0.9, ", "usdface:weights = [", "/Shot/Expressions/"),
+    ],
+)
+def test_a_shot_with_a_broken_part(
+    place: Place, refused: Refused, old: str, new: str, said: str
+) -> None:
+    place.replace("shot.usda", old, new)
+    assert said in refused(place.process)
+
+
+def test_a_character_that_is_an_instance(place: Place, refused: Refused) -> None:
+    place.edit("shot.usda", lambda s: s.GetPrimAtPath("/Shot/Character").SetInstanceable(True))
+    assert "instanceable = false" in refused(place.process)

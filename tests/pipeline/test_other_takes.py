@@ -1,0 +1,119 @@
+"""Takes of weights, of an image, from other files, and with markers that are hidden."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from processed import EXACT, Done, codes_in, process, report, run, shoot, solved
+from worlds import animation_of, camera_pixels, make_world, write_live_link
+
+from usdface.takes import MarkerTake
+
+
+def test_weights_recorded_by_a_phone_play_by_name(tmp_path: Path) -> None:
+    world = make_world()
+    folder = world.write(tmp_path)
+    (folder / "bind.json").unlink()
+    write_live_link(world, folder / "phone.csv")
+    run("take", folder / "phone.csv", "-o", folder / "take.usda")
+    shot = shoot(folder)
+    assert "EXPRESS_SKIPPED" in codes_in(report(tmp_path, "process", shot))
+    played = animation_of(folder / "shot.usdface.usda").reordered(world.rig.shape_names)
+    np.testing.assert_allclose(played.weights, world.weights, atol=1e-6)
+
+
+def test_weights_with_a_binding_are_corrected_like_markers(done: Done, tmp_path: Path) -> None:
+    folder = done.world.write(tmp_path)
+    write_live_link(done.world, folder / "phone.csv")
+    run("take", folder / "phone.csv", "-o", folder / "take.usda")
+    np.testing.assert_allclose(
+        animation_of(process(folder)).weights, animation_of(done.root).weights, atol=1e-4
+    )
+
+
+def test_a_trc_take_gives_the_same_weights(done: Done, tmp_path: Path) -> None:
+    folder = done.world.write(tmp_path)
+    write_trc(done.world.take, folder / "take.trc")
+    run("take", folder / "take.trc", "-o", folder / "take.usda")
+    np.testing.assert_allclose(solved(process(folder), done.world), done.world.weights, atol=1e-4)
+
+
+def write_trc(take: MarkerTake, path: Path) -> None:
+    """Millimetres, with 6 decimals."""
+    count, rate = len(take.names), take.rate
+    lines = [
+        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
+        f"{rate}\t{rate}\t{len(take.times)}\t{count}\tmm",
+        "Frame#\tTime\t" + "\t\t\t".join(take.names),
+        "\t\t" + "\t".join(f"{axis}{i}" for i in range(1, count + 1) for axis in "XYZ"),
+    ]
+    rows = zip(take.times, 1000 * take.positions.reshape(len(take.times), -1), strict=True)
+    for number, (time, row) in enumerate(rows, 1):
+        lines.append(f"{number}\t{time:.6f}\t" + "\t".join(f"{x:.6f}" for x in row))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def test_a_flat_take_gives_the_weights_nearly(tmp_path: Path) -> None:
+    world = make_world(head_moves=False)
+    replace(world, take=camera_pixels(world.take)).write(tmp_path, head="stabilised")
+    error = solved(process(tmp_path), world) - world.weights
+    assert np.sqrt(np.mean(error**2)) < 0.02
+
+
+def test_markers_that_are_hidden_for_a_while_change_little(tmp_path: Path) -> None:
+    world = make_world()
+    positions = world.take.positions.copy()
+    names = world.take.names
+    positions[10:15, names.index("lip_upper")] = np.nan
+    positions[20:22, names.index("bridge")] = np.nan
+    replace(world, take=replace(world.take, positions=positions)).write(tmp_path)
+    shot = shoot(tmp_path)
+    assert "MARKER_OCCLUDED" in codes_in(report(tmp_path, "process", shot))
+    error = np.abs(solved(tmp_path / "shot.usdface.usda", world) - world.weights)
+    assert error.max() < 1e-3
+
+
+def test_a_marker_that_is_never_seen_is_left_out(tmp_path: Path) -> None:
+    world = make_world()
+    positions = world.take.positions.copy()
+    positions[:, world.take.names.index("chin")] = np.nan
+    replace(world, take=replace(world.take, positions=positions)).write(tmp_path)
+    shot = shoot(tmp_path)
+    outcome = report(tmp_path, "process", shot)
+    assert {"code": "MARKER_NEVER_SEEN", "where": "chin"}.items() <= next(
+        f for f in outcome["findings"] if f["code"] == "MARKER_NEVER_SEEN"
+    ).items()
+    np.testing.assert_allclose(
+        solved(tmp_path / "shot.usdface.usda", world), world.weights, atol=EXACT
+    )
+
+
+def test_frames_without_any_marker_follow_their_neighbours(tmp_path: Path) -> None:
+    world = make_world()
+    positions = world.take.positions.copy()
+    positions[12:14] = np.nan
+    replace(world, take=replace(world.take, positions=positions)).write(tmp_path)
+    shot = shoot(tmp_path)
+    outcome = report(tmp_path, "process", shot)
+    said = next(f for f in outcome["findings"] if f["code"] == "FRAME_UNSOLVED")
+    assert "2 of 40 frames" in said["message"] and "frame 12" in said["message"]
+    weights = solved(tmp_path / "shot.usdface.usda", world)
+    line = np.linspace(weights[11], weights[14], 4)[1:3]
+    assert np.abs(weights[12:14] - line).max() < 0.15
+    seen = np.r_[0:12, 14:40]
+    np.testing.assert_allclose(weights[seen], world.weights[seen], atol=1e-3)
+
+
+def test_an_unnamed_neutral_is_said_to_be_the_first_frame(tmp_path: Path) -> None:
+    world = make_world()
+    folder = world.write(tmp_path)
+    bind = {k: v for k, v in world.bind.items() if k != "neutral"}
+    (folder / "bind.json").write_text(json.dumps(bind))
+    files = ("--rig", folder / "rig.usda", "--take", folder / "take.usda")
+    outcome = report(
+        tmp_path, "shot", *files, "--bind", folder / "bind.json", "-o", folder / "shot.usda"
+    )
+    assert "NEUTRAL_ASSUMED" in codes_in(outcome)
+    np.testing.assert_allclose(solved(process(folder), world), world.weights, atol=EXACT)
