@@ -6,6 +6,7 @@ import pytest
 from worlds import NEUTRAL as STILL
 from worlds import World, make_world
 
+from usdface.errors import InputError
 from usdface.fuzzy.naming import marker_variables
 from usdface.io.bind_file import setup_of_json
 from usdface.learning.labelled import Face, examples_of, feature_noise, pose_features
@@ -52,6 +53,16 @@ def test_seconds_and_frames_name_the_same_stretch(world, face):
     by_frame = examples(face, world.take, stretch(10, 20))
     by_time = examples(face, world.take, stretch(10 / 30, 20 / 30, unit="s"))
     assert (by_frame.examples.features == by_time.examples.features).all()
+
+
+def test_a_stretch_ends_with_the_take_at_the_latest(world, face):
+    """The last frame lasts until the next would come; what goes on after it labels another take."""
+    times = world.take.times
+    duration = float(times[-1] + times[1])
+    assert len(examples(face, world.take, stretch(0.5, duration, unit="s")).examples.features) == 1
+    for late in (stretch(0.5, duration + 0.5, unit="s"), stretch(3, len(times))):
+        with pytest.raises(InputError, match="but the take has frames 0 to"):
+            examples(face, world.take, late)
 
 
 def test_the_height_of_a_stretch_counts_not_its_ends(world, face):

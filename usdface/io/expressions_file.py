@@ -46,12 +46,22 @@ def read_expressions_file(path: Path) -> dict[str, Expression | ActionPose | Non
     if path.is_file() and path.stat().st_size > _LARGEST:
         raise InputError(f"{path} is larger than any file of expressions; expected a small one")
     try:
-        document = json.loads(read_text(path))
+        document = json.loads(read_text(path), object_pairs_hook=_once)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is no JSON that can be read: {error}") from error
     if not isinstance(document, dict) or not document:
         raise InputError(f'{path}: expected an object, e.g. {{"joy": {{"shapes": {{...}}}}}}')
     return {name: _expression(path, name, value) for name, value in document.items()}
+
+
+def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Return an object of JSON; of a name that occurs twice JSON keeps the last without a word."""
+    found: dict[str, object] = {}
+    for name, value in pairs:
+        if name in found:
+            raise ValueError(f"{name!r} occurs twice; keep one")
+        found[name] = value
+    return found
 
 
 def _from_usd(path: Path) -> dict[str, Expression | ActionPose | None]:
@@ -91,7 +101,8 @@ def _expression(path: Path, name: str, value: object) -> Expression | ActionPose
             return ActionPose(name, {action_unit(key): w for key, w in pose.items()}, gain)
         return Expression(name, tuple(pose), np.array(list(pose.values())), gain)
     except InputError as error:
-        raise InputError(f"{where}: {error}") from error
+        said = str(error).removeprefix(f"expression {name!r}: ")
+        raise InputError(f"{where}: {said}") from error
 
 
 def _number(where: str, what: str, number: object) -> float:

@@ -9,7 +9,8 @@
 The columns `start_s` and `end_s` are seconds, `start_frame` and `end_frame` frame indices of the
 take from 0; both ends count. `variant` and `intensity` may be missing or empty. The emotion is
 any word; `neutral` is the face at rest, `none` is movement without emotion, as speech. Takes lie
-in the folder of the labels or below it. JSON is a list of objects with the same keys.
+in the folder of the labels or below it. Semicolons and tabs part columns, too. JSON is a list of
+objects with the same keys.
 """
 
 import json
@@ -47,7 +48,8 @@ def read_labels(path: Path) -> tuple[Label, ...]:
 
 
 def _of_csv(path: Path, text: str) -> list[tuple[str, Mapping[str, Any]]]:
-    rows = [row for row in read_rows(path, text, ",") if any(row[1])]
+    delimiter = max(",;\t", key=text.partition("\n")[0].count)
+    rows = [row for row in read_rows(path, text, delimiter) if any(row[1])]
     (_, header), body = rows[0], rows[1:]
     columns = [name.lower() for name in header]
     _check_keys(f"{path}, line 1", columns)
@@ -98,9 +100,10 @@ def _label(path: Path, where: str, entry: Mapping[str, Any]) -> Label:
     start, end = (_number(where, entry, f"{edge}_{unit}") for edge in ("start", "end"))
     if unit == "frame" and not (start.is_integer() and end.is_integer()):
         raise InputError(f"{where}: frame indices are whole numbers; found {start:g} to {end:g}")
+    take = _take(path, where, entry["take"])
     try:
         return Label(
-            _take(path, where, entry["take"]),
+            take,
             start,
             end,
             unit,
@@ -116,7 +119,8 @@ def _number(where: str, entry: Mapping[str, Any], key: str) -> float:
     try:
         return float(entry[key])
     except (TypeError, ValueError) as error:
-        raise InputError(f"{where}: {key} is {entry[key]!r}; expected a number") from error
+        message = f"{where}: {key} is {entry[key]!r}; expected a number, decimals with a point"
+        raise InputError(message) from error
 
 
 def _take(path: Path, where: str, name: object) -> Path:

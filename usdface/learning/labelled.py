@@ -204,7 +204,9 @@ def _frames(label: Label, take: MarkerTake | WeightsTake) -> IntArray:
     last = len(take.times) - 1
     place = np.arange(last + 1) if label.unit == "frame" else take.times
     found = np.flatnonzero((place >= label.start - 1e-9) & (place <= label.end + 1e-9))
-    if not found.size or (label.unit == "frame" and label.end > last):
+    # A frame lasts until the next would come: 12 s at 60 frames a second end 1/60 s after the last.
+    lasts = np.diff(take.times).max(initial=0.0) if label.unit == "s" else 0.0
+    if not found.size or label.end > place[-1] + lasts + 1e-9:
         raise InputError(
             f"{label.take}: {label.emotion} is labelled from {label.start:g} to {label.end:g} "
             f"[{label.unit}], but the take has frames 0 to {last}, 0 to {take.times[-1]:g} s"
