@@ -118,6 +118,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "FIT_CONFUSED": ("warning", "a fitted system takes an emotion for another"),
     "FIT_UNTESTED": ("info", "an emotion was learned from one recording and could not be tested"),
     "RULE_FIRES_AT_NEUTRAL": ("warning", "a rule fires on a neutral face"),
+    "SETTING_UNREAD": ("warning", "a setting, a curve or an override that nothing reads"),
     "RULE_UNREACHABLE": ("warning", "a rule can never fire or is disabled"),
     "RULES_CONTRADICT": ("warning", "two rules ask for the same and say different values"),
     "RANGE_UNCOVERED": ("warning", "no term covers a part of an input's range"),

@@ -32,6 +32,7 @@ from usdface.io.usd.stage import (
     unsaid_metrics,
 )
 from usdface.io.usd.take import read_take_prim
+from usdface.io.usd.unread import unread_settings
 from usdface.rigs import Rig
 from usdface.schemas import tokens, write_fallback_types
 from usdface.setup import Expression, Setup
@@ -214,6 +215,9 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     if not prims.animation:
         findings.append(finding("ANIMATION_CREATED", prims.skeleton))
     prims = replace(prims, head=head)
+    ours = [prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
+    scopes = dict.fromkeys(each.GetParent() for each in posed)
+    findings += unread_settings([*ours, *scopes])
     shot = Shot(take, codes, rig, setup, system, expressions, prims, metrics, parts, gains)
     return shot, findings
 

@@ -1,0 +1,71 @@
+"""What a person wrote on our prims and nothing reads: misspelled names, curves of what has none."""
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+from pxr import Sdf, Usd
+
+from usdface.findings import Finding, finding
+from usdface.schemas import tokens
+
+__all__ = ["unread_settings"]
+
+_OURS = "usdface:"
+# Attributes that carry the name of a shape, an emotion or a region.
+_NAMED = (tokens.PIN_PREFIX, tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX)
+
+
+def unread_settings(prims: Sequence[Usd.Prim]) -> list[Finding]:
+    """Return a SETTING_UNREAD for each of our attributes and children that counts for nothing.
+
+    Parameters
+    ----------
+    prims : sequence of Usd.Prim
+        Of our types, which must be registered; their children are looked at, too.
+    """
+    every = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
+    findings: dict[str, Finding] = {}
+    for prim in every:
+        for path, message in (*_attributes(prim), *_unborn(prim)):
+            findings[path] = finding("SETTING_UNREAD", path, message)
+    return list(findings.values())
+
+
+def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
+    known = Usd.SchemaRegistry().FindConcretePrimDefinition(prim.GetTypeName())
+    if known is None:
+        return
+    names = [str(name) for name in known.GetPropertyNames()]
+    for written in map(str, prim.GetAuthoredPropertyNames()):
+        if not written.startswith(_OURS) or written.startswith(_NAMED):
+            continue
+        where = f"<{prim.GetPath()}>.{written}"
+        if written not in names:
+            yield where, f"nothing reads {written}{_meant(written, names)}"
+        elif _has_a_curve_for_nothing(prim.GetAttribute(written)):
+            yield where, f"{written} is one value for the whole take; its samples are not read"
+
+
+def _has_a_curve_for_nothing(attribute: Usd.Attribute) -> bool:
+    if not attribute or attribute.GetVariability() != Sdf.VariabilityUniform:
+        return False
+    return int(attribute.GetNumTimeSamples()) > 0
+
+
+def _unborn(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
+    """Name a child without a type: an override of what no layer defines, or a forgotten type."""
+    parent = prim.GetParent()
+    if prim.GetTypeName() or not parent.IsDefined():
+        return
+    name, where = prim.GetName(), f"<{prim.GetPath()}>"
+    if not prim.IsDefined():
+        there = [child.GetName() for child in parent.GetChildren()]
+        message = f"the override of {name} changes nothing: no layer defines it"
+        yield where, message + _meant(name, there)
+    elif parent.GetTypeName() == tokens.FUZZY_SYSTEM:
+        yield where, f"{name} has no type, so nothing reads it; write def {tokens.FUZZY_RULE}"
+
+
+def _meant(name: str, known: Sequence[str]) -> str:
+    near = get_close_matches(name, known, 1)
+    return f"; did you mean {near[0]}?" if near else ""
