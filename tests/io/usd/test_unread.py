@@ -7,14 +7,12 @@ from pxr import Sdf
 
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.pipeline.schemas import register_schemas
 
 SHOT = Path(__file__).resolve().parents[3] / "examples" / "shot.usda"
 
 
 def said(tmp_path: Path, where: str, text: str) -> dict[str, str]:
     """Messages by place of a layer over the example's shot that has `text` in an override."""
-    register_schemas()
     layer = Sdf.Layer.CreateNew(str(tmp_path / "over.usda"))
     opened = "".join(f'over "{name}" {{\n' for name in where.split("/"))
     layer.ImportFromString(

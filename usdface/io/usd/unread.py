@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from functools import cache
 
 from pxr import Sdf, Usd
 
 from usdface.findings import Finding, finding
-from usdface.schemas import tokens
+from usdface.schemas import plugin_dir, tokens
 
 __all__ = ["unread_settings"]
 
@@ -21,7 +22,7 @@ def unread_settings(prims: Sequence[Usd.Prim]) -> list[Finding]:
     Parameters
     ----------
     prims : sequence of Usd.Prim
-        Of our types, which must be registered; their children are looked at, too.
+        Their children are looked at, too.
     """
     every = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
     findings: dict[str, Finding] = {}
@@ -31,25 +32,30 @@ def unread_settings(prims: Sequence[Usd.Prim]) -> list[Finding]:
     return list(findings.values())
 
 
+@cache
+def _schema() -> Sdf.Layer:
+    """Return our prim types; read from their file, for a host may not have registered them."""
+    return Sdf.Layer.FindOrOpen(str(plugin_dir() / "generatedSchema.usda"))
+
+
 def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
-    known = Usd.SchemaRegistry().FindConcretePrimDefinition(prim.GetTypeName())
-    if known is None:
+    kind = _schema().GetPrimAtPath(f"/{prim.GetTypeName()}") if prim.GetTypeName() else None
+    if not kind:
         return
-    names = [str(name) for name in known.GetPropertyNames()]
+    known = {str(each.name): each for each in kind.properties}
     for written in map(str, prim.GetAuthoredPropertyNames()):
         if not written.startswith(_OURS) or written.startswith(_NAMED):
             continue
         where = f"<{prim.GetPath()}>.{written}"
-        if written not in names:
-            yield where, f"nothing reads {written}{_meant(written, names)}"
-        elif _has_a_curve_for_nothing(prim.GetAttribute(written)):
+        if written not in known:
+            yield where, f"nothing reads {written}{_meant(written, list(known))}"
+        elif known[written].variability == Sdf.VariabilityUniform and _has_samples(prim, written):
             yield where, f"{written} is one value for the whole take; its samples are not read"
 
 
-def _has_a_curve_for_nothing(attribute: Usd.Attribute) -> bool:
-    if not attribute or attribute.GetVariability() != Sdf.VariabilityUniform:
-        return False
-    return int(attribute.GetNumTimeSamples()) > 0
+def _has_samples(prim: Usd.Prim, name: str) -> bool:
+    attribute = prim.GetAttribute(name)
+    return bool(attribute) and int(attribute.GetNumTimeSamples()) > 0
 
 
 def _unborn(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
