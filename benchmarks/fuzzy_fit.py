@@ -27,7 +27,6 @@ from makehuman_face import (  # noqa: E402
 )
 
 from usdface.clean_solve import retarget  # noqa: E402
-from usdface.express import features  # noqa: E402
 from usdface.fuzzy.fit.examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.fuzzy.fit.learned import answers, fit_system, heard  # noqa: E402
 from usdface.fuzzy.fit.separation import separations  # noqa: E402
@@ -40,6 +39,7 @@ from usdface.learning.labelled import Face, examples_of  # noqa: E402
 from usdface.learning.labels import NEUTRAL, NOTHING, Label  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
 from usdface.outcome import Steps  # noqa: E402
+from usdface.reading import features  # noqa: E402
 from usdface.setup import Binding, Setup  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 

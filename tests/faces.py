@@ -16,7 +16,7 @@ from makehuman_face import landmarks_on, posable_face
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
-from usdface.express import Character, design, express, features, halves, parts_of
+from usdface.express import Character, design, express, parts_of
 from usdface.fuzzy.dictionaries import ActionPose, expressions_for
 from usdface.fuzzy.parts import FaceParts
 from usdface.fuzzy.system import FuzzySystem
@@ -24,6 +24,7 @@ from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
 from usdface.options import CorrectionOptions
+from usdface.reading import sided_features
 from usdface.retarget.transfer import solve_take
 from usdface.rigs import Mesh
 from usdface.setup import Binding, Expression, Setup
@@ -105,18 +106,17 @@ class Face:
         """Read emotions off the weights and correct them; leave out the first frames."""
         read = (self.system, take, self.mesh, self.setup, weights, solution)
         names, solved = weights.names, weights.weights
-        corrected, emotions, _ = express(
+        said = express(
             self.system,
-            features(*read),
+            sided_features(*read),
             names,
             solved,
             self.expressions,
             Character(self.mesh, self.parts),
-            halves(*read),
             take.times if solution else None,
         )
-        answers = np.stack([emotions[e.name] for e in self.expressions], axis=1)
-        return Played(solved[skip:], corrected[skip:], answers[skip:])
+        answers = np.stack([said.emotions[e.name] for e in self.expressions], axis=1)
+        return Played(solved[skip:], said.weights[skip:], answers[skip:])
 
     def hear(self, weights: FloatArray) -> FloatArray:
         """Return the emotions (N, E) of poses (N, S), without take and solve."""

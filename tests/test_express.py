@@ -1,4 +1,4 @@
-"""The corrector between take and weights: which space it reads, and what it adds."""
+"""The corrector between take and weights: what it adds."""
 
 import json
 from dataclasses import replace
@@ -6,23 +6,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from chin_system import chin
 from pxr import Sdf, Usd
 from slits import EXPRESSIONS, slit_face
 from worlds import World, animation_of, make_world
 
 from usdface.cli import main
-from usdface.errors import InputError
-from usdface.express import Character, design, express, features, halves, parts_of
+from usdface.express import Character, Expressed, design, express, parts_of
 from usdface.fuzzy.dictionaries import expressions_for
-from usdface.fuzzy.features import MILLIMETRE, smooth
 from usdface.fuzzy.gains import Gains
 from usdface.fuzzy.paper import EMOTIONS, MEDIUM, paper_system
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.usd.fuzzy import write_fuzzy
-from usdface.options import FEATURE_SMOOTHING, CorrectionOptions
-from usdface.retarget.solution import Solution
-from usdface.retarget.transfer import solve_take
+from usdface.options import CorrectionOptions
+from usdface.reading import sided_features
 from usdface.setup import Binding, Expression, Setup
 from usdface.takes import WeightsTake
 
@@ -49,110 +47,31 @@ def setup(world: World) -> Setup:
     return Setup(Binding(tuple(world.points), points), neutral=(0, 3), nose_tip="nose", roles=ROLES)
 
 
-@pytest.fixture(scope="module")
-def solution(world: World, setup: Setup) -> Solution:
-    mesh, points = world.rig.meshes[0], setup.binding.points
-    found, _ = solve_take(
-        world.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup
-    )
-    return found
-
-
-def chin(space: str, **settings: object) -> FuzzySystem:
-    term = Term("open", "ramp", (0.0, -20.0))
-    variables = (
-        Variable("chin_y", "input", "middle_chin", "y", "signed", (term,)),
-        Variable("joy", "output"),
-    )
-    rule = parse_rule("IF chin_y IS open THEN joy IS 1")
-    return FuzzySystem(variables, (rule,), space=space, face_unit="none", **settings)  # type: ignore[arg-type]
-
-
-def test_both_spaces_agree_where_performer_and_character_are_one(
-    world: World, setup: Setup, solution: Solution
-) -> None:
-    mesh = world.rig.meshes[0]
-    given = (world.take, mesh, setup, solution.weights, solution)
-    taken, drawn = (features(chin(space), *given) for space in ("take", "character"))
-    np.testing.assert_allclose(taken, drawn, atol=1e-4)
-    markers = setup.binding.markers
-    moves = mesh.offsets_at(setup.binding.points)[..., 1]
-    lowered = world.weights @ (moves[:, markers.index("chin")] - moves[:, markers.index("nose")])
-    np.testing.assert_allclose(drawn[:, 0], lowered / MILLIMETRE, atol=1e-4)
-    noisy = replace(solution, noise=1.0)  # then, and only then, they are smoothed
-    expected = smooth(drawn, world.take.times, FEATURE_SMOOTHING)
-    found = features(chin("character"), *given[:-1], noisy)
-    np.testing.assert_allclose(found, expected, atol=1e-9)
-    assert np.abs(expected - drawn).max() > 1.0
-    assert lowered.min() < -0.01
-
-
-def test_the_head_does_not_move_the_features(
-    world: World, setup: Setup, solution: Solution
-) -> None:
-    still = make_world(head_moves=False)
-    mesh = still.rig.meshes[0]
-    steady = replace(setup, head="stabilised")
-    points = setup.binding.points
-    calm, _ = solve_take(
-        still.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, steady
-    )
-    nodding = features(chin("take"), world.take, mesh, setup, solution.weights, solution)
-    resting = features(chin("take"), still.take, mesh, steady, calm.weights, calm)
-    np.testing.assert_allclose(nodding, resting, atol=1e-3)
-
-
-def test_a_weights_take_has_no_markers_of_its_own(world: World, setup: Setup) -> None:
-    take = WeightsTake(world.rig.shape_names, world.take.times, world.weights)
-    mesh = world.rig.meshes[0]
-    with pytest.raises(InputError, match='"character"'):
-        features(chin("take"), take, mesh, setup, take, None)
-    assert features(chin("character"), take, mesh, setup, take, None).shape == (40, 1)
-
-
-def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
-    world: World, setup: Setup
-) -> None:
-    """A rig may have a tongue of its own; recorded weights name its shapes, too."""
-    names = world.rig.shape_names
-    take = WeightsTake(names, world.take.times, world.weights)
-    whole = take.reordered(("tongueOut", *reversed(names)))
-    mesh = world.rig.meshes[0]
-    for side in ("both", "left", "right"):
-        found, expected = (
-            features(chin("character"), played, mesh, setup, played, None, side)
-            for played in (whole, take)
-        )
-        np.testing.assert_array_equal(found, expected)
-    assert np.abs(expected).max() > 1.0
-
-
 def test_express_raises_the_pose_by_what_the_rule_says() -> None:
     inputs = np.array([[0.0], [-5.0], [-40.0]])
     weights = np.array([[0.0, 0.3], [0.0, 0.3], [0.9, 0.3]])
     joy = Expression("joy", ("smile", "squint"), np.array([0.8, 0.4]), gain=0.5)
-    corrected, emotions, findings = express(
+    said = express(
         chin("take", normalisation="all_rules", neutral_rule=True),
-        inputs,
+        {"both": inputs},
         ("smile", "jaw"),
         weights,
         [joy],
     )
-    np.testing.assert_allclose(
-        emotions["joy"], [0.0, 0.25, 1.0]
-    )  # 0.25: half-way through the response
-    np.testing.assert_allclose(corrected, [[0.0, 0.3], [0.2, 0.3], [0.9, 0.3]])
-    assert [(f.code, f.where) for f in findings] == [("SHAPE_UNKNOWN", "squint")]
+    # 0.25: half-way through the response
+    np.testing.assert_allclose(said.emotions["joy"], [0.0, 0.25, 1.0])
+    np.testing.assert_allclose(said.firing, [[0.0], [0.25], [1.0]])
+    np.testing.assert_allclose(said.weights, [[0.0, 0.3], [0.2, 0.3], [0.9, 0.3]])
+    assert [(f.code, f.where) for f in said.findings] == [("SHAPE_UNKNOWN", "squint")]
 
 
 def test_an_emotion_without_a_pose_is_said_and_changes_nothing() -> None:
     weights = np.full((2, 1), 0.25)
-    corrected, emotions, findings = express(
-        chin("take"), np.array([[0.0], [-40.0]]), ("smile",), weights, []
-    )
-    np.testing.assert_array_equal(corrected, weights)
-    assert emotions["joy"].max() == 1
-    assert [(f.code, f.where) for f in findings] == [("EXPRESSION_UNKNOWN", "joy")]
+    inputs = {"both": np.array([[0.0], [-40.0]])}
+    said = express(chin("take"), inputs, ("smile",), weights, [])
+    np.testing.assert_array_equal(said.weights, weights)
+    assert said.emotions["joy"].max() == 1
+    assert [(f.code, f.where) for f in said.findings] == [("EXPRESSION_UNKNOWN", "joy")]
 
 
 def test_the_designed_system_hears_each_expression_it_has_a_rule_for(
@@ -164,8 +83,8 @@ def test_the_designed_system_hears_each_expression_it_has_a_rule_for(
     assert system is not None
     poses = np.array([e.pose(mesh.shape_names) for e in expressions])
     take = WeightsTake(mesh.shape_names, np.arange(len(poses), dtype=float), poses)
-    inputs = features(system, take, mesh, playing, take, None)
-    _, emotions, _ = express(system, inputs, mesh.shape_names, poses, expressions)
+    inputs = sided_features(system, take, mesh, playing, take, None, ["both"])
+    emotions = express(system, inputs, mesh.shape_names, poses, expressions).emotions
     for row, expression in enumerate(expressions):
         assert emotions[expression.name][row] > 0.4, expression.name
 
@@ -220,18 +139,14 @@ def slits() -> tuple[FuzzySystem, Setup, Character]:
     return system, setup, Character(SLITS, parts_of(SLITS, setup, EXPRESSIONS))
 
 
-def played(slits, weights, **changes):
+def played(slits, weights, **changes) -> Expressed:
     """Correct weights (F, S) of the face of slits."""
     system, setup, character = slits
     system = replace(system, **{k: v for k, v in changes.items() if k == "ease"})
     character = replace(character, **{k: v for k, v in changes.items() if k != "ease"})
     take = WeightsTake(SLITS.shape_names, np.arange(len(weights)) / 60, weights)
-    read = (system, take, SLITS, setup, take, None)
-    sided = halves(*read) if character.parts.left else None
-    corrected, emotions, findings = express(
-        system, features(*read), SLITS.shape_names, weights, EXPRESSIONS, character, sided
-    )
-    return corrected, emotions, findings
+    inputs = sided_features(system, take, SLITS, setup, take, None, character.parts.heard)
+    return express(system, inputs, SLITS.shape_names, weights, EXPRESSIONS, character)
 
 
 def shown(**shapes: float) -> np.ndarray:
@@ -239,7 +154,7 @@ def shown(**shapes: float) -> np.ndarray:
 
 
 def corrected_by(slits, solved, **changes) -> dict[str, float]:
-    after = played(slits, solved, **changes)[0]
+    after = played(slits, solved, **changes).weights
     return dict(zip(SLITS.shape_names, (after - solved)[0], strict=True))
 
 
@@ -263,10 +178,10 @@ def test_a_one_sided_smile_is_corrected_on_its_side_alone(slits) -> None:
 
 def test_a_mirrored_performance_is_corrected_in_mirror_image(slits) -> None:
     weights = performances(120)
-    corrected = played(slits, weights)[0]
+    corrected = played(slits, weights).weights
     assert np.abs(corrected - weights).max() > 0.3
     assert np.abs(corrected - corrected[:, MIRROR]).max() > 0.1  # they are not symmetric
-    mirrored = played(slits, weights[:, MIRROR])[0]
+    mirrored = played(slits, weights[:, MIRROR]).weights
     np.testing.assert_allclose(mirrored, corrected[:, MIRROR], atol=1e-6)
 
 
@@ -277,11 +192,12 @@ def test_contact_is_kept_and_said(slits) -> None:
     names = SLITS.shape_names
     weights = np.repeat(shown(mouthPressLeft=0.2), 3, axis=0)
     weights[2] = shown(jawOpen=0.5)[0]
-    given = system, np.array([[0.0], [1.0], [1.0]]), names, weights, EXPRESSIONS
-    free, _, unsaid = express(*given, replace(slits[2], mesh=None))
-    held, _, findings = express(*given, slits[2])
-    assert "CONTACT_KEPT" not in {f.code for f in unsaid}
-    (said,) = [f for f in findings if f.code == "CONTACT_KEPT"]
+    inputs = {"both": np.array([[0.0], [1.0], [1.0]])}
+    given = system, inputs, names, weights, EXPRESSIONS
+    loose, kept = express(*given, replace(slits[2], mesh=None)), express(*given, slits[2])
+    free, held = loose.weights, kept.weights
+    assert "CONTACT_KEPT" not in {f.code for f in loose.findings}
+    (said,) = [f for f in kept.findings if f.code == "CONTACT_KEPT"]
     assert said.where == "lips" and "1 frames (1 to 1)" in said.message and "mm" in said.message
     lips = slits[2].parts.lips
 
@@ -300,9 +216,9 @@ def test_contact_is_kept_and_said(slits) -> None:
 def test_the_gain_of_a_region_is_of_its_shapes_alone(slits, region) -> None:
     weights = performances(60)
     free = {"mesh": None}
-    plain = played(slits, weights, **free)[0] - weights
+    plain = played(slits, weights, **free).weights - weights
     none = Gains(regions={region: np.zeros(1)})
-    muted = played(slits, weights, gains=none, **free)[0] - weights
+    muted = played(slits, weights, gains=none, **free).weights - weights
     own = np.isin(SLITS.shape_names, slits[2].parts.regions[region])
     assert plain[:, own].max() > 0.1 and not muted[:, own].any()
     np.testing.assert_array_equal(muted[:, ~own], plain[:, ~own])
@@ -311,10 +227,10 @@ def test_the_gain_of_a_region_is_of_its_shapes_alone(slits, region) -> None:
 def test_gains_over_time_count_in_their_frames(slits) -> None:
     weights = np.repeat(shown(mouthSmileLeft=0.4, mouthSmileRight=0.4), 4, axis=0)
     smile = SLITS.shape_names.index("mouthSmileLeft")
-    full = played(slits, weights)[0][0, smile]
+    full = played(slits, weights).weights[0, smile]
     curve = np.array([0.0, 0.5, 1.0, 0.7])
     for gains in (Gains(curve), Gains(emotions={"joy": curve})):
-        found = played(slits, weights, gains=gains)[0][:, smile]
+        found = played(slits, weights, gains=gains).weights[:, smile]
         np.testing.assert_allclose(found, np.maximum(0.4, curve * full), atol=1e-9)
 
 
@@ -334,23 +250,22 @@ def test_a_frown_goes_back_where_a_smile_is_raised_if_that_is_wanted(slits) -> N
 )
 def test_a_part_that_names_no_shape_of_the_rig_is_said(slits, named) -> None:
     parts = replace(slits[2].parts, **named)
-    findings = played(slits, shown(jawOpen=0.5), parts=parts)[2]
+    findings = played(slits, shown(jawOpen=0.5), parts=parts).findings
     said = {(f.code, f.where) for f in findings if f.code == "SHAPE_UNKNOWN"}
     assert ("SHAPE_UNKNOWN", "nope") in said
-    assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, shown(jawOpen=0.5))[2]}
+    assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, shown(jawOpen=0.5)).findings}
 
 
 def test_correcting_twice_is_correcting_once(slits) -> None:
     system, setup, character = slits
     weights = performances(80)
     take = WeightsTake(SLITS.shape_names, np.arange(80) / 60, weights)
-    read = (system, take, SLITS, setup, take, None)
-    heard = features(*read), halves(*read)
+    heard = sided_features(system, take, SLITS, setup, take, None)
     free = replace(character, mesh=None)
 
     def once(solved: np.ndarray, ease: float) -> np.ndarray:
         easing = replace(system, ease=ease)
-        return express(easing, heard[0], SLITS.shape_names, solved, EXPRESSIONS, free, heard[1])[0]
+        return express(easing, heard, SLITS.shape_names, solved, EXPRESSIONS, free).weights
 
     for ease in (0.0, 0.6):
         first = once(weights, ease)

@@ -8,21 +8,19 @@ import numpy as np
 from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.clean_solve import clean, solve
 from usdface.errors import InputError
-from usdface.express import Character, express, features, halves
+from usdface.express import Character, express
 from usdface.findings import Finding, finding
-from usdface.fuzzy.inference import evaluate
 from usdface.io.usd.animation import Animation, complete_weights
 from usdface.io.usd.shot import Shot
 from usdface.io.usd.stage import Stage
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.outcome import Steps
+from usdface.reading import sided_features
 from usdface.retarget.align import Pose
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
-from usdface.retarget.shape_model import (
-    with_combinations,
-)
+from usdface.retarget.shape_model import with_combinations
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
 from usdface.rigs import Mesh
@@ -90,24 +88,20 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
     if shot.system is None or not shot.expressions:
         return _animated(shot, solved, None, [*findings, finding("EXPRESS_SKIPPED", "")])
     with steps("express"):
-        read = (shot.system, shot.take, mesh, shot.setup, weights, solution)
-        inputs = features(*read)
-        corrected, emotions, more = express(
+        read = (shot.system, take, mesh, shot.setup, weights, solution)
+        said = express(
             shot.system,
-            inputs,
+            sided_features(*read, shot.parts.heard),
             names,
             complete,
             shot.expressions,
             Character(mesh, shot.parts, shot.gains),
-            halves(*read) if shot.parts.left or shot.parts.right else None,
-            shot.take.times,
+            take.times,
         )
-        pins, times = shot.setup.pins, shot.take.times
-        corrected = kept_at_pins(pins, names, times, complete, corrected)
+        corrected = kept_at_pins(shot.setup.pins, names, take.times, complete, said.weights)
         corrected = with_combinations(mesh, names, corrected)
-        firing = evaluate(shot.system, inputs).firing
-    expressed = Animation(names, corrected, None, emotions, firing=firing)
-    return _animated(shot, solved, expressed, findings + more)
+    expressed = Animation(names, corrected, None, said.emotions, firing=said.firing)
+    return _animated(shot, solved, expressed, findings + said.findings)
 
 
 def _as_told(setup: Setup, options: ProcessOptions) -> Setup:

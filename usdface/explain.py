@@ -9,7 +9,7 @@ import numpy as np
 
 from usdface.animate import Animated
 from usdface.errors import InputError
-from usdface.express import expression_poses, features, halves
+from usdface.express import expression_poses
 from usdface.fuzzy.blend import blend_frames
 from usdface.fuzzy.correct import respond
 from usdface.fuzzy.features import face_unit
@@ -21,6 +21,7 @@ from usdface.fuzzy.rules import Proposition
 from usdface.fuzzy.sides import Side
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.shot import Shot
+from usdface.reading import sided_features
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh
@@ -261,17 +262,16 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
     solution = animated.solve.solution
     weights = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
     read = (system, animated.take, mesh, shot.setup, weights, solution)
-    inputs = features(*read)
-    answer = evaluate(system, inputs)
+    inputs = sided_features(*read, shot.parts.heard)
+    heard = {side: (seen, evaluate(system, seen)) for side, seen in inputs.items()}
+    whole, answer = heard.pop("both")
     shown = partial(_shown, system, shot.gains, shot.expressions)
-    sided = halves(*read) if shot.parts.left or shot.parts.right else {}
-    heard = {side: (seen, evaluate(system, seen)) for side, seen in sided.items()}
     sides: dict[str, Side] = dict.fromkeys(shot.parts.left, "left")
     sides |= dict.fromkeys(shot.parts.right, "right")
     return Explanation(
         system,
         shot.take.times,
-        inputs,
+        whole,
         answer.firing,
         answer.outputs,
         animated.solve.names,

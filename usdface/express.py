@@ -12,30 +12,24 @@ from usdface.fuzzy.contact import Gaps, gaps_of, hold
 from usdface.fuzzy.correct import correct, eased
 from usdface.fuzzy.design import design_system
 from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.features import face_unit, measure, smooth
 from usdface.fuzzy.gains import Gains
-from usdface.fuzzy.inference import evaluate
+from usdface.fuzzy.inference import Evaluation, evaluate
 from usdface.fuzzy.naming import known_roles
 from usdface.fuzzy.parts import FaceParts, find_parts, pose_parts
-from usdface.fuzzy.sides import Side, half_face, half_weights
+from usdface.fuzzy.sides import Side
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE, CorrectionOptions
-from usdface.retarget.neutral import on_plane
-from usdface.retarget.shape_model import shape_model
-from usdface.retarget.solution import Solution
-from usdface.retarget.symmetry import symmetric_pairs
 from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import FloatArray
 
 __all__ = [
     "Character",
+    "Expressed",
     "adopt",
     "design",
     "express",
     "expression_poses",
-    "features",
-    "halves",
     "parts_of",
 ]
 
@@ -56,6 +50,27 @@ class Character:
     mesh: Mesh | None = None
     parts: FaceParts = field(default_factory=FaceParts)
     gains: Gains | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Expressed:
+    """What the expression layer made of solved weights.
+
+    Attributes
+    ----------
+    weights : (F, T) float64 in [0, 1]
+        Corrected.
+    emotions : mapping of str to (F,) float64
+        Of the whole face.
+    firing : (F, R) float64
+        How far each rule fires, of the whole face.
+    findings : list of Finding
+    """
+
+    weights: FloatArray
+    emotions: dict[str, FloatArray]
+    firing: FloatArray
+    findings: list[Finding]
 
 
 def design(
@@ -131,89 +146,21 @@ def parts_of(mesh: Mesh, setup: Setup, expressions: Sequence[Expression]) -> Fac
     return find_parts(mesh, expressions, 0.0 if nose is None else float(mesh.points[nose, 0]))
 
 
-def features(
-    system: FuzzySystem,
-    take: MarkerTake | WeightsTake,
-    mesh: Mesh,
-    setup: Setup,
-    weights: WeightsTake,
-    solution: Solution | None,
-    side: Side = "both",
-) -> FloatArray:
-    """Measure the inputs in the space the system asks for, smoothed as noise demands: (F, I).
-
-    Of one side: as they would be if the other did the same. Weights of shapes that other meshes of
-    the rig have, and orders other than the mesh's, change nothing.
-
-    Raises
-    ------
-    InputError
-        If the space is the take's and the take has no markers.
-    """
-    names, points = setup.binding.markers, setup.binding.points
-    at_rest = mesh.points[points]
-    if system.space == "take":
-        if solution is None or not isinstance(take, MarkerTake):
-            raise InputError(
-                "the fuzzy system reads the take's markers, but the take has weights only; "
-                'set its space to "character"'
-            )
-        at_rest = at_rest[[names.index(name) for name in solution.markers]]
-        names, neutral = solution.markers, on_plane(solution.neutral)
-        positions = solution.pose.to_head(on_plane(take.select(names)))
-    else:
-        neutral = at_rest
-        pairs = symmetric_pairs(mesh.shape_names)
-        shown = weights.reordered(mesh.shape_names).weights
-        if side != "both" and len(pairs):
-            shown, side = half_weights(shown, pairs, side), "both"
-        moved = shape_model(mesh, points)[0].explained(shown)
-        positions = neutral + moved.reshape(-1, *neutral.shape)
-    if side != "both" and setup.nose_tip in names:
-        nose = names.index(setup.nose_tip)
-        positions = half_face(positions, neutral, at_rest, nose, side)
-    unit = face_unit(system, neutral)
-    measured = measure(positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit)
-    # As in the solve: what was recorded without noise is read frame by frame.
-    noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
-    return smooth(measured, take.times, noise * system.smoothing)
-
-
-def halves(
-    system: FuzzySystem,
-    take: MarkerTake | WeightsTake,
-    mesh: Mesh,
-    setup: Setup,
-    weights: WeightsTake,
-    solution: Solution | None,
-) -> dict[Side, FloatArray]:
-    """Measure the inputs of either half of the face, see `features`."""
-    sides: tuple[Side, ...] = ("left", "right")
-    return {s: features(system, take, mesh, setup, weights, solution, s) for s in sides}
-
-
 def express(
     system: FuzzySystem,
-    inputs: FloatArray,
+    inputs: Mapping[Side, FloatArray],
     names: tuple[str, ...],
     weights: FloatArray,
     expressions: Sequence[Expression],
     character: Character = Character(),
-    sided: Mapping[Side, FloatArray] | None = None,
     times: FloatArray | None = None,
-) -> tuple[FloatArray, dict[str, FloatArray], list[Finding]]:
-    """Correct weights (F, T) of shapes `names` by what the system reads off `inputs` (F, I).
+) -> Expressed:
+    """Correct weights (F, T) of shapes `names` by what the system reads off a face.
 
-    Shapes of the left and the right half follow the inputs of theirs in `sided`, if there are any.
-    What is raised is blended in over the system's blend time if the frames have `times` (F,) [s];
-    otherwise each frame is corrected on its own.
-
-    Returns
-    -------
-    corrected : (F, T) float64 in [0, 1]
-    emotions : dict of str to (F,) float64
-        Of the whole face.
-    findings : list of Finding
+    The `inputs` (F, I) are those of "both" sides (`usdface.reading`). Shapes of the left and the
+    right half follow the inputs of theirs, if there are any. What is raised is blended in over the
+    system's blend time if the frames have `times` (F,) [s]; otherwise each frame is corrected on
+    its own.
     """
     parts = character.parts
     poses, findings = expression_poses(system, names, expressions)
@@ -222,23 +169,9 @@ def express(
         for name in parts.shapes
         if name not in names
     ]
-    heard = evaluate(system, inputs).outputs
-    drive: dict[Side, FloatArray] = {"both": heard}
-    for side, read in (sided or {}).items():
-        drive[side] = evaluate(system, read).outputs
-    if sided:
-        # What belongs to no side follows what both say, so that left is as right.
-        drive["both"] = np.minimum(drive["left"], drive["right"])
-    cut = pose_parts(poses, names, parts)
+    answers = {side: evaluate(system, read) for side, read in inputs.items()}
     gains = character.gains or Gains.constant(system.gain, expressions)
-    driven = [(system.emotions[row], region) for row, _, region, _ in cut]
-    asked = (
-        np.array([drive.get(side, heard)[:, row] for row, side, _, _ in cut])
-        .reshape(len(cut), len(weights))
-        .T,
-        np.array([pose for *_, pose in cut]).reshape(len(cut), len(names)),
-        gains.of(driven, len(weights)),
-    )
+    asked = _asked(system, answers, poses, names, parts, gains)
     how = (system.mode, gains.system, system.response)
     begun = weights
     if system.ease > 0:
@@ -253,8 +186,33 @@ def express(
         gaps = gaps_of(character.mesh, parts, names, poses)
         corrected, more = _in_contact(weights, corrected, gaps, over)
         findings += more
-    emotions = dict(zip(system.emotions, heard.T, strict=True))
-    return corrected, emotions, rule_findings(system) + findings
+    heard = answers["both"]
+    emotions = dict(zip(system.emotions, heard.outputs.T, strict=True))
+    return Expressed(corrected, emotions, heard.firing, rule_findings(system) + findings)
+
+
+def _asked(
+    system: FuzzySystem,
+    answers: Mapping[Side, Evaluation],
+    poses: FloatArray,
+    names: tuple[str, ...],
+    parts: FaceParts,
+    gains: Gains,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how strong each part of a pose is asked for (F, P), it (P, T), and its gain (F, P)."""
+    cut = pose_parts(poses, names, parts)
+    drive = {side: answer.outputs for side, answer in answers.items()}
+    heard = drive["both"]
+    if len(drive) > 1:
+        # What belongs to no side follows what both say, so that left is as right.
+        drive["both"] = np.minimum(drive["left"], drive["right"])
+    strengths = np.array([drive.get(side, heard)[:, row] for row, side, _, _ in cut])
+    driven = [(system.emotions[row], region) for row, _, region, _ in cut]
+    return (
+        strengths.reshape(len(cut), len(heard)).T,
+        np.array([pose for *_, pose in cut]).reshape(len(cut), len(names)),
+        gains.of(driven, len(heard)),
+    )
 
 
 def expression_poses(

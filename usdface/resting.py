@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from usdface.clean_solve import retarget
-from usdface.express import features
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.paper import paper_system
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE
+from usdface.reading import features
 from usdface.rigs import Rig
 from usdface.setup import Setup
 from usdface.takes import FloatArray, MarkerTake

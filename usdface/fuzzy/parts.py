@@ -61,6 +61,11 @@ class FaceParts:
             raise InputError(f"the contact tolerance is {self.tolerance}; expected 0 or more")
 
     @property
+    def heard(self) -> tuple[Side, ...]:
+        """The sides that a system is asked about: halves only where a shape belongs to one."""
+        return SIDES if self.left or self.right else ("both",)
+
+    @property
     def shapes(self) -> tuple[str, ...]:
         """Every shape that is named, once."""
         pairs = (name for pair in self.antagonists for name in pair)

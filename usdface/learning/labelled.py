@@ -8,7 +8,6 @@ import numpy as np
 
 from usdface.clean_solve import retarget
 from usdface.errors import InputError
-from usdface.express import features
 from usdface.findings import Finding
 from usdface.fuzzy.design import solved_noise
 from usdface.fuzzy.features import marker_spread, measure
@@ -19,6 +18,7 @@ from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.learning.labels import NEUTRAL, Label
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.outcome import Steps
+from usdface.reading import features
 from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh
 from usdface.setup import Setup
