@@ -43,6 +43,20 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.fixture(scope="session")
+def assert_valid_usd() -> Callable[[Path], None]:
+    """A function that fails with USD's own words when its validators find an error."""
+    from pxr import Usd, UsdValidation
+
+    def check(path: Path) -> None:
+        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        context = UsdValidation.ValidationContext(validators)
+        errors = context.Validate(Usd.Stage.Open(str(path)))
+        assert [f"{e.GetName()}: {e.GetMessage()}" for e in errors] == []
+
+    return check
+
+
+@pytest.fixture(scope="session")
 def validate_gltf() -> Callable[[Path], dict[str, Any]]:
     """A function from a glTF file to the report of the Khronos validator."""
     root = Path(__file__).resolve().parents[1]

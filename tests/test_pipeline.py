@@ -8,9 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pytest
 from processed import EXACT, Done, digests, process, run, solved, without_animation
-from pxr import Sdf, Usd, UsdValidation
+from pxr import Sdf, Usd
 from worlds import animation_of, make_world
 
 
@@ -106,17 +105,6 @@ def test_usd_finds_no_error_in_shot_and_result(
     world = make_world()
     process(without_animation(world.write(tmp_path)))
     assert_valid_usd(tmp_path / "shot.usdface.usda")
-
-
-@pytest.fixture(scope="module")
-def assert_valid_usd() -> Callable[[Path], None]:
-    def check(path: Path) -> None:
-        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-        context = UsdValidation.ValidationContext(validators)
-        errors = context.Validate(Usd.Stage.Open(str(path)))
-        assert [f"{e.GetName()}: {e.GetMessage()}" for e in errors] == []
-
-    return check
 
 
 def test_a_program_without_the_schemas_composes_and_plays(done: Done) -> None:

@@ -32,6 +32,11 @@ def test_each_part_is_of_one_side_and_one_region():
     }
 
 
+def test_halves_are_heard_where_a_shape_belongs_to_one():
+    assert FaceParts().heard == ("both",)
+    assert FaceParts(right=("b",)).heard == ("both", "left", "right")
+
+
 def test_without_parts_a_pose_is_one():
     cut = pose_parts(POSES, FACE.shape_names, FaceParts())
     assert [(row, side, region) for row, side, region, _ in cut] == [

@@ -12,20 +12,6 @@ from usdface.rigs import BlendShape, Inbetween, Material, MaterialSubset, Mesh, 
 
 
 @pytest.fixture(scope="session")
-def assert_valid_usd() -> Callable[[Path], None]:
-    """A function that fails with USD's own words when its validators find an error."""
-    from pxr import Usd, UsdValidation
-
-    def check(path: Path) -> None:
-        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-        context = UsdValidation.ValidationContext(validators)
-        errors = context.Validate(Usd.Stage.Open(str(path)))
-        assert [f"{e.GetName()}: {e.GetMessage()}" for e in errors] == []
-
-    return check
-
-
-@pytest.fixture(scope="session")
 def posed() -> Callable[[Mesh, np.ndarray], np.ndarray]:
     """The points of a mesh as UsdSkel defines them: straight through the inbetweens."""
 
