@@ -28,12 +28,12 @@ from usdface.rigs import Mesh
 from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, WeightsTake
 
-__all__ = ["Explanation", "Heard", "explained"]
+__all__ = ["ASIDE", "Explanation", "Heard", "explained"]
 
 # Weights that the corrector moves by less are not worth a line.
 _VISIBLE = 0.005
 # A half of the face is spoken of where it is shown this much more or less of a pose than the whole.
-_ASIDE = 0.1
+ASIDE = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -155,7 +155,7 @@ class Explanation:
                     "rules": self._rules(half.firing[index], half.inputs[index]),
                 }
                 for side, half in self.halves.items()
-                if np.abs(half.shown[index] - self.shown[index]).max(initial=0.0) >= _ASIDE
+                if np.abs(half.shown[index] - self.shown[index]).max(initial=0.0) >= ASIDE
             },
             "features": [self._feature(index, i) for i in range(len(self.system.inputs))],
             "weights": {

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.explain import Explanation
+from usdface.explain import Explanation, Heard
 from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
@@ -84,6 +84,17 @@ def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
         said = (tmp_path / "out.svg").read_text()
         assert f"<!-- {name} -->" in said
         assert ("<!-- not raised -->" in said) == (case is other)
+
+
+def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
+    whole = explanation()
+    still = replace(whole, outputs=0.0 * whole.outputs, shown=0.0 * whole.shown)
+    sides = {"left": whole, "right": still}
+    halves = {s: Heard(e.inputs, e.firing, e.outputs, e.shown) for s, e in sides.items()}
+    write_explanation_figure(replace(still, halves=halves), 4, tmp_path / "a.svg")
+    said = (tmp_path / "a.svg").read_text()
+    assert "<!-- joy, left half -->" in said and "<!-- joy, right half -->" not in said
+    assert "no emotion; left half: joy 0.50 -->" in said
 
 
 def test_of_thousands_of_rules_those_that_fire_most_have_a_row(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.explain import Explanation
+from usdface.explain import ASIDE, Explanation
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places
@@ -83,6 +83,10 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
         again, colour = divmod(i, len(COLOURS))
         style = {"color": COLOURS[colour], "linestyle": _DASHES[again % len(_DASHES)]}
         axes.plot(explained.times, curve, label=name, **style)
+        for (side, half), dashes in zip(explained.halves.items(), ("--", ":"), strict=False):
+            if np.abs(half.shown[:, i] - explained.shown[:, i]).max(initial=0.0) >= ASIDE:
+                thin = {"color": COLOURS[colour], "linestyle": dashes, "linewidth": 1.0}
+                axes.plot(explained.times, half.outputs[:, i], label=f"{name}, {side} half", **thin)
     axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
     axes.set(title="emotions over the take", xlim=_span(explained), ylim=_HEIGHT)
     if explained.system.mode == "raise":
@@ -91,7 +95,7 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
             place = {"xy": (0.003, level), "xycoords": ("axes fraction", "data")}
             axes.annotate(f"pose {meaning}", fontsize=7, color="0.4", va="bottom", **place)
     axes.set_yticks([0.0, 0.5, 1.0])
-    count = len(explained.system.emotions)
+    count = len(axes.get_legend_handles_labels()[1])
     if count:
         outside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
         columns = -(-count // _EMOTIONS_BESIDE)
