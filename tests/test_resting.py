@@ -2,7 +2,7 @@ import json
 from pathlib import Path
 
 import pytest
-from pxr import Usd
+from pxr import Sdf, Usd
 from worlds import make_world
 
 from usdface.cli import main
@@ -47,6 +47,28 @@ def test_a_rule_that_fires_at_rest_is_heard(shot: Path, capsys: pytest.CaptureFi
     heard = json.loads(capsys.readouterr().out)[1]
     assert len(heard["rules that fire"]) == 1
     assert max(heard["neutral"].values()) > 0.9 and max(heard["jitter, mean"].values()) > 0.9
+
+
+def test_the_face_rests_whatever_the_performer_showed_in_the_neutral_frames(
+    shot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A smile in the take's neutral frames is the take's; the face that is asked about has none."""
+    stage = Usd.Stage.Open(str(shot))
+    retarget = stage.GetPrimAtPath("/Shot/Retarget")
+    smile = ["mouthSmileLeft", "mouthSmileRight"]
+    named = Sdf.ValueTypeNames.TokenArray, Sdf.ValueTypeNames.FloatArray
+    for name, kind, value in (
+        (tokens.NEUTRAL_SHAPES, named[0], smile),
+        (tokens.NEUTRAL_WEIGHTS, named[1], [0.5, 0.5]),
+    ):
+        retarget.CreateAttribute(name, kind).Set(value)
+    smiling = shot.with_name("smiling.usda")
+    stage.GetRootLayer().Export(str(smiling))
+    answers = []
+    for path in (shot, smiling):
+        assert main(["fuzzy", "neutral", str(path), "--format", "json"]) == 0
+        answers.append(json.loads(capsys.readouterr().out)[1])
+    assert answers[0] == answers[1]
 
 
 def test_a_shot_without_a_system_is_one_line(

@@ -87,7 +87,9 @@ def _jitter(rig: Rig, setup: Setup, system: FuzzySystem) -> FloatArray | None:
     take = MarkerTake(
         binding.markers, np.arange(frames) / _RATE, rest + MARKER_NOISE * jitter, _RATE
     )
-    setup = replace(setup, neutral=(0, first - 1), head="solve", pins=())
+    # What a performer showed in the neutral frames, and how large, is no matter of this face.
+    setup = replace(setup, neutral_weights={}, calibration=None, pins=())
+    setup = replace(setup, neutral=(0, first - 1), head="solve")
     taken, weights, solution, _ = retarget(take, setup, mesh, rig.shape_names)
     inputs = features(system, taken, mesh, setup, weights, solution)
     return evaluate(system, inputs).outputs[first:]
