@@ -4,6 +4,8 @@ import pytest
 from usdface.fuzzy.selection import choose_features as choose
 from usdface.fuzzy.selection import paired_movements, single_movements
 
+LOW = np.zeros(9, dtype=bool)  # three markers, none above the nose tip
+
 
 def features(*moves, markers=3):
     """One row per shape; a move is {feature: metres}."""
@@ -13,10 +15,11 @@ def features(*moves, markers=3):
     return rows
 
 
-def choose_features(index, poses, moves, basis, noise):
-    """No single movements, the same noise everywhere."""
+def choose_features(index, poses, moves, basis, noise, upper=()):
+    """No single movements, the same noise everywhere; markers `upper` above the nose tip."""
     noise = np.full(basis.shape[1], noise)
-    return choose(index, poses, np.zeros((0, len(basis))), moves, basis, noise)
+    above = np.isin(np.arange(basis.shape[1]) // 3, list(upper))
+    return choose(index, poses, np.zeros((0, len(basis))), moves, basis, noise, above)
 
 
 def movements(names, basis):
@@ -87,6 +90,14 @@ def test_one_pose_within_another_excludes_what_the_other_does_besides():
     assert not part.confused and not part.shared and not whole.confused
 
 
+@pytest.mark.parametrize(("brows", "read"), [(0.006, {1, 7}), (0.004, {1})])
+def test_brows_that_move_far_are_read_though_no_rival_asks_for_it(brows, read):
+    """The mouth tells the pose from all that moves alone; what comes together nobody has listed."""
+    basis = features({1: 0.01}, {4: 0.004, 7: brows}, {4: 0.01})
+    poses = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert choose_features(0, poses, np.eye(3)[1:], basis, 0.0003, (2,)).ramps.keys() == read
+
+
 def test_poses_that_differ_in_what_no_marker_sees_are_confused():
     basis = features({1: 0.01}, {})
     poses = np.array([[1.0, 0.0], [1.0, 1.0]])
@@ -99,7 +110,7 @@ def test_a_quiet_feature_goes_before_a_noisy_one_of_the_same_size():
     noise = np.full(9, 0.0001)
     noise[1] = 0.001
     none = np.zeros((0, 1))
-    assert choose(0, np.eye(1), none, none, basis, noise).ramps.keys() == {4}
+    assert choose(0, np.eye(1), none, none, basis, noise, LOW).ramps.keys() == {4}
 
 
 def test_the_worst_rival_counts_however_many_are_harmless():
@@ -109,7 +120,7 @@ def test_the_worst_rival_counts_however_many_are_harmless():
     moves = np.concatenate([[[0.0, 1.0, 0.0]], np.tile([0.0, 0.0, 1.0], (1000, 1))])
     noise = np.full(9, 0.0001)
     noise[4] = 0.0003  # telling it apart costs noise
-    assert 4 in choose(0, poses, moves[:0], moves, basis, noise).ramps
+    assert 4 in choose(0, poses, moves[:0], moves, basis, noise, LOW).ramps
 
 
 def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
@@ -118,7 +129,7 @@ def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
     poses = np.array([[1.0, 0.0], [0.3, 1.0]])
     none, noise = np.zeros((0, 2)), np.full(9, 1e-5)
     noise[7] = 0.001
-    first, second = (choose(i, poses, none, none, basis, noise) for i in (0, 1))
+    first, second = (choose(i, poses, none, none, basis, noise, LOW) for i in (0, 1))
     ((other, degree),) = first.shared
     assert other == 1 and degree == pytest.approx(0.3, abs=0.03) and not first.confused
     assert not second.shared and not second.confused

@@ -79,8 +79,9 @@ def design_system(
     single = single_movements(shape_names)
     paired = paired_movements(shape_names, single, features)
     jitter = solved_noise(basis.reshape(features.shape), features, noise)
+    upper = np.repeat(neutral[:, 1] > neutral[nose, 1], 3)
     choices = {
-        expression.name: choose_features(i, poses, single, paired, features, jitter)
+        expression.name: choose_features(i, poses, single, paired, features, jitter, upper)
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.fuzzy.exclusion import FIRES, Ramp, exclude, ramp_degree
-from usdface.takes import FloatArray, IntArray
+from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
 
@@ -46,6 +46,8 @@ _NOISE_COST = 250.0
 _DIGITS = 4
 # An additional condition has to take away this share of the cost.
 _LEAST_GAIN = 0.01
+# Half a face, above or below the nose tip, is read where it moves by this share of the other half.
+_HALF_MOVES = 0.5
 # Expressions that fire another's rule further than this cannot be told apart.
 _CONFUSED = 0.5
 
@@ -110,6 +112,7 @@ def choose_features(
     paired: FloatArray,
     features: FloatArray,
     noise: FloatArray,
+    upper: BoolArray,
 ) -> Choice:
     """Choose the features that show one expression and none of its rivals.
 
@@ -126,6 +129,8 @@ def choose_features(
         Of each blend shape at weight 1.
     noise : (I,) float64 [m]
         Standard deviation of each feature.
+    upper : (I,) bool
+        Features of markers above the nose tip.
     """
     own = poses[index] @ features
     full = np.abs(own)
@@ -146,12 +151,9 @@ def choose_features(
         _VARIED_EXPRESSIONS / max(len(varied), 1),
     )
     weights = np.repeat(costs, (len(others), len(alone), len(both), len(varied)))
-    chosen = _cheapest(
-        degrees,
-        weights,
-        np.round(_NOISE_COST * (noise[usable] / full[usable]) ** 2, _DIGITS),
-        usable // 3,
-    )
+    noisy = np.round(_NOISE_COST * (noise[usable] / full[usable]) ** 2, _DIGITS)
+    chosen = _cheapest(degrees, weights, noisy, usable // 3)
+    chosen += _unread_half(chosen, full[usable], noisy, upper[usable])
     ramps = {int(i): (float(foot[i]), _TOP * float(own[i])) for i in usable[chosen]}
     firing = degrees[: len(others), chosen].min(axis=1)
     moved = poses[others] @ features
@@ -199,6 +201,29 @@ def _cheapest(
             break
         chosen, total = [*chosen, following], totals[following]
     return chosen
+
+
+def _unread_half(
+    chosen: list[int], full: FloatArray, cost: FloatArray, upper: BoolArray
+) -> list[int]:
+    """Return the clearest feature of the half of the face that none is chosen of, if it moves much.
+
+    Rivals of one or two movements may not ask for it, but faces do more at once: a laughing mouth
+    holds all of fear's, and it is the brows that tell.
+
+    Parameters
+    ----------
+    chosen : list of int
+        Of the candidates.
+    full, cost : (C,) float64
+        How far each candidate moves in the expression [m], and what its noise costs.
+    upper : (C,) bool
+    """
+    for half in (upper, ~upper):
+        if half.any() and not half[chosen].any():
+            moves = full[half].max() >= _HALF_MOVES * full[~half].max(initial=0.0)
+            return [int(np.argmin(np.where(half, cost, np.inf)))] if moves else []
+    return []
 
 
 def _cost(degrees: FloatArray, weights: FloatArray) -> FloatArray:
