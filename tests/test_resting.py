@@ -55,20 +55,17 @@ def test_the_face_rests_whatever_the_performer_showed_in_the_neutral_frames(
     """A smile in the take's neutral frames is the take's; the face that is asked about has none."""
     stage = Usd.Stage.Open(str(shot))
     retarget = stage.GetPrimAtPath("/Shot/Retarget")
-    smile = ["mouthSmileLeft", "mouthSmileRight"]
+    smile = stage.GetPrimAtPath("/Shot/Expressions/joy").GetAttribute(tokens.SHAPES).Get()
     named = Sdf.ValueTypeNames.TokenArray, Sdf.ValueTypeNames.FloatArray
     for name, kind, value in (
         (tokens.NEUTRAL_SHAPES, named[0], smile),
-        (tokens.NEUTRAL_WEIGHTS, named[1], [0.5, 0.5]),
+        (tokens.NEUTRAL_WEIGHTS, named[1], [0.5] * len(smile)),
     ):
         retarget.CreateAttribute(name, kind).Set(value)
     smiling = shot.with_name("smiling.usda")
     stage.GetRootLayer().Export(str(smiling))
-    answers = []
-    for path in (shot, smiling):
-        assert main(["fuzzy", "neutral", str(path), "--format", "json"]) == 0
-        answers.append(json.loads(capsys.readouterr().out)[1])
-    assert answers[0] == answers[1]
+    assert main(["fuzzy", "neutral", str(smiling), "--format", "json"]) == 0
+    assert max(json.loads(capsys.readouterr().out)[1]["jitter, mean"].values()) <= 0.02
 
 
 def test_a_shot_without_a_system_is_one_line(
