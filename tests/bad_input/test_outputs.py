@@ -41,6 +41,21 @@ def test_the_output_is_the_input(place: Place, refused: Refused) -> None:
         assert name in said and "overwrit" in said
 
 
+@pytest.mark.parametrize("name", ["rig.usda", "take.usda"])
+def test_a_fuzzy_system_in_the_place_of_what_the_shot_is_made_of(
+    place: Place, refused: Refused, name: str
+) -> None:
+    """The files that a shot references are inputs, too, and the takes that labels name."""
+    (place / "labels.csv").write_text("take,start_frame,end_frame,emotion\ntake.usda,9,12,joy\n")
+    bound = ["--rig", place / "rig.usda", "--bind", place / "bind.json"]
+    commands = [["convert", place / "shot.usda"], ["fit", "--shot", place / "shot.usda"]]
+    if name == "take.usda":
+        commands.append(["fit", *bound, "--labels", place / "labels.csv"])
+    for command in commands:
+        said = refused(["fuzzy", *command, "-o", place / name])
+        assert name in said and "overwritten" in said
+
+
 @pytest.mark.parametrize("name", ["shot.usda", "rig.usda", "report", "/dev/null"])
 def test_a_report_in_the_place_of_another_file(place: Place, refused: Refused, name: str) -> None:
     for command in (place.process, ["bench", "papers"]):

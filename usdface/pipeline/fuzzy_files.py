@@ -7,7 +7,8 @@ from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.paper import paper_system
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import check_place
-from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
+from usdface.io.fuzzy_formats.files import USD, read_fuzzy_file, write_fuzzy_file
+from usdface.io.usd.stage import files_of, open_stage
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
 
@@ -21,6 +22,8 @@ def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> 
     check_place(output, source)
     with steps("read"):
         system, findings = read_fuzzy_file(source)
+        if source.suffix.lower() in USD:
+            check_place(output, *files_of(open_stage(source)))
     return _written(system, output, findings, steps)
 
 

@@ -13,6 +13,7 @@ from usdface.io.takes.any_take import read_any_take
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import files_of, open_stage
 from usdface.learning.fitting import Fitted, fit_labelled, fit_rig
 from usdface.learning.labelled import Face, examples_of
 from usdface.options import FitOptions
@@ -57,11 +58,14 @@ def fit_fuzzy(
     register_schemas()
     steps = Steps(on_step)
     given = [source, *(path for path in (bind, labels) if path)]
-    for place in (output, *([poses] if poses else [])):
+    places = [output, *([poses] if poses else [])]
+    for place in places:
         check_place(place, *given)
     with steps("read"):
-        face, expressions, findings = _face(source, bind)
+        face, expressions, findings, files = _face(source, bind)
         stretches = read_labels(labels) if labels else ()
+        for place in places:
+            check_place(place, *files, *{label.take for label in stretches})
     if labels:
         labelled, more = examples_of(stretches, face, read_any_take, options, steps)
         findings += more
@@ -73,22 +77,26 @@ def fit_fuzzy(
         findings += write_fuzzy_file(output, fitted.system)
         if poses:
             write_text(poses, expressions_json(fitted.expressions))
-    written = (output, *([poses] if poses else []))
     findings += fitted.findings
-    outcome = Outcome(written, tuple(findings), fitted.summary, steps.seconds, fitted.details)
+    outcome = Outcome(tuple(places), tuple(findings), fitted.summary, steps.seconds, fitted.details)
     return outcome, fitted
 
 
-def _face(source: Path, bind: Path | None) -> tuple[Face, tuple[Expression, ...], list[Finding]]:
-    """Read the face of a shot, or of a rig and a binding, with its expression poses."""
+def _face(
+    source: Path, bind: Path | None
+) -> tuple[Face, tuple[Expression, ...], list[Finding], list[Path]]:
+    """Read the face of a shot, or of a rig and a binding, its expression poses, and the files."""
     if bind is None:
-        shot, findings = read_shot(open_shot(source), str(source))
+        stage = open_shot(source)
+        files = files_of(stage)
+        shot, findings = read_shot(stage, str(source))
         rig, setup, expressions = shot.rig, shot.setup, shot.expressions
     else:
+        files = files_of(open_stage(source))
         rig, findings = read_rig(source)
         setup, more = read_bind(bind)
         expressions, _ = expressions_for(rig.shape_names)
         findings += more
     mesh = rig.mesh(setup.binding.mesh)
     setup, more = fit_setup(setup, mesh)
-    return Face(mesh, rig.shape_names, setup), expressions, findings + more
+    return Face(mesh, rig.shape_names, setup), expressions, findings + more, files

@@ -20,7 +20,7 @@ from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens, write_fallback_types
 
-__all__ = ["SUFFIXES", "read_fuzzy_file", "write_fuzzy_file"]
+__all__ = ["SUFFIXES", "USD", "read_fuzzy_file", "write_fuzzy_file"]
 
 _Reader = Callable[[Path], tuple[FuzzySystem, list[Finding]]]
 _Writer = Callable[[FuzzySystem, str], tuple[str, list[Finding]]]
@@ -29,8 +29,8 @@ _TEXTS: dict[str, tuple[_Reader, _Writer]] = {
     ".fcl": (read_fcl, fcl_text),
     ".fll": (read_fll, fll_text),
 }
-_USD = (".usda", ".usdc", ".usd")
-SUFFIXES = (*_TEXTS, *_USD)
+USD = (".usda", ".usdc", ".usd")
+SUFFIXES = (*_TEXTS, *USD)
 
 
 def read_fuzzy_file(path: Path) -> tuple[FuzzySystem, list[Finding]]:
@@ -44,7 +44,7 @@ def read_fuzzy_file(path: Path) -> tuple[FuzzySystem, list[Finding]]:
     suffix = path.suffix.lower()
     if suffix in _TEXTS:
         return _TEXTS[suffix][0](path)
-    if suffix not in _USD:
+    if suffix not in USD:
         raise InputError(f"{path}: expected one of {', '.join(SUFFIXES)}, found {suffix!r}")
     stage = open_stage(path)
     found = [p.GetPath() for p in stage.Traverse() if p.GetTypeName() == tokens.FUZZY_SYSTEM]
@@ -68,7 +68,7 @@ def write_fuzzy_file(path: Path, system: FuzzySystem) -> list[Finding]:
         text, findings = _TEXTS[suffix][1](system, name if name[:1].isalpha() else f"f_{name}")
         write_text(path, text)
         return findings
-    if suffix not in _USD:
+    if suffix not in USD:
         raise OutputError(f"{path}: expected one of {', '.join(SUFFIXES)}, found {suffix!r}")
     stage = Usd.Stage.CreateInMemory()
     write_fallback_types(stage.GetRootLayer())
