@@ -58,6 +58,11 @@ def test_what_is_not_there_is_not_drawn(animated: Animated, tmp_path: Path) -> N
     write_take_figure(bare, tmp_path / "bare.svg")
     said = (tmp_path / "bare.svg").read_text()
     assert "no weight moves" in said and "RMS [mm]" not in said and "emotions" not in said
+    assert "standard deviation" not in said
+    write_take_figure(replace(bare, solve=animated.solve), tmp_path / "recorded.svg")
+    said = (tmp_path / "recorded.svg").read_text()
+    assert "<!-- solved weights that move" in said and "<!-- weight -->" in said
+    assert "standard deviation" not in said
 
 
 def test_a_file_that_is_no_picture_is_refused_before_any_work(shot: Path, tmp_path: Path) -> None:

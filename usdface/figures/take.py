@@ -52,7 +52,11 @@ def write_take_figure(animated: Animated, path: Path) -> None:
         aside = figure.add_subplot(grid[middle, 1], sharey=weights)
         _draw_deviations(aside, animated, names)
         if drawn is not None:
-            figure.colorbar(drawn, ax=aside, label="weight", shrink=0.5)
+            # Without deviations, as of recorded weights, their place is the scale's.
+            place = (
+                {"ax": aside} if aside.axison else {"cax": aside.inset_axes([0, 0.2, 0.12, 0.6])}
+            )
+            figure.colorbar(drawn, label="weight", shrink=0.5, **place)
         if regions:
             axes = figure.add_subplot(grid[0, 0], sharex=weights)
             _draw_residual(axes, animated, regions)
@@ -130,6 +134,9 @@ def _thinned(rows: FloatArray) -> FloatArray:
 def _draw_deviations(axes: Any, animated: Animated, names: list[str]) -> None:
     said = animated.details.get("confidence", {})
     deviations = said.get("standard deviation", {})
+    if not deviations:
+        axes.set_axis_off()
+        return
     hidden = said.get("hardly seen, and the vertex that would show it", {})
     values = [deviations.get(name, 0.0) for name in names]
     colours = ["#D55E00" if name in hidden else "0.55" for name in names]
