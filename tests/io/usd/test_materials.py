@@ -1,0 +1,93 @@
+from dataclasses import replace
+from pathlib import Path
+
+from pxr import Sdf, UsdShade, UsdUtils
+from sheets import codes, sheet
+
+from usdface.io.usd.rig import read_rig, rig_of_stage
+from usdface.io.usd.rig_write import write_rig
+from usdface.rigs import Material, Rig, Texture
+
+
+def test_materials_and_textures_come_back(face_rig, tmp_path):
+    (tmp_path / "near").mkdir()
+    (tmp_path / "near" / "skin.png").write_bytes(b"near")
+    material = Material(
+        "Skin",
+        (0.5, 0.25, 0.75),
+        0.5,
+        0.25,
+        0.75,
+        (0.125, 0.5, 1.0),
+        True,
+        base_color_texture=Texture(str(tmp_path / "near" / "skin.png"), None, ".png"),
+        normal_texture=Texture("", b"bumps", ".png"),
+        metallic_texture=Texture("", b"orm", ".jpg", "b"),
+        roughness_texture=Texture("", b"orm", ".jpg", "g"),
+        occlusion_texture=Texture("", b"orm", ".jpg"),
+        emissive_texture=Texture("", b"glow", ".png"),
+    )
+    mesh = replace(face_rig.meshes[0], material="Skin", subsets=())
+    path = tmp_path / "rig.usda"
+    write_rig(Rig("r", (mesh,), None, (material,)), path)
+    (back,) = read_rig(path)[0].materials
+    plain = {k: getattr(back, k) for k in ("name", "base_color", "opacity", "metallic")}
+    assert plain == {k: getattr(material, k) for k in plain}
+    assert (back.roughness, back.emissive, back.double_sided) == (0.75, (0.125, 0.5, 1.0), True)
+    read = {
+        role: Path(getattr(back, f"{role}_texture").path).read_bytes()
+        for role in ("base_color", "normal", "metallic", "roughness", "occlusion", "emissive")
+    }
+    assert read == {
+        "base_color": b"near",
+        "normal": b"bumps",
+        "metallic": b"orm",
+        "roughness": b"orm",
+        "occlusion": b"orm",
+        "emissive": b"glow",
+    }
+
+
+def test_a_texture_outside_the_folder_of_its_file_is_left_out(face_rig, tmp_path):
+    (tmp_path / "secret.png").write_bytes(b"x")
+    mesh = replace(face_rig.meshes[0], material="Skin", subsets=())
+    inside = tmp_path / "asset" / "rig.usda"
+    material = Material("Skin", base_color_texture=Texture("", b"x", ".png"))
+    write_rig(Rig("r", (mesh,), None, (material,)), inside)
+    text = inside.read_text().replace("./rig_textures/Skin_baseColor.png", "../secret.png")
+    inside.write_text(text)
+    rig, findings = read_rig(inside)
+    assert rig.materials[0].base_color_texture is None
+    assert codes(findings) == ["TEXTURE_MISSING"] and "outside the folder" in findings[0].message
+    inside.write_text(text.replace("../secret.png", "./none.png"))
+    assert "does not exist" in read_rig(inside)[1][0].message
+
+
+def test_textures_inside_a_package_come_as_bytes(face_rig, tmp_path):
+    mesh = replace(face_rig.meshes[0], material="Skin", subsets=())
+    material = Material("Skin", base_color_texture=Texture("", b"pixels", ".png"))
+    write_rig(Rig("r", (mesh,), None, (material,)), tmp_path / "rig.usdc")
+    package = tmp_path / "rig.usdz"
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "rig.usdc"), str(package))
+    texture = read_rig(package)[0].materials[0].base_color_texture
+    assert (texture.data, texture.suffix) == (b"pixels", ".png")
+
+
+def test_materials_of_one_name_stay_apart():
+    stage = sheet()
+    for scope, value in (("A", 0.25), ("B", 0.75)):
+        material = UsdShade.Material.Define(stage, f"/{scope}/Skin")
+        surface = UsdShade.Shader.Define(stage, f"/{scope}/Skin/Surface")
+        surface.CreateIdAttr("UsdPreviewSurface")
+        surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(value)
+        output = surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
+        material.CreateSurfaceOutput().ConnectToSource(output)
+    binding = UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/R/M"))
+    binding.Bind(UsdShade.Material(stage.GetPrimAtPath("/A/Skin")))
+    subset = binding.CreateMaterialBindSubset("part", [0])
+    UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(
+        UsdShade.Material(stage.GetPrimAtPath("/B/Skin"))
+    )
+    rig, findings = rig_of_stage(stage)
+    assert [(m.name, m.roughness) for m in rig.materials] == [("Skin", 0.25), ("Skin_1", 0.75)]
+    assert rig.meshes[0].subsets[0].material == "Skin_1" and codes(findings) == ["NAME_CHANGED"]

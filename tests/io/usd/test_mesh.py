@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+from pxr import Sdf, UsdGeom
+from sheets import codes, sheet
+
+from usdface.errors import InputError
+from usdface.io.usd.rig import rig_of_stage
+
+
+def test_units_and_up_axis_turn_and_scale_but_do_not_move_offsets():
+    rig, _ = rig_of_stage(sheet(unit=0.01, up="Z"))
+    np.testing.assert_allclose(rig.meshes[0].points[2], (0, 0.03, -0.02))
+    np.testing.assert_allclose(rig.meshes[0].shapes[0].offsets, [(0, 0, -0.01)])
+
+
+def test_a_mesh_without_skin_stands_by_its_own_transform():
+    stage = sheet()
+    UsdGeom.XformCommonAPI(stage.GetPrimAtPath("/R/M")).SetTranslate((5, 0, 0))
+    UsdGeom.XformCommonAPI(stage.GetPrimAtPath("/R/M")).SetScale((2, 2, 2))
+    mesh = rig_of_stage(stage)[0].meshes[0]
+    np.testing.assert_allclose(mesh.points[1], (7, 0, 0))
+    np.testing.assert_allclose(mesh.shapes[0].offsets, [(0, 2, 0)])
+
+
+def test_left_handed_faces_are_turned_and_keep_their_uvs():
+    stage = sheet()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    uv = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+        "map1", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying
+    )
+    uv.Set([(0, 0), (1, 0), (0, 1)])
+    mesh.CreateOrientationAttr(UsdGeom.Tokens.leftHanded)
+    turned = rig_of_stage(stage)[0].meshes[0]
+    assert list(turned.face_indices) == [0, 2, 1]
+    np.testing.assert_array_equal(turned.uvs, [(0, 0), (0, 1), (1, 0)])
+    UsdGeom.XformCommonAPI(mesh).SetScale((-1, 1, 1))  # mirrored again: as it was
+    assert list(rig_of_stage(stage)[0].meshes[0].face_indices) == [0, 1, 2]
+
+
+def test_corner_normals_become_point_normals():
+    stage = sheet()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    mesh.CreateNormalsAttr([(0, 0, 1), (0, 2, 0), (1, 0, 0)])
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+    rig, findings = rig_of_stage(stage)
+    np.testing.assert_allclose(rig.meshes[0].normals, [(0, 0, 1), (0, 1, 0), (1, 0, 0)])
+    assert codes(findings) == []
+    mesh.CreateNormalsAttr([(0, 0, 1), (0, 2, 0)])
+    assert codes(rig_of_stage(stage)[1]) == ["FEATURE_DROPPED"]
+
+
+@pytest.mark.parametrize("indices", [[0, 1], [0, 1, 3], [0, -1, 2]])
+def test_faces_that_do_not_fit_are_an_input_error(indices):
+    stage = sheet()
+    UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).GetFaceVertexIndicesAttr().Set(indices)
+    with pytest.raises(InputError, match="/R/M"):
+        rig_of_stage(stage)
