@@ -10,7 +10,7 @@ from worlds import make_world
 from usdface.cli import main
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.fuzzy_formats.files import write_fuzzy_file
+from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.schemas import tokens
 
 TERMS = (Term("low", "ramp", (-0.1, -0.5)), Term("high", "ramp", (0.1, 0.5)))
@@ -166,6 +166,25 @@ def test_a_role_that_no_marker_plays_is_refused_with_a_remedy(shot, tmp_path, ca
     assert "marker role 'left_horn', which no bound marker has" in said
     assert '"roles": {"left_horn": "..."}' in said
     assert not (tmp_path / "shot.usda").exists()
+
+
+def test_all_roles_that_no_marker_plays_are_named_at_once(shot, tmp_path, capsys):
+    folder, system = shot.parent, tmp_path / "paper.usda"
+    assert main(["fuzzy", "paper", "-o", str(system)]) == 0
+    assert main(shot_command(folder, tmp_path / "shot.usda", "--fuzzy", system)) == 1
+    said = capsys.readouterr().err
+    assert "'l_eyebrow_end', 'l_orbital_upper'" in said and '"l_orbital_upper": "..."' in said
+
+
+def test_a_marker_may_play_several_roles(shot, tmp_path):
+    folder, system, bind = shot.parent, tmp_path / "paper.usda", tmp_path / "bind.json"
+    assert main(["fuzzy", "paper", "-o", str(system)]) == 0
+    document = json.loads((folder / "bind.json").read_text())
+    document["roles"] = {v.role: "lip_lower" for v in read_fuzzy_file(system)[0].inputs}
+    bind.write_text(json.dumps(document))
+    command = shot_command(folder, tmp_path / "shot.usda", "--fuzzy", system)
+    command[command.index("--bind") + 1] = str(bind)
+    assert main(command) == 0
 
 
 def test_a_shot_of_a_doubtful_system_says_so(shot, tmp_path, capsys):

@@ -121,14 +121,19 @@ def adopt(
     InputError
         If a role has no marker; `where` names the system.
     """
-    known = known_roles(setup.binding.markers, setup.roles)
+    names = setup.binding.markers
+    # A marker may play several roles that are given; its label is one more for those without any.
+    given = {role: name for role, name in setup.roles.items() if name in names}
+    known = known_roles(names, setup.roles) | given
     asked = dict.fromkeys(v.role for v in system.inputs)
-    for role in asked:
-        if role not in known:
-            raise InputError(
-                f"{where}: the fuzzy system reads the marker role {role!r}, which no bound marker "
-                f'has; give it one in the binding, "roles": {{"{role}": "..."}}'
-            )
+    missing = [role for role in asked if role not in known]
+    if missing:
+        roles = f"role{'s' if len(missing) > 1 else ''} {', '.join(map(repr, missing))}"
+        said = ", ".join(f'"{role}": "..."' for role in missing)
+        raise InputError(
+            f"{where}: the fuzzy system reads the marker {roles}, which no bound marker has; "
+            f'name markers for them in the binding, "roles": {{{said}}}'
+        )
     posed = {expression.name for expression in expressions}
     findings = [
         finding("EXPRESSION_UNKNOWN", name, f"no expression pose for {name!r}; it moves nothing")
