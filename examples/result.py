@@ -7,17 +7,36 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from pxr import Usd, UsdSkel
 
 from examples.head import build_head
 from examples.performance import perform
 from examples.picture import View, render_rig
+from usdface.takes import MarkerTake
 
 __all__ = ["curves", "main"]
 
 FOLDER = Path(__file__).resolve().parent
 NEUTRAL_FRAME = 10
-ROWS = ("markers (performer at 60 %)", "retarget: solve layer", "corrected: express layer")
+ROWS = (
+    ("captured", "42 markers; the actor\nshows 60 to 70 %"),
+    ("retargeted", "blend shapes that\nfollow the markers"),
+    ("corrected", "the emotions the\nactor meant"),
+)
+MARKERS = "#1f6f94"
+# Markers along the features of the face, joined so that dots read as a face.
+LINES = tuple(
+    tuple(name.replace("*", side) for name in line.split())
+    for side in ("left", "right")
+    for line in (
+        "nose_tip nose_bridge",
+        "nose_tip nose_*",
+        "brow_*_inner brow_*_middle brow_*_outer",
+        "lip_upper lip_upper_* lip_corner_* lip_lower_* lip_lower",
+        "temple_* jaw_* chin_* chin",
+    )
+)
 
 
 def curves(root: Path, mute: str = "") -> tuple[tuple[str, ...], np.ndarray]:
@@ -39,23 +58,35 @@ def main() -> None:
     show, rig = perform(), build_head()
     emotions = ("joy", "sadness", "anger", "fear", "disgust", "surprise")
     frames = [NEUTRAL_FRAME, *(int(show.amounts[:, e].argmax()) for e in range(6))]
-    view = View(yaw=22, pitch=3, centre=(0, -0.005, 0), height=0.29, size=(280, 330))
-    figure, axes = plt.subplots(3, 7, figsize=(12, 6.6), gridspec_kw={"wspace": 0, "hspace": 0.02})
+    view = View(yaw=10, pitch=3, centre=(0.004, -0.018, 0), height=0.215, size=(250, 270))
+    figure, axes = plt.subplots(3, 7, figsize=(12.2, 5.7), gridspec_kw={"wspace": 0, "hspace": 0})
     for column, (frame, title) in enumerate(zip(frames, ("neutral", *emotions), strict=True)):
-        x, y, z = show.take.positions[frame].T
-        turn = np.deg2rad(view.yaw)
-        axes[0, column].scatter(x * np.cos(turn) - z * np.sin(turn), y, s=7, c="#2a6f8f")
-        axes[0, column].set_aspect("equal")
-        axes[0, column].set_title(title, fontsize=11)
+        draw_markers(axes[0, column], show.take, frame, view)
+        axes[0, column].set_title(title, fontsize=13)
         for row, weights in ((1, solved), (2, corrected)):
             pose = dict(zip(names, weights[frame].tolist(), strict=True))
             axes[row, column].imshow(render_rig(rig, pose, view))
     for axis in axes.ravel():
         axis.set(xticks=[], yticks=[], frame_on=False)
-    for row, label in enumerate(ROWS):
-        axes[row, 0].set_ylabel(label, fontsize=9)
-        axes[row, 0].set_frame_on(False)
+    for axis, (what, more) in zip(axes[:, 0], ROWS, strict=True):
+        beside = {"xycoords": "axes fraction", "annotation_clip": False}
+        axis.annotate(what, (-1.08, 0.55), fontsize=13, fontweight="bold", va="bottom", **beside)
+        axis.annotate(more, (-1.08, 0.51), fontsize=9, va="top", color="0.3", **beside)
     figure.savefig(FOLDER / "result.png", dpi=100, bbox_inches="tight", metadata={"Software": None})
+
+
+def draw_markers(axis: Axes, take: MarkerTake, frame: int, view: View) -> None:
+    """Draw the markers of a frame as seen from `view`, around their middle."""
+    turn = np.deg2rad(view.yaw)
+    x, y, z = take.positions[frame].T
+    seen = np.column_stack([x * np.cos(turn) - z * np.sin(turn), y])
+    seen -= (np.nanmin(seen, axis=0) + np.nanmax(seen, axis=0)) / 2
+    place = dict(zip(take.names, seen, strict=True))
+    for line in LINES:
+        axis.plot(*np.array([place[name] for name in line]).T, color=MARKERS, alpha=0.35, lw=1.2)
+    axis.scatter(*seen.T, s=9, c=MARKERS, zorder=3)
+    wide, high = (0.52 * view.height * n / view.size[1] for n in view.size)
+    axis.set(aspect="equal", xlim=(-wide, wide), ylim=(-high, high))
 
 
 if __name__ == "__main__":
