@@ -1,4 +1,3 @@
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -183,15 +182,13 @@ def test_only_meshes_below_the_named_prim_are_read(face_rig, tmp_path):
             rig_of_stage(stage, wrong)
 
 
-def test_a_large_rig_is_read_fast(shared_data, tmp_path):
+def test_a_real_face_comes_back(shared_data, tmp_path):
     packed = np.load(shared_data / "ict_facekit" / "ict_expressions.npz")
     names = [str(name) for name in packed["shapes"]][:53]
     shapes = tuple(BlendShape(n, packed[f"idx_{n}"], 0.01 * packed[f"off_{n}"]) for n in names)
     faces = packed["faceVertexCounts"], packed["faceVertexIndices"]
     mesh = Mesh("Head", 0.01 * packed["points"], *faces, shapes=shapes)
     write_rig(Rig("ict", (mesh,)), tmp_path / "ict.usdc")
-    start = time.process_time()
     rig, findings = read_rig(tmp_path / "ict.usdc")
-    assert time.process_time() - start < 1.5  # 0.2 s measured; room for a busy machine
     assert findings == []
     assert_same_shapes(rig.meshes[0].shapes, shapes, 1e-7)
