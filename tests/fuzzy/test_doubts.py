@@ -44,6 +44,18 @@ def test_a_term_beyond_the_range_of_its_input_makes_a_rule_that_never_fires():
     assert "RULE_UNREACHABLE" not in [code for code, _ in found(rule, range_=(-0.9, 0.11))]
 
 
+def test_a_rule_that_is_switched_off_is_meant_to_be():
+    """It is said, but is no warning, and what it asks for is not looked at."""
+    never = "IF a IS high AND a IS low THEN joy IS 1"
+    for off in ({"enabled": False}, {"weight": 0.0}):
+        system = FuzzySystem(
+            (Variable("a", "input", "a", terms=(LOW, HIGH)), Variable("joy", "output")),
+            (parse_rule(never, **off),),
+        )
+        (said,) = rule_findings(system)
+        assert (said.code, said.severity) == ("RULE_OFF", "info")
+
+
 def test_contradictory_rules_are_named_whatever_their_order():
     one, other = (
         "IF a IS high AND b IS low THEN joy IS 1",

@@ -20,7 +20,7 @@ _SAMPLES = 1001
 def rule_findings(system: FuzzySystem) -> list[Finding]:
     """Return what is doubtful: rules that fire at neutral, never, or against one another, gaps.
 
-    RULE_FIRES_AT_NEUTRAL, RULE_UNREACHABLE, RULES_CONTRADICT and RANGE_UNCOVERED (only inputs
+    RULE_FIRES_AT_NEUTRAL, RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED (only inputs
     that have a range).
     """
     neutral = [
@@ -39,18 +39,16 @@ def _silent(system: FuzzySystem) -> list[Finding]:
     points = {v.name: _points(v) for v in system.inputs}
     variables = {v.name: v for v in system.inputs}
     for rule in system.rules:
+        where = rule.place or str(rule)
         if not rule.enabled or rule.weight == 0:
-            why = "is disabled or has no weight; enable it, or remove it"
+            off = "is switched off" if not rule.enabled else "weighs 0"
+            findings.append(finding("RULE_OFF", where, f"the rule {rule} {off}"))
         elif not _alternatives(rule.condition, variables, points, False):
             why = (
                 "can never fire: no value that its inputs may have belongs to all that it asks; "
                 "drop or change one of these conditions"
             )
-        else:
-            continue
-        findings.append(
-            finding("RULE_UNREACHABLE", rule.place or str(rule), f"the rule {rule} {why}")
-        )
+            findings.append(finding("RULE_UNREACHABLE", where, f"the rule {rule} {why}"))
     return findings
 
 
