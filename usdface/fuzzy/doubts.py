@@ -20,8 +20,8 @@ _SAMPLES = 1001
 def rule_findings(system: FuzzySystem) -> list[Finding]:
     """Return what is doubtful: rules that fire at neutral, never, or against one another, gaps.
 
-    RULE_FIRES_AT_NEUTRAL, RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED (only inputs
-    that have a range).
+    RULE_FIRES_AT_NEUTRAL, RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED
+    (only inputs that have a range).
     """
     neutral = [
         finding(
