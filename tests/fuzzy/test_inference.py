@@ -201,7 +201,7 @@ def test_wrong_number_of_inputs_is_refused():
         evaluate(identity_system([]), np.zeros((5, 3)))
 
 
-def test_rules_that_fire_at_neutral_or_never_are_named():
+def test_rules_that_fire_at_neutral_or_are_off_are_named():
     near = Variable("c", "input", "c", terms=(Term("still", "triangular", (-1, 0, 1)),))
     rules = (
         parse_rule("IF c IS still THEN joy IS 1"),
@@ -215,7 +215,7 @@ def test_rules_that_fire_at_neutral_or_never_are_named():
     codes = [(f.code, f.where) for f in rule_findings(system)]
     assert codes == [
         ("RULE_FIRES_AT_NEUTRAL", str(rules[0])),
-        ("RULE_UNREACHABLE", str(rules[3])),
+        ("RULE_OFF", str(rules[3])),
     ]
 
 
