@@ -1,12 +1,13 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fit_world import RULES, make_examples
 
 from usdface.errors import InputError
 from usdface.figures.fit import write_fit_figure
 from usdface.fuzzy.fit.learned import fit_system
-from usdface.fuzzy.fit.validation import cross_validate
+from usdface.fuzzy.fit.validation import Validation, cross_validate
 
 
 def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:
@@ -17,6 +18,17 @@ def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:
     write_fit_figure(system, tested, one)
     write_fit_figure(system, tested, other)
     assert one.read_bytes() == other.read_bytes()
+
+
+def test_only_what_was_tested_has_a_row(tmp_path: Path) -> None:
+    system, _ = fit_system(make_examples())
+    counts = np.array([[2, 1, 0], [0, 0, 0], [0, 0, 3]])
+    tested = Validation("variant", ("joy", "fear"), counts, np.zeros(0), ())
+    write_fit_figure(system, tested, tmp_path / "fit.svg")
+    said = (tmp_path / "fit.svg").read_text()
+    # Once as heard, and once as shown where it was.
+    assert [said.count(f"<!-- {name} -->") for name in ("joy", "fear", "none")] == [2, 1, 2]
+    assert "5 of 6 right (1 of 3 kinds without a test)" in said
 
 
 def test_no_picture_of_another_kind(tmp_path: Path) -> None:

@@ -16,6 +16,9 @@ __all__ = ["write_fit_figure"]
 _COLUMNS = 4
 _SAMPLES = 400
 _MARGIN = 0.15
+_FACE_UNIT = "face units (the RMS distance of the neutral markers from their centre)"
+# What is heard right, and what is not.
+_RIGHT, _WRONG = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 
 
 def write_fit_figure(system: FuzzySystem, validation: Validation | None, path: Path) -> None:
@@ -32,13 +35,15 @@ def write_fit_figure(system: FuzzySystem, validation: Validation | None, path: P
     def draw(figure: Any) -> None:
         tested = validation is not None and validation.tested > 0
         rows = max(1, -(-len(system.inputs) // _COLUMNS))
-        figure.set_size_inches(12, 1.9 * rows + (5.5 if tested else 0.5))
-        parts = figure.subfigures(2, 1, height_ratios=[1.9 * rows, 5.0]) if tested else [figure]
+        shown = int((validation.counts.sum(axis=1) > 0).sum()) if validation is not None else 0
+        below = 1.2 + 0.45 * shown
+        figure.set_size_inches(12, 1.9 * rows + 0.5 + (below if tested else 0.0))
+        parts = figure.subfigures(2, 1, height_ratios=[1.9 * rows, below]) if tested else [figure]
         axes = parts[0].subplots(rows, _COLUMNS, squeeze=False).ravel().tolist()
         for place, variable in zip(axes, system.inputs, strict=False):
             _draw_terms(place, variable)
-        unit = "mm" if system.face_unit == "none" else "face units"
-        title = f"how far each input's value, in {unit} from neutral, belongs to its terms"
+        unit = "mm" if system.face_unit == "none" else _FACE_UNIT
+        title = f"how far each input's value, from neutral in {unit}, belongs to its terms"
         parts[0].suptitle(title, fontsize=10)
         for place in axes[len(system.inputs) :]:
             place.set_axis_off()
@@ -64,15 +69,24 @@ def _draw_terms(axes: Any, variable: Variable) -> None:
 
 
 def _draw_confusion(axes: Any, validation: Validation) -> None:
+    """Draw the counts, a row for each emotion that was tested: right in blue, wrong in orange."""
     labels = [*validation.names, "none"]
-    shown = validation.counts.sum(axis=1, keepdims=True)
-    share = validation.counts / np.maximum(shown, 1)
-    axes.imshow(share, vmin=0, vmax=1, cmap="Blues", aspect="auto")
-    for (row, column), count in np.ndenumerate(validation.counts):
+    tested = np.flatnonzero(validation.counts.sum(axis=1))
+    counts = validation.counts[tested]
+    share = (counts / counts.sum(axis=1, keepdims=True))[..., None]
+    right = (tested[:, None] == np.arange(len(labels)))[..., None]
+    axes.imshow(1.0 - share * (1.0 - np.where(right, _RIGHT, _WRONG)), aspect="auto")
+    for (row, column), count in np.ndenumerate(counts):
         if count:
-            color = "white" if share[row, column] > 0.5 else "black"
+            color = "white" if share[row, column, 0] > 0.5 else "black"
             axes.text(column, row, str(count), ha="center", va="center", color=color, fontsize=8)
     axes.set_xticks(range(len(labels)), labels, fontsize=8, rotation=20, ha="right")
-    axes.set_yticks(range(len(labels)), labels, fontsize=8)
+    axes.set_yticks(range(len(tested)), [labels[i] for i in tested], fontsize=8)
+    axes.set_xticks(np.arange(len(labels) + 1) - 0.5, minor=True)
+    axes.set_yticks(np.arange(len(tested) + 1) - 0.5, minor=True)
+    axes.grid(which="minor", color="0.9", linewidth=0.8)
+    axes.tick_params(which="minor", length=0)
     title = f"held out by {validation.holding}: {validation.right} of {validation.tested} right"
+    untested = len(labels) - len(tested)
+    title += f" ({untested} of {len(labels)} kinds without a test)" if untested else ""
     axes.set(xlabel="heard", ylabel="shown", title=title)
