@@ -120,6 +120,19 @@ def sides(shape: str) -> tuple[str, ...]:
     return ("L", "R") if shape.endswith("_") else ("",)
 
 
+def silent_nearest_mean(kept: Examples, left: Examples) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Hear as `nearest_mean` does, but nothing where speech or a blend shape alone is nearer."""
+    outputs, names = nearest_mean(kept, left)
+    scale = np.abs(kept.features).max(axis=0)
+    moves = scale > 0
+    speech = kept.features[kept.rows(NO_EMOTION, "speech")].mean(axis=0)
+    nothing = np.vstack([speech, kept.movements])[:, moves] / scale[moves]
+    faces = left.features[:, moves] / scale[moves]
+    lengths = np.linalg.norm(faces, axis=1)[:, None] * np.linalg.norm(nothing, axis=1)
+    nearer = faces @ nothing.T / np.maximum(lengths, 1e-12)
+    return np.where((nearer > outputs.max(axis=1)[:, None]).any(axis=1)[:, None], 0, outputs), names
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--worlds", type=int, nargs="*", default=[0, 1, 2, 3])
@@ -137,7 +150,9 @@ def main() -> None:
             f"new performer {emotions_only(performers)}, "
             f"silent {silent[-1]} of {silent.sum()}; new variant "
             f"{emotions_only(cross_validate(data, 'variant'))}, nearest mean "
-            f"{emotions_only(cross_validate(data, 'variant', nearest_mean))}",
+            f"{emotions_only(cross_validate(data, 'variant', nearest_mean))}, "
+            f"silent at blend shapes "
+            f"{emotions_only(cross_validate(data, 'variant', silent_nearest_mean))}",
             flush=True,
         )
 
