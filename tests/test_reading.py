@@ -9,7 +9,9 @@ from worlds import World, make_world
 
 from usdface.errors import InputError
 from usdface.fuzzy.features import MILLIMETRE, smooth
+from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.sides import SIDES
+from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.options import FEATURE_SMOOTHING
 from usdface.reading import features, sided_features
 from usdface.retarget.solution import Solution
@@ -112,3 +114,23 @@ def test_of_both_sides_they_are_the_features_of_the_face(
         np.testing.assert_array_equal(sided["both"], features(chin(space), *given))
         # The chin is in the middle, where its height is that of either half.
         np.testing.assert_allclose(sided["left"], sided["right"], atol=0.2)
+
+
+def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(
+    world: World, setup: Setup
+) -> None:
+    """And with the marker whose name is next to it."""
+    system = FuzzySystem(
+        (
+            Variable("chin_y", "input", "chinn", terms=(Term("down", "ramp", (0.0, -0.1)),)),
+            Variable("joy", "output"),
+        ),
+        (parse_rule("IF chin_y IS down THEN joy IS 1", place="mine.fis, line 7"),),
+    )
+    mesh = world.rig.meshes[0]
+    take = WeightsTake(mesh.shape_names, np.arange(2.0), np.zeros((2, len(mesh.shapes))), 1.0)
+    with pytest.raises(InputError) as refused:
+        features(system, take, mesh, setup, take, None)
+    assert refused.value.code == "MARKER_UNKNOWN"
+    for said in ("'chinn'", "did you mean chin?", "mine.fis, line 7: rule"):
+        assert said in str(refused.value)

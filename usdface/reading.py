@@ -1,6 +1,7 @@
 """What a fuzzy system reads off a face: its features, of the whole and of either half."""
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -61,6 +62,7 @@ def sided_features(
         names, neutral, faces = _recorded(take, mesh, setup, solution, sides)
     else:
         names, neutral, faces = _drawn(mesh, setup, weights, sides)
+    _check_roles(system, names, setup)
     unit = face_unit(system, neutral)
     # As in the solve: what was recorded without noise is read frame by frame.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
@@ -71,6 +73,28 @@ def sided_features(
         )
         read[side] = smooth(measured, take.times, noise * system.smoothing)
     return read
+
+
+def _check_roles(system: FuzzySystem, names: Sequence[str], setup: Setup) -> None:
+    """Refuse a system that reads a marker which is not there; name the first of its rules."""
+    lacking = {
+        variable.name: variable.role
+        for variable in system.inputs
+        if setup.roles.get(variable.role, variable.role) not in names
+    }
+    if not lacking:
+        return
+    name, role = next(iter(lacking.items()))
+    rules = [r for r in system.rules if any(p.variable in lacking for p in r.propositions)]
+    others = len(rules) - 1
+    by = f"{rules[0].named}{f' and {others} more' if others else ''}" if rules else "no rule"
+    near = get_close_matches(role, names, 1)
+    raise InputError(
+        f"fuzzy variable {name!r} reads the role {role!r}, but there is no marker "
+        f"{setup.roles.get(role, role)!r}{f'; did you mean {near[0]}?' if near else ''} (asked for "
+        f'by {by}); name its marker in the binding, "roles": {{"{role}": ...}}',
+        code="MARKER_UNKNOWN",
+    )
 
 
 def _recorded(
