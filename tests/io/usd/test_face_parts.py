@@ -20,6 +20,13 @@ def prim():
     yield stage.DefinePrim("/Shot/Retarget", tokens.RETARGET)
 
 
+def author(prim, name, kind, value):
+    """Write what a file may hold, which UsdAttribute refuses where the schemas are registered."""
+    prim.RemoveProperty(name)
+    spec = prim.GetStage().GetRootLayer().GetPrimAtPath(prim.GetPath())
+    Sdf.AttributeSpec(spec, name, getattr(Sdf.ValueTypeNames, kind)).default = value
+
+
 def same(one: FaceParts, other: FaceParts) -> bool:
     names = ("left", "right", "antagonists", "tolerance")
     return (
@@ -63,8 +70,7 @@ def test_a_shot_can_say_otherwise(prim):
 )
 def test_what_cannot_be_is_refused_with_the_prim(prim, name, kind, value, said):
     write_parts(prim, PARTS, 1.0)
-    prim.RemoveProperty(name)
-    prim.CreateAttribute(name, getattr(Sdf.ValueTypeNames, kind)).Set(value)
+    author(prim, name, kind, value)
     with pytest.raises(InputError, match=said) as error:
         read_parts(prim, 1.0)
     assert "/Shot/Retarget" in str(error.value)
@@ -113,7 +119,6 @@ def test_a_gain_that_cannot_be_is_refused_with_the_prim(expressive, bad):
 
 def test_a_gain_of_another_type_is_refused(expressive):
     system, joy = expressive
-    system.RemoveProperty(tokens.MOUTH_GAIN)
-    system.CreateAttribute(tokens.MOUTH_GAIN, Sdf.ValueTypeNames.Float2).Set(Gf.Vec2f(1, 1))
+    author(system, tokens.MOUTH_GAIN, "Float2", Gf.Vec2f(1, 1))
     with pytest.raises(InputError, match="mouth:gain"):
         read_gains(system, [joy], CODES)
