@@ -4,7 +4,14 @@ from pathlib import Path
 import pytest
 
 from usdface import errors
-from usdface.errors import ERROR_CODES, InputError, OutputError, SchemaError, SolveError
+from usdface.errors import (
+    ERROR_CODES,
+    InputError,
+    OutputError,
+    SchemaError,
+    SolveError,
+    did_you_mean,
+)
 
 PACKAGE = Path(errors.__file__).parent
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
@@ -32,3 +39,9 @@ def test_the_documented_table_is_the_table() -> None:
     assert [line for line in lines if line.startswith("* `")] == [
         f"* `{code}`: {says}" for code, says in sorted(ERROR_CODES.items())
     ]
+
+
+def test_the_nearest_known_name_is_meant_or_none() -> None:
+    known = ("jaw_left", "chin", "brow")
+    assert did_you_mean("jaw_lefft", known) == "; did you mean jaw_left?"
+    assert did_you_mean("xyzzy", known) == did_you_mean("chin", ()) == ""

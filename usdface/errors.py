@@ -14,7 +14,17 @@ below are caught at the border (``usdface.io``) and raised again as one of these
 original.
 """
 
-__all__ = ["ERROR_CODES", "InputError", "OutputError", "SchemaError", "SolveError", "UsdFaceError"]
+from collections.abc import Iterable
+
+__all__ = [
+    "ERROR_CODES",
+    "InputError",
+    "OutputError",
+    "SchemaError",
+    "SolveError",
+    "UsdFaceError",
+    "did_you_mean",
+]
 
 ERROR_CODES: dict[str, str] = {
     "INPUT_UNUSABLE": "a file, prim or setting cannot be used as it is",
@@ -106,3 +116,11 @@ class OutputError(UsdFaceError):
     """A result cannot be written; what was there before is still there."""
 
     default_code = "OUTPUT_UNWRITABLE"
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return "; did you mean X?" with the known name X nearest to an unknown one, "" if none is."""
+    from difflib import get_close_matches  # only where something is wrong
+
+    near = get_close_matches(name, list(known), 1)
+    return f"; did you mean {near[0]}?" if near else ""

@@ -1,11 +1,10 @@
 """What a fuzzy system reads off a face: its features, of the whole and of either half."""
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 import numpy as np
 
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.fuzzy.features import face_unit, measure, smooth
 from usdface.fuzzy.sides import SIDES, Side, half_face, half_weights
 from usdface.fuzzy.system import FuzzySystem
@@ -40,7 +39,8 @@ def features(
     Raises
     ------
     InputError
-        If the space is the take's and the take has no markers.
+        If the space is the take's and the take has no markers, or the system reads a marker
+        that is not there.
     """
     return sided_features(system, take, mesh, setup, weights, solution, ("both",))["both"]
 
@@ -56,7 +56,7 @@ def sided_features(
 ) -> dict[Side, FloatArray]:
     """Measure the inputs of each side as they would be if the other did the same: (F, I) each.
 
-    Of "both" as they are; see `features`.
+    Of "both" as they are; errors as those of `features`.
     """
     if system.space == "take":
         names, neutral, faces = _recorded(take, mesh, setup, solution, sides)
@@ -88,10 +88,9 @@ def _check_roles(system: FuzzySystem, names: Sequence[str], setup: Setup) -> Non
     rules = [r for r in system.rules if any(p.variable in lacking for p in r.propositions)]
     others = len(rules) - 1
     by = f"{rules[0].named}{f' and {others} more' if others else ''}" if rules else "no rule"
-    near = get_close_matches(role, names, 1)
     raise InputError(
         f"fuzzy variable {name!r} reads the role {role!r}, but there is no marker "
-        f"{setup.roles.get(role, role)!r}{f'; did you mean {near[0]}?' if near else ''} (asked for "
+        f"{setup.roles.get(role, role)!r}{did_you_mean(role, names)} (asked for "
         f'by {by}); name its marker in the binding, "roles": {{"{role}": ...}}',
         code="MARKER_UNKNOWN",
     )

@@ -25,11 +25,6 @@ def test_what_the_environment_says_goes_first(monkeypatch: pytest.MonkeyPatch) -
     assert [os.environ[name] for name in BLAS_THREADS] == ["3", "1", "1"]
 
 
-def test_the_command_line_loads_no_library_before() -> None:
-    script = "import sys, usdface.cli; sys.exit('numpy' in sys.modules)"
-    subprocess.run([sys.executable, "-c", script], check=True)
-
-
 @pytest.mark.skipif(
     not hasattr(os, "sched_setaffinity") or len(os.sched_getaffinity(0)) < 2,
     reason="needs two cores and a system that gives a process less",

@@ -1,11 +1,11 @@
 """What a person wrote on our prims and nothing reads: misspelled names, curves of what has none."""
 
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from functools import cache
 
 from pxr import Sdf, Usd
 
+from usdface.errors import did_you_mean
 from usdface.findings import Finding, finding
 from usdface.schemas import plugin_dir, tokens
 
@@ -48,7 +48,7 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
             continue
         where = f"<{prim.GetPath()}>.{written}"
         if written not in known:
-            yield where, f"nothing reads {written}{_meant(written, list(known))}"
+            yield where, f"nothing reads {written}{did_you_mean(written, known)}"
         elif known[written].variability == Sdf.VariabilityUniform and _has_samples(prim, written):
             yield where, f"{written} is one value for the whole take; its samples are not read"
 
@@ -67,11 +67,6 @@ def _unborn(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
     if not prim.IsDefined():
         there = [child.GetName() for child in parent.GetChildren()]
         message = f"the override of {name} changes nothing: no layer defines it"
-        yield where, message + _meant(name, there)
+        yield where, message + did_you_mean(name, there)
     elif parent.GetTypeName() == tokens.FUZZY_SYSTEM:
         yield where, f"{name} has no type, so nothing reads it; write def {tokens.FUZZY_RULE}"
-
-
-def _meant(name: str, known: Sequence[str]) -> str:
-    near = get_close_matches(name, known, 1)
-    return f"; did you mean {near[0]}?" if near else ""
