@@ -17,14 +17,14 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 from stylised import bent
 
-from usdface.binding.bound import shown_at_rest
+from usdface.binding.face_surface import face_surface
 from usdface.binding.propose import neutral_frames, propose
-from usdface.binding.skin import skin_of
+from usdface.binding.resolve_binding import shown_at_rest
 from usdface.errors import InputError
 from usdface.io.takes.files import read_take
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.setup import Binding, Setup
 from usdface.takes import FloatArray, IntArray, MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -109,7 +109,7 @@ def recorded(name: str) -> Case:
 def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
     """Return for each marker: distance along the skin and straight, wrong side; inf if unbound."""
     place = dict(zip(binding.markers, binding.points.tolist(), strict=True))
-    points, skin = case.mesh.points, skin_of(case.mesh)
+    points, skin = case.mesh.points, face_surface(case.mesh)
     found = np.array([place.get(name, -1) for name in case.take.names])
     column = np.searchsorted(skin.vertices, found).clip(max=len(skin.vertices) - 1)
     along = skin.reach(case.truth)[np.arange(len(found)), column]
@@ -126,7 +126,7 @@ def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
     }
 
 
-def weight_error(case: Case, setup: Setup) -> float:
+def weight_error(case: Case, setup: RetargetSetup) -> float:
     points = setup.binding.points
     offsets = case.mesh.offsets_at(points)
     solution, _ = solve_take(
@@ -143,7 +143,7 @@ def rests() -> None:
     for kind in KINDS:
         for seed, count in ((11, 0), (11, 8), (12, 12)):
             case = simulated(kind, seed, count)
-            setup = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
+            setup = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
             true = dict(zip(case.mesh.shape_names, case.weights[0].tolist(), strict=True))
             found = shown_at_rest(case.take, case.mesh, setup)
             errors = [
@@ -161,7 +161,7 @@ def wrong_given() -> None:
         table.add_column(column, justify="right")
     for kind in KINDS:
         case = simulated(kind, SEEDS[0])
-        skin, rng = skin_of(case.mesh), np.random.default_rng(1)
+        skin, rng = face_surface(case.mesh), np.random.default_rng(1)
         there = np.flatnonzero(np.isin(case.truth, skin.vertices))
         for count in (1, 3, 6):
             chosen = rng.choice(there, count, replace=False)
@@ -171,7 +171,9 @@ def wrong_given() -> None:
             places[0] = skin.vertices[rng.choice(np.flatnonzero((far > 0.03) & (far < 0.06)))]
             doubted = []
             for given in (places, points):
-                setup = Setup(Binding(tuple(names), given), neutral=neutral_frames(case.take))
+                setup = RetargetSetup(
+                    Binding(tuple(names), given), neutral=neutral_frames(case.take)
+                )
                 _, findings = propose(case.take, case.mesh, setup)
                 doubted.append([f.where for f in findings if f.code == "PLACE_DOUBTED"])
             right = len(doubted[1]) + len(set(doubted[0]) - {names[0]})
@@ -184,7 +186,7 @@ def named_neutral() -> None:
     table = Table(title="proposed places, neutral frames named")
     for column in ("take", "5 mm", "10 mm", "of those that move 3 mm", "confidence"):
         table.add_column(column, justify="right")
-    nothing = Setup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, REST - 1))
+    nothing = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, REST - 1))
     for case in (simulated(kind, seed) for kind in KINDS for seed in SEEDS):
         found = errors(case, propose(case.take, case.mesh, nothing)[0].binding)
         near, close = found["along"] < 0.010, found["along"] < 0.005
@@ -204,13 +206,13 @@ def main() -> None:
     cases = [simulated(kind, seed) for kind in KINDS for seed in SEEDS]
     for case in (*cases, recorded("Jaw"), recorded("Eyebrows")):
         order = np.random.default_rng(5).permutation(len(case.truth))
-        skin = set(skin_of(case.mesh).vertices.tolist())
+        skin = set(face_surface(case.mesh).vertices.tolist())
         order = [i for i in order if int(case.truth[i]) in skin]
         for count in ANCHORS:
             chosen = order[:count]
             given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
             neutral = neutral_frames(case.take)
-            proposal, _ = propose(case.take, case.mesh, Setup(given, neutral=neutral))
+            proposal, _ = propose(case.take, case.mesh, RetargetSetup(given, neutral=neutral))
             found = errors(case, proposal.binding)
             rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
             near = found["along"][rest] < 0.010
@@ -219,7 +221,7 @@ def main() -> None:
             row += [f"{100 * near.mean():.0f} %", str(found["side"].sum()), str(found["lip"].sum())]
             row += [f"{found['sure'][rest].mean():.2f}"]
             if case.weights is not None:
-                true = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
+                true = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
                 at_rest = replace(proposal, neutral=true.neutral)
                 shown = shown_at_rest(case.take, case.mesh, proposal)
                 less = replace(proposal, neutral_weights=shown)

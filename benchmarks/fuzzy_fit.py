@@ -26,21 +26,21 @@ from makehuman_face import (  # noqa: E402
     published_expressions,
 )
 
-from usdface.clean_solve import retarget  # noqa: E402
-from usdface.fuzzy.fit.examples import NO_EMOTION, Examples  # noqa: E402
-from usdface.fuzzy.fit.learned import answers, fit_system, heard  # noqa: E402
-from usdface.fuzzy.fit.separation import separations  # noqa: E402
-from usdface.fuzzy.fit.validation import Validation, cross_validate  # noqa: E402
+from usdface.correction.feature_extraction import features  # noqa: E402
 from usdface.fuzzy.inference import evaluate  # noqa: E402
 from usdface.fuzzy.system import FuzzySystem  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
-from usdface.learning.labelled import Face, examples_of  # noqa: E402
-from usdface.learning.labels import NEUTRAL, NOTHING, Label  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
-from usdface.outcome import Steps  # noqa: E402
-from usdface.reading import features  # noqa: E402
-from usdface.setup import Binding, Setup  # noqa: E402
+from usdface.result import Steps  # noqa: E402
+from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
+from usdface.retarget_take import retarget  # noqa: E402
+from usdface.rule_learning.cross_validation import Validation, cross_validate  # noqa: E402
+from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
+from usdface.rule_learning.labelled_takes import Face, examples_of  # noqa: E402
+from usdface.rule_learning.labels import NEUTRAL, NOTHING, Label  # noqa: E402
+from usdface.rule_learning.learned_system import answers, fit_system, heard  # noqa: E402
+from usdface.rule_learning.separation import separations  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
 RATE, NOISE, PERFORMERS = 60.0, 0.0003, 6
@@ -224,7 +224,7 @@ def main() -> None:
         ("41", optical.binding.markers, optical.binding.points, optical.nose_tip),
     ):
         points = landmarks_on(body, SHARED, vertices)
-        setup = Setup(Binding(names, points), nose_tip=nose)
+        setup = RetargetSetup(Binding(names, points), nose_tip=nose)
         bodies[title] = body, Face(mesh, mesh.shape_names, setup)
     console.print(summary(bodies))
     for title, emotions in (("six", SIX), ("twelve", tuple(EMOTIONS))):

@@ -19,13 +19,13 @@ sys.path.insert(0, str(ROOT / "tests"))
 from fuzzy_fit import emotions_only, nearest_mean, rules_and_hints  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
-from usdface.fuzzy.fit.examples import NO_EMOTION, Examples  # noqa: E402
-from usdface.fuzzy.fit.learned import fit_system  # noqa: E402
-from usdface.fuzzy.fit.validation import cross_validate  # noqa: E402
-from usdface.fuzzy.naming import direction_words, marker_variables  # noqa: E402
-from usdface.fuzzy.selection import single_movements  # noqa: E402
-from usdface.learning.labelled import Face, feature_noise, pose_features  # noqa: E402
-from usdface.setup import Binding, Setup  # noqa: E402
+from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
+from usdface.rule_design.feature_selection import single_movements  # noqa: E402
+from usdface.rule_design.marker_roles import direction_words, marker_variables  # noqa: E402
+from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
+from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
+from usdface.rule_learning.labelled_takes import Face, feature_noise, pose_features  # noqa: E402
+from usdface.rule_learning.learned_system import fit_system  # noqa: E402
 
 PERFORMERS = 6
 # Of the markers' noise what smoothing leaves.
@@ -138,7 +138,7 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, nargs="*", default=[0, 1, 2, 3])
     mesh, marks = ict_mesh(SHARED), landmarks(SHARED)
     names = tuple(f"landmark_{i}" for i in range(len(marks)))
-    setup = Setup(Binding(names, marks), nose_tip="landmark_30")
+    setup = RetargetSetup(Binding(names, marks), nose_tip="landmark_30")
     face = Face(mesh, mesh.shape_names, setup)
     for seed in parser.parse_args().worlds:
         data = world(seed, face)

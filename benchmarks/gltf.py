@@ -21,11 +21,11 @@ from rich.console import Console
 from rich.table import Table
 
 from usdface.clips import Clip
-from usdface.io.certified import certified
+from usdface.face.shape_names import rename_weights
+from usdface.io.compare_conversion import certified
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
-from usdface.retarget.names import rename_weights
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 

@@ -14,8 +14,8 @@ from rich.table import Table
 from scipy.optimize import differential_evolution, minimize
 
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.paper import MEDIUM, paper_system, published_table, three_terms
 from usdface.fuzzy.system import FuzzySystem, Normalisation
+from usdface.rule_design.paper_system import MEDIUM, paper_system, published_table, three_terms
 
 TABLE = published_table()
 LOW, HIGH = TABLE.inputs.min(axis=0), TABLE.inputs.max(axis=0)

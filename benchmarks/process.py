@@ -19,10 +19,10 @@ from statistics import median
 import numpy as np
 
 from usdface.cli import main as usdface
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.take import write_take
-from usdface.retarget.names import rename_weights
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]

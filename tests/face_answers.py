@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from faces import Face
 
-from usdface.fuzzy.contact import gaps_of, hold
-from usdface.fuzzy.selection import single_movements
+from usdface.correction.contact import gaps_of, hold
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
-from usdface.retarget.names import rename_weights
+from usdface.rule_design.feature_selection import single_movements
 from usdface.takes import FloatArray
 
 __all__ = [
@@ -162,7 +162,7 @@ def contact(face: Face) -> Contact:
     """Raise every expression whole over closed lips, closed lids and a pressed mouth.
 
     The gaps are those of each pair of vertices on the deformed mesh, averaged over the places of
-    `usdface.fuzzy.contact`.
+    `usdface.correction.contact`.
     """
     names = face.mesh.shape_names
     closing = [

@@ -10,7 +10,7 @@ import pytest
 from worlds import World, make_world
 
 from usdface import errors
-from usdface.binding.bound import bound_setup
+from usdface.binding.resolve_binding import bound_setup
 from usdface.errors import ERROR_CODES, UsdFaceError
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
@@ -19,9 +19,9 @@ from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
 from usdface.options import BindOptions, MapOptions, ProcessOptions, RigOptions, TakeOptions
 from usdface.pipeline import calibrate, make_shot, process
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup, fit_setup, unbound
 from usdface.rigs import Mesh, Rig
-from usdface.setup import Binding, Setup, fit_setup, unbound
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)
@@ -32,16 +32,16 @@ HEAD = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumMarkers\n30\t3\n"
 TRC = HEAD + "Frame#\tTime\ta\t\t\n\tX1\tY1\tZ1\n"
 
 
-def setup(**changes: object) -> Setup:
+def setup(**changes: object) -> RetargetSetup:
     points = np.array(list(WORLD.points.values()))
-    return replace(Setup(Binding(tuple(WORLD.points), points)), **changes)
+    return replace(RetargetSetup(Binding(tuple(WORLD.points), points)), **changes)
 
 
 def fitted(**changes: object) -> object:
     return fit_setup(setup(**changes), MESH, TAKE)
 
 
-def solved(binding: Setup, take: MarkerTake = TAKE) -> object:
+def solved(binding: RetargetSetup, take: MarkerTake = TAKE) -> object:
     points = binding.binding.points
     return solve_take(take, MESH.points[points], MESH.offsets_at(points), MESH.shape_names, binding)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from usdface.cli import main
-from usdface.fuzzy.dictionaries import expressions_for
+from usdface.face.expression_poses import expressions_for
 from usdface.io.bind_file import read_bind
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.usd.rig import read_rig

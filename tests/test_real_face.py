@@ -11,10 +11,10 @@ from pxr import Usd
 from worlds import animation_of
 
 from usdface.cli import main
+from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
 from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
-from usdface.retarget.align import rigid_fit, similarity_fit
 from usdface.retarget.neutral import neutral_markers
 from usdface.takes import MarkerTake
 

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from usdface.errors import InputError, OutputError, SchemaError, SolveError, UsdFaceError
     from usdface.fuzzy.system import FuzzySystem
     from usdface.pipeline import apply, process
+    from usdface.retarget_setup import Binding, Expression, RetargetSetup
     from usdface.rigs import BlendShape, Mesh, Rig
-    from usdface.setup import Binding, Expression, Setup
     from usdface.takes import MarkerTake, WeightsTake
 
 __version__ = "0.1.0"
@@ -28,9 +28,9 @@ __all__ = [
     "MarkerTake",
     "Mesh",
     "OutputError",
+    "RetargetSetup",
     "Rig",
     "SchemaError",
-    "Setup",
     "SolveError",
     "UsdFaceError",
     "WeightsTake",
@@ -43,7 +43,7 @@ _HOMES = {
     "fuzzy.system": ("FuzzySystem",),
     "pipeline": ("apply", "process"),
     "rigs": ("BlendShape", "Mesh", "Rig"),
-    "setup": ("Binding", "Expression", "Setup"),
+    "retarget_setup": ("Binding", "Expression", "RetargetSetup"),
     "takes": ("MarkerTake", "WeightsTake"),
 }
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)

@@ -249,7 +249,7 @@ class SolveOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionOptions:
-    """How the emotions are blended over the solved weights (`usdface.fuzzy.correct`).
+    """How the emotions are blended over the solved weights (`usdface.correction.pose_blend`).
 
     A gain of 1 brings a face all the way to the emotion it half shows; less leaves it short.
     `ease` takes antagonists of what is raised back, 1 as far as the rest to a whole weight.
@@ -267,7 +267,7 @@ class CorrectionOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
-    """How a fuzzy system is fitted (`usdface.learning.fitting`).
+    """How a fuzzy system is fitted (`usdface.rule_learning.fitting`).
 
     Attributes
     ----------

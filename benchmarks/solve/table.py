@@ -13,7 +13,7 @@ from usdface.retarget.confidence import confidence_of, within_bounds
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import usual_misfit
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
 from usdface.takes import FloatArray
 
 __all__ = ["measured"]

@@ -12,8 +12,8 @@ from usdface.binding.marker_places import free_places, marker_places
 from usdface.cli import main
 from usdface.errors import InputError
 from usdface.io.bind_file import read_bind
+from usdface.retarget_setup import Binding
 from usdface.rigs import BlendShape, Mesh
-from usdface.setup import Binding
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()

@@ -7,10 +7,10 @@ from worlds import NEUTRAL, World, make_world
 from usdface.binding.propose import neutral_frames, propose
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.setup import Binding, Setup
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import MarkerTake
 
-NO_BINDING = Setup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))
+NO_BINDING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def with_positions(take: MarkerTake, positions: np.ndarray, *more: str) -> Marke
     return replace(take, names=take.names + more, positions=positions)
 
 
-def found(world: World, take: MarkerTake, setup: Setup = NO_BINDING) -> dict[str, int]:
+def found(world: World, take: MarkerTake, setup: RetargetSetup = NO_BINDING) -> dict[str, int]:
     binding = propose(take, world.rig.meshes[0], setup)[0].binding
     return dict(zip(binding.markers, binding.points.tolist(), strict=True))
 
@@ -193,7 +193,7 @@ def test_a_neutral_that_is_looked_for_explains_the_peaks(world: World) -> None:
     take = replace(world.take, positions=positions, times=times)
     some = ("nose", "brow_out_l", "brow_out_r", "chin")
     held_by = Binding(some, np.array([world.points[name] for name in some]))
-    setup = Setup(held_by, neutral=(0, 0))
+    setup = RetargetSetup(held_by, neutral=(0, 0))
     proposal, _ = propose(take, world.rig.meshes[0], setup, find_neutral=True)
     assert proposal.neutral is not None
     first, last = proposal.neutral

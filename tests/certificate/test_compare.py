@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.certificate.compare import EvaluatedMesh, certify, some_frames
-from usdface.certificate.sums import Sums
+from usdface.certificate.linear_morph import Sums
 
 RNG = np.random.default_rng(3)
 FRAMES = np.arange(8)

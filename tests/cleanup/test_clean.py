@@ -9,9 +9,9 @@ import pytest
 from ict_face import ict_mesh, landmarks
 
 from usdface.cleanup.clean import Cleaned, clean_take
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import CleanOptions
-from usdface.retarget.names import rename_weights
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 

@@ -6,14 +6,14 @@ import pytest
 from usdface.cli.report import print_json, print_outcome, write_report
 from usdface.errors import OutputError
 from usdface.findings import finding
-from usdface.outcome import Outcome
+from usdface.result import Result
 
 FINDINGS = (
     finding("MARKER_OCCLUDED", "nose [1]", "hidden in 3 of 9 frames"),
     finding("SHAPE_UNSEEN", "a"),
     *(finding("SHAPE_EMPTY", f"[bold]{i}[/bold]") for i in range(6)),
 )
-OUTCOME = Outcome(
+OUTCOME = Result(
     (Path("out [1]") / "näme.usda",), FINDINGS, {"frames": 9, "rate Hz": 29.97}, {"solve": 1.23456}
 )
 
@@ -31,7 +31,7 @@ def test_text_says_every_figure_file_and_kind_of_finding_once(
 
 def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[str]) -> None:
     hidden = [finding("MARKER_OCCLUDED", m, f"hidden in {k} of 9") for k, m in enumerate("abcdef")]
-    print_outcome(Outcome((), tuple(hidden), {}, {}), "text")
+    print_outcome(Result((), tuple(hidden), {}, {}), "text")
     said = capsys.readouterr().out
     assert said == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
 
@@ -44,7 +44,7 @@ def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[s
         finding("MEANING_DIFFERS", "a.fll: fear", "the answers of fear are kept in 0 to 2"),
         *(finding("RULE_FIRES_AT_NEUTRAL", f"line {k}", f'the rule "{k}" fires') for k in "ab"),
     ]
-    print_outcome(Outcome((), tuple(warned), {}, {}), "text")
+    print_outcome(Result((), tuple(warned), {}, {}), "text")
     assert capsys.readouterr().out.splitlines() == [
         "warning MEANING_DIFFERS: the answers of joy are kept in 0 to 1 (a.fll: joy); "
         "others: a.fll: fear",
@@ -52,7 +52,7 @@ def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[s
         'warning RULE_FIRES_AT_NEUTRAL: the rule "a" fires (line a); others: line b',
     ]
     many = [finding("MEANING_DIFFERS", "x", word * 3) for word in "abcdefg"]
-    print_outcome(Outcome((), tuple(many), {}, {}), "text")
+    print_outcome(Result((), tuple(many), {}, {}), "text")
     first, *others = capsys.readouterr().out.splitlines()
     assert first.endswith("aaa (x); others: x, x, x") and len(others) == 3
 

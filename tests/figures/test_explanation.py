@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.explain import Explanation, Heard
+from usdface.explanation import Explanation, Heard
 from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from worlds import make_world
 
-from usdface.animate import Animated, animate
 from usdface.cli import main
 from usdface.figures.take import write_take_figure
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
 from usdface.options import ProcessOptions
-from usdface.outcome import Steps
 from usdface.pipeline import make_shot
+from usdface.result import Steps
+from usdface.retarget_shot import Animated, animate
 
 PNG = b"\x89PNG\r\n\x1a\n"
 

@@ -6,7 +6,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.calibration_file import calibration_json, read_calibration_file
-from usdface.setup import Calibration
+from usdface.retarget_setup import Calibration
 
 
 def test_what_was_written_is_read(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdface.cli import main
 from usdface.clips import Clip, JointsTake
-from usdface.io.certified import certified
+from usdface.io.compare_conversion import certified
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import compose

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from usdface.io.certified import certified
+from usdface.io.compare_conversion import certified
 from usdface.io.gltf.read import read_gltf
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage

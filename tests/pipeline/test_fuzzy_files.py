@@ -8,8 +8,8 @@ from every_term import sugeno
 
 from usdface.cli import main
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.paper import published_table
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
+from usdface.rule_design.paper_system import published_table
 
 
 def test_the_command_goes_through_all_formats_and_says_what_is_doubtful(tmp_path, capsys):

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
-from usdface.clean_solve import calibrate, retarget
 from usdface.errors import InputError
-from usdface.setup import Binding, Calibration, Setup
+from usdface.retarget_setup import Binding, Calibration, RetargetSetup
+from usdface.retarget_take import calibrate, retarget
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()
 NAMES = MESH.shape_names
-SETUP = Setup(
+SETUP = RetargetSetup(
     Binding(tuple(WORLD.points), np.array(list(WORLD.points.values()))),
     head="stabilised",
     neutral=(0, NEUTRAL - 1),

@@ -7,9 +7,9 @@ from ict_face import ict_mesh, landmarks
 from worlds import make_world
 
 from usdface.retarget.regions import place_names, region_errors, region_residuals, regions_of
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import BlendShape
-from usdface.setup import Binding, Setup
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()
@@ -47,7 +47,7 @@ def test_a_face_whose_shapes_have_no_telling_names_is_one_region() -> None:
 
 
 def test_residuals_of_regions_make_up_that_of_the_face() -> None:
-    setup = Setup(BINDING, head="stabilised", neutral=(0, 3))
+    setup = RetargetSetup(BINDING, head="stabilised", neutral=(0, 3))
     noise = 1e-3 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
     positions = WORLD.take.positions + noise
     positions[5:9, WORLD.take.names.index("lid_l")] = np.nan

@@ -5,18 +5,20 @@ from worlds import World, make_world
 from usdface.binding.marker_places import free_places
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import SolveReport, solve_report
-from usdface.retarget.transfer import solve_take
-from usdface.setup import Binding, Setup
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import MarkerTake
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.meshes[0]
 
 
-def solved(world: World, positions: np.ndarray, without: str = "-") -> tuple[Setup, Solution]:
+def solved(
+    world: World, positions: np.ndarray, without: str = "-"
+) -> tuple[RetargetSetup, Solution]:
     take = MarkerTake(world.take.names, world.take.times, positions, world.take.rate)
     kept = {name: point for name, point in world.points.items() if not name.startswith(without)}
-    setup = Setup(Binding(tuple(kept), np.array(list(kept.values()))), neutral=(0, 3))
+    setup = RetargetSetup(Binding(tuple(kept), np.array(list(kept.values()))), neutral=(0, 3))
     points = setup.binding.points
     solution, _ = solve_take(
         take, MESH.points[points], MESH.offsets_at(points), MESH.shape_names, setup

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdface.binding.domain import Domain
-from usdface.binding.evidence import Evidence
-from usdface.binding.register import Registration, closeness
-from usdface.binding.skin import Skin
+from usdface.binding.candidates import Domain
+from usdface.binding.face_surface import FaceSurface
+from usdface.binding.observations import Evidence
+from usdface.binding.registration import Registration, closeness
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["confidence"]
@@ -24,7 +24,7 @@ _INDEPENDENT = 0.25
 
 
 def confidence(
-    skin: Skin,
+    skin: FaceSurface,
     domain: Domain,
     evidence: Evidence,
     answers: Sequence[Registration],
@@ -39,7 +39,7 @@ def confidence(
 
     Parameters
     ----------
-    skin : Skin
+    skin : FaceSurface
     domain : Domain
         All of the skin.
     evidence : Evidence

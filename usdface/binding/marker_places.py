@@ -5,14 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from usdface.binding.skin import Skin, skin_of
+from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
+from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
 from usdface.retarget.regions import place_names
 from usdface.retarget.regularisation import Regularisation
+from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
-from usdface.setup import Binding
 from usdface.takes import BoolArray, IntArray, frozen
 
 __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
@@ -99,12 +100,12 @@ def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
     InputError
         If the mesh has no skin.
     """
-    skin = skin_of(mesh)
+    skin = face_surface(mesh)
     useful = skin.level & _shown(mesh, skin)
     points = skin.points[useful]
     if not len(points):
         return FreePlaces(np.zeros(0, np.int64), 0.0)
-    size = float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    size = rms_radius(points)
     useful &= ~_faced(skin, _FACING * size)
     if len(bound):
         away = cKDTree(mesh.points[bound]).query(skin.points)[0]
@@ -113,7 +114,7 @@ def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
     return FreePlaces(free[:: max(1, -(-len(free) // _TRIED))], _APART * size)
 
 
-def _shown(mesh: Mesh, skin: Skin) -> BoolArray:
+def _shown(mesh: Mesh, skin: FaceSurface) -> BoolArray:
     """Return where on the skin some shape does much of the most that it does on the mesh."""
     own = np.linalg.norm(skin.offsets, axis=2)
     most = [np.linalg.norm(s.offsets, axis=1).max(initial=0.0) for s in mesh.shapes]
@@ -121,7 +122,7 @@ def _shown(mesh: Mesh, skin: Skin) -> BoolArray:
     return np.asarray((own >= least).any(axis=0))
 
 
-def _faced(skin: Skin, reach: float) -> BoolArray:
+def _faced(skin: FaceSurface, reach: float) -> BoolArray:
     """Return which places have skin before them that looks back at them, within reach."""
     a, b = cKDTree(skin.points).query_pairs(reach, output_type="ndarray").T
     between = skin.points[b] - skin.points[a]

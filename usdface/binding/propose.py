@@ -6,25 +6,25 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from usdface.binding.anchor_check import doubted
+from usdface.binding.candidates import Domain
 from usdface.binding.confidence import confidence
-from usdface.binding.domain import Domain
-from usdface.binding.evidence import Evidence
-from usdface.binding.given import doubted
-from usdface.binding.names import named_heights
-from usdface.binding.register import Registration, closeness, unexplained_motion
-from usdface.binding.rest import (
+from usdface.binding.face_surface import FaceSurface, face_surface
+from usdface.binding.marker_names import named_heights
+from usdface.binding.neutral_frames import (
     Performance,
     peak_frames,
     rest_frames,
     resting_poses,
     still_face,
 )
-from usdface.binding.search import search
-from usdface.binding.skin import Skin, skin_of
+from usdface.binding.observations import Evidence
+from usdface.binding.pose_search import search
+from usdface.binding.registration import Registration, closeness, unexplained_motion
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.setup import Binding, Setup
 from usdface.takes import BoolArray, FloatArray, IntArray, MarkerTake
 
 __all__ = ["check_frames", "neutral_frames", "propose", "strong_frames"]
@@ -66,8 +66,8 @@ def strong_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]
 
 
 def propose(
-    take: MarkerTake, mesh: Mesh, setup: Setup, find_neutral: bool = False
-) -> tuple[Setup, list[Finding]]:
+    take: MarkerTake, mesh: Mesh, setup: RetargetSetup, find_neutral: bool = False
+) -> tuple[RetargetSetup, list[Finding]]:
     """Propose where the markers of a take sit on a face.
 
     Parameters
@@ -75,7 +75,7 @@ def propose(
     take : MarkerTake
         In space.
     mesh : Mesh
-    setup : Setup
+    setup : RetargetSetup
         Its binding is kept, and helps to place the other markers; it names neutral frames, and
         peak frames if they are not to be looked for.
     find_neutral : bool
@@ -84,7 +84,7 @@ def propose(
 
     Returns
     -------
-    Setup
+    RetargetSetup
         The given one with the proposed places, their confidence, neutral and peak frames.
     list of Finding
 
@@ -95,7 +95,7 @@ def propose(
         named is not there, or the mesh has no skin.
     """
     given = {n: int(v) for n, v in zip(setup.binding.markers, setup.binding.points, strict=True)}
-    skin = skin_of(mesh)
+    skin = face_surface(mesh)
     used, findings = _usable(take, given)
     names = tuple(take.names[i] for i in used)
     performance = still_face(_in_space(take)[:, used])
@@ -165,7 +165,7 @@ def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Seque
 
 
 def _searched(
-    skin: Skin, names: Sequence[str], evidence: Evidence
+    skin: FaceSurface, names: Sequence[str], evidence: Evidence
 ) -> tuple[Evidence, Domain, tuple[Registration, ...], list[Finding]]:
     """Register the markers, given places that do not fit left out of the evidence and named."""
     domain, answers = search(skin, evidence)
@@ -226,7 +226,7 @@ def _usable(take: MarkerTake, given: dict[str, int]) -> tuple[IntArray, list[Fin
     return np.delete(used, sorted(copies)), findings
 
 
-def _anchors(names: Sequence[str], given: dict[str, int], skin: Skin) -> IntArray:
+def _anchors(names: Sequence[str], given: dict[str, int], skin: FaceSurface) -> IntArray:
     """Return the given places as indices into the skin; -1 for a marker without one."""
     anchors = np.full(len(names), -1)
     for i, name in enumerate(names):

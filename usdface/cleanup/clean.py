@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.cleanup.gaps import fill, runs
-from usdface.cleanup.model import fit_model, predict, restore
+from usdface.cleanup.low_rank_model import fit_model, predict, restore
 from usdface.cleanup.repairs import Kind, Repair, repair_findings
 from usdface.cleanup.spikes import spikes
-from usdface.cleanup.steady import Steady, steady
+from usdface.cleanup.stabilise import Steady, steady
 from usdface.cleanup.swaps import last_seen, owners
 from usdface.findings import Finding, finding
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions
-from usdface.retarget.align import Pose
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_noise
 from usdface.takes import BoolArray, FloatArray, MarkerTake
@@ -163,7 +164,7 @@ def _without_spikes(
     """Find spikes with what the markers say that are none, until nothing changes."""
     rate = 1.0 / float(np.median(np.diff(times)))
     mean = held.model.mean
-    size = float(np.sqrt(((mean - mean.mean(axis=0)) ** 2).sum(axis=1).mean()))
+    size = rms_radius(mean)
     # A spike also turns the head a little, from which the others could tell it: those that jump
     # by their own path alone are not believed at first.
     off = spikes(held.still, np.zeros_like(held.still), seen, size, rate)

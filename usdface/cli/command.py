@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from usdface.errors import OutputError
 
 if TYPE_CHECKING:
-    from usdface.outcome import Outcome
+    from usdface.result import Result
 
 __all__ = [
     "DONE",
@@ -82,7 +82,7 @@ def check_figure(figure: Path | None) -> None:
 
 def report(
     parsed: argparse.Namespace,
-    outcome: "Outcome",
+    outcome: "Result",
     fail_on: Sequence[str] = (),
     file: TextIO | None = None,
 ) -> int:
@@ -91,7 +91,7 @@ def report(
     Parameters
     ----------
     parsed : argparse.Namespace
-    outcome : Outcome
+    outcome : Result
     fail_on : sequence of str
         Severities of findings that are a failure, also without ``--strict``.
     file : stream, optional

@@ -11,8 +11,8 @@ from rich.table import Table
 from usdface.cli.report import print_whole
 
 if TYPE_CHECKING:
-    from usdface.learning.fitting import Fitted
-    from usdface.resting import RestingAnswer
+    from usdface.correction.neutral_check import RestingAnswer
+    from usdface.rule_learning.fitting import Fitted
 
 __all__ = ["print_explanation", "print_fit", "print_resting"]
 
@@ -49,7 +49,7 @@ def print_fit(fitted: "Fitted") -> None:
 
 
 def print_explanation(facts: dict[str, Any]) -> None:
-    """Print why a frame gets its emotions (`usdface.explain.Explanation.frame`)."""
+    """Print why a frame gets its emotions (`usdface.explanation.Explanation.frame`)."""
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"frame {facts['frame']}, {facts['seconds']:g} s", style="bold")
     _print_heard(console, facts)

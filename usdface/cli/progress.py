@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from usdface.outcome import OnStep
+    from usdface.result import OnStep
 
 __all__ = ["progress"]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
-from usdface.outcome import Outcome
+from usdface.result import Result
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,7 +22,7 @@ _EXAMPLES = 4
 _ANY_WIDTH = 1000  # characters
 
 
-def print_outcome(outcome: Outcome, form: str, file: TextIO | None = None) -> None:
+def print_outcome(outcome: Result, form: str, file: TextIO | None = None) -> None:
     """Print an outcome as a table, or as JSON, to a stream (standard output)."""
     if form == "json":
         print(json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False), file=file)
@@ -79,7 +79,7 @@ def _listed(group: list[Finding]) -> str:
     return ", ".join(f.where for f in group[:_EXAMPLES]) + more
 
 
-def write_report(outcome: Outcome, path: Path) -> None:
+def write_report(outcome: Result, path: Path) -> None:
     """Write an outcome as JSON, atomically.
 
     Raises

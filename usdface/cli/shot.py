@@ -12,7 +12,7 @@ from usdface.errors import InputError
 from usdface.options import BindOptions, CorrectionOptions, MarkerOptions
 
 if TYPE_CHECKING:
-    from usdface.setup import Binding
+    from usdface.retarget_setup import Binding
 
 __all__ = ["add_markers", "add_shot"]
 

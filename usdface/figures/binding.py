@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from usdface.binding.skin import skin_of
+from usdface.binding.face_surface import face_surface
 from usdface.figures.labels import label_places, text_size
 from usdface.figures.picture import save_figure
+from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
-from usdface.setup import Binding
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["write_bind_figure"]
@@ -33,7 +33,7 @@ def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    edges, points = _edges(mesh, skin_of(mesh).vertices), mesh.points[binding.points]
+    edges, points = _edges(mesh, face_surface(mesh).vertices), mesh.points[binding.points]
     framed = points if len(points) else edges.reshape(-1, 3)
     low, high = framed.min(axis=0), framed.max(axis=0)
     margin = _MARGIN * max(float((high - low).max()), 1e-3)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.explain import ASIDE, Explanation
+from usdface.explanation import ASIDE, Explanation
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places

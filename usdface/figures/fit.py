@@ -7,9 +7,9 @@ import numpy as np
 
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
-from usdface.fuzzy.fit.validation import Validation
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.rule_learning.cross_validation import Validation
 
 __all__ = ["write_fit_figure"]
 

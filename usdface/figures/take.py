@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from usdface.animate import Animated
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS
+from usdface.retarget_shot import Animated
 from usdface.takes import FloatArray
 
 __all__ = ["write_take_figure"]

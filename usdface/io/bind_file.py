@@ -30,7 +30,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
-from usdface.setup import Binding, Setup
+from usdface.retarget_setup import Binding, RetargetSetup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
 
@@ -54,12 +54,12 @@ _KEYS = frozenset(
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 
 
-def read_bind(path: Path) -> tuple[Setup, list[Finding]]:
+def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
     """Read a binding file.
 
     Returns
     -------
-    Setup
+    RetargetSetup
     list of Finding
         NEUTRAL_ASSUMED if it names no neutral frames: then the first frame counts as neutral.
 
@@ -89,7 +89,7 @@ def read_bind(path: Path) -> tuple[Setup, list[Finding]]:
     return setup, [finding("NEUTRAL_ASSUMED", str(path), message)]
 
 
-def setup_of_json(document: object, where: str) -> Setup:
+def setup_of_json(document: object, where: str) -> RetargetSetup:
     """Make a setup of a parsed binding file; `where` names it in errors."""
     expect = _expecter(where)
     expect(document, dict, "an object")
@@ -105,7 +105,7 @@ def setup_of_json(document: object, where: str) -> Setup:
     roles = expect(document.get("roles", {}), dict, '"roles" as an object')
     for role, marker in roles.items():
         expect(marker, str, f"role {role!r} as a marker name")
-    return Setup(
+    return RetargetSetup(
         binding,
         head=head,
         head_markers=rigid,
@@ -258,7 +258,7 @@ def _clean_options(value: object, where: str) -> CleanOptions:
     return CleanOptions(**value)  # type: ignore[arg-type]
 
 
-def bind_json(setup: Setup) -> str:
+def bind_json(setup: RetargetSetup) -> str:
     """Return the binding file of a setup; reading it gives the same setup."""
     binding = setup.binding
     document: dict[str, Any] = {"mesh": binding.mesh} if binding.mesh else {}

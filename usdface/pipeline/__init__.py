@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from usdface.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from usdface.pipeline.answers import explain, resting
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
+    from usdface.pipeline.explaining import explain, resting
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
     from usdface.pipeline.markers import make_markers
@@ -46,7 +46,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "answers": ("explain", "resting"),
+    "explaining": ("explain", "resting"),
     "calibration": ("calibrate",),
     "checking": ("check",),
     "fuzzy_files": ("convert_fuzzy", "write_paper"),

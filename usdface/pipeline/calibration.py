@@ -2,21 +2,21 @@
 
 from pathlib import Path
 
-from usdface.clean_solve import calibrate as calibrate_face
 from usdface.io.atomic import check_place, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import files_of
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.result import OnStep, Result, Steps
+from usdface.retarget_take import calibrate as calibrate_face
 
 __all__ = ["calibrate"]
 
 
 def calibrate(
     path: Path, output: Path, extremes: bool = False, on_step: OnStep | None = None
-) -> Outcome:
+) -> Result:
     """Find how large a performer's movements are against the character's, and write it as JSON.
 
     `path` is a shot of an expressive take; with `extremes` one that goes through the whole range of
@@ -45,4 +45,4 @@ def calibrate(
         "gains known": len(found.known),
         **found.summary(),
     }
-    return Outcome((output,), tuple(findings + more), summary, steps.seconds)
+    return Result((output,), tuple(findings + more), summary, steps.seconds)

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from usdface.findings import Finding
 from usdface.io.check import check_file
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.result import OnStep, Result, Steps
 
 __all__ = ["check"]
 
 
-def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:
+def check(paths: list[Path], on_step: OnStep | None = None) -> Result:
     """Check blend shapes and their animation beyond what the standard validators look at."""
     register_schemas()
     steps = Steps(on_step)
@@ -19,4 +19,4 @@ def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:
         with steps(f"check {path.name}"):
             findings += check_file(path)
     summary = {"files": len(paths), "findings": len(findings)}
-    return Outcome((), tuple(findings), summary, steps.seconds)
+    return Result((), tuple(findings), summary, steps.seconds)

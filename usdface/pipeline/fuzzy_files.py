@@ -3,19 +3,19 @@
 from pathlib import Path
 
 from usdface.findings import Finding
-from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.paper import paper_system
+from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import check_place
 from usdface.io.fuzzy_formats.files import USD, read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.stage import files_of, open_stage
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.result import OnStep, Result, Steps
+from usdface.rule_design.paper_system import paper_system
 
 __all__ = ["convert_fuzzy", "write_paper"]
 
 
-def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> Outcome:
+def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> Result:
     """Convert a fuzzy system between .fis, FCL, FLL and USD; say what is doubtful in it."""
     register_schemas()
     steps = Steps(on_step)
@@ -27,13 +27,13 @@ def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> 
     return _written(system, output, findings, steps)
 
 
-def write_paper(output: Path, on_step: OnStep | None = None) -> Outcome:
+def write_paper(output: Path, on_step: OnStep | None = None) -> Result:
     """Write the system of the fuzzy paper, as printed; say what is doubtful in it."""
     register_schemas()
     return _written(paper_system(), output, [], Steps(on_step))
 
 
-def _written(system: FuzzySystem, output: Path, findings: list[Finding], steps: Steps) -> Outcome:
+def _written(system: FuzzySystem, output: Path, findings: list[Finding], steps: Steps) -> Result:
     findings = findings + rule_findings(system)
     with steps("write"):
         findings += write_fuzzy_file(output, system)
@@ -44,4 +44,4 @@ def _written(system: FuzzySystem, output: Path, findings: list[Finding], steps: 
         "rules": len(system.rules),
         "inference": system.inference,
     }
-    return Outcome((output,), tuple(findings), summary, steps.seconds)
+    return Result((output,), tuple(findings), summary, steps.seconds)

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
-from usdface.fuzzy.dictionaries import expressions_for
 from usdface.io.atomic import check_place, write_text
 from usdface.io.bind_file import read_bind
 from usdface.io.expressions_file import expressions_json
@@ -14,12 +14,12 @@ from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import files_of, open_stage
-from usdface.learning.fitting import Fitted, fit_labelled, fit_rig
-from usdface.learning.labelled import Face, examples_of
 from usdface.options import FitOptions
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
-from usdface.setup import Expression, fit_setup
+from usdface.result import OnStep, Result, Steps
+from usdface.retarget_setup import Expression, fit_setup
+from usdface.rule_learning.fitting import Fitted, fit_labelled, fit_rig
+from usdface.rule_learning.labelled_takes import Face, examples_of
 
 __all__ = ["fit_fuzzy"]
 
@@ -32,7 +32,7 @@ def fit_fuzzy(
     bind: Path | None = None,
     labels: Path | None = None,
     poses: Path | None = None,
-) -> tuple[Outcome, Fitted]:
+) -> tuple[Result, Fitted]:
     """Fit a fuzzy system to the face of a shot, or of a rig with a binding, and write it.
 
     Parameters
@@ -78,7 +78,7 @@ def fit_fuzzy(
         if poses:
             write_text(poses, expressions_json(fitted.expressions))
     findings += fitted.findings
-    outcome = Outcome(tuple(places), tuple(findings), fitted.summary, steps.seconds, fitted.details)
+    outcome = Result(tuple(places), tuple(findings), fitted.summary, steps.seconds, fitted.details)
     return outcome, fitted
 
 

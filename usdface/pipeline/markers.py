@@ -9,8 +9,8 @@ from usdface.io.atomic import check_place, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.usd.rig import read_rig
 from usdface.options import MarkerOptions
-from usdface.outcome import OnStep, Outcome, Steps
-from usdface.setup import Binding, fit_setup
+from usdface.result import OnStep, Result, Steps
+from usdface.retarget_setup import Binding, fit_setup
 
 __all__ = ["make_markers"]
 
@@ -21,7 +21,7 @@ def make_markers(
     output: Path | None = None,
     options: MarkerOptions = MarkerOptions(),
     on_step: OnStep | None = None,
-) -> tuple[Outcome, Binding]:
+) -> tuple[Result, Binding]:
     """Find where the next markers on a face, or the first, would tell most of its blend shapes.
 
     `bind` has the markers that are there; the binding with the new ones goes to `output`, if that
@@ -56,4 +56,4 @@ def make_markers(
         "hardly seen": {"before": found.unseen_before, "after": found.unseen[-1]},
     }
     written = (output,) if output else ()
-    return Outcome(written, tuple(findings), summary, steps.seconds, details), binding
+    return Result(written, tuple(findings), summary, steps.seconds, details), binding

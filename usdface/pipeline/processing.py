@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-from usdface.animate import Animated, animate
 from usdface.clips import Clip
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
@@ -12,8 +11,9 @@ from usdface.io.usd.layers import layer_paths, open_shot, write_layers
 from usdface.io.usd.shot import Shot, read_shot
 from usdface.io.usd.stage import Stage, files_of
 from usdface.options import ProcessOptions
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.result import OnStep, Result, Steps
+from usdface.retarget_shot import Animated, animate
 
 __all__ = ["apply", "process"]
 
@@ -22,7 +22,7 @@ def process(
     path: Path | str,
     options: ProcessOptions = ProcessOptions(),
     on_step: OnStep | None = None,
-) -> Outcome:
+) -> Result:
     """Retarget, correct and write: the main job.
 
     Raises
@@ -61,7 +61,7 @@ def process(
         with steps("draw"):
             write_take_figure(solved, figure)
     written += [place for place in (gltf, figure) if place]
-    return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
+    return Result(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
 
 
 def _write_gltf(shot: Shot, solved: Animated, path: Path) -> list[Finding]:
@@ -77,7 +77,7 @@ def _write_gltf(shot: Shot, solved: Animated, path: Path) -> list[Finding]:
 
 def apply(
     stage: Stage, options: ProcessOptions = ProcessOptions(), on_step: OnStep | None = None
-) -> Outcome:
+) -> Result:
     """Do the main job on a stage that a host holds open: author on its edit target.
 
     The final weights, emotion curves and residual go onto the edit target; nothing is saved.
@@ -97,6 +97,6 @@ def apply(
             solved.final, solution=solve.solution, repairs=solve.repairs, motion=solve.motion
         )
         apply_animation(stage, shot, final)
-    return Outcome(
+    return Result(
         (), tuple(findings + solved.findings), solved.summary, steps.seconds, solved.details
     )

@@ -6,14 +6,14 @@ from usdface.io.atomic import check_place
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig_write import write_rig
 from usdface.options import RigOptions
-from usdface.outcome import OnStep, Outcome, Steps
+from usdface.result import OnStep, Result, Steps
 
 __all__ = ["make_rig"]
 
 
 def make_rig(
     source: Path, output: Path, options: RigOptions = RigOptions(), on_step: OnStep | None = None
-) -> Outcome:
+) -> Result:
     """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel."""
     steps = Steps(on_step)
     check_place(output, source)
@@ -27,4 +27,4 @@ def make_rig(
         "blend shapes": len(rig.shape_names),
         "joints": len(rig.skeleton.joints) if rig.skeleton else 0,
     }
-    return Outcome((output,), tuple(findings), summary, steps.seconds)
+    return Result((output,), tuple(findings), summary, steps.seconds)

@@ -12,8 +12,8 @@ from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
 from usdface.options import ExportOptions
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.result import OnStep, Result, Steps
 from usdface.rigs import Rig
 
 __all__ = ["export_scene", "import_scene"]
@@ -25,7 +25,7 @@ def export_scene(
     on_step: OnStep | None = None,
     every_frame: bool = False,
     options: ExportOptions = ExportOptions(),
-) -> Outcome:
+) -> Result:
     """Write the face of a USD scene, with all of its clips, as glTF or USDZ.
 
     A certificate says by how much the glTF is off; its vertices are compared in as many frames
@@ -37,8 +37,8 @@ def export_scene(
         from usdface.io.usd.usdz import write_usdz
 
         with steps("write"):
-            return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
-    from usdface.io.certified import certified
+            return Result((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
+    from usdface.io.compare_conversion import certified
     from usdface.io.gltf.write import write_gltf
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.stage import open_stage
@@ -61,12 +61,12 @@ def export_scene(
 
 def import_scene(
     source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
-) -> Outcome:
+) -> Result:
     """Write a glTF as USD: meshes, blend shapes, skin, materials and all of its animations.
 
     A certificate says by how much the USD is off (see `export_scene`).
     """
-    from usdface.io.certified import certified
+    from usdface.io.compare_conversion import certified
     from usdface.io.gltf.read import read_gltf
     from usdface.io.usd.rig_write import write_rig
     from usdface.io.usd.stage import open_stage
@@ -100,9 +100,9 @@ def _certified(
     summary: dict[str, Any],
     steps: Steps,
     certificate: Certificate | None,
-) -> Outcome:
+) -> Result:
     details = {}
     if certificate is not None:
         summary["off by"] = certificate.line()
         details["certificate"] = certificate.as_dict()
-    return Outcome(written, tuple(findings), summary, steps.seconds, details)
+    return Result(written, tuple(findings), summary, steps.seconds, details)

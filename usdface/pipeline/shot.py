@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.bound import bound_setup, proposal_summary
-from usdface.express import adopt, design, parts_of
+from usdface.binding.resolve_binding import bound_setup, proposal_summary
+from usdface.correction.expression_layer import adopt, design, parts_of
+from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
-from usdface.fuzzy.dictionaries import expressions_for
-from usdface.fuzzy.doubts import rule_findings
+from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import check_place
 from usdface.io.bind_file import read_bind
@@ -21,10 +21,10 @@ from usdface.io.usd.shot import write_shot
 from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
 from usdface.options import BindOptions, CorrectionOptions
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.result import OnStep, Result, Steps
+from usdface.retarget_setup import Expression, RetargetSetup, fit_setup
 from usdface.rigs import Mesh
-from usdface.setup import Expression, Setup, fit_setup
 
 __all__ = ["make_shot"]
 
@@ -40,7 +40,7 @@ def make_shot(
     expressions_file: Path | None = None,
     binding: BindOptions = BindOptions(),
     calibration: Path | None = None,
-) -> tuple[Outcome, Setup]:
+) -> tuple[Result, RetargetSetup]:
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
     `bind` is the binding file; without one, places for the markers are proposed. `fuzzy` is a
@@ -87,16 +87,16 @@ def make_shot(
         "expressions": ", ".join(e.name for e in expressions),
         "rules": len(system.rules) if system else 0,
     }
-    return Outcome((output,), tuple(findings), summary, steps.seconds), setup
+    return Result((output,), tuple(findings), summary, steps.seconds), setup
 
 
 def _corrector(
     mesh: Mesh,
-    setup: Setup,
+    setup: RetargetSetup,
     expressions: tuple[Expression, ...],
     fuzzy: Path | None,
     told: Mapping[str, Any],
-) -> tuple[FuzzySystem | None, Setup, list[Finding]]:
+) -> tuple[FuzzySystem | None, RetargetSetup, list[Finding]]:
     """Return the fuzzy system of a file, or one designed for the rig, and the setup with it."""
     correction = CorrectionOptions(**told)  # what cannot be is refused
     if fuzzy is None:

@@ -7,7 +7,7 @@ from usdface.io.atomic import check_place
 from usdface.io.takes.files import read_take
 from usdface.io.usd.take import write_take
 from usdface.options import TakeOptions
-from usdface.outcome import OnStep, Outcome, Steps
+from usdface.result import OnStep, Result, Steps
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["make_take"]
@@ -15,7 +15,7 @@ __all__ = ["make_take"]
 
 def make_take(
     source: Path, output: Path, options: TakeOptions = TakeOptions(), on_step: OnStep | None = None
-) -> Outcome:
+) -> Result:
     """Convert a take to USD: C3D, TRC, CSV, BVH or Live Link Face."""
     steps = Steps(on_step)
     check_place(output, source)
@@ -23,7 +23,7 @@ def make_take(
         take, findings = read_take(source, options)
     with steps("write"):
         write_take(take, output)
-    return Outcome((output,), tuple(findings), _summary(take), steps.seconds)
+    return Result((output,), tuple(findings), _summary(take), steps.seconds)
 
 
 def _summary(take: MarkerTake | WeightsTake) -> dict[str, Any]:

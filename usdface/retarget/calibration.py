@@ -1,30 +1,30 @@
 """How large a performer's movements are against the character's, found from a take.
 
-The whole take is solved with weights that may go beyond 0 and 1: what is found then is
-``u = gain * weight - offset`` of each shape. How far u goes up says what it says about the gain
-(`usdface.retarget.gains`); how far it goes below 0 is how far the neutral frames were from
-rest. The idea of gains from a range-of-motion take is Ribera et al. 2017, "Facial Retargeting with
-Automatic Range of Motion Alignment", section 4; a gain per shape, bounded and with a prior, is all
-that is learned here, so that a shape keeps its meaning.
+The whole take is solved with weights that may go beyond 0 and 1: what is found then is ``u = gain *
+weight - offset`` of each shape. How far u goes up says what it says about the gain
+(`usdface.retarget.amplitude_posterior`); how far it goes below 0 is how far the neutral frames were
+from rest. The idea of gains from a range-of-motion take is Ribera et al. 2017, "Facial Retargeting
+with Automatic Range of Motion Alignment", section 4; a gain per shape, bounded and with a prior, is
+all that is learned here, so that a shape keeps its meaning.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.rigid_modes import motion_basis
 from usdface.options import EXTREME_REACHED, GAIN_RANGE, GAIN_SPREAD, LARGEST_OFFSET, OFFSET_SPREAD
+from usdface.retarget.amplitude_posterior import gain_posterior
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.confidence import weight_deviations
-from usdface.retarget.gains import gain_posterior
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.shape_model import ShapeModel
-from usdface.retarget.small_motions import motion_basis
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve import solve_weights, with_learned_covariance
-from usdface.retarget.transfer import solve_take
-from usdface.setup import Calibration, Setup
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Calibration, RetargetSetup
 from usdface.takes import FloatArray, MarkerTake, frozen
 
 __all__ = ["Calibrated", "calibrate_take"]
@@ -86,13 +86,13 @@ def calibrate_take(
     points: FloatArray,
     offsets: FloatArray,
     shape_names: tuple[str, ...],
-    setup: Setup,
-    model: ShapeModel | None = None,
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator | None = None,
     extremes: bool = False,
 ) -> tuple[Calibrated, list[Finding]]:
     """Find a performer's gains and offsets from a take.
 
-    Parameters are those of `usdface.retarget.transfer.solve_take`.
+    Parameters are those of `usdface.retarget.solve_take.solve_take`.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def calibrate_take(
             f"of motion of at least {_FEWEST}",
             "TAKE_SHORT",
         )
-    model = model or ShapeModel(offsets.reshape(len(offsets), -1))
+    model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     solution, findings = solve_take(
         take, points, offsets, shape_names, replace(setup, calibration=None), model
     )
@@ -135,7 +135,7 @@ def calibrate_take(
 
 
 def _loose_weights(
-    solution: Solution, points: FloatArray, offsets: FloatArray, setup: Setup
+    solution: Solution, points: FloatArray, offsets: FloatArray, setup: RetargetSetup
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the markers as carried over, with weights that may leave 0 to 1: (F, S), (S,)."""
     axes = 3 if solution.in_space else 2

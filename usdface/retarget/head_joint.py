@@ -3,7 +3,7 @@
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.retarget.align import Pose
+from usdface.geometry.rigid_fit import Pose
 from usdface.rigs import Skeleton, Skin
 from usdface.takes import FloatArray, IntArray
 

@@ -34,7 +34,7 @@ class Regularisation:
     options : SolveOptions
     pairs : (P, 2) int64
         Left and right shapes that `options.symmetry` is about, see
-        `usdface.retarget.symmetry.symmetric_pairs`.
+        `usdface.face.symmetry.symmetric_pairs`.
     covariance : (S, S) float64 or None
         M of `usdface.retarget.covariance`, where it was learned from the take; it takes the place
         of `options.agility`, and of the ridge for noise, where frames are solved together.

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from usdface.retarget.align import Pose
+from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.map_choice import MapChoice
 from usdface.takes import FloatArray, WeightsTake, frozen
 

@@ -30,12 +30,12 @@ from math import ceil
 
 import numpy as np
 
+from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import UNIT, Bounds
-from usdface.retarget.box import solve_box
 from usdface.retarget.covariance import inverse_bands, learn_covariance
 from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.spacetime import Iterate, solve_spacetime
+from usdface.retarget.temporal_solve import Iterate, solve_temporal
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Iterate", "solve_weights", "with_learned_covariance"]
@@ -91,7 +91,7 @@ def solve_weights(
     weakest = np.linalg.eigvalsh(ridged)[0]
     alone = options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest
     if alone:
-        return Iterate(solve_box(ridged, pull, start.weights if start else None, bounds))
+        return Iterate(solve_bounded(ridged, pull, start.weights if start else None, bounds))
     # The more frames smoothing joins, the longer it takes until all of them know.
     joined = float(np.sqrt(bands[2].max() / weakest / _JOINED))
     iterations = _ROUGH if rough else ceil(options.iterations * min(max(joined, 1.0), 2.0))
@@ -99,7 +99,7 @@ def solve_weights(
         iterations = _ROUGH if rough else ceil(_LEARNED_LONGER * iterations)
         bands = regularisation.noise**2 * options.smoothness * inverse_bands(times, options.pace)
         ridged = plain + regularisation.lasting_ridge * np.eye(len(normal))
-    return solve_spacetime(
+    return solve_temporal(
         ridged, pull, bands, bounds, start, iterations, options.tolerance, covariance
     )
 

@@ -11,8 +11,8 @@ from usdface.retarget.noise import MOST
 from usdface.retarget.regions import place_names, region_errors
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
+from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
-from usdface.setup import Setup
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
@@ -30,15 +30,15 @@ class SolveReport:
 
 
 def solve_report(
-    mesh: Mesh, setup: Setup, solution: Solution, free: IntArray, room: float = 0.0
+    mesh: Mesh, setup: RetargetSetup, solution: Solution, free: IntArray, room: float = 0.0
 ) -> SolveReport:
     """Say how far markers are from the solved face, and how far its weights can be off.
 
     Parameters
     ----------
     mesh : Mesh
-    setup : Setup
-        Fitted to the mesh (`usdface.setup.fit_setup`).
+    setup : RetargetSetup
+        Fitted to the mesh (`usdface.retarget_setup.fit_setup`).
     solution : Solution
     free : (N,) int64
         Vertices where more markers could be glued, so far apart as
@@ -91,7 +91,7 @@ def solve_report(
 
 
 def _confidence(
-    mesh: Mesh, setup: Setup, solution: Solution, places: IntArray, room: float
+    mesh: Mesh, setup: RetargetSetup, solution: Solution, places: IntArray, room: float
 ) -> Confidence:
     """Say how sure the weights are with markers on the first of the `places`."""
     times, axes = solution.weights.times, 3 if solution.in_space else 2

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from clips import plays, read_one
 
-from usdface.io.gltf.evaluate import evaluate_gltf
 from usdface.io.gltf.inbetweens import (
     Step,
     crossings,
@@ -16,6 +15,7 @@ from usdface.io.gltf.inbetweens import (
     steps_in,
 )
 from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.pipeline import export_scene
 from usdface.rigs import BlendShape, Inbetween, Mesh, Rig

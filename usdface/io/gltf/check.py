@@ -18,7 +18,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.compressed import decompressed
+from usdface.io.gltf.decompress import decompressed
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.takes import FloatArray
 

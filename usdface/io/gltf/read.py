@@ -15,13 +15,13 @@ from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.compressed import decompressed
+from usdface.io.gltf.bake_transform import placed
+from usdface.io.gltf.decompress import decompressed
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.extras import kept_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
-from usdface.io.gltf.placed import placed
 from usdface.io.gltf.read_animation import clips_of, moved_nodes
 from usdface.io.gltf.read_mesh import mesh_of_primitives
 from usdface.io.gltf.read_skin import Armature, armature_of

@@ -14,11 +14,11 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.channels import Channel, channels_of
-from usdface.io.gltf.curves import Curve, check_size, curve_of
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
 from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, grid_rate, shared_weights
+from usdface.io.gltf.samplers import Curve, check_size, curve_of
 from usdface.io.transforms import compose, decompose, followed_by
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray

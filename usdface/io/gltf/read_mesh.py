@@ -15,7 +15,7 @@ from pygltflib import TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, Primitive
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.placed import TANGENTS, unit_rows
+from usdface.io.gltf.bake_transform import TANGENTS, unit_rows
 from usdface.io.gltf.textures import uv_name
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.weld import Rows, rows_at, welded

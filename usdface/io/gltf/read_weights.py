@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.io.gltf.curves import Curve, check_size
 from usdface.io.gltf.inbetweens import Step, folded
+from usdface.io.gltf.samplers import Curve, check_size
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, WeightsTake
 

@@ -9,16 +9,16 @@ import pygltflib
 
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
-from usdface.io.gltf.boxed import Box, box_of
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
-from usdface.io.gltf.corners import uv_order
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import written_extras
 from usdface.io.gltf.inbetweens import flat_weights
+from usdface.io.gltf.quantize import Box, box_of
 from usdface.io.gltf.scene import write_scene
 from usdface.io.gltf.textures import TextureBuilder, uv_notes
 from usdface.io.gltf.vertex_colours import bare, bare_material, whitened
+from usdface.io.gltf.vertex_split import uv_order
 from usdface.io.gltf.write_animation import written_clip
 from usdface.io.gltf.write_materials import written_materials
 from usdface.io.gltf.write_mesh import written_mesh
@@ -54,7 +54,7 @@ def write_gltf(
     pointer : bool
         Give each weight a channel of its own, too, by KHR_animation_pointer.
     quantize : bool
-        Store vertices as 16-bit integers (`usdface.io.gltf.boxed`); POINTS_ROUNDED says by how
+        Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
         much they are off at most.
 
     Returns

@@ -10,15 +10,15 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
-from usdface.io.gltf.corners import (
+from usdface.io.gltf.inbetweens import flat_mesh
+from usdface.io.gltf.vertex_colours import COLOURS
+from usdface.io.gltf.vertex_split import (
     split_vertices,
     turned_tangents,
     wanted_sets,
     written_colours,
     written_corners,
 )
-from usdface.io.gltf.inbetweens import flat_mesh
-from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.write_skin import written_influences
 from usdface.io.normals import normals_of_faces, unit
 from usdface.rigs import BlendShape, Mesh
@@ -76,7 +76,7 @@ def written_mesh(
     joints : int
         Joints of the skeleton; 0 leaves the skin out.
     uv_names : sequence of str
-        What TEXCOORD_0, TEXCOORD_1, ... hold (`usdface.io.gltf.corners.uv_order`).
+        What TEXCOORD_0, TEXCOORD_1, ... hold (`usdface.io.gltf.vertex_split.uv_order`).
     coloured : collection of str
         Materials that show vertex colours; "" is the lack of one.
 

@@ -7,13 +7,13 @@ from pxr import Gf, Sdf, Usd, UsdSkel, Vt
 
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
-from usdface.io.usd.head import author_head
+from usdface.geometry.rigid_fit import Pose
+from usdface.io.usd.head_motion import author_head
 from usdface.io.usd.shot import Shot, ShotPrims
 from usdface.io.usd.stage import (
     matrices,
     to_si,
 )
-from usdface.retarget.align import Pose
 from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.regions import region_residuals
 from usdface.retarget.solution import Solution

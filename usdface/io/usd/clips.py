@@ -10,10 +10,10 @@ from usdface.clips import Clip, JointsTake
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.transforms import decompose, followed_by
+from usdface.io.usd.clip_variants import BoundAnimation, bindings, bound, playing, unbound
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.moving import Mover, carrier, merged, movers_of, with_movers
-from usdface.io.usd.playing import Binding, bindings, bound, playing, unbound
 from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.rigid_animation import Mover, carrier, merged, movers_of, with_movers
 from usdface.io.usd.skeleton import to_parents
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Rig, Skeleton
@@ -68,7 +68,7 @@ def clips_of_stage(
     root : str
         Path of a prim that the SkelRoots are under; "" = the whole stage.
     movers : sequence of Mover
-        What else moves, as joints (`usdface.io.usd.moving`).
+        What else moves, as joints (`usdface.io.usd.rigid_animation`).
 
     Raises
     ------
@@ -207,7 +207,7 @@ def _together(
 
 
 def _joints(
-    binding: Binding, skeleton: Skeleton, si: FloatArray, clock: _Clock
+    binding: BoundAnimation, skeleton: Skeleton, si: FloatArray, clock: _Clock
 ) -> tuple[JointsTake | None, list[Finding]]:
     """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
     where = str(binding.animation.GetPrim().GetPath())

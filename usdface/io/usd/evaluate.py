@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
-from usdface.certificate.sums import Sums
+from usdface.certificate.linear_morph import Sums
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.shown_shapes import ShownShapes
+from usdface.io.usd.evaluated_shapes import ShownShapes
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.takes import FloatArray, IntArray
 

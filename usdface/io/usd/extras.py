@@ -6,7 +6,7 @@ from typing import Any
 from pxr import Sdf, Usd, Vt
 
 from usdface.findings import Finding, finding
-from usdface.io.usd.notes import KEY
+from usdface.io.usd.conversion_metadata import KEY
 from usdface.scene import Extras
 
 __all__ = ["read_asset", "read_extras", "write_asset", "write_extras"]

@@ -9,9 +9,9 @@ from dataclasses import replace
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.conversion_metadata import our_notes
 from usdface.io.usd.extras import read_extras
-from usdface.io.usd.notes import our_notes
-from usdface.io.usd.surface import Surface
+from usdface.io.usd.preview_surface import Surface
 from usdface.io.usd.textures import scale_of
 from usdface.materials import AlphaMode, Material, Texture
 from usdface.rigs import MaterialSubset, Mesh

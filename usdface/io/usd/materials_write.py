@@ -12,8 +12,8 @@ from usdface.findings import Finding, finding
 from usdface.io.atomic import write_bytes
 from usdface.io.prim_names import prim_names
 from usdface.io.udim import udim_tiles
+from usdface.io.usd.conversion_metadata import note
 from usdface.io.usd.extras import write_extras
-from usdface.io.usd.notes import note
 from usdface.materials import Material, Texture
 
 __all__ = ["write_materials"]

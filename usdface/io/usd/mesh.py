@@ -7,8 +7,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.normals import unit
 from usdface.io.usd.blend_shapes import read_shapes
-from usdface.io.usd.corners import at_corners, read_corners
 from usdface.io.usd.extras import read_extras
+from usdface.io.usd.face_varying_primvars import at_corners, read_corners
 from usdface.rigs import CornerValues, MaterialSubset, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
 

@@ -7,8 +7,8 @@ from pxr import Usd
 
 from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
+from usdface.retarget_setup import Pin
 from usdface.schemas import tokens
-from usdface.setup import Pin
 from usdface.takes import FloatArray
 
 __all__ = ["read_pins"]

@@ -10,7 +10,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.extras import read_asset, read_extras
-from usdface.io.usd.head import without_head
+from usdface.io.usd.head_motion import without_head
 from usdface.io.usd.materials import with_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene

@@ -16,9 +16,9 @@ from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
 from usdface.io.usd.combinations import write_combination
-from usdface.io.usd.corners import write_corners
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.extras import write_asset, write_extras
+from usdface.io.usd.face_varying_primvars import write_corners
 from usdface.io.usd.joint_frames import unit_scaled
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds

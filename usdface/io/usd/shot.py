@@ -7,18 +7,24 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
+from usdface.correction.gains import Gains
 from usdface.errors import InputError
+from usdface.face.layout import FaceParts
 from usdface.findings import Finding, finding
-from usdface.fuzzy.gains import Gains
-from usdface.fuzzy.parts import FaceParts
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.face_parts import read_gains, read_parts, write_parts
+from usdface.io.usd.face_layout import read_gains, read_parts, write_parts
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
-from usdface.io.usd.head import HeadCarrier, find_carrier
+from usdface.io.usd.head_motion import HeadCarrier, find_carrier
+from usdface.io.usd.ignored_attributes import unread_settings
 from usdface.io.usd.pins import read_pins
+from usdface.io.usd.retarget_setup import (
+    read_expressions,
+    read_setup,
+    write_expressions,
+    write_setup,
+)
 from usdface.io.usd.rig import rig_of_stage
-from usdface.io.usd.setup import read_expressions, read_setup, write_expressions, write_setup
 from usdface.io.usd.stage import (
     Metrics,
     default_prim,
@@ -32,10 +38,9 @@ from usdface.io.usd.stage import (
     unsaid_metrics,
 )
 from usdface.io.usd.take import read_take_prim
-from usdface.io.usd.unread import unread_settings
+from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Rig
 from usdface.schemas import tokens, write_fallback_types
-from usdface.setup import Expression, Setup
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotPrims", "read_shot", "write_shot"]
@@ -69,7 +74,7 @@ class Shot:
     take: MarkerTake | WeightsTake
     codes: FloatArray
     rig: Rig
-    setup: Setup
+    setup: RetargetSetup
     system: FuzzySystem | None
     expressions: tuple[Expression, ...]
     prims: ShotPrims
@@ -82,7 +87,7 @@ def write_shot(
     path: Path,
     rig: Path,
     take: Path,
-    setup: Setup,
+    setup: RetargetSetup,
     system: FuzzySystem | None,
     expressions: Sequence[Expression],
     parts: FaceParts | None = None,

@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Ar, Sdf, Usd, UsdShade
 
 from usdface.findings import Finding, finding
-from usdface.io.usd.notes import our_notes
+from usdface.io.usd.conversion_metadata import our_notes
 from usdface.materials import ColourSpace, Placement, Texture, Wrap
 
 __all__ = ["read_texture", "scale_of", "value_of"]

@@ -1,0 +1,41 @@
+"""Antagonists: shapes that pull the same skin in opposite directions."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.face.expression_poses import units_of
+from usdface.retarget_setup import Expression
+from usdface.rigs import Mesh
+
+__all__ = ["antagonists"]
+
+# Cosine between two displacement fields below which they oppose each other.
+_OPPOSED = -0.3
+# Action units that oppose each other by their muscles, though their fields hardly do: the corners
+# of the mouth go up and out (12), or down (15). On the same side, that is.
+_UNITS = {12, 15}
+_SAME_SIDE = -0.05
+
+
+def antagonists(mesh: Mesh, expressions: Sequence[Expression]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of shapes, of all that expressions raise, that oppose each other.
+
+    Two shapes that one expression shows together are no antagonists.
+    """
+    used = [s for s in mesh.shapes if any(s.name in e.shapes for e in expressions)]
+    together = {(a, b) for e in expressions for a in e.shapes for b in e.shapes}
+    units = units_of([shape.name for shape in used])
+    fields = np.zeros((len(used), 3 * len(mesh.points)), dtype=np.float32)
+    for row, shape in zip(fields.reshape(len(used), -1, 3), used, strict=True):
+        row[shape.indices] = shape.offsets
+    size = np.linalg.norm(fields, axis=1)
+    cosine = fields @ fields.T / np.maximum(np.outer(size, size), np.finfo(np.float32).tiny)
+    pairs = []
+    for i, j in np.argwhere(np.tril(cosine < _SAME_SIDE, k=-1)):
+        a, b = used[i].name, used[j].name
+        one, other = (units.get(name, set()) & _UNITS for name in (a, b))
+        named = bool(one and other and one != other)
+        if (named or cosine[i, j] < _OPPOSED) and (a, b) not in together:
+            pairs.append((b, a))
+    return tuple(sorted(pairs))

@@ -1,0 +1,1 @@
+"""Geometry of point sets: sizes, rigid fits, rigid modes."""

@@ -1,0 +1,46 @@
+"""The character's shapes as a calibrated performer makes them: larger or smaller, from rest."""
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.retarget_setup import Calibration
+from usdface.takes import FloatArray
+
+__all__ = ["performed"]
+
+
+def performed(
+    model: BlendShapeEvaluator,
+    names: tuple[str, ...],
+    calibration: Calibration,
+    rested: Collection[str] = (),
+) -> tuple[BlendShapeEvaluator, FloatArray]:
+    """Return the performer's shapes, and what their neutral adds to the markers.
+
+    A combination shape has no gain of its own.
+
+    Parameters
+    ----------
+    model : BlendShapeEvaluator
+        Of the character: S shapes, N marker coordinates.
+    names : tuple of str, length S
+    calibration : Calibration
+    rested : collection of str
+        Shapes whose weights at rest were taken off the markers' neutral already: their offsets,
+        which describe the same, do not count.
+
+    Returns
+    -------
+    BlendShapeEvaluator
+    (N,) float64 [m]
+    """
+    gains, offsets = calibration.of(names)
+    free = np.isin(np.arange(len(names)), model.free)
+    told = np.array([name in rested for name in names], dtype=bool)
+    gains, offsets = np.where(free, gains, 1.0), np.where(free & ~told, offsets, 0.0)
+    curves = tuple(replace(c, values=gains[c.shape] * c.values) for c in model.curves)
+    shapes = gains[:, None] * model.shapes
+    return replace(model, shapes=shapes, curves=curves), offsets @ model.shapes

@@ -1,0 +1,196 @@
+"""The solve of shapes with inbetweens and of combination shapes: not linear, yet as fast.
+
+Gauss-Newton steps need a matrix for each frame, which would cost the whole-take solve its speed.
+Instead each step minimises a model of the true sum of squares that has the right value and
+gradient but one matrix N for all frames (majorisation, Lange 2016; with the exact matrix it
+would be Gauss-Newton)::
+
+    |f(w) - y|^2 / 2  ~  g' (w - u) + (w - u)' N (w - u) / 2,   g = J(u)' (f(u) - y)
+
+so that the linear solver does the step, with all bounds and the smoothness, for the right-hand
+side N u - g. A step that does not lower the true sum is halved; where frames do not depend on each
+other, each for itself. Steps are extrapolated (Anderson 1965), per frame, from the last few: what
+differs from the straight shapes is of low rank, so a few steps are enough.
+
+A bent path has side valleys. The first guess is therefore that of a wider linear problem, in
+which each inbetween and each combination shape has a weight of its own: where the markers tell
+them apart it has the answer already.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.retarget.bounds import Bounds
+from usdface.retarget.curvature import curvature_bands
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import solve_weights
+from usdface.retarget.temporal_solve import Iterate
+from usdface.takes import FloatArray
+
+__all__ = ["first_guess", "solve_nonlinear"]
+
+_STEPS = 60
+_HALVINGS = 6
+_MEMORY = 6
+_TOLD_APART = 1e-9
+
+
+def solve_nonlinear(
+    model: BlendShapeEvaluator,
+    rigid: FloatArray,
+    observed: FloatArray,
+    times: FloatArray,
+    regularisation: Regularisation,
+    start: Iterate,
+    bounds: Bounds,
+    steps: int = _STEPS,
+) -> Iterate:
+    """Solve for the free weights of all frames.
+
+    Parameters
+    ----------
+    model : BlendShapeEvaluator
+    rigid : (N, K) float64
+        Orthonormal small head motions, which are left out of the sum.
+    observed : (F, N) float64 [m]
+        Displacements of the markers.
+    times : (F,) float64 [s]
+    regularisation : Regularisation
+        Without a covariance.
+    start : Iterate
+        Where to start; also the answer if no step lowers the sum.
+    bounds : Bounds
+    steps : int
+        How many at most.
+    """
+    straight = model.shapes[model.free]
+    straight = straight - (straight @ rigid) @ rigid.T
+    normal = straight @ straight.T
+    sums = _Sums(model, rigid, observed, times, regularisation)
+    low, high = bounds.over(len(observed), len(normal))
+    weights = np.clip(start.weights, low, high)
+    if len(bounds.rows):  # the start may break them, and from then on no step may
+        right = weights @ normal - sums.gradient(weights)
+        weights = solve_weights(normal, right, times, regularisation, start, bounds=bounds).weights
+    value, gradient = sums.value(weights), sums.gradient(weights)
+    past: list[tuple[FloatArray, FloatArray]] = []
+    iterate = replace(start, weights=weights)
+    for _ in range(steps):
+        right = weights @ normal - gradient
+        iterate = solve_weights(normal, right, times, regularisation, iterate, bounds=bounds)
+        step = iterate.weights - weights
+        if np.abs(step).max(initial=0.0) < 0.1 * regularisation.options.tolerance:
+            break
+        past = [*past, (weights, step)][-_MEMORY:]
+        ahead = np.clip(_extrapolated(past), low, high)
+        if len(bounds.rows):
+            ahead = iterate.weights
+        found, at = ahead, sums.value(ahead)
+        worse = at > value
+        size = 1.0
+        for _ in range(_HALVINGS):
+            if not worse.any():
+                break
+            tried = np.where(worse[:, None], weights + size * step, found)
+            found, at = tried, sums.value(tried)
+            worse, size = at > value, 0.5 * size
+        found = np.where(worse[:, None], weights, found)
+        if (found == weights).all():
+            break
+        weights, value = found, sums.value(found)
+        gradient = sums.gradient(weights)
+    return replace(iterate, weights=weights)
+
+
+def first_guess(
+    model: BlendShapeEvaluator,
+    rigid: FloatArray,
+    observed: FloatArray,
+    times: FloatArray,
+    regularisation: Regularisation,
+) -> Iterate:
+    """Return the free weights (F, P) of the wider linear problem; see `solve_nonlinear`."""
+    inner = [
+        (c, k) for c in model.curves for k in range(len(c.places)) if c.places[k] not in (0, 1)
+    ]
+    wide = np.vstack(
+        [
+            model.shapes[model.free],
+            *(c.values[k : k + 1] for c, k in inner),
+            *(model.shapes[p.shape : p.shape + 1] for p in model.products),
+        ]
+    )
+    wide = wide - (wide @ rigid) @ rigid.T
+    normal = wide @ wide.T
+    # What markers do not tell apart is shared evenly.
+    normal += _TOLD_APART * normal.trace() / len(normal) * np.eye(len(normal))
+    # Only of what is sought are the pairs known.
+    unpaired = Regularisation(regularisation.noise, regularisation.misfit, regularisation.options)
+    found = solve_weights(normal, observed @ wide.T, times, unpaired, rough=True)
+    count = len(model.free)
+    weights = found.weights[:, :count].copy()
+    place = {shape: column for column, shape in enumerate(model.free.tolist())}
+    for column, (curve, k) in enumerate(inner, count):
+        if curve.shape in place:
+            weights[:, place[curve.shape]] += curve.places[k] * found.weights[:, column]
+    return Iterate(np.clip(weights, 0.0, 1.0))
+
+
+class _Sums:
+    """The true sum of squares, with ridge and smoothness: per frame, or of the whole take."""
+
+    def __init__(
+        self,
+        model: BlendShapeEvaluator,
+        rigid: FloatArray,
+        observed: FloatArray,
+        times: FloatArray,
+        regularisation: Regularisation,
+    ) -> None:
+        self._model, self._rigid, self._observed = model, rigid, observed
+        self._regularisation, options = regularisation, regularisation.options
+        alone = regularisation.noise <= 0.0 or options.mode == "frame" or options.smoothness == 0.0
+        self._bands = None if alone else regularisation.stiffness * curvature_bands(times)
+
+    def _forces(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        full = self._model.complete(weights)
+        forces = self._model.explained(full) - self._observed
+        return full, forces - (forces @ self._rigid) @ self._rigid.T
+
+    def value(self, weights: FloatArray) -> FloatArray:
+        """Return the sum of each frame (F,); of the whole take, the same for all, if coupled."""
+        _, forces = self._forces(weights)
+        held = self._regularisation
+        left, right = held.pairs.T
+        own = 0.5 * (forces**2).sum(axis=1) + 0.5 * held.ridge * (weights**2).sum(axis=1)
+        own += held.sparsity * weights.sum(axis=1)
+        own += 0.5 * held.symmetry * ((weights[:, left] - weights[:, right]) ** 2).sum(axis=1)
+        if self._bands is None:
+            return np.asarray(own)
+        two, one, none = self._bands
+        rough = (none[:, None] * weights**2).sum() + 2.0 * (
+            (one[1:, None] * weights[1:] * weights[:-1]).sum()
+            + (two[2:, None] * weights[2:] * weights[:-2]).sum()
+        )
+        return np.full(len(weights), own.sum() + 0.5 * rough)
+
+    def gradient(self, weights: FloatArray) -> FloatArray:
+        """Return the gradient of the squares alone: (F, P)."""
+        return self._model.pulled(*self._forces(weights))
+
+
+def _extrapolated(past: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
+    """Return where the last steps lead, each frame for itself (Anderson mixing): (F, P)."""
+    weights, step = past[-1]
+    if len(past) == 1:
+        return weights + step
+    steps = np.stack([s for _, s in past], axis=1)
+    places = np.stack([w for w, _ in past], axis=1)
+    change, moved = np.diff(steps, axis=1), np.diff(places + steps, axis=1)
+    square = change @ change.transpose(0, 2, 1)
+    size = np.trace(square, axis1=1, axis2=2)[:, None, None]
+    square = square + (1e-10 * size + 1e-300) * np.eye(square.shape[1])
+    mixed = np.linalg.solve(square, (change @ step[..., None]))
+    return np.asarray(weights + step - (mixed.transpose(0, 2, 1) @ moved)[:, 0])

@@ -1,0 +1,166 @@
+"""A take cleaned, and its weights solved on the bound mesh: retarget without correction."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import (
+    BlendShapeEvaluator,
+    combinations_of,
+    evaluator_of,
+    with_combinations,
+)
+from usdface.cleanup.clean import Cleaned, clean_take
+from usdface.errors import InputError
+from usdface.face.known_limits import with_known_limits
+from usdface.face.shape_names import rename_weights
+from usdface.findings import Finding, finding
+from usdface.retarget.calibration import Calibrated, calibrate_take
+from usdface.retarget.pins import bent_to_pins
+from usdface.retarget.solution import Solution
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import RetargetSetup, fit_setup
+from usdface.rigs import Mesh
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["calibrate", "clean", "retarget", "solve"]
+
+
+def retarget(
+    take: MarkerTake | WeightsTake, setup: RetargetSetup, mesh: Mesh, shape_names: tuple[str, ...]
+) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
+    """Clean a take and solve its weights on the bound mesh.
+
+    Parameters
+    ----------
+    take : MarkerTake or WeightsTake
+    setup : RetargetSetup
+    mesh : Mesh
+        The one that the markers are bound to.
+    shape_names : tuple of str
+        Blend shapes of the whole rig, for a take of weights.
+
+    Returns
+    -------
+    take : MarkerTake or WeightsTake
+        Its markers cleaned.
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights.
+    findings : list of Finding
+    """
+    take, cleaned, findings = clean(take, setup)
+    weights, solution, more = solve(take, setup, mesh, shape_names, cleaned)
+    return take, weights, solution, findings + more
+
+
+def clean(
+    take: MarkerTake | WeightsTake, setup: RetargetSetup
+) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
+    """Clean the markers of a take as its setup says; a take of weights stays as it is.
+
+    Returns
+    -------
+    take : MarkerTake or WeightsTake
+    cleaned : Cleaned or None
+        What was done; None for a take of weights.
+    findings : list of Finding
+    """
+    if isinstance(take, WeightsTake):
+        return take, None, []
+    on_the_face = (*setup.binding.markers, *setup.head_markers)
+    moving = setup.head != "stabilised"
+    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving)
+    return cleaned.take, cleaned, findings
+
+
+def solve(
+    take: MarkerTake | WeightsTake,
+    setup: RetargetSetup,
+    mesh: Mesh,
+    shape_names: tuple[str, ...],
+    cleaned: Cleaned | None,
+) -> tuple[WeightsTake, Solution | None, list[Finding]]:
+    """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
+
+    Returns
+    -------
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights, which are renamed, bent to pins and combined.
+    findings : list of Finding
+    """
+    if isinstance(take, WeightsTake):
+        weights, findings = rename_weights(take, shape_names)
+        bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
+        combined = with_combinations(mesh, weights.names, bent)
+        return replace(weights, weights=combined), None, findings
+    take, setup, model, findings = _prepared(take, setup, mesh, cleaned)
+    points = setup.binding.points
+    solution, more = solve_take(
+        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
+    )
+    return solution.weights, solution, findings + more
+
+
+def calibrate(
+    take: MarkerTake | WeightsTake, setup: RetargetSetup, mesh: Mesh, extremes: bool = False
+) -> tuple[Calibrated, list[Finding]]:
+    """Clean a take and find its performer's gains and offsets.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    setup : RetargetSetup
+    mesh : Mesh
+        The one that the markers are bound to.
+    extremes : bool
+        The take goes through the whole range of motion, each movement to its extreme.
+
+    Raises
+    ------
+    InputError
+        If the take is of weights, or too short.
+    """
+    if isinstance(take, WeightsTake):
+        raise InputError(
+            f"{take.source} is a take of weights; a calibration needs markers, which show how "
+            "large a movement is",
+            "TAKE_KIND_WRONG",
+        )
+    _, cleaned, findings = clean(take, setup)
+    take = cleaned.take if cleaned else take
+    take, setup, model, more = _prepared(take, setup, mesh, cleaned)
+    points = setup.binding.points
+    calibrated, notes = calibrate_take(
+        take,
+        mesh.points[points],
+        mesh.offsets_at(points),
+        mesh.shape_names,
+        setup,
+        model,
+        extremes,
+    )
+    return calibrated, findings + more + notes
+
+
+def _prepared(
+    take: MarkerTake, setup: RetargetSetup, mesh: Mesh, cleaned: Cleaned | None
+) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
+    """Return the take as observed, the setup as fitted to the mesh, and what the shapes do."""
+    setup, findings = fit_setup(setup, mesh, take)
+    points = setup.binding.points
+    if cleaned is not None:
+        # What was filled in is no observation: the rig knows better what is hidden.
+        take = replace(
+            take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
+        )
+    model, notes = evaluator_of(mesh, points)
+    if setup.solve.limits == "known":
+        model = with_known_limits(model, mesh.shape_names)
+    notes += [
+        finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
+        for pin in setup.pins
+        if pin.shape in combinations_of(model, mesh.shape_names)
+    ]
+    return take, setup, model, findings + notes
