@@ -2,26 +2,23 @@
 
 import os
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from usdface.errors import OutputError
 
-__all__ = ["atomic_path", "check_place", "write_bytes", "write_text"]
+__all__ = ["atomic_path", "check_place", "write_bytes", "write_files", "write_text"]
 
 
-def check_place(path: Path, *inputs: Path) -> None:
+def check_place(path: Path) -> None:
     """Fail before the work rather than after it where `path` cannot be written.
 
     Raises
     ------
     OutputError
-        If it is a folder or one of the `inputs`, or the folder that it would go to is none or
-        is read-only.
+        If it is a folder, or the folder that it would go to is none or is read-only.
     """
-    if path.resolve() in (source.resolve() for source in inputs):
-        raise OutputError(f"{path} is an input and would be overwritten; choose another place")
     folder = path.parent
     while not folder.exists():
         folder = folder.parent
@@ -78,10 +75,24 @@ def _folder(folder: Path) -> Iterator[Path]:
                 place.rmdir()
 
 
+def write_files(files: Mapping[Path, Sequence[bytes]]) -> None:
+    """Write several files, each of parts: all aside, then all into place, the first of them last.
+
+    Raises
+    ------
+    OutputError
+        If one cannot be written; then none is replaced.
+    """
+    with ExitStack() as places:
+        for path, parts in files.items():
+            temporary = places.enter_context(atomic_path(path))
+            with temporary.open("wb") as file:
+                file.writelines(parts)
+
+
 def write_bytes(path: Path, *data: bytes) -> None:
     """Write `data`, one part after the other, to `path` atomically."""
-    with atomic_path(path) as temporary, temporary.open("wb") as file:
-        file.writelines(data)
+    write_files({path: data})
 
 
 def write_text(path: Path, text: str) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
-from usdface.io.atomic import check_place
+from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.options import ExportOptions
 from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
@@ -32,7 +32,8 @@ def export_scene(
     as take a fraction of a second, or in every frame.
     """
     steps = Steps(on_step)
-    check_place(output, source)
+    read = files_read(source)
+    check_outputs([output], read)
     if output.suffix.lower() == ".usdz":
         from usdface.io.usd.usdz import write_usdz
 
@@ -50,13 +51,14 @@ def export_scene(
         clips = chosen_clips(clips, options.clip)
     summary = _summary(rig, clips, "morph targets")
     with steps("write"):
-        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
+        findings += write_gltf(rig, output, clips, options.pointer, options.quantize, read)
+        written = files_written(output, read)
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         certificate, more = certified(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
-    return _certified((output,), findings + more, summary, steps, certificate)
+    return _certified(written, findings + more, summary, steps, certificate)
 
 
 def import_scene(
@@ -72,17 +74,19 @@ def import_scene(
     from usdface.io.usd.stage import open_stage
 
     steps = Steps(on_step)
-    check_place(output, source)
+    read = files_read(source)
+    check_outputs([output], read)
     with steps("read"):
         rig, clips, findings = read_gltf(source)
     summary = _summary(rig, clips, "blend shapes")
     with steps("write"):
-        findings += write_rig(rig, output, clips)
+        findings += write_rig(rig, output, clips, read)
+        written = files_written(output, read)
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         stage = open_stage(output)
         certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
-    return _certified((output,), findings + more, summary, steps, certificate)
+    return _certified(written, findings + more, summary, steps, certificate)
 
 
 def _summary(rig: Rig, clips: tuple[Clip, ...], shapes: str) -> dict[str, Any]:

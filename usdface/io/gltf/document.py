@@ -16,7 +16,7 @@ from urllib.parse import quote, unquote
 from pygltflib import GLTF2, Buffer
 
 from usdface.errors import InputError, OutputError
-from usdface.io.atomic import write_bytes
+from usdface.io.atomic import write_bytes, write_files
 
 __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
 
@@ -229,7 +229,8 @@ def save_document(
     `blob` are the parts of the buffer, in order. Names in `beside` are relative to the folder of
     `path`.
 
-    Each file is written atomically, the .gltf last. Equal input gives equal bytes.
+    The files are written aside and put into place together, the .gltf last. Equal input gives
+    equal bytes.
 
     Raises
     ------
@@ -250,11 +251,10 @@ def save_document(
     )
     text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
     if not binary:
+        files: dict[Path, Sequence[bytes]] = {path: [text]}
         if size:
-            write_bytes(path.with_name(name), *blob)
-        for file, data in beside.items():
-            write_bytes(path.parent / file, data)
-        write_bytes(path, text)
+            files[path.with_name(name)] = blob
+        write_files(files | {path.parent / file: [data] for file, data in beside.items()})
         return
     text += b" " * (-len(text) % 4)
     chunks = [struct.pack("<II", len(text), _JSON_CHUNK), text]
