@@ -27,11 +27,6 @@ class Case:
     reads: list[str]
     outputs: dict[str, tuple[str, ...]]
 
-    @property
-    def name(self) -> str:
-        words = (word for word in self.command if "/" not in word)
-        return " ".join(word for word in words if word.isalpha())
-
 
 def case(command: str, reads: list[str], **outputs: tuple[str, ...]) -> Case:
     return Case(tuple(command.split()), reads, outputs | {"report": SAID})

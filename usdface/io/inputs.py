@@ -45,6 +45,9 @@ def files_read(
 
 def files_written(output: Path, read: Iterable[Path]) -> tuple[Path, ...]:
     """Return the files of a result that is written, itself first, without those that were read."""
+    textures = output.with_name(f"{output.stem}_textures")
+    if output.suffix.lower() != ".gltf" and not textures.is_dir():
+        return (output,)  # a stage is not opened for nothing
     known, folder = among(read), output.parent.resolve()
     beside = [place.resolve() for place in _files_of(output)[1:]]
     named = [
