@@ -19,7 +19,13 @@ __all__ = ["add_markers", "add_shot"]
 
 def add_shot(commands: Any) -> None:
     """Add `usdface shot`."""
-    command = add_command(commands, "shot", _shot, "bring a rig and a take together")
+    command = add_command(
+        commands,
+        "shot",
+        _shot,
+        "bring a rig and a take together",
+        draws=("write_bind", "bind_figure"),
+    )
     command.add_argument(
         "--rig", type=Path, required=True, help="USD rig, as `usdface rig` makes it"
     )
@@ -98,7 +104,7 @@ def _correction_options(group: Any) -> None:
 
 
 def _shot(parsed: argparse.Namespace) -> int:
-    from usdface.io.atomic import all_or_none, check_place, write_text
+    from usdface.io.atomic import all_or_none, write_text
     from usdface.io.bind_file import bind_json
 
     told = {k: v for k, v in settings(parsed, CorrectionOptions).items() if v is not None}
@@ -107,10 +113,6 @@ def _shot(parsed: argparse.Namespace) -> int:
     if isinstance(neutral, tuple):
         neutral = neutral[0], neutral[-1]
     binding = BindOptions(propose=parsed.propose, neutral=neutral, peaks=peaks)
-    others = (parsed.rig, parsed.take, parsed.output, *([parsed.bind] if parsed.bind else []))
-    for place in (parsed.write_bind, parsed.bind_figure):
-        if place:
-            check_place(place, *others)
     check_figure(parsed.bind_figure)
     # All before the text, which somebody may read the beginning of only.
     with all_or_none():
@@ -149,7 +151,7 @@ def _frames(option: str, words: list[str] | None, expected: str, most: int = 100
 def add_markers(commands: Any) -> None:
     """Add `usdface markers`."""
     summary = "find where markers would tell most of a character's blend shapes"
-    command = add_command(commands, "markers", _markers, summary)
+    command = add_command(commands, "markers", _markers, summary, draws=("figure",))
     command.add_argument("rig", type=Path, help="USD rig, as `usdface rig` makes it")
     default = MarkerOptions()
     command.add_argument(
