@@ -109,10 +109,15 @@ def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> Non
         targets |= {tokens.BIND_MESH: [mesh]} | ({tokens.RIG: [root]} if root else {})
     _define_setup(beside, scope, shot, targets)
     beside.GetPrimAtPath(scope).SetTypeName("Scope")
-    place = target.MapToSpecPath(Sdf.Path(scope))
+    place = Sdf.Path(scope)
+    there = {prim.GetPath() for prim in stage.Traverse()}
+    new = [path for path in place.GetPrefixes()[:-1] if path not in there]
     with Sdf.ChangeBlock():
-        Sdf.CreatePrimInLayer(layer, place)
-        Sdf.CopySpec(beside.GetRootLayer(), Sdf.Path(scope), layer, place)
+        Sdf.CreatePrimInLayer(layer, target.MapToSpecPath(place))
+        for parent in new:  # else it would be an over over nothing, which nobody traverses
+            spec = layer.GetPrimAtPath(target.MapToSpecPath(parent))
+            spec.specifier, spec.typeName = Sdf.SpecifierDef, "Scope"
+        Sdf.CopySpec(beside.GetRootLayer(), place, layer, target.MapToSpecPath(place))
 
 
 def _define_setup(stage: Usd.Stage, scope: str, shot: Shot, targets: dict[str, list[str]]) -> None:
