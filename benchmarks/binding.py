@@ -18,8 +18,9 @@ from scipy.spatial.transform import Rotation
 from stylised import bent
 
 from usdface.binding.face_surface import face_surface
-from usdface.binding.propose import neutral_frames, propose
-from usdface.binding.resolve_binding import shown_at_rest
+from usdface.binding.neutral_frames import neutral_frames
+from usdface.binding.propose import propose
+from usdface.binding.resolve_binding import neutral_weights
 from usdface.errors import InputError
 from usdface.io.takes.files import read_take
 from usdface.retarget.solve_take import solve_take
@@ -112,7 +113,7 @@ def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
     points, skin = case.mesh.points, face_surface(case.mesh)
     found = np.array([place.get(name, -1) for name in case.take.names])
     column = np.searchsorted(skin.vertices, found).clip(max=len(skin.vertices) - 1)
-    along = skin.reach(case.truth)[np.arange(len(found)), column]
+    along = skin.distances(case.truth)[np.arange(len(found)), column]
     straight = np.linalg.norm(points[found] - points[case.truth], axis=1)
     across = points[found, 0] * np.sign(points[case.truth, 0]) < -0.002
     side = across & (np.abs(points[case.truth, 0]) > 0.004)
@@ -145,7 +146,7 @@ def rests() -> None:
             case = simulated(kind, seed, count)
             setup = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
             true = dict(zip(case.mesh.shape_names, case.weights[0].tolist(), strict=True))
-            found = shown_at_rest(case.take, case.mesh, setup)
+            found = neutral_weights(case.take, case.mesh, setup)
             errors = [
                 weight_error(case, replace(setup, neutral_weights=weights))
                 for weights in ({}, found, true)
@@ -166,7 +167,7 @@ def wrong_given() -> None:
         for count in (1, 3, 6):
             chosen = rng.choice(there, count, replace=False)
             points, names = case.truth[chosen], [case.take.names[i] for i in chosen]
-            far = skin.reach(points[:1])[0]
+            far = skin.distances(points[:1])[0]
             places = points.copy()
             places[0] = skin.vertices[rng.choice(np.flatnonzero((far > 0.03) & (far < 0.06)))]
             doubted = []
@@ -174,8 +175,8 @@ def wrong_given() -> None:
                 setup = RetargetSetup(
                     Binding(tuple(names), given), neutral=neutral_frames(case.take)
                 )
-                _, findings = propose(case.take, case.mesh, setup)
-                doubted.append([f.where for f in findings if f.code == "PLACE_DOUBTED"])
+                found = propose(case.take, case.mesh, setup).doubted
+                doubted.append([name for name, _ in found])
             right = len(doubted[1]) + len(set(doubted[0]) - {names[0]})
             table.add_row(case.name, str(count), str(names[0] in doubted[0]), str(right))
     Console(width=130).print(table)
@@ -188,7 +189,7 @@ def named_neutral() -> None:
         table.add_column(column, justify="right")
     nothing = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, REST - 1))
     for case in (simulated(kind, seed) for kind in KINDS for seed in SEEDS):
-        found = errors(case, propose(case.take, case.mesh, nothing)[0].binding)
+        found = errors(case, propose(case.take, case.mesh, nothing).setup.binding)
         near, close = found["along"] < 0.010, found["along"] < 0.005
         moved = np.linalg.norm(case.mesh.offsets_at(case.truth), axis=2).max(axis=0) > 0.003
         shares = (close.mean(), near.mean(), near[moved].mean())
@@ -212,7 +213,8 @@ def main() -> None:
             chosen = order[:count]
             given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
             neutral = neutral_frames(case.take)
-            proposal, _ = propose(case.take, case.mesh, RetargetSetup(given, neutral=neutral))
+            setup = RetargetSetup(given, neutral=neutral)
+            proposal = propose(case.take, case.mesh, setup).setup
             found = errors(case, proposal.binding)
             rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
             near = found["along"][rest] < 0.010
@@ -223,7 +225,7 @@ def main() -> None:
             if case.weights is not None:
                 true = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
                 at_rest = replace(proposal, neutral=true.neutral)
-                shown = shown_at_rest(case.take, case.mesh, proposal)
+                shown = neutral_weights(case.take, case.mesh, proposal)
                 less = replace(proposal, neutral_weights=shown)
                 row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal, less)]
             table.add_row(case.name, str(count), *row)

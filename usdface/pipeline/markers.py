@@ -41,7 +41,7 @@ def make_markers(
         mesh = character.mesh(setup.binding.mesh)
         setup = fit_setup(setup, mesh)[0]
     with steps("place"):
-        found = marker_places(mesh, setup.binding, options.count, options.noise)
+        found = marker_places(mesh, setup.binding, count=options.count, noise=options.noise)
     binding = found.binding(setup.binding)
     if output:
         write_text(output, bind_json(replace(setup, binding=binding)))

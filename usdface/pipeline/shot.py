@@ -5,7 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.resolve_binding import bound_setup, proposal_summary
+from usdface.binding.resolve_binding import (
+    binding_findings,
+    proposal_summary,
+    resolve_binding,
+)
 from usdface.correction.expression_layer import adopt, design, parts_of
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
@@ -63,10 +67,12 @@ def make_shot(
         character, findings = read_rig(rig)
         stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(stage, take))
-        bound, notes = read_bind(bind) if bind else (None, [])
-    with steps("bind"):
-        mesh, named, more = bound_setup(character, recorded, bound, notes, binding)
+        bound, more = read_bind(bind) if bind else (None, [])
         findings += more
+    with steps("bind"):
+        resolved = resolve_binding(character, recorded, bound, options=binding)
+        mesh, named = resolved.mesh, resolved.setup
+        findings += binding_findings(resolved, recorded)
         if calibration:
             named = replace(named, calibration=read_calibration_file(calibration))
         setup, more = fit_setup(named, mesh, recorded)
