@@ -7,6 +7,7 @@ binding that a person made for the tests. See README.md.
 """
 
 import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -36,6 +37,7 @@ from faces import Face, make_face  # noqa: E402
 
 KINDS = ("ict68", "ict41", "makehuman", "example")
 SEEDS, ANCHORS = (11, 12), (0, 3, 6)
+FAR = 0.030  # m, beyond which a vertex is simply wrong
 REST = 10  # frames at the start in which the weights are 0
 
 
@@ -136,6 +138,43 @@ def weight_error(case: Case, setup: RetargetSetup) -> float:
     return float(np.sqrt(np.mean((solution.weights.weights - case.weights) ** 2)))
 
 
+def figures() -> dict[str, float]:
+    """Return how good proposals are on four takes, for `benchmarks/sensitivity.py`."""
+    found, right = [], []
+    cases = (
+        (simulated("ict41", SEEDS[0]), 0),
+        (simulated("makehuman", SEEDS[0]), 3),
+        (simulated("example", SEEDS[0]), 0),
+        (recorded("Jaw"), 3),
+    )
+    for case, count in cases:
+        order = np.random.default_rng(5).permutation(len(case.truth))
+        there = np.isin(case.truth[order], face_surface(case.mesh).vertices)
+        chosen = order[there][:count]
+        given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
+        setup = RetargetSetup(given, neutral=neutral_frames(case.take))
+        off = errors(case, propose(case.take, case.mesh, setup).setup.binding)
+        rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
+        found.append(1000 * off["along"][rest].clip(max=FAR))
+        right.append(np.stack([off["sure"][rest], off["along"][rest] < 0.010]))
+    sure, near = np.concatenate(right, axis=1)
+    return {
+        "off mm": float(np.mean([each.mean() for each in found])),
+        "within 10 mm %": 100 * float(np.mean([each[1].mean() for each in right])),
+        # Mean squared difference of confidence and truth (Brier 1950).
+        "Brier": float(np.mean((sure - near) ** 2)),
+    }
+
+
+def anchor_figures() -> dict[str, float]:
+    """Return both mistakes of the check of given vertices, for `benchmarks/sensitivity.py`."""
+    cases = [one for kind in ("ict41", "example") for one in checked_anchors(kind, (3, 6))]
+    return {
+        "wrong and doubted %": 100 * float(np.mean([wrong for _, wrong, _ in cases])),
+        "right and doubted": float(sum(right for _, _, right in cases)),
+    }
+
+
 def rests() -> None:
     """What it costs to take a rest that shows something as neutral."""
     table = Table(title="weight RMS error where the rest shows some shapes")
@@ -155,30 +194,37 @@ def rests() -> None:
     Console(width=130).print(table)
 
 
+def checked_anchors(kind: str, counts: Sequence[int]) -> Iterator[tuple[int, bool, int]]:
+    """Yield how many vertices are given, if the wrong one is doubted, and how many right ones.
+
+    The wrong one is 30 to 60 mm away along the surface.
+    """
+    case = simulated(kind, SEEDS[0])
+    skin, rng = face_surface(case.mesh), np.random.default_rng(1)
+    there = np.flatnonzero(np.isin(case.truth, skin.vertices))
+    for count in counts:
+        chosen = rng.choice(there, count, replace=False)
+        points, names = case.truth[chosen], [case.take.names[i] for i in chosen]
+        far = skin.distances(points[:1])[0]
+        places = points.copy()
+        places[0] = skin.vertices[rng.choice(np.flatnonzero((far > 0.03) & (far < 0.06)))]
+        doubted = []
+        for given in (places, points):
+            setup = RetargetSetup(Binding(tuple(names), given), neutral=neutral_frames(case.take))
+            found = propose(case.take, case.mesh, setup).doubted
+            doubted.append([name for name, _ in found])
+        right = len(doubted[1]) + len(set(doubted[0]) - {names[0]})
+        yield count, names[0] in doubted[0], right
+
+
 def wrong_given() -> None:
-    """Is a given place that is wrong by 30 to 60 mm along the skin doubted, and no other?"""
-    table = Table(title="given places")
+    """Is a given vertex that is wrong doubted, and no other?"""
+    table = Table(title="given vertices")
     for column in ("take", "given", "wrong doubted", "right doubted"):
         table.add_column(column, justify="right")
     for kind in KINDS:
-        case = simulated(kind, SEEDS[0])
-        skin, rng = face_surface(case.mesh), np.random.default_rng(1)
-        there = np.flatnonzero(np.isin(case.truth, skin.vertices))
-        for count in (1, 3, 6):
-            chosen = rng.choice(there, count, replace=False)
-            points, names = case.truth[chosen], [case.take.names[i] for i in chosen]
-            far = skin.distances(points[:1])[0]
-            places = points.copy()
-            places[0] = skin.vertices[rng.choice(np.flatnonzero((far > 0.03) & (far < 0.06)))]
-            doubted = []
-            for given in (places, points):
-                setup = RetargetSetup(
-                    Binding(tuple(names), given), neutral=neutral_frames(case.take)
-                )
-                found = propose(case.take, case.mesh, setup).doubted
-                doubted.append([name for name, _ in found])
-            right = len(doubted[1]) + len(set(doubted[0]) - {names[0]})
-            table.add_row(case.name, str(count), str(names[0] in doubted[0]), str(right))
+        for count, wrong, right in checked_anchors(kind, (1, 3, 6)):
+            table.add_row(f"{kind} {SEEDS[0]}", str(count), str(wrong), str(right))
     Console(width=130).print(table)
 
 
