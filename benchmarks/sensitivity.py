@@ -75,7 +75,15 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.propose", "_NEUTRALS _CLEARLY _OFF_FACE", PLACED),
         *rows("usdface.binding.anchor_check", "_BETTER _AWAY _POOR_COST", CHECKED),
     ],
-    "cleanup": [],
+    "cleanup": [
+        *rows("usdface.cleanup.clean", "_FEWEST_MARKERS _FEWEST_FRAMES _ROUNDS", CLEANED),
+        *rows("usdface.cleanup.clean", "_REFINED _LONG _SHORT", CLEANED),
+        *rows("usdface.cleanup.stabilise", "ROUNDS", CLEANED),
+        *rows("usdface.cleanup.gaps", "OWN _STEP", CLEANED),
+        *rows("usdface.cleanup.low_rank_model", "_MODES FRAMES_PER_MODE _ROUNDS", CLEANED),
+        *rows("usdface.cleanup.spikes", "_USUAL _SHARE _SPEED _WINDOW _OFF _FAR", CLEANED),
+        *rows("usdface.cleanup.label_assignment", "_JUMP _LANDING _USUAL", CLEANED),
+    ],
 }
 
 
