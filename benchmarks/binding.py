@@ -37,6 +37,7 @@ from faces import Face, make_face  # noqa: E402
 
 KINDS = ("ict68", "ict41", "makehuman", "example")
 SEEDS, ANCHORS = (11, 12), (0, 3, 6)
+MEASURED = {"ict41": 0, "makehuman": 3, "example": 0}  # for figures(): how many are given
 FAR = 0.030  # m, beyond which a vertex is simply wrong
 REST = 10  # frames at the start in which the weights are 0
 
@@ -140,13 +141,18 @@ def weight_error(case: Case, setup: RetargetSetup) -> float:
 
 def figures() -> dict[str, float]:
     """Return how good proposals are on four takes, for `benchmarks/sensitivity.py`."""
+    simulations = [(simulated(kind, SEEDS[0]), count) for kind, count in MEASURED.items()]
+    return proposal_figures([*simulations, (recorded("Jaw"), 3)])
+
+
+def example_figures() -> dict[str, float]:
+    """Return the same of one take, on the example's head with three markers given: seconds."""
+    return proposal_figures([(simulated("example", SEEDS[0]), 3)])
+
+
+def proposal_figures(cases: Sequence[tuple[Case, int]]) -> dict[str, float]:
+    """Return errors of proposals for takes of which so many markers are given."""
     found, right = [], []
-    cases = (
-        (simulated("ict41", SEEDS[0]), 0),
-        (simulated("makehuman", SEEDS[0]), 3),
-        (simulated("example", SEEDS[0]), 0),
-        (recorded("Jaw"), 3),
-    )
     for case, count in cases:
         order = np.random.default_rng(5).permutation(len(case.truth))
         there = np.isin(case.truth[order], face_surface(case.mesh).vertices)

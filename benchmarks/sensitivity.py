@@ -5,7 +5,7 @@ is judged by. Every run is a process of its own, in which the module is compiled
 multiplied, so that defaults of arguments and what other modules import from it follow. See
 docs/constants.md, which has the results.
 
-`--only NAME` measures one constant, `--module MODULE --name NAME --measure FILE:FUNCTION` one that
+`--only NAME` measures one constant, `--measure FILE:FUNCTION` judges by other figures, `--module MODULE --name NAME --measure FILE:FUNCTION` one that
 is not in the table; `--markdown` prints rows for docs/constants.md.
 """
 
@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
@@ -224,6 +224,8 @@ def main() -> None:
     else:
         constants = TABLE[parsed.package or next(iter(TABLE))]
         constants = [one for one in constants if parsed.only in (None, one.name)]
+        if parsed.measure:
+            constants = [replace(one, measure=parsed.measure) for one in constants]
     report(constants, parsed.markdown)
 
 

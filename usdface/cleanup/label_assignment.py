@@ -8,7 +8,8 @@ __all__ = ["assign_labels", "last_visible"]
 
 # Shares of the distance between neighbouring markers: a motion that none has in one frame, and the
 # distance from another marker's last place within which a jump ends on that marker. A face marker
-# has been seen to move by 2.5 mm in a thirtieth of a second (the lid of a blink); neighbours are some 20 mm apart.
+# has been seen to move by 2.5 mm in a thirtieth of a second (the lid of a blink); neighbours are
+# some 20 mm apart.
 _JUMP = 0.25
 _LANDING = 0.5
 # A jump is also larger than this many times the marker's median motion from frame to frame.
