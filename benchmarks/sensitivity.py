@@ -5,8 +5,9 @@ is judged by. Every run is a process of its own, in which the module is compiled
 multiplied, so that defaults of arguments and what other modules import from it follow. See
 docs/constants.md, which has the results.
 
-`--only NAME` measures one constant, `--measure FILE:FUNCTION` judges by other figures, `--module MODULE --name NAME --measure FILE:FUNCTION` one that
-is not in the table; `--markdown` prints rows for docs/constants.md.
+`--only NAME` measures one constant, `--measure FILE:FUNCTION` judges by other figures; with them
+`--module MODULE --name NAME` measures a constant that is not in the table. `--markdown` prints rows
+for docs/constants.md.
 """
 
 import argparse

@@ -222,7 +222,7 @@ def test_a_figure_is_written_though_nobody_reads_the_text_to_its_end(
     def closed(*_: object) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr("usdface.cli.fuzzy_tables.print_explanation", closed)
+    monkeypatch.setattr("usdface.cli.print_fuzzy.print_explanation", closed)
     figure = tmp_path / "why.png"
     assert main(["fuzzy", "explain", str(shot), "--figure", str(figure)]) == 1
     assert figure.read_bytes().startswith(b"\x89PNG")

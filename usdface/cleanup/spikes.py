@@ -8,7 +8,8 @@ from usdface.takes import BoolArray, FloatArray
 __all__ = ["find_spikes"]
 
 # A jump is larger than this many times the median step, and than a face moves in a frame: a share
-# of its size (as `face_unit`, some 60 mm) and a share per second. Real optical takes at 60 Hz stay below 0.023, real weight curves at 30 Hz on a rig below 0.05.
+# of its size (as `face_unit`, some 60 mm) and a share per second. Real optical takes at 60 Hz
+# stay below 0.023, real weight curves at 30 Hz on a rig below 0.05.
 _USUAL = 6.0
 _SHARE = 0.02
 _SPEED = 1.5

@@ -53,7 +53,7 @@ def _explain(parsed: argparse.Namespace) -> int:
 
         write_explanation_figure(explained, frame, parsed.figure)
     if not print_json(facts, parsed.format, parsed.report):
-        from usdface.cli.fuzzy_tables import print_explanation
+        from usdface.cli.print_fuzzy import print_explanation
 
         print_explanation(facts)
     return DONE
@@ -65,7 +65,7 @@ def _neutral(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
         answers = pipeline.resting(parsed.shot, step)
     if not print_json([answer.as_dict() for answer in answers], parsed.format, parsed.report):
-        from usdface.cli.fuzzy_tables import print_resting
+        from usdface.cli.print_fuzzy import print_resting
 
         print_resting(answers)
     return DONE

@@ -74,7 +74,7 @@ def _fit(parsed: argparse.Namespace) -> int:
 
         write_fit_figure(fitted.system, fitted.validation, parsed.figure)
     if parsed.format == "text":
-        from usdface.cli.fuzzy_tables import print_fit
+        from usdface.cli.print_fuzzy import print_fit
 
         print_fit(fitted)
     return report(parsed, outcome)
