@@ -117,7 +117,7 @@ def test_what_half_a_face_does_explains_what_its_shapes_do(
     assert half.peak == 30, "the strongest emotion of a half counts where the face has none"
     figure = tmp_path / "why.svg"
     assert main(["fuzzy", "explain", str(half_smile), "--figure", str(figure)]) == 0
-    assert "the left half, as if the right did the same" in capsys.readouterr().out
+    assert "the left half, mirrored to the right" in capsys.readouterr().out
 
 
 def poses_of(shot: Path) -> tuple[Expression, ...]:

@@ -60,8 +60,9 @@ RULES = (
     "IF l_eyelid_upper_z IS high AND middle_chin_z IS medium THEN surprise IS 1",
 )
 
-# Least squares over the published outputs (`python benchmarks/paper_fit.py`). Four do not matter to
-# them (`middle_chin_y` below 1.1, both other eyebrow_middle and eyebrow_end_x anywhere); those are the middle of the range.
+# Least squares over the published outputs (`python benchmarks/paper_fit.py`). Four do not affect
+# them (`middle_chin_y` below 1.1, both other eyebrow_middle and eyebrow_end_x anywhere): these are
+# the middle of the range.
 MEDIUM = {
     "l_eyebrow_middle_x": 0.90,
     "l_eyebrow_middle_y": 0.68,
