@@ -87,6 +87,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF supports"),
     "TEXTURE_TILED": ("info", "each tile of a UDIM texture became a material"),
     "TEXTURE_MISSING": ("warning", "a texture file cannot be read and is left out"),
+    "ASSET_OUTSIDE": (
+        "warning",
+        "a file outside the folder of the asset is left out; --asset-root DIR allows it",
+    ),
     "INFLUENCES_MANY": ("info", "more than four joints influence a point; some programs read four"),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "joint scales are stored as 16-bit floats in UsdSkel"),
