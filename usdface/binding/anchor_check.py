@@ -16,7 +16,7 @@ __all__ = ["DoubtedAnchor", "check_anchors", "without_anchors"]
 # `python benchmarks/binding.py given` counts right ones doubted and wrong ones not doubted.
 _BETTER, _AWAY = 16.0, 0.3
 # A registration of more than this cost may be the wrong one (`registration.USUAL_COST` is a good
-# one's): the search starts anew, without anchors. Chosen with the same benchmark.
+# one's): the search starts anew, without anchors. Set by hand, with the same judge.
 _POOR_COST = 5.0
 
 

@@ -11,8 +11,8 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["CandidateVertices", "candidate_vertices"]
 
-# The largest weight of a performer whose movements are stronger than the rig's. Chosen with
-# `python benchmarks/binding.py`, whose performers reach 1.25; docs/constants.md: its sensitivity.
+# The largest weight of a performer whose movements are stronger than the rig's. Set by hand; judge:
+# `python benchmarks/binding.py`, whose performers reach 1.25; docs/constants.md lists them.
 _LARGEST_WEIGHT = 1.5
 # Edge of the cells that even out the mesh before its centre and size are measured [share of the
 # face's size]: longer than the edges of a face mesh, far shorter than the face.

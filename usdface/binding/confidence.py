@@ -11,8 +11,8 @@ __all__ = ["placement_confidence"]
 # A vertex is right when the true one is this near along the surface [share of the face's size]:
 # 10 mm on a face whose moving surface has an RMS radius of 67 mm. A definition.
 _NEAR = 0.15
-# Calibrated with `python benchmarks/binding.py`, which compares confidence and share of right
-# vertices; docs/constants.md has the sensitivity. At this cost the best registration is as often
+# Set by hand; judge: `python benchmarks/binding.py`, which compares confidence and share of right
+# vertices; docs/constants.md lists them. At this cost the best registration is as often
 # wrong as right, unless three anchors determine the pose; how steeply that changes with the cost.
 _HOPELESS_COST, _HOPELESS_POWER = 9.0, 6
 # Two registrations differ by as many independent markers as this share of them.

@@ -20,7 +20,7 @@ from usdface.takes import BoolArray, FloatArray, IntArray
 __all__ = ["MOVING_SHARE", "FaceSurface", "face_surface"]
 
 # The face reaches beyond its moving part by so much of that part's height, to temples and jaw line.
-# As the next: chosen with `python benchmarks/binding.py`; docs/constants.md has the sensitivity.
+# As the next: set by hand; judge: `python benchmarks/binding.py`; docs/constants.md lists them.
 _MARGIN = 0.2
 # A vertex that moves by this share of the largest offset belongs to the moving part.
 MOVING_SHARE = 0.1

@@ -21,11 +21,11 @@ __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 # Vertices that are tried, of more every n-th: bounds the time.
 _TRIED = 2000
 # A place is useful where some shape moves it by this share of its largest offset: the neck follows
-# the jaw, too. Half, as a width at half maximum.
+# the jaw, too. Set by hand.
 _SHOWS = 0.5
 # Distance between two markers, and from a marker to a surface that faces it, as lips do [share of
-# the face's size, the RMS radius of the useful surface; ICT: 6 and 3 mm]: the diameters of facial
-# markers are 3 to 4 mm.
+# the face's size, the RMS radius of the useful surface; ICT: 6 and 3 mm]. Set by
+# hand.
 _APART, _FACING = 0.1, 0.05
 # Frame rate of the capture that the design is for [Hz].
 _RATE = 30.0

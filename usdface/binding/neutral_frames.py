@@ -26,14 +26,14 @@ __all__ = [
 
 # A head pose takes three markers; the fourth lets one of them move with the face.
 FEWEST_MARKERS = 4
-# Peak frames that are looked for. As all numbers below: chosen with `python benchmarks/binding.py`
-# unless another source is named; docs/constants.md has the sensitivity.
+# Peak frames that are looked for. As all numbers below without another source: set by hand; judge:
+# `python benchmarks/binding.py`; docs/constants.md lists them.
 MOST_PEAKS = 24
 # Frames that are compared with each other: bounds the memory (256 MB) and the time.
 _MOST_FRAMES = 2000
-# Modes of the motion: as of the clean-up's model of a face (`cleanup.low_rank_model`).
+# Modes of the motion.
 _MODES = 8
-# Rounds of choosing the calmer half of the markers; the choice settles in two or three.
+# Rounds of choosing the calmer half of the markers.
 _ROUNDS = 4
 # Markers that hold the head still, at least.
 _FEWEST_CALM = 4

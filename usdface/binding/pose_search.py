@@ -21,8 +21,8 @@ from usdface.takes import FloatArray
 
 __all__ = ["RegisteredMarkers", "refine", "search_pose"]
 
-# Numbers without another source were chosen with `python benchmarks/binding.py`; docs/constants.md
-# has the sensitivity of each.
+# Numbers without another source were set by hand; judge: `python benchmarks/binding.py`;
+# docs/constants.md lists them.
 
 # Poses of the starts: rotations [degrees], and scales about the expected one, whose logarithms are
 # within a deviation of it (`registration._SPREAD`).

@@ -31,14 +31,14 @@ from usdface.takes import BoolArray, IntArray, MarkerTake
 
 __all__ = ["DuplicateMarker", "Proposal", "proposal_findings", "propose"]
 
-# Markers without anchors: two more than the pose, scale and depth of a face need, with which every
-# face fits. With three anchors those of `neutral_frames` are enough.
+# Fewer markers fit any face. With three anchors, which determine its pose, those of
+# `neutral_frames` are enough.
 _FEWEST, _ANCHORS = 8, 3
 # Held poses that are compared as neutral. Another than the most usual one is neutral if it leaves
-# less than this share of the motion unexplained (`python benchmarks/binding.py rests`).
+# less than this share of the motion unexplained; set by hand, docs/constants.md lists it.
 _NEUTRALS, _CLEARLY = 8, 0.8
-# A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: four
-# times the expected error, `registration.SHAPE_ERROR`.
+# A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
+# four times the expected error, `registration.SHAPE_ERROR`.
 _OFF_FACE = 0.25
 # Markers that stay this near to each other are one [share of their spread; ICT: 0.7 mm]: less than
 # a marker's own size.

@@ -31,8 +31,8 @@ __all__ = [
 ]
 
 # Lengths are shares of the face's size, the RMS radius of its moving surface (ICT: 67 mm). Numbers
-# without another source were chosen with `python benchmarks/binding.py`; docs/constants.md has the
-# sensitivity of each.
+# without another source were set by hand; judge: `python benchmarks/binding.py`;
+# docs/constants.md lists them.
 
 # Standard deviations of a marker's place once the face is carried over and bent, and of its motion.
 SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
@@ -44,8 +44,7 @@ _BEND, _BEND_WIDTH = 0.055, 0.7
 # Moving markers spread like the moving surface: bias and deviation of the logarithm of the ratio
 # (mean of three performers each of ICT's face and the example's: -0.20 to -0.04).
 _SPREAD_BIAS, _SPREAD = -0.14, 0.15
-# Independent observations of a marker's motion in all peak frames: those of one take resemble each
-# other, and 24 frames have fewer modes.
+# Independent observations of a marker's motion in all peak frames, which resemble each other.
 _INDEPENDENT_PEAKS = 8.0
 # Degrees of freedom of the Student-t errors, so that one marker off the face does not pull all
 # (K. Lange, R. Little, J. Taylor, "Robust statistical modeling using the t distribution", 1989).

@@ -26,14 +26,13 @@ from usdface.takes import BoolArray, FloatArray, MarkerTake
 
 __all__ = ["Cleaned", "clean_take"]
 
-# A head pose takes three markers; with twice as many the others predict one. Two modes of the
-# low-rank model take the fewest frames.
+# Fewer markers say nothing about one another, or about the head; fewer frames show no two modes.
 _FEWEST_MARKERS = 6
 _FEWEST_FRAMES = 2 * FRAMES_PER_MODE
 # Rounds in which spikes are looked for, unless they stay the same before.
 _ROUNDS = 4
-# Rounds of pose and model from a pose that is known already. This and the next: chosen with
-# `python benchmarks/cleanup.py`; docs/constants.md has the sensitivity.
+# Rounds of pose and model from a pose that is known already. This and the next: set by hand; judge:
+# `python benchmarks/cleanup.py`; docs/constants.md lists them.
 _REFINED = 2
 # Rounds of the model before long gaps are filled: expectation and maximisation converges slowly
 # where much is occluded (Tipping and Bishop 1999).

@@ -9,7 +9,8 @@ from usdface.takes import BoolArray, FloatArray
 __all__ = ["OWN", "fill_gaps", "frame_ranges"]
 
 # Time from the end of a gap within which a marker's own motion predicts it better than the other
-# markers do [s]: measured on real optical takes with gaps of 0.1 to 4 s (`benchmarks/cleanup.py`).
+# markers do [s]: measured on real optical takes with gaps of 0.1 to 4 s; judge:
+# `python benchmarks/cleanup.py`.
 OWN = 0.1
 # A marker's acceleration is measured over such steps [s], over which it exceeds that of the noise.
 _STEP = 0.1

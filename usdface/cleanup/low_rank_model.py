@@ -21,8 +21,8 @@ __all__ = [
     "reconstruct",
 ]
 
-# 95 % of a real face's motion are 3 to 7; with 8 long gaps come back best. As the next two: chosen
-# with `python benchmarks/cleanup.py`; docs/constants.md has the sensitivity.
+# 95 % of a real face's motion are 3 to 7; 8 fill gaps of a second best, 4 those of four seconds.
+# As the next two: set by hand; judge: `python benchmarks/cleanup.py`; docs/constants.md lists them.
 _MODES = 8
 # Frames for each mode at least, or the modes follow single frames instead of the face.
 FRAMES_PER_MODE = 8

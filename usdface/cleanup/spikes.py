@@ -16,7 +16,7 @@ _SPEED = 1.5
 # Errors that last longer than this window [s] are motions of the face that the model does not know.
 _WINDOW = 0.5
 # A piece of a marker's path is a spike if it is this many jumps off its surroundings, or its take;
-# chosen with `python benchmarks/cleanup.py`, docs/constants.md has the sensitivity.
+# set by hand; judge: `python benchmarks/cleanup.py`, docs/constants.md lists them.
 _OFF = 0.6
 _FAR = 4.0
 

@@ -11,8 +11,8 @@ from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["ROUNDS", "StabilisedMarkers", "stabilise"]
 
-# Rounds of pose and model. As all numbers of the clean-up without another source: chosen with
-# `python benchmarks/cleanup.py`; docs/constants.md has the sensitivity.
+# Rounds of pose and model. As all numbers of the clean-up without another source: set by hand;
+# judge: `python benchmarks/cleanup.py`; docs/constants.md lists them.
 ROUNDS = 4
 
 
