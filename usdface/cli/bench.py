@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from usdface.cli.command import DONE, FAILED, add_command
+from usdface.cli.command import DONE, FAILED, add_command, drawn
 from usdface.errors import InputError
 
 __all__ = ["add_bench"]
@@ -21,7 +21,7 @@ def add_bench(commands: Any) -> None:
 
 
 def _bench(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json
+    from usdface.cli.report import print_json, print_written
 
     if parsed.name == "solve":
         raise InputError(
@@ -35,4 +35,5 @@ def _bench(parsed: argparse.Namespace) -> int:
         from usdface.cli.print_papers import print_papers
 
         print_papers(computed)
+        print_written(drawn(parsed))
     return DONE if all(table.within for table in computed) else FAILED

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import DONE, add_command, add_output, check_figure, report
+from usdface.cli.command import DONE, add_command, add_output, check_figure, drawn, report
 from usdface.cli.fuzzy_fit import add_fit
 from usdface.cli.progress import progress
 
@@ -18,7 +18,11 @@ def add_fuzzy(commands: Any) -> None:
     group = commands.add_parser("fuzzy", help=summary, description=summary)
     actions = group.add_subparsers(title="actions", required=True, metavar="ACTION")
     command = add_command(
-        actions, "explain", _explain, "show the features, rules and weights of a frame"
+        actions,
+        "explain",
+        _explain,
+        "show the features, rules and weights of a frame",
+        draws=("figure",),
     )
     command.add_argument("shot", type=Path)
     moment = command.add_mutually_exclusive_group()
@@ -45,7 +49,7 @@ def add_fuzzy(commands: Any) -> None:
 
 
 def _explain(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json
+    from usdface.cli.report import print_json, print_written
 
     check_figure(parsed.figure)
     with progress(parsed.format == "text") as step:
@@ -62,11 +66,12 @@ def _explain(parsed: argparse.Namespace) -> int:
         from usdface.cli.print_fuzzy import print_explanation
 
         print_explanation(facts)
+        print_written(drawn(parsed))
     return DONE
 
 
 def _neutral(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json
+    from usdface.cli.report import print_json, print_written
 
     with progress(parsed.format == "text") as step:
         answers = pipeline.resting(parsed.shot, step)
@@ -74,6 +79,7 @@ def _neutral(parsed: argparse.Namespace) -> int:
         from usdface.cli.print_fuzzy import print_resting
 
         print_resting(answers)
+        print_written(drawn(parsed))
     return DONE
 
 

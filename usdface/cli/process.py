@@ -15,7 +15,11 @@ __all__ = ["add_calibrate", "add_process"]
 def add_process(commands: Any) -> None:
     """Add `usdface process`."""
     command = add_command(
-        commands, "process", _process, "retarget a shot, correct its expressions, write layers"
+        commands,
+        "process",
+        _process,
+        "retarget a shot, correct its expressions, write layers",
+        writes=("gltf", "figure"),
     )
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")

@@ -20,7 +20,11 @@ __all__ = ["add_markers", "add_shot"]
 def add_shot(commands: Any) -> None:
     """Add `usdface shot`."""
     command = add_command(
-        commands, "shot", _shot, "bind a take to a rig, with expressions and a fuzzy system"
+        commands,
+        "shot",
+        _shot,
+        "bind a take to a rig, with expressions and a fuzzy system",
+        draws=("write_bind", "bind_figure"),
     )
     command.add_argument(
         "--rig", type=Path, required=True, help="USD rig, as `usdface rig` makes it"
@@ -104,7 +108,7 @@ def _correction_options(group: Any) -> None:
 
 
 def _shot(parsed: argparse.Namespace) -> int:
-    from usdface.io.atomic import all_or_none, check_place, write_text
+    from usdface.io.atomic import all_or_none, write_text
     from usdface.io.bind_file import bind_json
 
     told = {k: v for k, v in settings(parsed, CorrectionOptions).items() if v is not None}
@@ -113,10 +117,6 @@ def _shot(parsed: argparse.Namespace) -> int:
     if isinstance(neutral, tuple):
         neutral = neutral[0], neutral[-1]
     binding = BindOptions(propose=parsed.propose, neutral=neutral, peaks=peaks)
-    others = (parsed.rig, parsed.take, parsed.output, *([parsed.bind] if parsed.bind else []))
-    for place in (parsed.write_bind, parsed.bind_figure):
-        if place:
-            check_place(place, *others)
     check_figure(parsed.bind_figure)
     # All before the text, which somebody may read the beginning of only.
     with all_or_none():
@@ -155,7 +155,7 @@ def _frames(option: str, words: list[str] | None, expected: str, most: int = 100
 def add_markers(commands: Any) -> None:
     """Add `usdface markers`."""
     summary = "choose the best places for markers on a character"
-    command = add_command(commands, "markers", _markers, summary)
+    command = add_command(commands, "markers", _markers, summary, draws=("figure",))
     command.add_argument("rig", type=Path, help="USD rig, as `usdface rig` makes it")
     default = MarkerOptions()
     command.add_argument(

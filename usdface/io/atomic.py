@@ -19,17 +19,14 @@ __all__ = [
 ]
 
 
-def check_place(path: Path, *inputs: Path) -> None:
+def check_place(path: Path) -> None:
     """Fail before the work rather than after it where `path` cannot be written.
 
     Raises
     ------
     OutputError
-        If it is a folder or one of the `inputs`, or the folder that it would go to is none or
-        is read-only.
+        If it is a folder, or the folder that it would go to is none or is read-only.
     """
-    if path.resolve() in (source.resolve() for source in inputs):
-        raise OutputError(f"{path} is an input and would be overwritten; choose another place")
     folder = path.parent
     while not folder.exists():
         folder = folder.parent

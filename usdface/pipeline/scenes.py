@@ -11,7 +11,7 @@ from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
 from usdface.io.asset_folder import asset_root
-from usdface.io.atomic import check_place
+from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
@@ -33,7 +33,8 @@ def export_scene(
     as take a fraction of a second, or in every frame.
     """
     steps = Steps(on_step)
-    check_place(output, source)
+    read = files_read(source)
+    check_outputs([output], read)
     if output.suffix.lower() == ".usdz":
         from usdface.io.usd.usdz import write_usdz
 
@@ -52,13 +53,14 @@ def export_scene(
         clips = chosen_clips(clips, options.clip)
     summary = _summary(rig, clips, "morph targets")
     with steps("write"):
-        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
+        findings += write_gltf(rig, output, clips, options.pointer, options.quantize, read)
+        written = files_written(output, read)
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         certificate, more = certified(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
-    return _certified((output,), findings + more, summary, steps, certificate)
+    return _certified(written, findings + more, summary, steps, certificate)
 
 
 def import_scene(
@@ -78,20 +80,22 @@ def import_scene(
     from usdface.io.usd.stage import open_stage
 
     steps = Steps(on_step)
-    check_place(output, source)
     root = asset_root(options.asset_root)
+    read = files_read(source)
+    check_outputs([output], read)
     with steps("read"):
         rig, clips, findings = read_gltf(source, root)
     summary = _summary(rig, clips, "blend shapes")
     with steps("write"):
-        findings += write_rig(rig, output, clips)
+        findings += write_rig(rig, output, clips, read)
+        written = files_written(output, read)
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         stage = open_stage(output)
         certificate, more = certified(
             stage, source, exported=False, every_frame=every_frame, asset_root=root
         )
-    return _certified((output,), findings + more, summary, steps, certificate)
+    return _certified(written, findings + more, summary, steps, certificate)
 
 
 def _summary(rig: Rig, clips: tuple[Clip, ...], shapes: str) -> dict[str, Any]:
