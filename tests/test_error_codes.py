@@ -10,7 +10,7 @@ import pytest
 from worlds import World, make_world
 
 from usdface import errors
-from usdface.binding.resolve_binding import bound_setup
+from usdface.binding.resolve_binding import resolve_binding
 from usdface.errors import ERROR_CODES, UsdFaceError
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
@@ -49,7 +49,7 @@ def solved(binding: RetargetSetup, take: MarkerTake = TAKE) -> object:
 def proposed(positions: FloatArray, **options: object) -> object:
     names = tuple(f"m{i}" for i in range(positions.shape[1]))
     take = MarkerTake(names, TAKE.times, positions, TAKE.rate)
-    return bound_setup(WORLD.rig, take, None, [], BindOptions(**options))  # type: ignore[arg-type]
+    return resolve_binding(WORLD.rig, take, None, options=BindOptions(**options))  # type: ignore[arg-type]
 
 
 def text_take(folder: Path, text: str, name: str = "take.csv") -> object:
@@ -104,7 +104,7 @@ def two_faces() -> Mesh:
 def turned_away() -> object:
     """The face seen from behind."""
     mesh = replace(MESH, points=MESH.points * [-1.0, 1.0, -1.0])
-    return bound_setup(Rig("face", (mesh,)), TAKE, None, [], BindOptions())
+    return resolve_binding(Rig("face", (mesh,)), TAKE, None, options=BindOptions())
 
 
 IMAGE = MarkerTake(TAKE.names, TAKE.times, TAKE.positions[..., :2], TAKE.rate)

@@ -120,7 +120,7 @@ def test_what_half_a_face_does_explains_what_its_shapes_do(
     assert half.peak == 30, "the strongest emotion of a half counts where the face has none"
     figure = tmp_path / "why.svg"
     assert main(["fuzzy", "explain", str(half_smile), "--figure", str(figure)]) == 0
-    assert "the left half, as if the right did the same" in capsys.readouterr().out
+    assert "the left half, mirrored to the right" in capsys.readouterr().out
 
 
 def poses_of(shot: Path) -> tuple[Expression, ...]:
@@ -232,7 +232,7 @@ def test_a_figure_is_written_though_nobody_reads_the_text_to_its_end(
     def closed(*_: object) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr("usdface.cli.fuzzy_tables.print_explanation", closed)
+    monkeypatch.setattr("usdface.cli.print_fuzzy.print_explanation", closed)
     figure = tmp_path / "why.png"
     assert main(["fuzzy", "explain", str(shot), "--figure", str(figure)]) == 1
     assert figure.read_bytes().startswith(b"\x89PNG")

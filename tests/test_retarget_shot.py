@@ -51,8 +51,8 @@ def folder(world: World, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def shot(folder: Path) -> Shot:
     rig, _ = usdface.read_rig(folder / "rig.usda")
     take, _ = usdface.read_take(folder / "take.usda")
-    setup, findings = usdface.read_bind(folder / "bind.json")
-    return usdface.assemble_shot(rig, take, setup=setup, setup_findings=findings)[0]
+    setup, _ = usdface.read_bind(folder / "bind.json")
+    return usdface.assemble_shot(rig, take, setup=setup)[0]
 
 
 def test_arrays_and_files_give_the_same_weights(folder: Path, shot: Shot) -> None:

@@ -70,7 +70,7 @@ def clean(
         return take, None, []
     on_the_face = (*setup.binding.markers, *setup.head_markers)
     moving = setup.head != "stabilised"
-    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving)
+    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving=moving)
     return cleaned.take, cleaned, findings
 
 

@@ -1,10 +1,10 @@
 """A shot put together in memory: places for the markers, expression poses, a fuzzy system."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from usdface.binding.resolve_binding import bound_setup
+from usdface.binding.resolve_binding import binding_findings, resolve_binding
 from usdface.correction.expression_layer import adopt, design, parts_of
 from usdface.face.expression_poses import ActionPose, expressions_for
 from usdface.face.layout import FaceParts
@@ -25,7 +25,6 @@ def assemble_shot(
     take: MarkerTake | WeightsTake,
     *,
     setup: RetargetSetup | None = None,
-    setup_findings: Sequence[Finding] = (),
     binding: BindOptions = BindOptions(),
     calibration: Calibration | None = None,
     poses: Mapping[str, Expression | ActionPose | None] | None = None,
@@ -41,8 +40,6 @@ def assemble_shot(
     take : MarkerTake or WeightsTake
     setup : RetargetSetup, optional
         Where the markers sit, as `usdface.read_bind` gives it; without one places are proposed.
-    setup_findings : sequence of Finding
-        Those of `read_bind`.
     binding : BindOptions
     calibration : Calibration, optional
         Of the performer.
@@ -74,7 +71,9 @@ def assemble_shot(
     >>> [expression.name for expression in shot.expressions][:3]
     ['joy', 'sadness', 'anger']
     """
-    mesh, bound, findings = bound_setup(rig, take, setup, setup_findings, binding)
+    resolved = resolve_binding(rig, take, setup, options=binding)
+    findings = binding_findings(resolved, take)
+    mesh, bound = resolved.mesh, resolved.setup
     if calibration is not None:
         bound = replace(bound, calibration=calibration)
     bound, more = fit_setup(bound, mesh, take)

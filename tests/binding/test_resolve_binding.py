@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from worlds import World, make_world
 
-from usdface.binding.resolve_binding import shown_at_rest
+from usdface.binding.resolve_binding import neutral_weights
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
@@ -65,7 +65,9 @@ def test_a_partial_binding_is_completed_only_when_asked(folder: Path, world: Wor
     bind, report = written(folder, "--bind", folder / "some.json")
     assert set(bind["markers"]) == set(some) and "BIND_PROPOSED" not in codes(report)
     unbound = len(world.points) - len(some)
-    assert f"{unbound} of {len(world.points)} markers have no place" in str(report["findings"])
+    assert f"{unbound} of {len(world.points)} markers are bound to no vertex" in str(
+        report["findings"]
+    )
     bind, report = written(folder, "--bind", folder / "some.json", "--propose")
     assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
     assert [bind["markers"][name]["confidence"] for name in some] == [1.0] * 6
@@ -112,7 +114,7 @@ def test_what_a_rest_shows_is_said(folder: Path, world: World) -> None:
     times = np.arange(len(positions)) / world.take.rate
     take = replace(world.take, positions=positions, times=times)
     setup = RetargetSetup(Binding(take.names, np.array(points)), neutral=(0, 20))
-    found = shown_at_rest(take, mesh, setup)
+    found = neutral_weights(take, mesh, setup)
     assert max(found, key=lambda name: found[name]) == mesh.shape_names[0]
     assert 0.1 < found[mesh.shape_names[0]] <= 0.4
 

@@ -7,7 +7,7 @@ from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import Variable
 from usdface.rule_design.marker_roles import marker_variables
 from usdface.rule_design.paper_design import fit_paper
-from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, RULES, paper_system, published_table
+from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, RULES, paper_system, published_cases
 
 MARKERS = ("brow", "lid", "corner", "lip", "chin")
 VARIABLES = marker_variables(MARKERS, "absolute")
@@ -34,20 +34,20 @@ def inputs_of(system, features):
 
 def test_the_papers_own_rules_with_the_papers_own_poses():
     """Its thirteen inputs and six emotions are known: terms are made anew, rules stay."""
-    table = published_table()
+    inputs = published_cases().inputs
     variables = []
     for name in MEDIUM:
         role, axis = name.rsplit("_", 1)
         variables.append(Variable(name, "input", role, axis, "absolute"))
     noise = np.full(13, 0.01)
-    system, _ = fit_paper(variables, table.inputs, EMOTIONS, noise, "take")
+    system, _ = fit_paper(variables, inputs, EMOTIONS, noise, "take")
     assert [rule.text for rule in system.rules] == list(RULES)
     printed = {v.name: {t.name: t.parameters for t in v.terms} for v in paper_system().inputs}
     for variable in system.inputs:
         terms = {t.name: t.parameters for t in variable.terms}
         assert terms["low"][1] == printed[variable.name]["low"][1]
         assert terms["high"][1] == printed[variable.name]["high"][1]
-        assert terms["medium"][1] == np.median(table.inputs[:, list(MEDIUM).index(variable.name)])
+        assert terms["medium"][1] == np.median(inputs[:, list(MEDIUM).index(variable.name)])
 
 
 def test_every_reference_is_heard_as_itself():

@@ -23,9 +23,9 @@ def add_fit(actions: Any) -> None:
         writes=("expressions", "figure"),
     )
     source = command.add_mutually_exclusive_group(required=True)
-    source.add_argument("--shot", type=Path, help="whose face, binding and expression poses count")
+    source.add_argument("--shot", type=Path, help="face, binding and expression poses")
     source.add_argument("--rig", type=Path, help="USD rig, with --bind")
-    command.add_argument("--bind", type=Path, help="where the markers sit on --rig, JSON")
+    command.add_argument("--bind", type=Path, help="binding of the markers to --rig, JSON")
     command.add_argument(
         "--labels",
         type=Path,
@@ -37,23 +37,25 @@ def add_fit(actions: Any) -> None:
         "--expressions", type=Path, metavar="FILE.json", help="also write the expression poses"
     )
     command.add_argument(
-        "--figure", type=Path, metavar="FILE", help="draw memberships and confusion"
+        "--figure", type=Path, metavar="FILE", help="draw memberships and the confusion matrix"
     )
     default = FitOptions()
     command.add_argument(
-        "--paper", action="store_true", help="terms from minimum, medium, maximum over the poses"
+        "--paper",
+        action="store_true",
+        help="design by the paper: terms from minimum, median, maximum",
     )
     command.add_argument(
         "--space",
         choices=("character", "take"),
         default=default.space,
-        help="where features are measured (default: %(default)s)",
+        help="space of the features (default: %(default)s)",
     )
     command.add_argument(
         "--hold-out",
         choices=("auto", "recording", "variant"),
         default=default.hold_out,
-        help="what is left out in turn to test what was learned (default: %(default)s)",
+        help="group that each cross-validation fold holds out (default: %(default)s)",
     )
 
 
@@ -73,7 +75,7 @@ def _fit(parsed: argparse.Namespace) -> int:
             on_progress=step,
         )
     if parsed.format == "text":
-        from usdface.cli.fuzzy_tables import print_fit
+        from usdface.cli.print_fuzzy import print_fit
 
         print_fit(result.value)
     return report(parsed, result)

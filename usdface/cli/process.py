@@ -1,4 +1,4 @@
-"""The commands `process` and `calibrate`: what is done to a shot."""
+"""The commands `process` and `calibrate`: solve a shot, or a performer's gains."""
 
 import argparse
 from pathlib import Path
@@ -18,7 +18,7 @@ def add_process(commands: Any) -> None:
         commands,
         "process",
         _process,
-        "retarget, correct, write layers",
+        "retarget a shot, correct its expressions, write layers",
         writes=("gltf", "figure"),
     )
     command.add_argument("shot", type=Path)
@@ -31,7 +31,10 @@ def add_process(commands: Any) -> None:
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
     )
     command.add_argument(
-        "--no-clean", dest="clean", action="store_false", help="solve the markers as recorded"
+        "--no-clean",
+        dest="clean",
+        action="store_false",
+        help="solve the markers as recorded, without clean-up",
     )
     command.add_argument(
         "--solve",
@@ -40,7 +43,9 @@ def add_process(commands: Any) -> None:
     )
     add_asset_root(command)
     result = command.add_mutually_exclusive_group()
-    result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
+    result.add_argument(
+        "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
+    )
     result.add_argument(
         "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
     )
@@ -64,7 +69,7 @@ def _process(parsed: argparse.Namespace) -> int:
 
 def add_calibrate(commands: Any) -> None:
     """Add `usdface calibrate`."""
-    summary = "find how large a performer's movements are against the character's"
+    summary = "measure a performer's gains, as shares of the character's shapes"
     command = add_command(commands, "calibrate", _calibrate, summary)
     command.add_argument("shot", type=Path, help="a shot of an expressive take")
     add_output(command, "the calibration, .json, for shot --calibration")

@@ -61,7 +61,7 @@ def _text(value: Any) -> str:
 
 
 def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
-    """Yield one line for each code, however often it was found, and for each thing it warns of."""
+    """Yield one line for each code, and for each distinct message of it."""
     groups: dict[str, list[Finding]] = defaultdict(list)
     for finding in findings:
         groups[finding.code].append(finding)
@@ -77,7 +77,7 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
 
 
 def _wording(finding: Finding) -> str:
-    """Return what a finding says without whom it says it of: places, quotes and numbers."""
+    """Return a message without places, quotes and numbers, to group findings."""
     place = re.escape(finding.where.split(": ")[-1])
     return re.sub(rf"(?<!\w)({place})(?!\w)|\"[^\"]*\"|'[^']*'|[-+\d.]+", "_", finding.message)
 
@@ -108,7 +108,7 @@ def write_report(result: Result[Any], path: Path) -> None:
 
 
 def print_json(document: object, form: str, report: Path | None) -> bool:
-    """Write plain values as JSON where a file is named, print them if JSON is the form that is.
+    """Write plain values as JSON to a file if one is named, and print them if JSON is requested.
 
     Returns
     -------
@@ -130,7 +130,7 @@ def print_written(paths: Iterable[Path]) -> None:
 
 
 def print_whole(console: "Console", table: "Table") -> None:
-    """Print a table in lines as long as they need to be, also in a pipe: half a figure is none."""
+    """Print a table without cutting its cells, also in a pipe."""
     from rich.measure import Measurement
 
     unbounded = console.options.update(max_width=_ANY_WIDTH)

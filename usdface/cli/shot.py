@@ -1,4 +1,4 @@
-"""The commands `shot` and `markers`: where markers sit, and what comes together by them."""
+"""The commands `shot` and `markers`: bind a take to a rig, choose places for markers."""
 
 import argparse
 import sys
@@ -20,7 +20,7 @@ def add_shot(commands: Any) -> None:
         commands,
         "shot",
         _shot,
-        "bring a rig and a take together",
+        "bind a take to a rig, with expressions and a fuzzy system",
         writes=("write_bind", "bind_figure"),
     )
     command.add_argument(
@@ -30,25 +30,28 @@ def add_shot(commands: Any) -> None:
         "--take", type=Path, required=True, help="USD take, as `usdface take` makes it"
     )
     add_output(command, "the shot, .usda")
-    _binding_options(command.add_argument_group("where the markers sit"))
-    _correction_options(command.add_argument_group("what goes over the solved weights"))
+    _binding_options(command.add_argument_group("binding of the markers"))
+    _correction_options(command.add_argument_group("correction of the solved weights"))
     command.add_argument(
-        "--calibration", type=Path, metavar="FILE.json", help="of the performer, by calibrate"
+        "--calibration",
+        type=Path,
+        metavar="FILE.json",
+        help="the performer's, from `usdface calibrate`",
     )
 
 
 def _binding_options(group: Any) -> None:
     group.add_argument(
-        "--bind", type=Path, help="where the markers sit, JSON (without: places are proposed)"
+        "--bind", type=Path, help="vertices of the markers, JSON (default: proposed)"
     )
     group.add_argument(
-        "--propose", action="store_true", help="propose places for the markers --bind leaves out"
+        "--propose", action="store_true", help="propose vertices for markers that --bind leaves out"
     )
     group.add_argument(
         "--neutral",
         nargs="+",
         metavar="FRAME",
-        help='first and last neutral frame index, or "auto"; instead of the binding\'s',
+        help='first and last neutral frame index, or "auto"; overrides the binding',
     )
     group.add_argument(
         "--peaks",
@@ -58,7 +61,7 @@ def _binding_options(group: Any) -> None:
         "binding's",
     )
     group.add_argument(
-        "--write-bind", type=Path, metavar="FILE.json", help="write the binding, to correct it"
+        "--write-bind", type=Path, metavar="FILE.json", help="write the binding, for corrections"
     )
     group.add_argument(
         "--bind-figure", type=Path, metavar="FILE", help="draw the markers on the face: .png, ..."
@@ -87,7 +90,8 @@ def _correction_options(group: Any) -> None:
     group.add_argument(
         "--mode",
         choices=("raise", "add"),
-        help=f"how emotions go over the solved weights (default: {default.mode}, or the system's)",
+        help="how emotions are combined with the solved weights "
+        f"(default: {default.mode}, or the system's)",
     )
     group.add_argument(
         "--gain", type=float, help=f"their strength (default: {default.gain:g}, or the system's)"
@@ -131,7 +135,7 @@ def _shot(parsed: argparse.Namespace) -> int:
 
 
 def _frames(option: str, words: list[str] | None, expected: str, most: int = 1000) -> Any:
-    """Return what an option says: frame indices, "auto" or None."""
+    """Parse frame indices, "auto" or None."""
     if words is None or words == ["auto"]:
         return words and "auto"
     if len(words) > most or not all(word.isdecimal() and len(word) < 10 for word in words):
@@ -141,7 +145,7 @@ def _frames(option: str, words: list[str] | None, expected: str, most: int = 100
 
 def add_markers(commands: Any) -> None:
     """Add `usdface markers`."""
-    summary = "find where markers would tell most of a character's blend shapes"
+    summary = "choose the best places for markers on a character"
     command = add_command(commands, "markers", _markers, summary, writes=("figure",))
     command.add_argument("rig", type=Path, help="USD rig, as `usdface rig` makes it")
     default = MarkerOptions()
@@ -152,7 +156,7 @@ def add_markers(commands: Any) -> None:
         default=default.count,
         help="how many markers (default: %(default)s)",
     )
-    command.add_argument("--bind", type=Path, help="the markers that are there, JSON")
+    command.add_argument("--bind", type=Path, help="present markers, JSON")
     command.add_argument(
         "--noise",
         type=float,
@@ -162,7 +166,9 @@ def add_markers(commands: Any) -> None:
     command.add_argument(
         "-o", "--output", type=Path, metavar="FILE.json", help="the binding with the new markers"
     )
-    command.add_argument("--figure", type=Path, metavar="FILE", help="draw them: .png, .svg, .pdf")
+    command.add_argument(
+        "--figure", type=Path, metavar="FILE", help="draw the places: .png, .svg, .pdf"
+    )
 
 
 def _markers(parsed: argparse.Namespace) -> int:

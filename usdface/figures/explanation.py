@@ -1,4 +1,4 @@
-"""The corrector as a picture: emotions, rules, memberships, and weights before and after."""
+"""Figure of an explanation: emotions, rules, memberships, weights before and after."""
 
 from itertools import cycle
 from pathlib import Path
@@ -17,11 +17,12 @@ from usdface.takes import FloatArray
 
 __all__ = ["write_explanation_figure"]
 
+# Layout: panels in a row, features and weights drawn, range of the membership axis.
 _COLUMNS = 4
 _LARGEST_FEATURES = 8
 _LARGEST_WEIGHTS = 16
 _HEIGHT = (-0.03, 1.05)
-# Names of emotions that fit one below the other beside their curves.
+# Layout: names of emotions that fit one below the other beside their curves.
 _EMOTIONS_BESIDE = 9
 _QUIET = "0.6"
 _DASHES = ("-", "--", ":", "-.")
@@ -111,7 +112,7 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
 
 
 def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
-    """Draw a row for each rule, as high as it fires, in the colour of its emotion."""
+    """Draw a row for each rule: its firing strength, in the colour of its emotion."""
     rules, colours = explained.system.rules, _colours(explained)
     peaks = explained.trace.firing.max(axis=0, initial=0.0)
     shown = np.sort(np.argsort(-peaks, kind="stable")[:_MOST_RULES]).tolist()
@@ -131,7 +132,7 @@ def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
 
 
 def _short(rule: Rule) -> str:
-    """Return what a rule says and the first thing that it asks for."""
+    """Return the consequents and the first condition of a rule."""
     says = ", ".join(output for output, _ in rule.consequents)
     first, *others = rule.propositions
     is_ = " ".join((*first.hedges, first.term))
@@ -140,7 +141,7 @@ def _short(rule: Rule) -> str:
 
 
 def _asked_most(explained: Explanation, facts: dict[str, Any]) -> list[int]:
-    """Return the inputs to draw: of the rules that fire; where none does, of the nearest."""
+    """Return the inputs to draw: those of firing rules, else of the rule nearest to firing."""
     order = [v.name for v in explained.system.inputs]
     fired = [c["variable"] for r in facts["rules"] if r["fires"] > 0 for c in r["conditions"]]
     belongs = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
@@ -167,9 +168,10 @@ def _draw_features(
 def _draw_memberships(
     axes: Any, explained: Explanation, facts: dict[str, Any], column: int
 ) -> None:
-    """Draw the terms of an input in millimetres; those that rules that fire ask for stand out."""
+    """Draw the terms of an input in millimetres; those of firing rules are emphasised."""
     variable, scale = explained.system.inputs[column], 1000.0 * explained.trace.unit
-    values, now = explained.whole.inputs[:, column], explained.whole.inputs[facts["frame"], column]
+    values = explained.whole.inputs[:, column]
+    now = explained.whole.inputs[facts["frame"], column]
     x = _reach(explained, column)
     asked = _asked(explained, facts, variable.name)
     seen = values[np.isfinite(values)]
@@ -206,7 +208,7 @@ def _degree(term: Term, hedges: tuple[str, ...], values: FloatArray) -> FloatArr
 def _asked(
     explained: Explanation, facts: dict[str, Any], name: str
 ) -> dict[str, dict[tuple[str, ...], str]]:
-    """Return what rules that fire ask of an input: term, hedges, the colour of their emotion."""
+    """Return the conditions of firing rules on an input: term, hedges, colour of the emotion."""
     colours = _colours(explained)
     asked: dict[str, dict[tuple[str, ...], str]] = {}
     fired = [i for i, strength in enumerate(explained.trace.firing[facts["frame"]]) if strength > 0]
@@ -219,7 +221,7 @@ def _asked(
 
 
 def _reach(explained: Explanation, column: int) -> Any:
-    """Return values of an input: what the take does of it, and where its terms begin and end."""
+    """Return the range of an input: of its values in the take, and of its terms."""
     values = explained.whole.inputs[:, column]
     terms = explained.system.inputs[column].terms
     marks = [p for t in terms for p in places(t.kind, t.parameters)]

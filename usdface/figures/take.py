@@ -1,4 +1,4 @@
-"""A processed take as one picture: how far off, which weights, how sure, which emotions."""
+"""Figure of a processed take: residuals, weights with deviations, emotions."""
 
 from collections.abc import Mapping
 from itertools import cycle
@@ -14,7 +14,7 @@ from usdface.takes import FloatArray
 
 __all__ = ["write_take_figure"]
 
-# One colour a region, told apart by the colour-blind: M. Okabe, K. Ito, 2008.
+# One colour for each region, distinguishable by the colour-blind: M. Okabe, K. Ito, 2008.
 _COLOURS = {
     "brows": "#0072B2",
     "eyes": "#56B4E9",
@@ -23,14 +23,16 @@ _COLOURS = {
     "mouth": "#D55E00",
     "jaw": "#CC79A7",
 }
+# Layout: shapes drawn at most, least range of a weight that is drawn, window of the RMS curves [s],
+# columns of the picture.
 _LARGEST = 28
 _MOVES = 0.02
-_STEADY = 0.25  # s
+_STEADY = 0.25
 _COLUMNS = 2000
 
 
 def write_take_figure(result: ShotResult, details: Mapping[str, Any], path: Path) -> None:
-    """Draw a take: residual of each region, the weights that move with their deviations, emotions.
+    """Draw a take: residual of each region, moving weights with their deviations, emotions.
 
     Raises
     ------
@@ -93,7 +95,7 @@ def _moving_rms(values: FloatArray, width: int) -> FloatArray:
 
 
 def _name_lines(axes: Any, place: Any) -> None:
-    """Put the legend of `axes` where `place` is, so that all time axes are as long."""
+    """Put the legend of `axes` into `place`, so that all time axes are equally long."""
     place.axis("off")
     place.legend(*axes.get_legend_handles_labels(), loc="upper left", fontsize=8, frameon=False)
 
@@ -128,7 +130,7 @@ def _draw_weights(axes: Any, result: ShotResult) -> tuple[list[str], Any]:
 
 
 def _thinned(rows: FloatArray) -> FloatArray:
-    """Return at most so many frames as a picture has columns, each the largest of its stretch."""
+    """Decimate frames to the columns of a picture, keeping the largest value of each stretch."""
     starts = np.linspace(0, len(rows), min(len(rows), _COLUMNS), endpoint=False).astype(int)
     return np.asarray(np.maximum.reduceat(rows, starts, axis=0)) if rows.size else rows
 

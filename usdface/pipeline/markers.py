@@ -73,7 +73,7 @@ def make_markers(
         mesh = character.mesh(setup.binding.mesh)
         setup = fit_setup(setup, mesh)[0]
     with progress.step("place"):
-        found = marker_places(mesh, setup.binding, options.count, options.noise)
+        found = marker_places(mesh, setup.binding, count=options.count, noise=options.noise)
     binding = found.binding(setup.binding)
     with progress.step("write"), all_or_none():
         if output:

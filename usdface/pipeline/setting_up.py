@@ -6,7 +6,6 @@ from typing import Any
 
 from usdface.errors import InputError
 from usdface.face.expression_poses import ActionPose
-from usdface.findings import Finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import StrPath
 from usdface.io.bind_file import read_bind
@@ -92,13 +91,16 @@ def set_up(
         _refuse_other_setups(stage, scope)
         character, findings = rig_of_stage(stage, rig, joints=True)
         recorded = _take_at(stage, take) if isinstance(take, str) else take
-        setup, notes = _binding(bind)
+        if bind is None or isinstance(bind, RetargetSetup):
+            setup = bind
+        else:
+            setup, more = read_bind(Path(bind))
+            findings += more
     with progress.step("bind"):
         shot, more = assemble_shot(
             character,
             recorded,
             setup=setup,
-            setup_findings=notes,
             binding=binding,
             calibration=calibration,
             poses=poses,
@@ -110,14 +112,6 @@ def set_up(
         author_shot(stage, scope, shot, take if isinstance(take, str) else "")
     summary = {"markers_bound": len(shot.setup.binding.markers), "scope": scope}
     return Result(shot, (), (*findings, *more), summary, seconds=progress.seconds)
-
-
-def _binding(
-    bind: StrPath | RetargetSetup | None,
-) -> tuple[RetargetSetup | None, list[Finding]]:
-    if bind is None or isinstance(bind, RetargetSetup):
-        return bind, []
-    return read_bind(Path(bind))
 
 
 def _refuse_other_setups(stage: Stage, scope: str) -> None:

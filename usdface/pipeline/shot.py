@@ -100,7 +100,8 @@ def make_shot(
         character, findings = read_rig(rig)
         take_stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(take_stage, take))
-        setup, setup_findings = read_bind(Path(bind)) if bind else (None, [])
+        setup, more = read_bind(Path(bind)) if bind else (None, [])
+        findings += more
         system, more = read_fuzzy_file(Path(fuzzy)) if fuzzy else (None, [])
         findings += more
     with progress.step("bind"):
@@ -108,7 +109,6 @@ def make_shot(
             character,
             recorded,
             setup=setup,
-            setup_findings=setup_findings,
             binding=binding,
             calibration=read_calibration_file(Path(calibration)) if calibration else None,
             poses=read_expressions_file(Path(expressions)) if expressions else None,

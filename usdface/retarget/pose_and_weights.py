@@ -13,6 +13,7 @@ import numpy as np
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.symmetry import symmetric_pairs
+from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.bounds import Bounds
@@ -24,7 +25,7 @@ from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
 from usdface.retarget_setup import RetargetSetup
-from usdface.takes import BoolArray, FloatArray, visible
+from usdface.takes import FloatArray, visible
 
 __all__ = ["PoseAndWeights", "solve_pose_and_weights"]
 
@@ -224,17 +225,8 @@ def _displaced(
     if not hidden.any():
         return displaced, observed
     if iterate is None:
-        return displaced, _bridged(observed, hidden, times)
+        return displaced, interpolate_gaps(observed, hidden, times)
     return displaced, np.where(hidden, rows.explained(iterate.weights), observed)
-
-
-def _bridged(observed: FloatArray, hidden: BoolArray, times: FloatArray) -> FloatArray:
-    """Fill the gaps of each column (F,) by straight lines in time."""
-    filled = observed.copy()
-    for column in np.flatnonzero(hidden.any(axis=0)):
-        gap = hidden[:, column]
-        filled[gap, column] = np.interp(times[gap], times[~gap], observed[~gap, column])
-    return filled
 
 
 def _rms(values: FloatArray) -> float:
