@@ -6,7 +6,6 @@ import numpy as np
 
 from usdface.blend_shape_evaluator import (
     BlendShapeEvaluator,
-    combinations_of,
     evaluator_of,
     with_combinations,
 )
@@ -158,9 +157,10 @@ def _prepared(
     model, notes = evaluator_of(mesh, points)
     if setup.solve.limits == "known":
         model = with_known_limits(model, mesh.shape_names)
+    combined = {mesh.shape_names[c.shape] for c in model.combinations}
     notes += [
         finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
         for pin in setup.pins
-        if pin.shape in combinations_of(model, mesh.shape_names)
+        if pin.shape in combined
     ]
     return take, setup, model, findings + notes

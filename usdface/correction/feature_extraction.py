@@ -124,7 +124,7 @@ def _drawn(mesh: Mesh, setup: RetargetSetup, weights: WeightsTake, sides: Sequen
     pairs = symmetric_pairs(mesh.shape_names)
 
     def drawn(shown: FloatArray) -> FloatArray:
-        return np.asarray(neutral + model.explained(shown).reshape(-1, *neutral.shape))
+        return np.asarray(neutral + model.displacements(shown).reshape(-1, *neutral.shape))
 
     if not len(pairs):
         faces = _halves(drawn(solved), neutral, neutral, names, setup.nose_tip, sides)

@@ -70,7 +70,7 @@ def solve_take(
     findings += pose_findings
 
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
-    model = model.at((3 * np.array(used)[:, None] + np.arange(3)).ravel())
+    model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
     if setup.calibration is not None:
         # The rig's own neutral is at rest, whatever the performer's is.
         rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
@@ -80,7 +80,7 @@ def solve_take(
         take.times, positions, target, model, space, pose, setup, shape_names
     )
     weights, displaced = joint.weights, joint.displaced
-    predicted = model.explained(weights).reshape(displaced.shape)
+    predicted = model.displacements(weights).reshape(displaced.shape)
     misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
     if take.dimension == 2:
         misfit[..., 2] = 0.0
