@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from usdface.correction.expression_layer import Character, design, express, parts_of
 from usdface.correction.feature_extraction import sided_features
 from usdface.face.expression_poses import ActionPose, expressions_for
-from usdface.face.layout import FaceParts
+from usdface.face.layout import FaceLayout
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
@@ -66,7 +66,7 @@ class Face:
     setup: RetargetSetup
     expressions: tuple[Expression, ...]
     system: FuzzySystem
-    parts: FaceParts
+    parts: FaceLayout
 
     @property
     def poses(self) -> FloatArray:

@@ -262,7 +262,7 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
     solution = animated.solve.solution
     weights = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
     read = (system, animated.take, mesh, shot.setup, weights, solution)
-    inputs = sided_features(*read, shot.parts.heard)
+    inputs = sided_features(*read, shot.parts.sides)
     heard = {side: (seen, evaluate(system, seen)) for side, seen in inputs.items()}
     whole, answer = heard.pop("both")
     shown = partial(_shown, system, shot.gains, shot.expressions)

@@ -91,7 +91,7 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         read = (shot.system, take, mesh, shot.setup, weights, solution)
         said = express(
             shot.system,
-            sided_features(*read, shot.parts.heard),
+            sided_features(*read, shot.parts.sides),
             names,
             complete,
             shot.expressions,

@@ -6,10 +6,10 @@ from slits import EXPRESSIONS, LID_GAP, LIP_GAP, slit_face
 
 from usdface.correction.contact import gaps_of, hold
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts, find_parts
+from usdface.face.layout import FaceLayout, find_layout
 
 FACE = slit_face()
-PARTS = find_parts(FACE, EXPRESSIONS, 0.0)
+PARTS = find_layout(FACE, EXPRESSIONS, 0.0)
 NAMES = FACE.shape_names
 POSES = np.array([e.pose(NAMES) for e in EXPRESSIONS])
 GAPS = gaps_of(FACE, PARTS, NAMES, POSES)
@@ -171,12 +171,12 @@ def test_a_correction_that_grows_smoothly_is_held_smoothly():
 
 
 def test_a_face_without_seams_is_not_held():
-    nothing = gaps_of(FACE, FaceParts(), NAMES, POSES)
+    nothing = gaps_of(FACE, FaceLayout(), NAMES, POSES)
     solved, wanted = random_corrections(20)
     np.testing.assert_array_equal(hold(solved, wanted, nothing)[0], wanted)
 
 
 def test_pairs_that_the_mesh_does_not_have_are_refused():
-    parts = FaceParts(lips=np.array([[0, 99_999]]))
+    parts = FaceLayout(lips=np.array([[0, 99_999]]))
     with pytest.raises(InputError, match="vertex 99999"):
         gaps_of(FACE, parts, NAMES, POSES)

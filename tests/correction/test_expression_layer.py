@@ -147,7 +147,7 @@ def played(slits, weights, **changes) -> Expressed:
     system = replace(system, **{k: v for k, v in changes.items() if k == "ease"})
     character = replace(character, **{k: v for k, v in changes.items() if k != "ease"})
     take = WeightsTake(SLITS.shape_names, np.arange(len(weights)) / 60, weights)
-    inputs = sided_features(system, take, SLITS, setup, take, None, character.parts.heard)
+    inputs = sided_features(system, take, SLITS, setup, take, None, character.parts.sides)
     return express(system, inputs, SLITS.shape_names, weights, EXPRESSIONS, character)
 
 

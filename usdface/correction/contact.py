@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts
+from usdface.face.layout import FaceLayout
 from usdface.rigs import Mesh
 from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
@@ -75,13 +75,13 @@ class Gaps:
         return -self.tolerance - close, self.tolerance + pressed + _SLOPE * ajar
 
 
-def gaps_of(mesh: Mesh, parts: FaceParts, names: tuple[str, ...], poses: FloatArray) -> Gaps:
+def gaps_of(mesh: Mesh, parts: FaceLayout, names: tuple[str, ...], poses: FloatArray) -> Gaps:
     """Measure the gaps along the seams of a face.
 
     Parameters
     ----------
     mesh : Mesh
-    parts : FaceParts
+    parts : FaceLayout
         Its pairs are of the mesh's vertices.
     names : tuple of str, length T
         Blend shapes in the order of the weights; the mesh may lack some.
@@ -125,7 +125,7 @@ def gaps_of(mesh: Mesh, parts: FaceParts, names: tuple[str, ...], poses: FloatAr
     return Gaps(tuple(seam), rest, by_shape, touch, floor, parts.tolerance)
 
 
-def _seams(mesh: Mesh, parts: FaceParts) -> list[tuple[str, IntArray]]:
+def _seams(mesh: Mesh, parts: FaceLayout) -> list[tuple[str, IntArray]]:
     lids = parts.lids
     x = mesh.points[lids, 0].mean(axis=1) if len(lids) else np.zeros(0)
     middle = (x.min(initial=np.inf) + x.max(initial=-np.inf)) / 2 if len(x) else 0.0

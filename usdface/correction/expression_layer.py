@@ -10,7 +10,7 @@ from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import correct, eased
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts, find_parts, pose_parts
+from usdface.face.layout import FaceLayout, find_layout, split_poses
 from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
@@ -42,13 +42,13 @@ class Character:
     ----------
     mesh : Mesh or None
         None: contact is not looked at.
-    parts : FaceParts
+    parts : FaceLayout
     gains : Gains or None
         None: those of the system and of the expressions, at all times.
     """
 
     mesh: Mesh | None = None
-    parts: FaceParts = field(default_factory=FaceParts)
+    parts: FaceLayout = field(default_factory=FaceLayout)
     gains: Gains | None = None
 
 
@@ -147,11 +147,11 @@ def adopt(
     return setup, findings
 
 
-def parts_of(mesh: Mesh, setup: RetargetSetup, expressions: Sequence[Expression]) -> FaceParts:
+def parts_of(mesh: Mesh, setup: RetargetSetup, expressions: Sequence[Expression]) -> FaceLayout:
     """Find the parts of a bound face; the nose tip is on its midline."""
     place = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     nose = place.get(setup.nose_tip)
-    return find_parts(mesh, expressions, 0.0 if nose is None else float(mesh.points[nose, 0]))
+    return find_layout(mesh, expressions, 0.0 if nose is None else float(mesh.points[nose, 0]))
 
 
 def express(
@@ -204,11 +204,11 @@ def _asked(
     answers: Mapping[Side, Evaluation],
     poses: FloatArray,
     names: tuple[str, ...],
-    parts: FaceParts,
+    parts: FaceLayout,
     gains: Gains,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return how strong each part of a pose is asked for (F, P), it (P, T), and its gain (F, P)."""
-    cut = pose_parts(poses, names, parts)
+    cut = split_poses(poses, names, parts)
     drive = {side: answer.outputs for side, answer in answers.items()}
     heard = drive["both"]
     if len(drive) > 1:

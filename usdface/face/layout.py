@@ -1,4 +1,4 @@
-"""Parts of a face: which shapes belong where, and where lips and lids touch.
+"""The layout of a face: which shapes belong where, and where lips and lids touch.
 
 `usdface shot` finds them on the rig and authors them, so that a shot can say otherwise.
 """
@@ -19,13 +19,13 @@ from usdface.retarget_setup import Expression
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, IntArray, frozen
 
-__all__ = ["FaceParts", "find_parts", "pose_parts"]
+__all__ = ["FaceLayout", "find_layout", "split_poses"]
 
 _NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class FaceParts:
+class FaceLayout:
     """Where the shapes of a rig are on its face.
 
     Attributes
@@ -61,8 +61,8 @@ class FaceParts:
             raise InputError(f"the contact tolerance is {self.tolerance}; expected 0 or more")
 
     @property
-    def heard(self) -> tuple[Side, ...]:
-        """The sides that a system is asked about: halves only where a shape belongs to one."""
+    def sides(self) -> tuple[Side, ...]:
+        """The sides that a system is evaluated for: halves only where a shape belongs to one."""
         return SIDES if self.left or self.right else ("both",)
 
     @property
@@ -80,11 +80,11 @@ def _check_once(where: str, lists: Sequence[tuple[str, ...]]) -> None:
         raise InputError(f"blend shape {twice[0]!r} is in {where}; name it in one")
 
 
-def find_parts(mesh: Mesh, expressions: Sequence[Expression], middle: float) -> FaceParts:
-    """Find the parts of a face on its rig; `middle` [m] is x of the midline."""
+def find_layout(mesh: Mesh, expressions: Sequence[Expression], middle: float) -> FaceLayout:
+    """Find the layout of a face on its mesh; `middle` [m] is x of the midline."""
     seams = find_lip_lid_contacts(mesh)
     left, right = sided_shapes(mesh, middle)
-    return FaceParts(
+    return FaceLayout(
         left,
         right,
         shape_regions(mesh, seams),
@@ -94,8 +94,8 @@ def find_parts(mesh: Mesh, expressions: Sequence[Expression], middle: float) -> 
     )
 
 
-def pose_parts(
-    poses: FloatArray, names: Sequence[str], parts: FaceParts
+def split_poses(
+    poses: FloatArray, names: Sequence[str], parts: FaceLayout
 ) -> list[tuple[int, Side, Region | None, FloatArray]]:
     """Cut expression poses into the parts that are driven on their own.
 
@@ -103,7 +103,7 @@ def pose_parts(
     ----------
     poses : (E, S) float64
     names : sequence of str, length S
-    parts : FaceParts
+    parts : FaceLayout
 
     Returns
     -------

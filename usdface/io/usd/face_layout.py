@@ -7,13 +7,13 @@ from pxr import Sdf, Usd, Vt
 
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts
+from usdface.face.layout import FaceLayout
 from usdface.io.usd.attributes import author, value_of
 from usdface.options import CONTACT_TOLERANCE, Region
 from usdface.schemas import tokens
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["read_gains", "read_parts", "write_parts"]
+__all__ = ["read_gains", "read_layout", "write_layout"]
 
 _NAMES = Sdf.ValueTypeNames
 _REGION_SHAPES: dict[Region, str] = {
@@ -28,7 +28,7 @@ _REGION_GAINS: dict[Region, str] = {
 }
 
 
-def write_parts(prim: Usd.Prim, parts: FaceParts, meters_per_unit: float) -> None:
+def write_layout(prim: Usd.Prim, parts: FaceLayout, meters_per_unit: float) -> None:
     """Author the parts of a face on its `UsdFaceRetarget` prim."""
     names = {tokens.LEFT_SHAPES: parts.left, tokens.RIGHT_SHAPES: parts.right}
     names |= {token: parts.regions.get(r, ()) for r, token in _REGION_SHAPES.items()}
@@ -42,7 +42,7 @@ def write_parts(prim: Usd.Prim, parts: FaceParts, meters_per_unit: float) -> Non
     author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
 
 
-def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
+def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
     """Read the parts of a face off its `UsdFaceRetarget` prim; what is not authored is empty.
 
     Raises
@@ -55,7 +55,7 @@ def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
         if len(opposed) % 2:
             raise InputError(f"{tokens.ANTAGONISTS} has {len(opposed)} entries; expected pairs")
         tolerance = value_of(prim, tokens.CONTACT_TOLERANCE, float)
-        return FaceParts(
+        return FaceLayout(
             _names(prim, tokens.LEFT_SHAPES),
             _names(prim, tokens.RIGHT_SHAPES),
             {region: _names(prim, token) for region, token in _REGION_SHAPES.items()},

@@ -9,11 +9,11 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts
+from usdface.face.layout import FaceLayout
 from usdface.findings import Finding, finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.face_layout import read_gains, read_parts, write_parts
+from usdface.io.usd.face_layout import read_gains, read_layout, write_layout
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import unread_settings
@@ -79,7 +79,7 @@ class Shot:
     expressions: tuple[Expression, ...]
     prims: ShotPrims
     metrics: Metrics
-    parts: FaceParts = field(default_factory=FaceParts)
+    parts: FaceLayout = field(default_factory=FaceLayout)
     gains: Gains = field(default_factory=Gains)
 
 
@@ -90,7 +90,7 @@ def write_shot(
     setup: RetargetSetup,
     system: FuzzySystem | None,
     expressions: Sequence[Expression],
-    parts: FaceParts | None = None,
+    parts: FaceLayout | None = None,
 ) -> None:
     """Write a shot that references `rig` and `take` and holds the setup.
 
@@ -121,7 +121,7 @@ def write_shot(
     write_setup(stage, "/Shot/Retarget", setup, targets)
     if parts is not None:
         unit = metrics_of(stage).meters_per_unit
-        write_parts(stage.GetPrimAtPath("/Shot/Retarget"), parts, unit)
+        write_layout(stage.GetPrimAtPath("/Shot/Retarget"), parts, unit)
     # On a layer that no stage composes, because the paths are relative to where it will lie.
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.TransferContent(stage.GetRootLayer())
@@ -211,7 +211,7 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     ]
     expressions = read_expressions(posed)
     metrics = metrics_of(stage)
-    parts = read_parts(prim, metrics.meters_per_unit)
+    parts = read_layout(prim, metrics.meters_per_unit)
     gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
     prims = _animated(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
