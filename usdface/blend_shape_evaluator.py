@@ -259,7 +259,7 @@ def evaluator_of(mesh: Mesh, vertices: IntArray) -> tuple[BlendShapeEvaluator, l
         finding("COMBINATION_IGNORED", mesh.shape_names[c.shape], "it builds on itself or nothing")
         for c in circular
     ]
-    offsets = mesh.offsets_at(vertices).reshape(len(mesh.shapes), -1)
+    offsets = mesh.offsets_at(vertices).reshape(len(mesh.shapes), 3 * len(vertices))
     pairs = np.array(limits, np.int64).reshape(-1, 2)
     return BlendShapeEvaluator(offsets, paths, ordered, pairs), findings
 

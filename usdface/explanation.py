@@ -14,6 +14,7 @@ from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import respond
 from usdface.correction.temporal_blend import blend_frames
 from usdface.errors import InputError
+from usdface.face.bound_face import bound_face
 from usdface.face.mirror import Side
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.membership import membership
@@ -261,8 +262,15 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
     mesh = shot.rig.mesh(shot.setup.binding.mesh)
     solution = animated.solve.solution
     weights = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
-    read = (system, animated.take, mesh, shot.setup, weights, solution)
-    inputs = sided_features(*read, shot.parts.sides)
+    face = bound_face(mesh, shot.setup, layout=shot.parts)
+    inputs = sided_features(
+        system,
+        face,
+        animated.take,
+        weights=weights,
+        solution=solution,
+        sides=shot.parts.sides,
+    )
     heard = {side: (seen, evaluate(system, seen)) for side, seen in inputs.items()}
     whole, answer = heard.pop("both")
     shown = partial(_shown, system, shot.gains, shot.expressions)

@@ -7,9 +7,10 @@ import numpy as np
 
 from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.blend_shape_evaluator import with_combinations
-from usdface.correction.expression_layer import Character, express
+from usdface.correction.expression_layer import express
 from usdface.correction.feature_extraction import sided_features
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace, bound_face
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.animation import Animation, complete_weights
@@ -74,29 +75,38 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         take, cleaned, findings = clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
     with steps("solve"):
-        weights, solution, more = solve(take, shot.setup, mesh, shot.rig.shape_names, cleaned)
+        face = bound_face(mesh, shot.setup, layout=shot.parts, rig_shapes=shot.rig.shape_names)
+        weights, solution, more = solve(take, face, shot.setup, cleaned=cleaned)
         findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
         others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
         complete = bent_to_pins(others, names, take.times, complete)
         repairs = cleaned.repairs if cleaned else ()
         solved = Animation(
-            names, complete, solution, {}, repairs, _motion(shot, mesh, solution, options)
+            names, complete, solution, {}, repairs, _motion(shot, face, solution, options)
         )
     if not options.express:
         return _animated(shot, solved, None, findings)
     if shot.system is None or not shot.expressions:
         return _animated(shot, solved, None, [*findings, finding("EXPRESS_SKIPPED", "")])
     with steps("express"):
-        read = (shot.system, take, mesh, shot.setup, weights, solution)
+        inputs = sided_features(
+            shot.system,
+            face,
+            take,
+            weights=weights,
+            solution=solution,
+            sides=face.layout.sides,
+        )
         said = express(
             shot.system,
-            sided_features(*read, shot.parts.sides),
-            names,
-            complete,
-            shot.expressions,
-            Character(mesh, shot.parts, shot.gains),
-            take.times,
+            inputs,
+            face,
+            names=names,
+            weights=complete,
+            expressions=shot.expressions,
+            gains=shot.gains,
+            times=take.times,
         )
         corrected = kept_at_pins(shot.setup.pins, names, take.times, complete, said.weights)
         corrected = with_combinations(mesh, names, corrected)
@@ -114,14 +124,13 @@ def _as_told(setup: RetargetSetup, options: ProcessOptions) -> RetargetSetup:
 
 
 def _motion(
-    shot: Shot, mesh: Mesh, solution: Solution | None, options: ProcessOptions
+    shot: Shot, face: BoundFace, solution: Solution | None, options: ProcessOptions
 ) -> Pose | None:
     setup = shot.setup
     wanted = options.head and setup.move_head and setup.head != "stabilised"
     if solution is None or not (wanted and solution.in_space):
         return None
-    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    target = mesh.points[[vertex[name] for name in solution.markers]]
+    target = face.mesh.points[face.vertices_of(solution.markers)]
     times = solution.weights.times
     seen = ~np.isnan(solution.distances)
     if setup.head == "markers" and isinstance(shot.take, MarkerTake):

@@ -5,6 +5,7 @@ import pytest
 from curved_world import COMBINED, make_curved_world
 from slits import EXPRESSIONS, slit_face
 
+from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.layout import find_layout
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -41,7 +42,9 @@ def test_the_nose_tip_is_on_the_midline() -> None:
     assert FACE.markers[FACE.nose] == "nose"
     assert FACE.midline == MESH.points[WORLD.points["nose"], 0]
     without = replace(FACE, nose_tip="")
-    assert without.nose is None and without.midline == 0.0
+    assert without.midline == 0.0
+    with pytest.raises(InputError, match="no nose tip"):
+        _ = without.nose
 
 
 def test_its_layout_is_found_on_the_mesh() -> None:

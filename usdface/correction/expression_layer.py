@@ -1,16 +1,18 @@
 """The expression layer over solved weights: designed for a rig, and at work."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.correction.contact import Gaps, gaps_of, hold
+from usdface.correction.contact import hold
 from usdface.correction.gains import Gains
+from usdface.correction.gaps import Gaps, gaps_of
 from usdface.correction.pose_blend import correct, eased
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
-from usdface.face.layout import FaceLayout, find_layout, split_poses
+from usdface.face.bound_face import BoundFace
+from usdface.face.layout import FaceLayout, split_poses
 from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
@@ -18,38 +20,17 @@ from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE, CorrectionOptions
 from usdface.retarget_setup import Expression, RetargetSetup
-from usdface.rigs import Mesh
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
 from usdface.takes import FloatArray
 
 __all__ = [
-    "Character",
     "Expressed",
     "adopt",
     "design",
     "express",
     "expression_poses",
-    "parts_of",
 ]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Character:
-    """What a correction respects on a character besides its weights.
-
-    Attributes
-    ----------
-    mesh : Mesh or None
-        None: contact is not looked at.
-    parts : FaceLayout
-    gains : Gains or None
-        None: those of the system and of the expressions, at all times.
-    """
-
-    mesh: Mesh | None = None
-    parts: FaceLayout = field(default_factory=FaceLayout)
-    gains: Gains | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,38 +55,27 @@ class Expressed:
 
 
 def design(
-    mesh: Mesh,
-    setup: RetargetSetup,
-    expressions: Sequence[Expression],
-    correction: CorrectionOptions,
-) -> tuple[FuzzySystem | None, RetargetSetup, list[Finding]]:
+    face: BoundFace, expressions: Sequence[Expression], correction: CorrectionOptions
+) -> tuple[FuzzySystem | None, dict[str, str], list[Finding]]:
     """Design the default system from the expression poses, on the bound markers.
 
     Returns
     -------
     FuzzySystem or None
         None without markers or expressions.
-    RetargetSetup
-        With the roles that the system's variables name; those it has already win.
+    dict of str to str
+        Role to marker: those of the face, and those that the system's variables name besides.
     list of Finding
         EXPRESS_SKIPPED where there is no system.
     """
-    points = setup.binding.points
-    if not len(points) or not expressions:
-        reason = "the rig's shapes make no expression" if len(points) else "no marker is bound"
+    roles = dict(face.roles)
+    if not face.markers or not expressions:
+        reason = "the rig's shapes make no expression" if face.markers else "no marker is bound"
         message = f"{reason}, so there are no rules and no express layer"
-        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path, message)]
-    system, roles, findings = design_system(
-        setup.binding.markers,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
-        expressions,
-        setup.nose_tip,
-        MARKER_NOISE,
-    )
+        return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message)]
+    system, read, findings = design_system(face, expressions, MARKER_NOISE)
     system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
-    return system, replace(setup, roles=roles | dict(setup.roles)), findings
+    return system, read | roles, findings
 
 
 def adopt(
@@ -147,53 +117,61 @@ def adopt(
     return setup, findings
 
 
-def parts_of(mesh: Mesh, setup: RetargetSetup, expressions: Sequence[Expression]) -> FaceLayout:
-    """Find the parts of a bound face; the nose tip is on its midline."""
-    place = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    nose = place.get(setup.nose_tip)
-    return find_layout(mesh, expressions, 0.0 if nose is None else float(mesh.points[nose, 0]))
-
-
 def express(
     system: FuzzySystem,
     inputs: Mapping[Side, FloatArray],
+    face: BoundFace,
+    *,
     names: tuple[str, ...],
     weights: FloatArray,
     expressions: Sequence[Expression],
-    character: Character = Character(),
+    gains: Gains | None = None,
     times: FloatArray | None = None,
 ) -> Expressed:
-    """Correct weights (F, T) of shapes `names` by what the system reads off a face.
+    """Correct weights by the features of a face.
 
-    The `inputs` (F, I) are those of "both" sides (`usdface.correction.feature_extraction`). Shapes
-    of the left and the right half follow the inputs of theirs, if there are any. What is raised is
-    blended in over the system's blend time if the frames have `times` (F,) [s]; otherwise each
-    frame is corrected on its own.
+    Parameters
+    ----------
+    system : FuzzySystem
+    inputs : mapping of "both", "left", "right" to (F, I) float64
+        `usdface.correction.feature_extraction`. Shapes of the left and the right half follow the
+        inputs of theirs, if there are any.
+    face : BoundFace
+        Of its layout, sides and regions say which shapes follow which answer; contact is kept
+        where it has lips and lids.
+    names : tuple of str, length T
+    weights : (F, T) float64
+        Solved weights of shapes `names`.
+    expressions : sequence of Expression
+    gains : Gains, optional
+        Without them those of the system and of the expressions, at all times.
+    times : (F,) float64 [s], optional
+        With them the correction is blended in over the system's blend time; otherwise each frame
+        is corrected on its own.
     """
-    parts = character.parts
+    layout = face.layout
     poses, findings = expression_poses(system, names, expressions)
     findings += [
         finding("SHAPE_UNKNOWN", name, "a side, region or antagonist of the shot names it")
-        for name in parts.shapes
+        for name in layout.shapes
         if name not in names
     ]
     answers = {side: evaluate(system, read) for side, read in inputs.items()}
-    gains = character.gains or Gains.constant(system.gain, expressions)
-    asked = _asked(system, answers, poses, names, parts, gains)
+    gains = gains or Gains.constant(system.gain, expressions)
+    asked = _asked(system, answers, poses, names, layout, gains)
     how = (system.mode, gains.system, system.response)
     begun = weights
     if system.ease > 0:
         raised = correct(np.zeros(weights.shape), *asked, *how)
-        begun = eased(weights, raised, names, parts.antagonists, system.ease)
+        begun = eased(weights, raised, names, layout.antagonists, system.ease)
     corrected = correct(begun, *asked, *how)
     over = 0
     if system.mode == "raise" and times is not None:
         over = blend_frames(times, system.blend_time)
         corrected = blended_in(begun, corrected, over)
-    if character.mesh is not None:
-        gaps = gaps_of(character.mesh, parts, names, poses)
-        corrected, more = _in_contact(weights, corrected, gaps, over)
-        findings += more
+    gaps = gaps_of(face, names, poses)
+    corrected, more = _in_contact(weights, corrected, gaps, over)
+    findings += more
     heard = answers["both"]
     emotions = dict(zip(system.emotions, heard.outputs.T, strict=True))
     return Expressed(corrected, emotions, heard.firing, rule_findings(system) + findings)
@@ -204,11 +182,11 @@ def _asked(
     answers: Mapping[Side, Evaluation],
     poses: FloatArray,
     names: tuple[str, ...],
-    parts: FaceLayout,
+    layout: FaceLayout,
     gains: Gains,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return how strong each part of a pose is asked for (F, P), it (P, T), and its gain (F, P)."""
-    cut = split_poses(poses, names, parts)
+    cut = split_poses(poses, names, layout)
     drive = {side: answer.outputs for side, answer in answers.items()}
     heard = drive["both"]
     if len(drive) > 1:

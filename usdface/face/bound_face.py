@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.errors import InputError
 from usdface.face.layout import FaceLayout, find_layout
 from usdface.findings import Finding
 from usdface.retarget_setup import Expression, RetargetSetup
@@ -61,14 +62,25 @@ class BoundFace:
         return MappingProxyType(dict(zip(self.markers, self.vertices.tolist(), strict=True)))
 
     @cached_property
-    def nose(self) -> int | None:
-        """Which marker is the nose tip; None where there is none."""
-        return self.markers.index(self.nose_tip) if self.nose_tip in self.markers else None
+    def nose(self) -> int:
+        """Which marker is the nose tip.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if self.nose_tip not in self.markers:
+            raise InputError(
+                f"no nose tip: there is no marker {self.nose_tip!r} among {', '.join(self.markers)}"
+            )
+        return self.markers.index(self.nose_tip)
 
     @property
     def midline(self) -> float:
         """X of the face's midline [m]: that of the nose tip, 0 without one."""
-        return 0.0 if self.nose is None else float(self.neutral[self.nose, 0])
+        there = self.nose_tip in self.markers
+        return float(self.neutral[self.nose, 0]) if there else 0.0
 
     @cached_property
     def neutral(self) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.face.bound_face import bound_face
 from usdface.io.atomic import check_place, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.usd.layers import open_shot
@@ -35,7 +36,8 @@ def calibrate(
         shot, findings = read_shot(stage, str(path))
     with steps("calibrate"):
         mesh = shot.rig.mesh(shot.setup.binding.mesh)
-        found, more = calibrate_face(shot.take, shot.setup, mesh, extremes)
+        face = bound_face(mesh, shot.setup)
+        found, more = calibrate_face(shot.take, face, shot.setup, extremes=extremes)
     with steps("write"):
         text = calibration_json(found.calibration, found.deviations, found.peaks)
         write_text(output, text)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
 from usdface.io.atomic import check_place, write_text
@@ -17,9 +18,9 @@ from usdface.io.usd.stage import files_of, open_stage
 from usdface.options import FitOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
-from usdface.retarget_setup import Expression, fit_setup
+from usdface.retarget_setup import Expression, RetargetSetup, fit_setup
 from usdface.rule_learning.fitting import Fitted, fit_labelled, fit_rig
-from usdface.rule_learning.labelled_takes import Face, examples_of
+from usdface.rule_learning.labelled_takes import examples_of
 
 __all__ = ["fit_fuzzy"]
 
@@ -62,12 +63,14 @@ def fit_fuzzy(
     for place in places:
         check_place(place, *given)
     with steps("read"):
-        face, expressions, findings, files = _face(source, bind)
+        face, setup, expressions, findings, files = _face(source, bind)
         stretches = read_labels(labels) if labels else ()
         for place in places:
             check_place(place, *files, *{label.take for label in stretches})
     if labels:
-        labelled, more = examples_of(stretches, face, read_any_take, options, steps)
+        labelled, more = examples_of(
+            stretches, face, setup, read=read_any_take, options=options, steps=steps
+        )
         findings += more
     with steps("fit"):
         fitted = (
@@ -84,7 +87,7 @@ def fit_fuzzy(
 
 def _face(
     source: Path, bind: Path | None
-) -> tuple[Face, tuple[Expression, ...], list[Finding], list[Path]]:
+) -> tuple[BoundFace, RetargetSetup, tuple[Expression, ...], list[Finding], list[Path]]:
     """Read the face of a shot, or of a rig and a binding, its expression poses, and the files."""
     if bind is None:
         stage = open_shot(source)
@@ -99,4 +102,5 @@ def _face(
         findings += more
     mesh = rig.mesh(setup.binding.mesh)
     setup, more = fit_setup(setup, mesh)
-    return Face(mesh, rig.shape_names, setup), expressions, findings + more, files
+    face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
+    return face, setup, expressions, findings + more, files

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from usdface.binding.resolve_binding import bound_setup, proposal_summary
-from usdface.correction.expression_layer import adopt, design, parts_of
+from usdface.correction.expression_layer import adopt, design
+from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
 from usdface.fuzzy.lint import rule_findings
@@ -76,7 +77,7 @@ def make_shot(
         expressions, more = expressions_for(character.shape_names, posed)
         findings += more
         system, setup, more = _corrector(mesh, setup, expressions, fuzzy, correction or {})
-        parts = parts_of(mesh, setup, expressions) if system else None
+        parts = bound_face(mesh, setup).with_layout(expressions).layout if system else None
         findings += more
     with steps("write"):
         write_shot(output, rig, take, setup, system, expressions, parts)
@@ -100,8 +101,9 @@ def _corrector(
     """Return the fuzzy system of a file, or one designed for the rig, and the setup with it."""
     correction = CorrectionOptions(**told)  # what cannot be is refused
     if fuzzy is None:
-        return design(mesh, setup, expressions, correction)
-    system, findings = read_fuzzy_file(fuzzy)
-    findings += rule_findings(system)
-    setup, more = adopt(system, setup, expressions, str(fuzzy))
-    return replace(system, **told), setup, findings + more
+        system, roles, findings = design(bound_face(mesh, setup), expressions, correction)
+        return system, replace(setup, roles=roles), findings
+    given, findings = read_fuzzy_file(fuzzy)
+    findings += rule_findings(given)
+    setup, more = adopt(given, setup, expressions, str(fuzzy))
+    return replace(given, **told), setup, findings + more

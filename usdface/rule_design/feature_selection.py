@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.rule_design.negative_conditions import FIRES, Ramp, exclude, ramp_degree
 from usdface.takes import BoolArray, FloatArray, IntArray
 
@@ -88,7 +89,7 @@ def single_movements(shape_names: Sequence[str]) -> FloatArray:
 
 
 def paired_movements(
-    shape_names: Sequence[str], single: FloatArray, features: FloatArray
+    shape_names: Sequence[str], single: FloatArray, features: BlendShapeEvaluator
 ) -> FloatArray:
     """Return two of the `single_movements` at a time, of those that move the markers most: (P, S).
 
@@ -96,12 +97,12 @@ def paired_movements(
     ----------
     shape_names : sequence of str, length S
     single : (N, S) float64
-    features : (S, I) float64 [m]
-        Of each blend shape at weight 1.
+    features : BlendShapeEvaluator
+        Of the features, N = I.
     """
     sided = (single[len(shape_names) :] > 0).any(axis=0)
     whole = single[~((single.sum(axis=1) == 1) & (single @ sided > 0))]
-    paired = np.argsort(-np.abs(whole @ features).sum(axis=1), kind="stable")[:_PAIRED]
+    paired = np.argsort(-np.abs(_shown(features, whole)).sum(axis=1), kind="stable")[:_PAIRED]
     first, second = (paired[i] for i in np.triu_indices(len(paired), k=1))
     return np.asarray(whole[first] + whole[second])
 
@@ -111,7 +112,7 @@ def choose_features(
     poses: FloatArray,
     single: FloatArray,
     paired: FloatArray,
-    features: FloatArray,
+    features: BlendShapeEvaluator,
     noise: FloatArray,
     upper: BoolArray,
 ) -> Choice:
@@ -126,14 +127,14 @@ def choose_features(
     single, paired : (N, S), (P, S) float64
         What a face may do without meaning an emotion, see `single_movements` and
         `paired_movements`. What contains the whole expression is no rival.
-    features : (S, I) float64 [m]
-        Of each blend shape at weight 1.
+    features : BlendShapeEvaluator
+        Of the features, N = I.
     noise : (I,) float64 [m]
         Standard deviation of each feature.
     upper : (I,) bool
         Features of markers above the nose tip.
     """
-    own = poses[index] @ features
+    own = _shown(features, poses[index : index + 1])[0]
     full = np.abs(own)
     foot = np.sign(own) * np.maximum(_DEAD_ZONE * noise, _LEAST_DEAD_ZONE * full)
     usable = np.flatnonzero(full > np.maximum(_LEAST_SIGNAL * noise, _LEAST_MOTION))
@@ -141,9 +142,9 @@ def choose_features(
         return Choice({}, (), ())
     others = np.delete(np.arange(len(poses)), index)
     alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
-    varied = (poses[others][:, None] + single).reshape(-1, len(features))
+    varied = (poses[others][:, None] + single).reshape(-1, poses.shape[1])
     varied = varied[(varied < poses[index]).any(axis=1)]
-    rivals = np.concatenate([poses[others], alone, both, varied]) @ features[:, usable]
+    rivals = _shown(features.select(usable), np.concatenate([poses[others], alone, both, varied]))
     degrees = ramp_degree(rivals, foot[usable], _TOP * own[usable])
     costs = (
         _OTHER_EXPRESSION,
@@ -157,12 +158,17 @@ def choose_features(
     chosen += _unread_half(chosen, full[usable], noisy, upper[usable])
     ramps = {int(i): (float(foot[i]), _TOP * float(own[i])) for i in usable[chosen]}
     firing = degrees[: len(others), chosen].min(axis=1)
-    moved = poses[others] @ features
-    excluded, firing = exclude(own, moved, firing, ramps, single @ features, noise)
+    moved = _shown(features, poses[others])
+    excluded, firing = exclude(own, moved, firing, ramps, _shown(features, single), noise)
     partly = (firing > FIRES) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
     confused = map(int, others[firing > _CONFUSED])
     return Choice(ramps, excluded, tuple(confused), tuple(shared))
+
+
+def _shown(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:
+    """Return the features of faces with some weights (N, S): (N, I) [m]."""
+    return features.displacements(features.combined(weights))
 
 
 def _cheapest(
