@@ -25,7 +25,6 @@ from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
-from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["Animated", "animate"]
@@ -151,9 +150,9 @@ def _animated(
         summary["head moves"] = shot.prims.head.name
     details: dict[str, Any] = {}
     if solve.solution is not None:
-        mesh = shot.rig.mesh(shot.setup.binding.mesh)
-        free = _free_places(mesh, shot.setup, solve.solution)
-        report = solve_report(mesh, shot.setup, solve.solution, free.vertices, free.room)
+        face = bound_face(shot.rig.mesh(shot.setup.binding.mesh), shot.setup)
+        free = _free_places(face, solve.solution)
+        report = solve_report(face, shot.setup, solve.solution, free=free.vertices, room=free.room)
         findings, details = findings + report.findings, report.details
         residual = 1000.0 * solve.solution.residual
         summary |= {
@@ -177,11 +176,9 @@ def _animated(
     return Animated(solve, express, shot.take, findings, summary, details)
 
 
-def _free_places(mesh: Mesh, setup: RetargetSetup, solution: Solution) -> FreePlaces:
-    bound = zip(setup.binding.markers, setup.binding.points.tolist(), strict=True)
-    used = [vertex for name, vertex in bound if name in solution.markers]
+def _free_places(face: BoundFace, solution: Solution) -> FreePlaces:
     try:
-        return free_places(mesh, np.array(used, dtype=np.int64))
+        return free_places(face.mesh, face.vertices_of(solution.markers))
     except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
         return FreePlaces(np.zeros(0, dtype=np.int64), 0.0)
 

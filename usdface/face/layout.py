@@ -13,8 +13,8 @@ from usdface.errors import InputError
 from usdface.face.antagonists import antagonists
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.mirror import SIDES, Side, sided_shapes
-from usdface.face.regions import shape_regions
-from usdface.options import CONTACT_TOLERANCE, REGIONS, Region
+from usdface.face.regions import GAIN_REGIONS, GainRegion, shape_regions
+from usdface.options import CONTACT_TOLERANCE
 from usdface.retarget_setup import Expression
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, IntArray, frozen
@@ -45,7 +45,7 @@ class FaceLayout:
 
     left: tuple[str, ...] = ()
     right: tuple[str, ...] = ()
-    regions: Mapping[Region, tuple[str, ...]] = field(default_factory=dict)
+    regions: Mapping[GainRegion, tuple[str, ...]] = field(default_factory=dict)
     antagonists: tuple[tuple[str, str], ...] = ()
     lips: IntArray = field(default_factory=_NO_PAIRS.copy)
     lids: IntArray = field(default_factory=_NO_PAIRS.copy)
@@ -96,7 +96,7 @@ def find_layout(mesh: Mesh, expressions: Sequence[Expression], middle: float) ->
 
 def split_poses(
     poses: FloatArray, names: Sequence[str], parts: FaceLayout
-) -> list[tuple[int, Side, Region | None, FloatArray]]:
+) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
     """Cut expression poses into the parts that are driven on their own.
 
     Parameters
@@ -118,7 +118,7 @@ def split_poses(
     cut = []
     for row, pose in enumerate(poses):
         for half in SIDES:
-            for where in (None, *REGIONS):
+            for where in (None, *GAIN_REGIONS):
                 part = np.where((of_side == half) & (of_region == (where or "")), pose, 0.0)
                 if part.any():
                     cut.append((row, half, where, part))

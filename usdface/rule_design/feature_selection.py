@@ -5,21 +5,18 @@ A feature is one marker's displacement along one axis, relative to the nose tip;
 look like the expression: another expression, or a movement that means none.
 """
 
-import re
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.symmetry import mirrored_pairs
 from usdface.rule_design.negative_conditions import FIRES, Ramp, exclude, ramp_degree
 from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
 
-# What the names of a shape on either side differ in: mouthSmileLeft, mouthSmile_L, eye-left-slit.
-_SIDE = re.compile(r"(?i)left|right|(?<=[_.\- ])[lr]$|^[lr](?=[_.\- ])")
 # In standard deviations of a feature's noise.
 _DEAD_ZONE = 0.1
 _LEAST_SIGNAL = 4.0
@@ -79,13 +76,10 @@ class Choice:
 
 
 def single_movements(shape_names: Sequence[str]) -> FloatArray:
-    """Return each blend shape alone, and those that differ only in their side together: (N, S)."""
+    """Return each blend shape alone, and those of both sides together: (N, S)."""
     alone = np.eye(len(shape_names))
-    groups: dict[str, list[int]] = defaultdict(list)
-    for i, name in enumerate(shape_names):
-        groups[_SIDE.sub("*", name)].append(i)
-    both = [alone[group].sum(axis=0) for group in groups.values() if len(group) > 1]
-    return np.concatenate([alone, np.reshape(both, (len(both), len(alone)))])
+    both = alone[mirrored_pairs(tuple(shape_names))].sum(axis=1)
+    return np.concatenate([alone, both])
 
 
 def paired_movements(

@@ -7,6 +7,8 @@ from pxr import Gf, Sdf, Usd, UsdSkel, Vt
 
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
+from usdface.face.bound_face import bound_face
+from usdface.face.region_residuals import region_residuals
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.head_motion import author_head
 from usdface.io.usd.shot import Shot, ShotPrims
@@ -15,7 +17,6 @@ from usdface.io.usd.stage import (
     to_si,
 )
 from usdface.retarget.head_joint import matrices_of
-from usdface.retarget.regions import region_residuals
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
 from usdface.takes import FloatArray
@@ -198,8 +199,8 @@ def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
     unit = shot.metrics.meters_per_unit
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
     _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
-    mesh, binding = shot.rig.mesh(shot.setup.binding.mesh), shot.setup.binding
-    for region, curve in region_residuals(mesh, binding, solution).items():
+    face = bound_face(shot.rig.mesh(shot.setup.binding.mesh), shot.setup)
+    for region, curve in region_residuals(face, solution.markers, solution.distances).items():
         name = tokens.RESIDUAL_PREFIX + region
         _attribute(prim, name, Sdf.ValueTypeNames.Float)
         _samples(layer, prim, name, codes, _floats(curve / unit))

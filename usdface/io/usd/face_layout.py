@@ -8,20 +8,21 @@ from pxr import Sdf, Usd, Vt
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
 from usdface.face.layout import FaceLayout
+from usdface.face.regions import GainRegion
 from usdface.io.usd.attributes import author, value_of
-from usdface.options import CONTACT_TOLERANCE, Region
+from usdface.options import CONTACT_TOLERANCE
 from usdface.schemas import tokens
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["read_gains", "read_layout", "write_layout"]
 
 _NAMES = Sdf.ValueTypeNames
-_REGION_SHAPES: dict[Region, str] = {
+_REGION_SHAPES: dict[GainRegion, str] = {
     "brows": tokens.BROWS_SHAPES,
     "eyes": tokens.EYES_SHAPES,
     "mouth": tokens.MOUTH_SHAPES,
 }
-_REGION_GAINS: dict[Region, str] = {
+_REGION_GAINS: dict[GainRegion, str] = {
     "brows": tokens.BROWS_GAIN,
     "eyes": tokens.EYES_GAIN,
     "mouth": tokens.MOUTH_GAIN,
@@ -78,7 +79,7 @@ def read_gains(
     InputError
         If a gain is not a number, or below 0; the message names the prim.
     """
-    regions: dict[Region, FloatArray] = {}
+    regions: dict[GainRegion, FloatArray] = {}
     overall = np.ones(1)
     if system is not None:
         overall = _curve(system, tokens.GAIN, codes)
