@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,12 @@ def test_of_several_inbetweens_at_one_weight_the_first_counts() -> None:
     shape = blink((0.5, 0.9), (0.5, 0.2), (1.0, 0.3), (0.0, 0.3), (0.25, 0.4))
     assert [b.name for b in distinct_inbetweens(shape)] == ["i4", "i0"]
     assert inbetween_path(shape).weights.tolist() == [0.0, 0.25, 0.5, 1.0]
+
+
+def test_a_share_of_the_whole_shape_has_a_weight_on_the_path() -> None:
+    shares = np.array([0.0, 0.45, 0.9, 0.975, 1.0])
+    np.testing.assert_allclose(PATH.weights_of(shares), [0.0, 0.25, 0.5, 0.875, 1.0])
+    back = inbetween_path(blink((0.3, 1.2)))  # overshoots, and comes back
+    assert back.weights_of(np.array([0.6, 1.0])) == pytest.approx([0.15, 0.25])
+    still = replace(PATH, displacements=0.0 * PATH.displacements)
+    assert still.weights_of(shares).tolist() == shares.tolist()

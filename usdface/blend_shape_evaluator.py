@@ -180,6 +180,17 @@ class BlendShapeEvaluator:
             result += path.at(own) - np.outer(own, self.offsets[path.shape])
         return np.asarray(result)
 
+    def from_linear(self, weights: FloatArray) -> FloatArray:
+        """Return weights (F, S) that move about as far as others do linearly, each on its path.
+
+        For a first answer, or a small one, of a linear solve: inbetweens are taken by how far they
+        lie along their shape, and combination shapes are left to their parents.
+        """
+        result = weights.copy()
+        for path in self.inbetweens:
+            result[:, path.shape] = path.weights_of(weights[:, path.shape])
+        return self.combined(result)
+
     def gradient(self, weights: FloatArray, residuals: FloatArray) -> FloatArray:
         """Return J'r for the free weights, J the Jacobian of `displacements`: (F, P).
 

@@ -66,6 +66,19 @@ class InbetweenPath:
         chord = (self.at(end) - self.at(start)) / np.where(apart, change, 1.0)[:, None]
         return np.where(apart[:, None], chord, self.slopes[self.stretch(end)[0]])
 
+    def weights_of(self, shares: FloatArray) -> FloatArray:
+        """Return the weights (F,) at which the path is as far along the whole shape as `shares`.
+
+        The first ones, where it comes to the same place again; within the knots. The shares
+        themselves, if the whole shape moves nothing.
+        """
+        whole = self.displacements[self.weights == 1][0]
+        size = float(whole @ whole)
+        if not size > 0:
+            return shares
+        along = self.displacements @ whole / size
+        return np.interp(shares, np.maximum.accumulate(along), self.weights)
+
     @property
     def slopes(self) -> FloatArray:
         """Slope of each stretch: (K - 1, N) [m]."""

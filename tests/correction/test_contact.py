@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from deformed import deformed
 from scipy.optimize import minimize
 from slits import EXPRESSIONS, bent_slit_face, slit_face
 
@@ -32,13 +33,13 @@ def raised(solved: np.ndarray, **shapes: float) -> np.ndarray:
 
 def lip_gap(w: np.ndarray) -> np.ndarray:
     """The gap of each pair of lip vertices on the deformed mesh: (P,) [m]."""
-    points = FACE.deformed(w[0])
+    points = deformed(FACE, w[0])
     upper, lower = points[PARTS.lips].swapaxes(0, 1)
     return upper[:, 1] - lower[:, 1]
 
 
 def lid_gap(w: np.ndarray) -> np.ndarray:
-    upper, lower = FACE.deformed(w[0])[PARTS.lids].swapaxes(0, 1)
+    upper, lower = deformed(FACE, w[0])[PARTS.lids].swapaxes(0, 1)
     return upper[:, 1] - lower[:, 1]
 
 

@@ -45,4 +45,5 @@ def performed(
         replace(p, displacements=gains[p.shape] * p.displacements) for p in model.inbetweens
     )
     scaled = gains[:, None] * model.offsets
+    # Offsets are shares of the whole shapes, as they are found: no weights on a path.
     return replace(model, offsets=scaled, inbetweens=paths), offsets @ model.offsets
