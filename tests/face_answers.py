@@ -179,7 +179,7 @@ def contact(face: Face) -> Contact:
     shut = before < gaps.touch + gaps.tolerance
     opened, crossed = {}, {}
     for seam in ("lips", "lids"):
-        own = shut & np.array([name.endswith(seam) for name in gaps.seam])
+        own = shut & np.array([name.endswith(seam) for name in gaps.contact])
         after = [gaps.at(weights) for weights in (wanted, held)]
         most = [1000 * float((gap - np.maximum(before, gaps.touch))[own].max()) for gap in after]
         deep = [1000 * float((np.minimum(before, gaps.floor) - gap)[own].max()) for gap in after]

@@ -16,7 +16,7 @@ from usdface.takes import FloatArray, IntArray
 __all__ = ["InbetweenPath", "distinct_inbetweens", "inbetween_path"]
 
 # Change of a weight below which a chord has the slope of the path: rounding (1e-16) over it stays
-# below 1e-7 of what the shape moves.
+# below 1e-7 of the shape's displacement.
 _SAME = 1e-9
 
 

@@ -139,7 +139,7 @@ def test_correcting_twice_parts_closed_lips_by_the_tolerance_once_more_at_most()
     once, limited, _ = hold(solved, wanted, GAPS)
     assert limited.any(axis=1).mean() > 0.3
     twice, _, _ = hold(once, np.maximum(once, wanted), GAPS)
-    lips = np.array([seam == "lips" for seam in GAPS.seam])
+    lips = np.array([seam == "lips" for seam in GAPS.contact])
     opened = (GAPS.at(once) - GAPS.touch)[:, lips]
     again = (GAPS.at(twice) - GAPS.touch)[:, lips]
     assert opened.max() <= TOLERANCE + ROUNDING and again.max() <= 2 * TOLERANCE + ROUNDING

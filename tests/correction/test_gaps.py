@@ -31,11 +31,11 @@ GAPS, BENT_GAPS = measured(FACE), measured(BENT)
 
 def test_gaps_are_those_of_the_mesh():
     rest = GAPS.at(np.zeros((1, len(FACE.shapes))))[0]
-    lips = np.array([seam == "lips" for seam in GAPS.seam])
+    lips = np.array([seam == "lips" for seam in GAPS.contact])
     np.testing.assert_allclose(rest[lips], LIP_GAP)
     np.testing.assert_allclose(rest[~lips], LID_GAP)
     some = weights(FACE, jawOpen=0.3, eyeBlinkLeft=0.5, eyeSquintLeft=0.2)
-    gaps = dict(zip(GAPS.seam, GAPS.at(some)[0], strict=True))
+    gaps = dict(zip(GAPS.contact, GAPS.at(some)[0], strict=True))
     assert gaps["lips"] == pytest.approx(LIP_GAP + 0.3 * 0.020)
     assert gaps["left lids"] == pytest.approx(LID_GAP - 0.5 * 0.008 - 0.2 * 0.003)
     assert gaps["right lids"] == pytest.approx(LID_GAP)
@@ -58,7 +58,7 @@ def test_a_blink_that_closes_90_percent_at_half_its_weight_leaves_a_millimetre_t
     mesh = scaled(BENT, 0.010 / LID_GAP)
     gaps = measured(mesh)
     for weight, millimetres in ((0.0, 10.0), (0.5, 1.0), (0.75, 0.5), (1.0, 0.0)):
-        found = dict(zip(gaps.seam, gaps.at(weights(mesh, eyeBlinkLeft=weight))[0], strict=True))
+        found = dict(zip(gaps.contact, gaps.at(weights(mesh, eyeBlinkLeft=weight))[0], strict=True))
         assert 1000 * found["left lids"] == pytest.approx(millimetres, abs=1e-9)
 
 

@@ -227,8 +227,8 @@ def _in_contact(
         # Of a sum of motions, less of each may be more in all; then it is held once more.
         held = hold(weights, blended_out(weights, corrected, held, blend), gaps)[0]
     findings = []
-    for seam in dict.fromkeys(gaps.seam):
-        own = np.array([name == seam for name in gaps.seam])
+    for contact in dict.fromkeys(gaps.contact):
+        own = np.array([name == contact for name in gaps.contact])
         frames = np.flatnonzero(limited[:, own].any(axis=1))
         if len(frames):
             message = (
@@ -236,5 +236,5 @@ def _in_contact(
                 f"{frames[-1]}); it would have moved what touches by up to "
                 f"{1000 * excess[:, own].max():.1f} mm more"
             )
-            findings.append(finding("CONTACT_KEPT", seam, message))
+            findings.append(finding("CONTACT_KEPT", contact, message))
     return held, findings

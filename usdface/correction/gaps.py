@@ -1,7 +1,7 @@
 """Gaps of lips and lids, measured on the posed mesh.
 
-The gap of a seam (`usdface.face.lip_lid_contacts`) is measured at a few places along it, each the
-mean of its pairs of vertices, across the seam.
+The gap of a contact (`usdface.face.lip_lid_contacts`) is measured at a few places along it, each
+the mean of its pairs of vertices, across the contact.
 """
 
 from dataclasses import dataclass, replace
@@ -17,10 +17,11 @@ from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
 __all__ = ["Gaps", "gaps_of"]
 
-# Places along the lips, and along each eye.
+# Places along the lips, and along each eye: a corner of the mouth (a sixth) or of an eye can part
+# while the middle stays closed, as in a one-sided sneer.
 _PLACES = {"lips": 6, "lids": 4}
-# What is already open may open further by this much of its opening. An expression at 40 % of its
-# strength is raised to the whole by 1.5.
+# An open gap may open further by this much of its opening: an expression at a third of its strength
+# can still be raised to the whole (1 / 3 + 2 / 3).
 _SLOPE = 2.0
 
 
@@ -30,7 +31,7 @@ class Gaps:
 
     Attributes
     ----------
-    seam : tuple of str, length K
+    contact : tuple of str, length K
         "lips", "left lids", "right lids".
     neutral : (K,) float64 [m]
         On the neutral face.
@@ -43,7 +44,7 @@ class Gaps:
     tolerance : float [m]
     """
 
-    seam: tuple[str, ...]
+    contact: tuple[str, ...]
     neutral: FloatArray
     evaluator: BlendShapeEvaluator
     touch: FloatArray
@@ -92,8 +93,8 @@ class Gaps:
     def room(self, solved: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return by how much a correction may close and open gaps (F, K): (F, K) each [m].
 
-        What touches moves by the tolerance. What is open may close until it touches, and open
-        further in proportion; what is pressed may let go.
+        A gap that touches changes by the tolerance. An open one may close until it touches, and
+        open further in proportion; a pressed one may let go.
         """
         ajar = np.maximum(solved - self.touch - self.tolerance, 0.0)
         pressed = np.maximum(self.touch - solved, 0.0)
@@ -102,7 +103,7 @@ class Gaps:
 
 
 def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
-    """Measure the gaps along the seams of a face.
+    """Measure the gaps along the contacts of a face.
 
     Parameters
     ----------
@@ -120,11 +121,11 @@ def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
     """
     mesh, layout = face.mesh, face.layout
     _check_pairs(mesh, np.concatenate([layout.lips, layout.lids]))
-    seams = _seams(mesh, layout.lips, layout.lids)
-    pairs = np.concatenate([np.zeros((0, 2), np.int64), *(own for _, own in seams)])
-    ways = [_way(mesh, own) for _, own in seams]
-    ends = np.cumsum([0, *(len(own) for _, own in seams)]).tolist()
-    means = [_mean(mesh, own, _PLACES[kind.split()[-1]]) for kind, own in seams]
+    contacts = _contacts(mesh, layout.lips, layout.lids)
+    pairs = np.concatenate([np.zeros((0, 2), np.int64), *(own for _, own in contacts)])
+    ways = [_way(mesh, own) for _, own in contacts]
+    ends = np.cumsum([0, *(len(own) for _, own in contacts)]).tolist()
+    means = [_mean(mesh, own, _PLACES[kind.split()[-1]]) for kind, own in contacts]
 
     def across(values: FloatArray) -> FloatArray:
         """Return the gaps (..., K) of upper, then lower vertices (..., 2 P * 3)."""
@@ -140,12 +141,14 @@ def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
     evaluator = evaluator_of(mesh, vertices)[0].mapped(across).reordered(shapes)
     rest = across(mesh.points[vertices].ravel())
-    seam = tuple(s for (s, _), mean in zip(seams, means, strict=True) for _ in range(mean.shape[1]))
-    unheld = Gaps(seam, rest, evaluator, rest, rest, layout.tolerance)
-    # The margins of lids have a thickness: what the shape that closes them leaves is closed.
+    contact = tuple(
+        kind for (kind, _), mean in zip(contacts, means, strict=True) for _ in range(mean.shape[1])
+    )
+    unheld = Gaps(contact, rest, evaluator, rest, rest, layout.tolerance)
+    # The margins of lids have a thickness: the gap that the shape that closes them leaves is none.
     closed = unheld.at(np.eye(len(names))).min(axis=0, initial=np.inf)
     closed = np.clip(np.minimum(rest, closed), 0.0, None)
-    touch = np.where(np.array(seam, dtype=str) == "lips", rest, closed)
+    touch = np.where(np.array(contact, dtype=str) == "lips", rest, closed)
     pressed = unheld.at(poses).min(axis=0, initial=np.inf)
     return replace(unheld, touch=touch, floor=np.minimum(touch, pressed))
 
@@ -159,15 +162,15 @@ def _check_pairs(mesh: Mesh, pairs: IntArray) -> None:
         )
 
 
-def _seams(mesh: Mesh, lips: IntArray, lids: IntArray) -> list[tuple[str, IntArray]]:
+def _contacts(mesh: Mesh, lips: IntArray, lids: IntArray) -> list[tuple[str, IntArray]]:
     x = mesh.points[lids, 0].mean(axis=1) if len(lids) else np.zeros(0)
     middle = (x.min(initial=np.inf) + x.max(initial=-np.inf)) / 2 if len(x) else 0.0
-    seams = [("lips", lips), ("left lids", lids[x > middle]), ("right lids", lids[x <= middle])]
-    return [(kind, pairs) for kind, pairs in seams if len(pairs)]
+    contacts = [("lips", lips), ("left lids", lids[x > middle]), ("right lids", lids[x <= middle])]
+    return [(kind, pairs) for kind, pairs in contacts if len(pairs)]
 
 
 def _way(mesh: Mesh, pairs: IntArray) -> FloatArray:
-    """Return the unit vector across a seam, from lower to upper: (3,)."""
+    """Return the unit vector across a contact, from lower to upper: (3,)."""
     way = (mesh.points[pairs[:, 0]] - mesh.points[pairs[:, 1]]).sum(axis=0)
     return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
 
@@ -179,7 +182,7 @@ def _mean(mesh: Mesh, pairs: IntArray, places: int) -> FloatArray:
 
 
 def _places(x: FloatArray, count: int) -> FloatArray:
-    """Return how much each pair counts for each place along the seam: (P, K).
+    """Return how much each pair counts for each place along the contact: (P, K).
 
     A pair between two places counts for both, so that no place has an edge, and left is as right.
     """

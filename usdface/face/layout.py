@@ -40,7 +40,7 @@ class FaceLayout:
         Pairs of vertices of the bound mesh, upper and lower, that touch where the lips (on the
         neutral face) or the lids (closed) do.
     tolerance : float [m]
-        By how much a correction may part what touches.
+        By how much a correction may part lips or lids that touch.
     """
 
     left: tuple[str, ...] = ()
@@ -82,15 +82,15 @@ def _check_once(where: str, lists: Sequence[tuple[str, ...]]) -> None:
 
 def find_layout(mesh: Mesh, expressions: Sequence[Expression], middle: float) -> FaceLayout:
     """Find the layout of a face on its mesh; `middle` [m] is x of the midline."""
-    seams = find_lip_lid_contacts(mesh)
+    contacts = find_lip_lid_contacts(mesh)
     left, right = sided_shapes(mesh, middle)
     return FaceLayout(
         left,
         right,
-        shape_regions(mesh, seams),
+        shape_regions(mesh, contacts),
         antagonists(mesh, expressions),
-        seams.lips,
-        seams.lids,
+        contacts.lips,
+        contacts.lids,
     )
 
 

@@ -36,7 +36,8 @@ _ROUNDS = 3
 # no other side.
 _REACH = 0.2
 _MIDLINE = 0.03
-# A shape of whose motion this share is on one side belongs to it.
+# A shape of whose motion this share is on one side belongs to it. On the faces of ICT, MakeHuman
+# and the example shapes of one side have 0.83 and more there, others 0.77 at most.
 _ONE_SIDED = 0.8
 
 
@@ -128,7 +129,7 @@ def half_face(
 
 
 def half_weights(weights: FloatArray, pairs: IntArray, side: Side) -> FloatArray:
-    """Return the weights of the face on which the other half does what one half does: (F, S).
+    """Return the weights of the face on which the other half does the same as one half: (F, S).
 
     Parameters
     ----------

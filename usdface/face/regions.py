@@ -88,7 +88,7 @@ def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
     labels: list[str] = []
     centres: list[FloatArray] = []
     for region, energy in energies.items():
-        # What others take along of the lips is the mouth's.
+        # Lips that shapes of others take along are the mouth's.
         if region in ("cheeks", "jaw", "nose") and "mouth" in energies:
             energy = np.where(energies["mouth"] > _SHARED * energies["mouth"].max(), 0.0, energy)
         for part in _parts(mesh.points, energy, region in _PAIRED):

@@ -68,7 +68,7 @@ def _moving_box(
 
 
 def _skinning(skeleton: Skeleton, local: FloatArray) -> FloatArray:
-    """Return what joints do to points (..., J, 4, 4), of their transforms to their parents."""
+    """Return the skinning transforms (..., J, 4, 4) of joints at transforms to their parents."""
     world = local.copy()
     places = {joint: i for i, joint in enumerate(skeleton.joints)}
     for i, joint in enumerate(skeleton.joints):
