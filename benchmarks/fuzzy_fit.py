@@ -33,7 +33,7 @@ from usdface.fuzzy.system import FuzzySystem  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
-from usdface.result import Steps  # noqa: E402
+from usdface.progress import Progress  # noqa: E402
 from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
 from usdface.retarget_take import retarget  # noqa: E402
 from usdface.rule_design.marker_roles import known_roles  # noqa: E402
@@ -112,7 +112,7 @@ def examples(
 ) -> Examples:
     takes, labels = performed(body, face, emotions, opened)
     options = FitOptions(space=space)
-    read = {"read": lambda p: (takes[p], []), "options": options, "steps": Steps()}
+    read = {"read": lambda p: (takes[p], []), "options": options, "progress": Progress()}
     found, _ = examples_of(labels, face, setup_of(face), **read)
     return found.examples
 

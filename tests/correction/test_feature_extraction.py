@@ -101,7 +101,7 @@ def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
     whole = take.reordered(("tongueOut", *reversed(names)))
     face = bound_face(world.rig.meshes[0], setup)
     found, expected = (
-        sided_features(chin("character"), face, played, weights=played, solution=None)
+        sided_features(chin("character"), face, played, weights=played, solution=None).sides
         for played in (whole, take)
     )
     for side in SIDES:
@@ -115,7 +115,7 @@ def test_of_both_sides_they_are_the_features_of_the_face(
     given = (bound_face(world.rig.meshes[0], setup), world.take)
     solved = {"weights": solution.weights, "solution": solution}
     for space in ("take", "character"):
-        sided = sided_features(chin(space), *given, **solved)
+        sided = sided_features(chin(space), *given, **solved).sides
         assert tuple(sided) == SIDES
         np.testing.assert_array_equal(sided["both"], features(chin(space), *given, **solved))
         # The chin is in the middle, where its height is that of either half.

@@ -10,7 +10,7 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.io.bind_file import setup_of_json
 from usdface.options import FitOptions
-from usdface.result import Steps
+from usdface.progress import Progress
 from usdface.retarget_setup import RetargetSetup, fit_setup
 from usdface.rule_design.marker_roles import known_roles, marker_variables
 from usdface.rule_learning.labelled_takes import examples_of, feature_noise, pose_features
@@ -41,7 +41,7 @@ def examples(face: BoundFace, setup: RetargetSetup):
 
     def make(take: MarkerTake | WeightsTake, *labels: Label, space="character", setup=setup):
         options = FitOptions(space=space)
-        read = {"read": lambda _: (take, []), "options": options, "steps": Steps()}
+        read = {"read": lambda _: (take, []), "options": options, "progress": Progress()}
         return examples_of(labels, face, setup, **read)[0]
 
     return make

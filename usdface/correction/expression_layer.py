@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.correction.contact import hold
+from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
-from usdface.correction.pose_blend import correct, eased
+from usdface.correction.pose_blend import correct, eased, pose_shares
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -26,6 +27,8 @@ from usdface.takes import FloatArray
 
 __all__ = [
     "Expressed",
+    "ExpressionTrace",
+    "SideTrace",
     "adopt",
     "design",
     "express",
@@ -34,23 +37,66 @@ __all__ = [
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Expressed:
-    """What the expression layer made of solved weights.
+class SideTrace:
+    """The evaluation of the whole face, or of one half as if the other did the same.
 
     Attributes
     ----------
-    weights : (F, T) float64 in [0, 1]
-        Corrected.
-    emotions : mapping of str to (F,) float64
-        Of the whole face.
-    firing : (F, R) float64
-        How far each rule fires, of the whole face.
-    findings : list of Finding
+    inputs : (F, I) float64
+        Features, in units of `ExpressionTrace.unit`; columns as `FuzzySystem.inputs`.
+    evaluation : Evaluation
+        Emotions, firing strengths, and memberships if they were asked for.
+    shown : (F, E) float64
+        How much of its pose each emotion is given; gains of regions are left out.
     """
 
+    inputs: FloatArray
+    evaluation: Evaluation
+    shown: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExpressionTrace:
+    """Everything that the correction follows from, as it was computed.
+
+    Attributes
+    ----------
+    system : FuzzySystem
+    markers : tuple of str, length I
+        The marker that each input reads.
+    unit : float [m]
+        The length that features are divided by.
+    poses : (E, T) float64
+        Weights of each emotion's pose.
+    sides : mapping of "both", "left", "right" to SideTrace
+        Halves only where a blend shape belongs to one. Blend shapes of neither half follow the
+        smaller answer of the two halves.
+    """
+
+    system: FuzzySystem
+    markers: tuple[str, ...]
+    unit: float
+    poses: FloatArray
+    sides: Mapping[Side, SideTrace]
+
+    @property
+    def emotions(self) -> dict[str, FloatArray]:
+        """The curve (F,) of each emotion, of the whole face."""
+        outputs = self.sides["both"].evaluation.outputs
+        return dict(zip(self.system.emotions, outputs.T, strict=True))
+
+    @property
+    def firing(self) -> FloatArray:
+        """The firing strength of each rule, of the whole face: (F, R)."""
+        return self.sides["both"].evaluation.firing
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Expressed:
+    """The corrected weights (F, T) in [0, 1], how they came about, and findings."""
+
     weights: FloatArray
-    emotions: dict[str, FloatArray]
-    firing: FloatArray
+    trace: ExpressionTrace
     findings: list[Finding]
 
 
@@ -119,7 +165,7 @@ def adopt(
 
 def express(
     system: FuzzySystem,
-    inputs: Mapping[Side, FloatArray],
+    features: Features,
     face: BoundFace,
     *,
     names: tuple[str, ...],
@@ -127,17 +173,17 @@ def express(
     expressions: Sequence[Expression],
     gains: Gains | None = None,
     times: FloatArray | None = None,
+    trace: bool = False,
 ) -> Expressed:
     """Correct weights by the features of a face.
 
     Parameters
     ----------
     system : FuzzySystem
-    inputs : mapping of "both", "left", "right" to (F, I) float64
-        `usdface.correction.feature_extraction`. Shapes of the left and the right half follow the
-        inputs of theirs, if there are any.
+    features : Features
+        Of "both" sides, and of each half if its shapes are to follow them.
     face : BoundFace
-        Of its layout, sides and regions say which shapes follow which answer; contact is kept
+        Sides and regions of its layout say which shapes follow which answer; contact is kept
         where it has lips and lids.
     names : tuple of str, length T
     weights : (F, T) float64
@@ -148,6 +194,8 @@ def express(
     times : (F,) float64 [s], optional
         With them the correction is blended in over the system's blend time; otherwise each frame
         is corrected on its own.
+    trace : bool
+        Keep the memberships of all terms.
     """
     layout = face.layout
     poses, findings = expression_poses(system, names, expressions)
@@ -156,7 +204,9 @@ def express(
         for name in layout.shapes
         if name not in names
     ]
-    answers = {side: evaluate(system, read) for side, read in inputs.items()}
+    answers = {
+        side: evaluate(system, inputs, memberships=trace) for side, inputs in features.sides.items()
+    }
     gains = gains or Gains.constant(system.gain, expressions)
     asked = _asked(system, answers, poses, names, layout, gains)
     how = (system.mode, gains.system, system.response)
@@ -172,9 +222,13 @@ def express(
     gaps = gaps_of(face, names, poses)
     corrected, more = _in_contact(weights, corrected, gaps, over)
     findings += more
-    heard = answers["both"]
-    emotions = dict(zip(system.emotions, heard.outputs.T, strict=True))
-    return Expressed(corrected, emotions, heard.firing, rule_findings(system) + findings)
+    own = gains.of_emotions(system.emotions, len(weights))
+    sides = {
+        side: SideTrace(features.sides[side], answer, pose_shares(answer.outputs, own, *how))
+        for side, answer in answers.items()
+    }
+    traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
+    return Expressed(corrected, traced, rule_findings(system) + findings)
 
 
 def _asked(

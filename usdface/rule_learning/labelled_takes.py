@@ -14,7 +14,7 @@ from usdface.findings import Finding
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
-from usdface.result import Steps
+from usdface.progress import Progress
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
@@ -62,7 +62,7 @@ def examples_of(
     *,
     read: ReadTake,
     options: FitOptions,
-    steps: Steps,
+    progress: Progress,
 ) -> tuple[Labelled, list[Finding]]:
     """Retarget every take that is labelled, and measure its stretches at their height.
 
@@ -78,7 +78,7 @@ def examples_of(
         From a path to a take.
     options : FitOptions
         Where features are measured, and whether they are the paper's, without sign.
-    steps : Steps
+    progress : Progress
 
     Raises
     ------
@@ -91,7 +91,7 @@ def examples_of(
     rows, weights, findings = [], [], []
     for path in paths:
         own = [label for label in labels if label.take == path]
-        with steps(f"retarget {path.name}"):
+        with progress.step(f"retarget {path.name}"):
             take, more = read(path)
             findings += more
             seen, solved, more = _stretches(take, own, face, setup, options.space, variables)
