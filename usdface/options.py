@@ -24,7 +24,6 @@ __all__ = [
     "NEXT_MARKERS",
     "OFFSET_SPREAD",
     "PIN_REACH",
-    "REGIONS",
     "RESPONSE",
     "BindOptions",
     "CleanOptions",
@@ -40,7 +39,6 @@ __all__ = [
     "MapOptions",
     "MarkerOptions",
     "ProcessOptions",
-    "Region",
     "RigOptions",
     "SolveLimits",
     "SolveMode",
@@ -61,8 +59,6 @@ HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
 HoldOut = Literal["auto", "recording", "variant"]
-Region = Literal["brows", "eyes", "mouth"]
-REGIONS: tuple[Region, ...] = get_args(Region)
 
 # Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
 # expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).

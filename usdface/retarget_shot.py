@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.blend_shape_evaluator import with_combinations
-from usdface.correction.expression_layer import Character, Expressed, express
+from usdface.correction.expression_layer import Expressed, express
 from usdface.correction.feature_extraction import sided_features
+from usdface.face.bound_face import BoundFace
 from usdface.findings import finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions, ProcessOptions
@@ -65,14 +66,15 @@ def retarget(
     with progress.step("clean"):
         take, cleaned, findings = clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
+    face = shot.face
     with progress.step("solve"):
-        weights, solution, more = solve(take, shot.setup, shot.mesh, shot.rig.shape_names, cleaned)
+        weights, solution, more = solve(take, face, shot.setup, cleaned=cleaned)
         findings += more
         result = ShotResult(
             shot,
             _with_pinned_base(shot, weights),
             solution=solution,
-            head_motion=_head_motion(shot, solution) if options.head else None,
+            head_motion=_head_motion(shot, face, solution) if options.head else None,
             repairs=cleaned.repairs if cleaned else (),
         )
     if not options.express:
@@ -80,7 +82,7 @@ def retarget(
     if shot.system is None or not shot.expressions:
         return replace(result, findings=(*findings, finding("EXPRESS_SKIPPED", "")))
     with progress.step("express"):
-        expressed = _express(shot, weights, result, options.trace)
+        expressed = _express(face, weights, result, trace=options.trace)
         findings += expressed.findings
         solved = result.solved
         corrected = kept_at_pins(
@@ -107,37 +109,39 @@ def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:
     return replace(complete, weights=pinned)
 
 
-def _express(shot: Shot, weights: WeightsTake, result: ShotResult, trace: bool) -> Expressed:
+def _express(
+    face: BoundFace, weights: WeightsTake, result: ShotResult, *, trace: bool
+) -> Expressed:
+    shot = result.shot
     assert shot.system is not None
     features = sided_features(
         shot.system,
+        face,
         shot.take,
-        shot.mesh,
-        shot.setup,
-        weights,
-        result.solution,
-        shot.layout.heard,
+        weights=weights,
+        solution=result.solution,
+        sides=face.layout.sides,
     )
     return express(
         shot.system,
         features,
-        result.solved.names,
-        result.solved.weights,
-        shot.expressions,
-        Character(shot.mesh, shot.layout, shot.gains),
-        shot.take.times,
+        face,
+        names=result.solved.names,
+        weights=result.solved.weights,
+        expressions=shot.expressions,
+        gains=shot.gains,
+        times=shot.take.times,
         trace=trace,
     )
 
 
-def _head_motion(shot: Shot, solution: Solution | None) -> Pose | None:
+def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:
     setup = shot.setup
     if solution is None or not solution.in_space:
         return None
     if not setup.move_head or setup.head == "stabilised":
         return None
-    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    target = shot.mesh.points[[vertex[name] for name in solution.markers]]
+    target = face.mesh.points[face.vertices_of(solution.markers)]
     return head_motion(
         solution.pose,
         solution.weights.times,

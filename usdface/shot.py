@@ -13,7 +13,8 @@ from usdface.cleanup.repairs import Repair
 from usdface.correction.expression_layer import ExpressionTrace
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts
+from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.layout import FaceLayout
 from usdface.findings import Finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.geometry.rigid_fit import Pose
@@ -39,7 +40,7 @@ class Shot:
         None: no expression layer.
     expressions : tuple of Expression
         The pose of each emotion.
-    layout : FaceParts
+    layout : FaceLayout
         Sides, regions, antagonists and contacts of the face.
     gains : Gains or None
         Strength of the correction over the take; None: that of the system and the expressions.
@@ -58,7 +59,7 @@ class Shot:
     setup: RetargetSetup
     system: FuzzySystem | None = None
     expressions: tuple[Expression, ...] = ()
-    layout: FaceParts = field(default_factory=FaceParts)
+    layout: FaceLayout = field(default_factory=FaceLayout)
     gains: Gains | None = None
     base: WeightsTake | None = None
 
@@ -74,6 +75,12 @@ class Shot:
     def mesh(self) -> Mesh:
         """The bound mesh."""
         return self.rig.mesh(self.setup.binding.mesh)
+
+    @property
+    def face(self) -> BoundFace:
+        """The bound mesh with its markers and its layout."""
+        rig_shapes = self.rig.shape_names
+        return bound_face(self.mesh, self.setup, layout=self.layout, rig_shapes=rig_shapes)
 
     def with_base(self, names: tuple[str, ...], weights: FloatArray) -> WeightsTake:
         """Return weights (F, S) of blend shapes `names` over the base: F frames, T columns.

@@ -5,9 +5,9 @@ from dataclasses import replace
 from typing import Any
 
 from usdface.binding.resolve_binding import binding_findings, resolve_binding
-from usdface.correction.expression_layer import adopt, design, parts_of
+from usdface.correction.expression_layer import adopt, design
+from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
-from usdface.face.layout import FaceParts
 from usdface.findings import Finding
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
@@ -84,7 +84,8 @@ def assemble_shot(
         mesh, bound, expressions, system, system_source, correction or {}
     )
     findings += more
-    layout = parts_of(mesh, bound, expressions) if system else FaceParts()
+    face = bound_face(mesh, bound)
+    layout = face.with_layout(expressions).layout if system else face.layout
     return Shot(rig, take, bound, system, expressions, layout), findings
 
 
@@ -99,7 +100,8 @@ def _corrector(
     """Return the given fuzzy system, or one designed for the rig, and the set-up with its roles."""
     correction = CorrectionOptions(**overrides)  # refuses values that cannot be
     if system is None:
-        return design(mesh, setup, expressions, correction)
+        designed, roles, findings = design(bound_face(mesh, setup), expressions, correction)
+        return designed, replace(setup, roles=roles), findings
     findings = rule_findings(system)
     setup, more = adopt(system, setup, expressions, source)
     return replace(system, **overrides), setup, findings + more

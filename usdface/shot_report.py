@@ -7,11 +7,12 @@ import numpy as np
 
 from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
-from usdface.shot import Shot, ShotResult
+from usdface.shot import ShotResult
 
 __all__ = ["ShotReport", "report_of"]
 
@@ -53,8 +54,9 @@ def report_of(result: ShotResult) -> ShotReport:
     details: dict[str, Any] = {}
     findings: tuple[Finding, ...] = ()
     if solution is not None:
-        free = _free_places(shot, solution)
-        report = solve_report(shot.mesh, shot.setup, solution, free.vertices, free.room)
+        face = shot.face
+        free = _free_places(face, solution)
+        report = solve_report(face, shot.setup, solution, free=free.vertices, room=free.room)
         details, findings = report.details, tuple(report.findings)
         summary |= _solution_summary(solution) | report.summary
     if result.corrected is not None:
@@ -90,10 +92,8 @@ def _map_summary(choice: MapChoice) -> dict[str, Any]:
     }
 
 
-def _free_places(shot: Shot, solution: Solution) -> FreePlaces:
-    bound = zip(shot.setup.binding.markers, shot.setup.binding.points.tolist(), strict=True)
-    used = [vertex for name, vertex in bound if name in solution.markers]
+def _free_places(face: BoundFace, solution: Solution) -> FreePlaces:
     try:
-        return free_places(shot.mesh, np.array(used, dtype=np.int64))
+        return free_places(face.mesh, face.vertices_of(solution.markers))
     except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
         return FreePlaces(np.zeros(0, dtype=np.int64), 0.0)

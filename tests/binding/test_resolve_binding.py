@@ -9,6 +9,7 @@ import pytest
 from worlds import World, make_world
 
 from usdface.binding.resolve_binding import neutral_weights
+from usdface.blend_shapes import Inbetween
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
@@ -117,6 +118,12 @@ def test_what_a_rest_shows_is_said(folder: Path, world: World) -> None:
     found = neutral_weights(take, mesh, setup)
     assert max(found, key=lambda name: found[name]) == mesh.shape_names[0]
     assert 0.1 < found[mesh.shape_names[0]] <= 0.4
+    # With an inbetween that is at 0.6 of it at weight 0.2, 0.3 is shown at weight 0.1 already.
+    first = mesh.shapes[0]
+    early = Inbetween("early", 0.2, 0.6 * first.offsets)
+    bent = replace(mesh, shapes=(replace(first, inbetweens=(early,)), *mesh.shapes[1:]))
+    weight = neutral_weights(take, bent, setup)[first.name]
+    assert weight == pytest.approx(found[first.name] / 3, abs=1e-3)
 
 
 def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> None:

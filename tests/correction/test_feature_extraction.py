@@ -10,6 +10,7 @@ from worlds import World, make_world
 from usdface.correction.feature_extraction import features, sided_features
 from usdface.correction.features import MILLIMETRE, smooth
 from usdface.errors import InputError
+from usdface.face.bound_face import bound_face
 from usdface.face.mirror import SIDES
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
@@ -49,8 +50,9 @@ def test_both_spaces_agree_where_performer_and_character_are_one(
     world: World, setup: RetargetSetup, solution: Solution
 ) -> None:
     mesh = world.rig.meshes[0]
-    given = (world.take, mesh, setup, solution.weights, solution)
-    taken, drawn = (features(chin(space), *given) for space in ("take", "character"))
+    given = (bound_face(mesh, setup), world.take)
+    solved = {"weights": solution.weights, "solution": solution}
+    taken, drawn = (features(chin(space), *given, **solved) for space in ("take", "character"))
     np.testing.assert_allclose(taken, drawn, atol=1e-4)
     markers = setup.binding.markers
     moves = mesh.offsets_at(setup.binding.points)[..., 1]
@@ -58,7 +60,7 @@ def test_both_spaces_agree_where_performer_and_character_are_one(
     np.testing.assert_allclose(drawn[:, 0], lowered / MILLIMETRE, atol=1e-4)
     noisy = replace(solution, noise=1.0)  # then, and only then, they are smoothed
     expected = smooth(drawn, world.take.times, FEATURE_SMOOTHING)
-    found = features(chin("character"), *given[:-1], noisy)
+    found = features(chin("character"), *given, weights=solution.weights, solution=noisy)
     np.testing.assert_allclose(found, expected, atol=1e-9)
     assert np.abs(expected - drawn).max() > 1.0
     assert lowered.min() < -0.01
@@ -74,17 +76,20 @@ def test_the_head_does_not_move_the_features(
     calm, _ = solve_take(
         still.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, steady
     )
-    nodding = features(chin("take"), world.take, mesh, setup, solution.weights, solution)
-    resting = features(chin("take"), still.take, mesh, steady, calm.weights, calm)
+    face = bound_face(mesh, setup)
+    nodding, resting = (
+        features(chin("take"), face, take, weights=found.weights, solution=found)
+        for take, found in ((world.take, solution), (still.take, calm))
+    )
     np.testing.assert_allclose(nodding, resting, atol=1e-3)
 
 
 def test_a_weights_take_has_no_markers_of_its_own(world: World, setup: RetargetSetup) -> None:
     take = WeightsTake(world.rig.shape_names, world.take.times, world.weights)
-    mesh = world.rig.meshes[0]
+    face = bound_face(world.rig.meshes[0], setup)
     with pytest.raises(InputError, match='"character"'):
-        features(chin("take"), take, mesh, setup, take, None)
-    assert features(chin("character"), take, mesh, setup, take, None).shape == (40, 1)
+        features(chin("take"), face, take, weights=take, solution=None)
+    assert features(chin("character"), face, take, weights=take, solution=None).shape == (40, 1)
 
 
 def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
@@ -94,26 +99,27 @@ def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
     names = world.rig.shape_names
     take = WeightsTake(names, world.take.times, world.weights)
     whole = take.reordered(("tongueOut", *reversed(names)))
-    mesh = world.rig.meshes[0]
+    face = bound_face(world.rig.meshes[0], setup)
     found, expected = (
-        sided_features(chin("character"), played, mesh, setup, played, None)
+        sided_features(chin("character"), face, played, weights=played, solution=None).sides
         for played in (whole, take)
     )
     for side in SIDES:
-        np.testing.assert_array_equal(found.sides[side], expected.sides[side])
-        assert np.abs(expected.sides[side]).max() > 1.0
+        np.testing.assert_array_equal(found[side], expected[side])
+        assert np.abs(expected[side]).max() > 1.0
 
 
 def test_of_both_sides_they_are_the_features_of_the_face(
     world: World, setup: RetargetSetup, solution: Solution
 ) -> None:
-    given = (world.take, world.rig.meshes[0], setup, solution.weights, solution)
+    given = (bound_face(world.rig.meshes[0], setup), world.take)
+    solved = {"weights": solution.weights, "solution": solution}
     for space in ("take", "character"):
-        sided = sided_features(chin(space), *given)
-        assert tuple(sided.sides) == SIDES
-        np.testing.assert_array_equal(sided.sides["both"], features(chin(space), *given))
+        sided = sided_features(chin(space), *given, **solved).sides
+        assert tuple(sided) == SIDES
+        np.testing.assert_array_equal(sided["both"], features(chin(space), *given, **solved))
         # The chin is in the middle, where its height is that of either half.
-        np.testing.assert_allclose(sided.sides["left"], sided.sides["right"], atol=0.2)
+        np.testing.assert_allclose(sided["left"], sided["right"], atol=0.2)
 
 
 def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(
@@ -130,7 +136,7 @@ def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(
     mesh = world.rig.meshes[0]
     take = WeightsTake(mesh.shape_names, np.arange(2.0), np.zeros((2, len(mesh.shapes))), 1.0)
     with pytest.raises(InputError) as refused:
-        features(system, take, mesh, setup, take, None)
+        features(system, bound_face(mesh, setup), take, weights=take, solution=None)
     assert refused.value.code == "MARKER_UNKNOWN"
     for said in ("'chinn'", "did you mean chin?", "mine.fis, line 7: rule"):
         assert said in str(refused.value)

@@ -3,6 +3,7 @@ import pytest
 from worlds import World, make_world
 
 from usdface.binding.marker_places import free_places
+from usdface.face.bound_face import bound_face
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import SolveReport, solve_report
 from usdface.retarget.solve_take import solve_take
@@ -29,13 +30,15 @@ def solved(
 def report(positions: np.ndarray, without: str = "-") -> SolveReport:
     setup, solution = solved(WORLD, positions, without)
     free = free_places(MESH, setup.binding.points)
-    return solve_report(MESH, setup, solution, free.vertices, free.room)
+    return solve_report(
+        bound_face(MESH, setup), setup, solution, free=free.vertices, room=free.room
+    )
 
 
 def test_without_a_place_for_another_marker_what_is_hardly_seen_is_named_all_the_same() -> None:
     noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
     setup, solution = solved(WORLD, WORLD.take.positions + noise, without="lid")
-    said = solve_report(MESH, setup, solution, np.zeros(0, dtype=np.int64))
+    said = solve_report(bound_face(MESH, setup), setup, solution, free=np.zeros(0, np.int64))
     hidden = said.details["confidence"]["hardly_seen"]
     assert hidden == {"eyeBlinkLeft": None, "eyeBlinkRight": None}
     assert "next markers" not in said.summary

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.rule_design.feature_selection import choose_features as choose
 from usdface.rule_design.feature_selection import paired_movements, single_movements
 
@@ -19,12 +20,13 @@ def choose_features(index, poses, moves, basis, noise, upper=()):
     """No single movements, the same noise everywhere; markers `upper` above the nose tip."""
     noise = np.full(basis.shape[1], noise)
     above = np.isin(np.arange(basis.shape[1]) // 3, list(upper))
-    return choose(index, poses, np.zeros((0, len(basis))), moves, basis, noise, above)
+    evaluator = BlendShapeEvaluator(basis)
+    return choose(index, poses, np.zeros((0, len(basis))), moves, evaluator, noise, above)
 
 
 def movements(names, basis):
     single = single_movements(names)
-    return np.concatenate([single, paired_movements(names, single, basis)])
+    return np.concatenate([single, paired_movements(names, single, BlendShapeEvaluator(basis))])
 
 
 def test_movements_are_alone_both_sides_and_two_at_a_time():
@@ -110,7 +112,9 @@ def test_a_quiet_feature_goes_before_a_noisy_one_of_the_same_size():
     noise = np.full(9, 0.0001)
     noise[1] = 0.001
     none = np.zeros((0, 1))
-    assert choose(0, np.eye(1), none, none, basis, noise, LOW).ramps.keys() == {4}
+    assert choose(
+        0, np.eye(1), none, none, BlendShapeEvaluator(basis), noise, LOW
+    ).ramps.keys() == {4}
 
 
 def test_the_worst_rival_counts_however_many_are_harmless():
@@ -120,7 +124,7 @@ def test_the_worst_rival_counts_however_many_are_harmless():
     moves = np.concatenate([[[0.0, 1.0, 0.0]], np.tile([0.0, 0.0, 1.0], (1000, 1))])
     noise = np.full(9, 0.0001)
     noise[4] = 0.0003  # telling it apart costs noise
-    assert 4 in choose(0, poses, moves[:0], moves, basis, noise, LOW).ramps
+    assert 4 in choose(0, poses, moves[:0], moves, BlendShapeEvaluator(basis), noise, LOW).ramps
 
 
 def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
@@ -129,7 +133,9 @@ def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
     poses = np.array([[1.0, 0.0], [0.3, 1.0]])
     none, noise = np.zeros((0, 2)), np.full(9, 1e-5)
     noise[7] = 0.001
-    first, second = (choose(i, poses, none, none, basis, noise, LOW) for i in (0, 1))
+    first, second = (
+        choose(i, poses, none, none, BlendShapeEvaluator(basis), noise, LOW) for i in (0, 1)
+    )
     ((other, degree),) = first.shared
     assert other == 1 and degree == pytest.approx(0.3, abs=0.03) and not first.confused
     assert not second.shared and not second.confused

@@ -7,10 +7,11 @@ from scipy.spatial import cKDTree
 
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.face.place_names import place_names
 from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
-from usdface.retarget.regions import place_names
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
@@ -173,7 +174,7 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
         for k in range(count + 1)
     ]
     named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
-    where = place_names(mesh, vertices, binding)
+    where = place_names(BoundFace(mesh, binding.markers, binding.points), vertices)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 

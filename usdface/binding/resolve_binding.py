@@ -7,6 +7,7 @@ import numpy as np
 
 from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
 from usdface.binding.propose import Proposal, proposal_findings, propose
+from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
 from usdface.options import BindOptions
@@ -125,13 +126,16 @@ def neutral_weights(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[
 
     Weights of 0 are left out; {} where the take's neutral is the rig's or no marker is bound.
     """
-    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
+    vertex = bound_face(mesh, setup).vertex_of
     names = tuple(n for n in take.names if 0 <= vertex.get(n, -1) < len(mesh.points))
     if not names or setup.neutral is None:
         return {}
-    points, positions = np.array([vertex[name] for name in names]), take.select(names)
+    face = BoundFace(mesh, names, np.array([vertex[name] for name in names]))
+    positions = take.select(names)
     neutral = neutral_markers(positions, setup.neutral)
-    found = rest_weights(positions, neutral, mesh.points[points], mesh.offsets_at(points))
+    linear = rest_weights(positions, neutral, face.neutral, face.offsets)
+    found = face.evaluator.from_linear(linear[None])[0]
+    found[[c.shape for c in face.evaluator.combinations]] = 0.0  # their parents' weights say it
     pairs = zip(mesh.shape_names, found.round(3).tolist(), strict=True)
     return {name: weight for name, weight in pairs if weight > 0.0}
 

@@ -1,17 +1,19 @@
 """The expression layer over solved weights: designed for a rig, and at work."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.correction.contact import Gaps, gaps_of, hold
+from usdface.correction.contact import hold
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
+from usdface.correction.gaps import Gaps, gaps_of
 from usdface.correction.pose_blend import correct, eased, pose_shares
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts, find_parts, pose_parts
+from usdface.face.bound_face import BoundFace
+from usdface.face.layout import FaceLayout, split_poses
 from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
@@ -19,13 +21,11 @@ from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE, CorrectionOptions
 from usdface.retarget_setup import Expression, RetargetSetup
-from usdface.rigs import Mesh
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
 from usdface.takes import FloatArray
 
 __all__ = [
-    "Character",
     "Expressed",
     "ExpressionTrace",
     "SideTrace",
@@ -33,26 +33,7 @@ __all__ = [
     "design",
     "express",
     "expression_poses",
-    "parts_of",
 ]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Character:
-    """What a correction respects on a character besides its weights.
-
-    Attributes
-    ----------
-    mesh : Mesh or None
-        None: contact is not looked at.
-    parts : FaceParts
-    gains : Gains or None
-        None: those of the system and of the expressions, at all times.
-    """
-
-    mesh: Mesh | None = None
-    parts: FaceParts = field(default_factory=FaceParts)
-    gains: Gains | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -120,38 +101,27 @@ class Expressed:
 
 
 def design(
-    mesh: Mesh,
-    setup: RetargetSetup,
-    expressions: Sequence[Expression],
-    correction: CorrectionOptions,
-) -> tuple[FuzzySystem | None, RetargetSetup, list[Finding]]:
+    face: BoundFace, expressions: Sequence[Expression], correction: CorrectionOptions
+) -> tuple[FuzzySystem | None, dict[str, str], list[Finding]]:
     """Design the default system from the expression poses, on the bound markers.
 
     Returns
     -------
     FuzzySystem or None
         None without markers or expressions.
-    RetargetSetup
-        With the roles that the system's variables name; those it has already win.
+    dict of str to str
+        Role to marker: those of the face, and those that the system's variables name besides.
     list of Finding
         EXPRESS_SKIPPED where there is no system.
     """
-    points = setup.binding.points
-    if not len(points) or not expressions:
-        reason = "the rig's shapes make no expression" if len(points) else "no marker is bound"
+    roles = dict(face.roles)
+    if not face.markers or not expressions:
+        reason = "the rig's shapes make no expression" if face.markers else "no marker is bound"
         message = f"{reason}, so there are no rules and no express layer"
-        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path, message)]
-    system, roles, findings = design_system(
-        setup.binding.markers,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
-        expressions,
-        setup.nose_tip,
-        MARKER_NOISE,
-    )
+        return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message)]
+    system, read, findings = design_system(face, expressions, MARKER_NOISE)
     system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
-    return system, replace(setup, roles=roles | dict(setup.roles)), findings
+    return system, read | roles, findings
 
 
 def adopt(
@@ -193,57 +163,65 @@ def adopt(
     return setup, findings
 
 
-def parts_of(mesh: Mesh, setup: RetargetSetup, expressions: Sequence[Expression]) -> FaceParts:
-    """Find the parts of a bound face; the nose tip is on its midline."""
-    place = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    nose = place.get(setup.nose_tip)
-    return find_parts(mesh, expressions, 0.0 if nose is None else float(mesh.points[nose, 0]))
-
-
 def express(
     system: FuzzySystem,
     features: Features,
+    face: BoundFace,
+    *,
     names: tuple[str, ...],
     weights: FloatArray,
     expressions: Sequence[Expression],
-    character: Character = Character(),
+    gains: Gains | None = None,
     times: FloatArray | None = None,
-    *,
     trace: bool = False,
 ) -> Expressed:
-    """Correct weights (F, T) of shapes `names` by what the system reads off a face.
+    """Correct weights by the features of a face.
 
-    The `features` are those of "both" sides, and of each half if its shapes are to follow them.
-    With `trace` the memberships of all terms are kept. What is raised is
-    blended in over the system's blend time if the frames have `times` (F,) [s]; otherwise each
-    frame is corrected on its own.
+    Parameters
+    ----------
+    system : FuzzySystem
+    features : Features
+        Of "both" sides, and of each half if its shapes are to follow them.
+    face : BoundFace
+        Sides and regions of its layout say which shapes follow which answer; contact is kept
+        where it has lips and lids.
+    names : tuple of str, length T
+    weights : (F, T) float64
+        Solved weights of shapes `names`.
+    expressions : sequence of Expression
+    gains : Gains, optional
+        Without them those of the system and of the expressions, at all times.
+    times : (F,) float64 [s], optional
+        With them the correction is blended in over the system's blend time; otherwise each frame
+        is corrected on its own.
+    trace : bool
+        Keep the memberships of all terms.
     """
-    parts = character.parts
+    layout = face.layout
     poses, findings = expression_poses(system, names, expressions)
     findings += [
         finding("SHAPE_UNKNOWN", name, "a side, region or antagonist of the shot names it")
-        for name in parts.shapes
+        for name in layout.shapes
         if name not in names
     ]
     answers = {
         side: evaluate(system, inputs, memberships=trace) for side, inputs in features.sides.items()
     }
-    gains = character.gains or Gains.constant(system.gain, expressions)
-    asked = _asked(system, answers, poses, names, parts, gains)
+    gains = gains or Gains.constant(system.gain, expressions)
+    asked = _asked(system, answers, poses, names, layout, gains)
     how = (system.mode, gains.system, system.response)
     begun = weights
     if system.ease > 0:
         raised = correct(np.zeros(weights.shape), *asked, *how)
-        begun = eased(weights, raised, names, parts.antagonists, system.ease)
+        begun = eased(weights, raised, names, layout.antagonists, system.ease)
     corrected = correct(begun, *asked, *how)
     over = 0
     if system.mode == "raise" and times is not None:
         over = blend_frames(times, system.blend_time)
         corrected = blended_in(begun, corrected, over)
-    if character.mesh is not None:
-        gaps = gaps_of(character.mesh, parts, names, poses)
-        corrected, more = _in_contact(weights, corrected, gaps, over)
-        findings += more
+    gaps = gaps_of(face, names, poses)
+    corrected, more = _in_contact(weights, corrected, gaps, over)
+    findings += more
     own = gains.of_emotions(system.emotions, len(weights))
     sides = {
         side: SideTrace(features.sides[side], answer, pose_shares(answer.outputs, own, *how))
@@ -258,11 +236,11 @@ def _asked(
     answers: Mapping[Side, Evaluation],
     poses: FloatArray,
     names: tuple[str, ...],
-    parts: FaceParts,
+    layout: FaceLayout,
     gains: Gains,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return how strong each part of a pose is asked for (F, P), it (P, T), and its gain (F, P)."""
-    cut = pose_parts(poses, names, parts)
+    cut = split_poses(poses, names, layout)
     drive = {side: answer.outputs for side, answer in answers.items()}
     heard = drive["both"]
     if len(drive) > 1:
@@ -303,8 +281,8 @@ def _in_contact(
         # Of a sum of motions, less of each may be more in all; then it is held once more.
         held = hold(weights, blended_out(weights, corrected, held, blend), gaps)[0]
     findings = []
-    for seam in dict.fromkeys(gaps.seam):
-        own = np.array([name == seam for name in gaps.seam])
+    for contact in dict.fromkeys(gaps.contact):
+        own = np.array([name == contact for name in gaps.contact])
         frames = np.flatnonzero(limited[:, own].any(axis=1))
         if len(frames):
             message = (
@@ -312,5 +290,5 @@ def _in_contact(
                 f"{frames[-1]}); it would have moved what touches by up to "
                 f"{1000 * excess[:, own].max():.1f} mm more"
             )
-            findings.append(finding("CONTACT_KEPT", seam, message))
+            findings.append(finding("CONTACT_KEPT", contact, message))
     return held, findings

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.options import Region
+from usdface.face.regions import GainRegion
 from usdface.retarget_setup import Expression
 from usdface.takes import FloatArray, frozen
 
@@ -31,7 +31,7 @@ class Gains:
 
     system: FloatArray = field(default_factory=_ONE.copy)
     emotions: Mapping[str, FloatArray] = field(default_factory=dict)
-    regions: Mapping[Region, FloatArray] = field(default_factory=dict)
+    regions: Mapping[GainRegion, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "system", frozen(self.system))
@@ -51,7 +51,7 @@ class Gains:
         """Return the gain of each emotion over the take, without the system's: (frames, E)."""
         return self.of([(emotion, None) for emotion in emotions], frames)
 
-    def of(self, parts: Sequence[tuple[str, Region | None]], frames: int) -> FloatArray:
+    def of(self, parts: Sequence[tuple[str, GainRegion | None]], frames: int) -> FloatArray:
         """Return the gain of each emotion in each region over the take: (frames, len(parts)).
 
         The system's own is left out.

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from usdface.correction.feature_extraction import features
+from usdface.face.bound_face import bound_face
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE
@@ -92,6 +93,7 @@ def _jitter(rig: Rig, setup: RetargetSetup, system: FuzzySystem) -> FloatArray |
     # What a performer showed in the neutral frames, and how large, is no matter of this face.
     setup = replace(setup, neutral_weights={}, calibration=None, pins=())
     setup = replace(setup, neutral=(0, first - 1), head="solve")
-    taken, weights, solution, _ = retarget(take, setup, mesh, rig.shape_names)
-    inputs = features(system, taken, mesh, setup, weights, solution)
+    face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
+    taken, weights, solution, _ = retarget(take, face, setup)
+    inputs = features(system, face, taken, weights=weights, solution=solution)
     return evaluate(system, inputs).outputs[first:]

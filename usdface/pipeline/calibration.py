@@ -59,14 +59,16 @@ def calibrate(
         stage = open_shot(path)
         check_outputs([output], files_read(path))
         staged, findings = read_shot(stage, str(path))
-        face = staged.shot
+        shot_read = staged.shot
     with progress.step("calibrate"):
-        found, more = calibrate_face(face.take, face.setup, face.mesh, extremes)
+        found, more = calibrate_face(
+            shot_read.take, shot_read.face, shot_read.setup, extremes=extremes
+        )
     with progress.step("write"):
         text = calibration_json(found.calibration, found.deviations, found.peaks)
         write_text(output, text)
     summary = {
-        "frames": len(face.take.times),
+        "frames": len(shot_read.take.times),
         "blend_shapes": len(found.calibration.shapes),
         "gains_known": len(found.known),
         **found.summary(),

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none, write_text
@@ -18,9 +19,9 @@ from usdface.options import FitOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import Expression, fit_setup
+from usdface.retarget_setup import Expression, RetargetSetup, fit_setup
 from usdface.rule_learning.fitting import Fitted, fit_labelled, fit_rig
-from usdface.rule_learning.labelled_takes import Face, examples_of
+from usdface.rule_learning.labelled_takes import examples_of
 
 __all__ = ["fit_fuzzy"]
 
@@ -80,10 +81,12 @@ def fit_fuzzy(
     places = [output, *(path for path in (poses, figure) if path)]
     with progress.step("read"):
         check_outputs(places, files_read(source, bind, labels=labels))
-        face, expressions, findings = _face(source, bind)
+        face, setup, expressions, findings = _face(source, bind)
         stretches = read_labels(labels) if labels else ()
     if labels:
-        labelled, more = examples_of(stretches, face, read_any_take, options, progress)
+        labelled, more = examples_of(
+            stretches, face, setup, read=read_any_take, options=options, progress=progress
+        )
         findings += more
     with progress.step("fit"):
         fitted = (
@@ -108,7 +111,9 @@ def fit_fuzzy(
     )
 
 
-def _face(source: Path, bind: Path | None) -> tuple[Face, tuple[Expression, ...], list[Finding]]:
+def _face(
+    source: Path, bind: Path | None
+) -> tuple[BoundFace, RetargetSetup, tuple[Expression, ...], list[Finding]]:
     """Read the face of a shot, or of a rig and a binding, and its expression poses."""
     if bind is None:
         staged, findings = read_shot(open_shot(source), str(source))
@@ -121,4 +126,5 @@ def _face(source: Path, bind: Path | None) -> tuple[Face, tuple[Expression, ...]
         findings += more
     mesh = rig.mesh(setup.binding.mesh)
     setup, more = fit_setup(setup, mesh)
-    return Face(mesh, rig.shape_names, setup), expressions, findings + more
+    face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
+    return face, setup, expressions, findings + more

@@ -13,7 +13,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from usdface.errors import InputError
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
@@ -28,35 +29,21 @@ from usdface.rule_design.feature_selection import (
 from usdface.rule_design.marker_roles import AXES, degrees, direction, marker_sides, role_names
 from usdface.takes import FloatArray
 
-__all__ = ["design_system", "solved_noise"]
+__all__ = ["design_system", "face_features", "solved_noise"]
 
 # Expected size of a weight, as the solve has it.
 _SPREAD = 0.5
 
 
 def design_system(
-    names: Sequence[str],
-    neutral: FloatArray,
-    basis: FloatArray,
-    shape_names: Sequence[str],
-    expressions: Sequence[Expression],
-    nose_tip: str,
-    noise: float,
+    face: BoundFace, expressions: Sequence[Expression], noise: float
 ) -> tuple[FuzzySystem, dict[str, str], list[Finding]]:
-    """Design a fuzzy system that tells a rig's expressions apart.
+    """Design a fuzzy system that tells a face's expressions apart.
 
     Parameters
     ----------
-    names : sequence of str, length M
-        Markers on the character.
-    neutral : (M, 3) float64 [m]
-        Their places on the neutral mesh.
-    basis : (S, M, 3) float64 [m]
-        Their displacement by each blend shape at weight 1.
-    shape_names : sequence of str, length S
+    face : BoundFace
     expressions : sequence of Expression
-    nose_tip : str
-        Marker that distances are measured to.
     noise : float [m]
         Standard deviation of a marker's position along an axis, e.g. 0.0003.
 
@@ -75,23 +62,21 @@ def design_system(
     InputError
         If there is no such nose tip, or the markers have no extent.
     """
-    if nose_tip not in names:
-        raise InputError(f"no nose tip: there is no marker {nose_tip!r} among {', '.join(names)}")
-    nose = list(names).index(nose_tip)
-    features = (basis - basis[:, nose : nose + 1]).reshape(len(basis), 3 * len(names))
-    poses = np.array([e.pose(tuple(shape_names)) for e in expressions])
-    poses = poses.reshape(len(expressions), len(basis))
+    names, neutral, shape_names = face.markers, face.neutral, face.shape_names
+    poses = np.array([e.pose(shape_names) for e in expressions])
+    poses = poses.reshape(len(expressions), len(shape_names))
+    features = face_features(face)
     single = single_movements(shape_names)
     paired = paired_movements(shape_names, single, features)
-    jitter = solved_noise(basis.reshape(features.shape), features, noise)
-    upper = np.repeat(neutral[:, 1] > neutral[nose, 1], 3)
+    jitter = solved_noise(face.evaluator.offsets, features.offsets, noise)
+    upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
     choices = {
         expression.name: choose_features(i, poses, single, paired, features, jitter, upper)
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)
     roles = role_names(names)
-    sides = marker_sides(neutral, nose)
+    sides = marker_sides(neutral, face.nose)
     inputs = _inputs(choices.values(), roles, sides, unit)
     rules = [
         parse_rule(_text(emotion, choice, inputs, unit))
@@ -102,6 +87,17 @@ def design_system(
     system = FuzzySystem((*inputs.values(), *outputs), tuple(rules))
     used = {roles[i // 3]: names[i // 3] for i in inputs}
     return system, used, _findings(choices)
+
+
+def face_features(face: BoundFace) -> BlendShapeEvaluator:
+    """Return the evaluator of the features of a face, relative to its nose tip: N = 3 B."""
+    nose = face.nose
+
+    def relative(values: FloatArray) -> FloatArray:
+        moved = values.reshape(*values.shape[:-1], len(face.markers), 3)
+        return np.asarray((moved - moved[..., nose, None, :]).reshape(values.shape))
+
+    return face.evaluator.mapped(relative)
 
 
 def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:

@@ -3,8 +3,7 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
-
+from usdface.face.mirror import sides_of
 from usdface.fuzzy.system import Axis, Measure, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.takes import FloatArray
@@ -47,9 +46,8 @@ def marker_sides(neutral: FloatArray, nose: int) -> list[int]:
     nose : int
         Which of them is the nose tip.
     """
-    offsets = neutral[:, 0] - neutral[nose, 0]
-    beside = np.abs(offsets) > _MIDLINE * marker_spread(neutral)
-    return [int(s) for s in np.sign(np.where(beside, offsets, 0.0))]
+    reach = _MIDLINE * marker_spread(neutral)
+    return [int(side) for side in sides_of(neutral, float(neutral[nose, 0]), reach)]
 
 
 def known_roles(names: Sequence[str], roles: Mapping[str, str]) -> dict[str, str]:

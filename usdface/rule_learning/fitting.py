@@ -8,16 +8,17 @@ import numpy as np
 
 from usdface.correction.expression_layer import design
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
 from usdface.options import CorrectionOptions, FitOptions
 from usdface.retarget_setup import Expression
-from usdface.rule_design.marker_roles import marker_variables
+from usdface.rule_design.marker_roles import known_roles, marker_variables
 from usdface.rule_design.paper_design import fit_paper
 from usdface.rule_learning.cross_validation import Validation, cross_validate, held_out
 from usdface.rule_learning.expression_poses import learned_poses
-from usdface.rule_learning.labelled_takes import Face, Labelled, feature_noise, pose_features
+from usdface.rule_learning.labelled_takes import Labelled, feature_noise, pose_features
 from usdface.rule_learning.learned_system import answers_to, fit_system
 from usdface.rule_learning.separation import Separation, pose_separations, separations
 from usdface.takes import FloatArray
@@ -82,7 +83,7 @@ class Fitted:
         return {"fit": facts}
 
 
-def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) -> Fitted:
+def fit_rig(face: BoundFace, expressions: Sequence[Expression], options: FitOptions) -> Fitted:
     """Fit to the rig's own expression poses: the default design, or the paper's way.
 
     Raises
@@ -93,8 +94,9 @@ def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) 
     """
     if options.space == "take" and not options.paper:
         raise InputError('the default design reads the character; give labels for space "take"')
-    variables = marker_variables(face.roles, "absolute" if options.paper else "signed")
-    poses = np.array([e.pose(face.mesh.shape_names) for e in expressions])
+    roles = known_roles(face.markers, face.roles)
+    variables = marker_variables(roles, "absolute" if options.paper else "signed")
+    poses = np.array([e.pose(face.shape_names) for e in expressions])
     seen = pose_features(poses.reshape(len(expressions), -1), face, variables)
     noise = feature_noise(face, "take" if options.paper else "character")
     emotions = [e.name for e in expressions]
@@ -107,14 +109,16 @@ def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) 
     return _fitted(system, tuple(expressions), None, apart, findings)
 
 
-def _designed(face: Face, expressions: Sequence[Expression]) -> tuple[FuzzySystem, list[Finding]]:
-    system, _, findings = design(face.mesh, face.setup, expressions, CorrectionOptions())
+def _designed(
+    face: BoundFace, expressions: Sequence[Expression]
+) -> tuple[FuzzySystem, list[Finding]]:
+    system, _, findings = design(face, expressions, CorrectionOptions())
     if system is None:
         raise InputError("the rig has no expression poses to fit to; give labelled takes")
     return system, findings
 
 
-def fit_labelled(labelled: Labelled, face: Face, options: FitOptions) -> Fitted:
+def fit_labelled(labelled: Labelled, face: BoundFace, options: FitOptions) -> Fitted:
     """Fit to labelled examples, and test the fit on what is left out in turn.
 
     Raises

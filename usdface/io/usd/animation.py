@@ -8,6 +8,7 @@ from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
+from usdface.face.region_residuals import region_residuals
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.head_motion import author_head
 from usdface.io.usd.shot import ShotPrims, StagedShot
@@ -16,10 +17,9 @@ from usdface.io.usd.stage import (
     to_si,
 )
 from usdface.retarget.head_joint import matrices_of
-from usdface.retarget.regions import region_residuals
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
-from usdface.shot import Shot, ShotResult
+from usdface.shot import ShotResult
 from usdface.takes import FloatArray
 
 __all__ = [
@@ -215,7 +215,8 @@ def _author_solution(layer: Sdf.Layer, shot: StagedShot, solution: Solution) -> 
     unit = shot.metrics.meters_per_unit
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
     _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
-    for region, curve in _region_residuals(shot.shot, solution).items():
+    residuals = region_residuals(shot.shot.face, solution.markers, solution.distances)
+    for region, curve in residuals.items():
         name = tokens.RESIDUAL_PREFIX + region
         _attribute(prim, name, Sdf.ValueTypeNames.Float)
         _samples(layer, prim, name, codes, _floats(curve / unit))
@@ -228,7 +229,3 @@ def _author_solution(layer: Sdf.Layer, shot: StagedShot, solution: Solution) -> 
     _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
     features = (solution.feature_points @ to_stage[:3, :3]).astype(np.float32)
     _samples(layer, prim, tokens.FEATURE_POINTS, codes, map(Vt.Vec3fArray.FromNumpy, features))
-
-
-def _region_residuals(shot: Shot, solution: Solution) -> dict[str, FloatArray]:
-    return region_residuals(shot.mesh, shot.setup.binding, solution)

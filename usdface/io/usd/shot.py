@@ -9,7 +9,7 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.face_layout import read_gains, read_parts
+from usdface.io.usd.face_layout import read_gains, read_layout
 from usdface.io.usd.fuzzy import read_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import unread_settings
@@ -112,7 +112,7 @@ def _read(
     ]
     expressions = read_expressions(posed)
     metrics = metrics_of(stage)
-    parts = read_parts(prim, metrics.meters_per_unit)
+    parts = read_layout(prim, metrics.meters_per_unit)
     gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
     prims = _prims_of(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)

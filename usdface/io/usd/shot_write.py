@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.animation import editable_layer
-from usdface.io.usd.face_layout import write_parts
+from usdface.io.usd.face_layout import write_layout
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.io.usd.retarget_setup import write_expressions, write_setup
 from usdface.io.usd.stage import (
@@ -131,7 +131,7 @@ def _define_setup(stage: Usd.Stage, scope: str, shot: Shot, targets: dict[str, l
     write_setup(stage, f"{scope}/Retarget", shot.setup, targets)
     if shot.system is not None:
         unit = metrics_of(stage).meters_per_unit
-        write_parts(stage.GetPrimAtPath(f"{scope}/Retarget"), shot.layout, unit)
+        write_layout(stage.GetPrimAtPath(f"{scope}/Retarget"), shot.layout, unit)
 
 
 def _stage_of(rig: Metrics, take: Metrics) -> Usd.Stage:
