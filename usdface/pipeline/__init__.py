@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
     from usdface.pipeline.explaining import explain, resting
+    from usdface.pipeline.formats import list_formats
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
     from usdface.pipeline.markers import make_markers
@@ -36,6 +37,7 @@ __all__ = [
     "export_scene",
     "fit_fuzzy",
     "import_scene",
+    "list_formats",
     "make_markers",
     "make_rig",
     "make_shot",
@@ -49,6 +51,7 @@ _HOMES = {
     "explaining": ("explain", "resting"),
     "calibration": ("calibrate",),
     "checking": ("check",),
+    "formats": ("list_formats",),
     "fuzzy_files": ("convert_fuzzy", "write_paper"),
     "fuzzy_fit": ("fit_fuzzy",),
     "markers": ("make_markers",),

@@ -9,7 +9,7 @@ from usdface.io.bind_file import read_bind
 from usdface.io.expressions_file import expressions_json
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
 from usdface.io.labels_file import read_labels
-from usdface.io.takes.any_take import read_any_take
+from usdface.io.takes.files import read_take
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
@@ -67,7 +67,7 @@ def fit_fuzzy(
         for place in places:
             check_place(place, *files, *{label.take for label in stretches})
     if labels:
-        labelled, more = examples_of(stretches, face, read_any_take, options, steps)
+        labelled, more = examples_of(stretches, face, read_take, options, steps)
         findings += more
     with steps("fit"):
         fitted = (

@@ -14,7 +14,7 @@ __all__ = ["make_rig"]
 def make_rig(
     source: Path, output: Path, options: RigOptions = RigOptions(), on_step: OnStep | None = None
 ) -> Result:
-    """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel."""
+    """Convert a rig of any format that `list_formats` names to UsdSkel."""
     steps = Steps(on_step)
     check_place(output, source)
     with steps("read"):

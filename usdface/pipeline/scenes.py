@@ -11,6 +11,7 @@ from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
+from usdface.io.export_targets import EXPORT_TARGETS, GLTF, pack_stage, write_scene
 from usdface.options import ExportOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
@@ -26,20 +27,20 @@ def export_scene(
     every_frame: bool = False,
     options: ExportOptions = ExportOptions(),
 ) -> Result:
-    """Write the face of a USD scene, with all of its clips, as glTF or USDZ.
+    """Write the face of a USD scene, with all of its clips, as glTF, USDZ or another format.
 
-    A certificate says by how much the glTF is off; its vertices are compared in as many frames
-    as take a fraction of a second, or in every frame.
+    The suffix of `output` chooses the target (`usdface.io.export_targets`). A certificate says by
+    how much a glTF is off; its vertices are compared in as many frames as take a fraction of a
+    second, or in every frame.
     """
     steps = Steps(on_step)
     check_place(output, source)
-    if output.suffix.lower() == ".usdz":
-        from usdface.io.usd.usdz import write_usdz
-
+    target, problems = EXPORT_TARGETS.find(output)
+    target.format.check_options(output, options)
+    if target.format.pack:
         with steps("write"):
-            return Result((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
-    from usdface.io.compare_conversion import certified
-    from usdface.io.gltf.write import write_gltf
+            problems += pack_stage(target, source, output)
+        return Result((output,), tuple(problems), {}, steps.seconds)
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.stage import open_stage
 
@@ -48,10 +49,14 @@ def export_scene(
         stage = open_stage(source)
         rig, clips, findings = animated_rig(stage)
         clips = chosen_clips(clips, options.clip)
-    summary = _summary(rig, clips, "morph targets")
+    summary = _summary(rig, clips, "morph targets" if target.format is GLTF else "blend shapes")
     with steps("write"):
-        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
+        findings += problems + write_scene(target, rig, clips, output, options)
+    if target.format is not GLTF:
+        return Result((output,), tuple(findings), summary, steps.seconds)
     del rig, clips  # their memory, for the certificate
+    from usdface.io.compare_conversion import certified
+
     with steps("certify"):
         certificate, more = certified(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip

@@ -16,7 +16,7 @@ __all__ = ["make_take"]
 def make_take(
     source: Path, output: Path, options: TakeOptions = TakeOptions(), on_step: OnStep | None = None
 ) -> Result:
-    """Convert a take to USD: C3D, TRC, CSV, BVH or Live Link Face."""
+    """Convert a take of any format that `list_formats` names to USD."""
     steps = Steps(on_step)
     check_place(output, source)
     with steps("read"):

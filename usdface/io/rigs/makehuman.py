@@ -7,6 +7,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.rigs.obj import ObjMesh, read_obj
+from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.takes import FloatArray, IntArray
 
@@ -21,12 +22,13 @@ def is_makehuman(folder: Path) -> bool:
     return _base(folder) is not None and bool(_targets(folder)[1])
 
 
-def read_makehuman(folder: Path) -> tuple[Rig, list[Finding]]:
+def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Rig, list[Finding]]:
     """Read `base.obj` and all `.target` files as one mesh with blend shapes.
 
     `folder` holds `base.obj` and `targets/`, or is the folder of targets with `base.obj` one
     level up. A target's name is its path in the folder of targets, without the suffix. Only
-    the faces of the group `body` are kept: the others are helpers for clothes and joints.
+    the faces of the group `body` are kept: the others are helpers for clothes and joints. No option
+    applies: the format defines its unit and its up axis.
 
     Raises
     ------

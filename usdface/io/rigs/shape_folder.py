@@ -9,21 +9,16 @@ import trimesh
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.rigs.formats import mesh_files
 from usdface.io.rigs.obj import read_obj
 from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
 from usdface.takes import FloatArray
 
-__all__ = ["mesh_files", "read_shape_folder"]
+__all__ = ["read_shape_folder"]
 
-_SUFFIXES = (".obj", ".ply")
 _NEUTRAL_WORDS = frozenset({"neutral", "basis", "base", "rest"})
 _Z_UP_TO_Y_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
-
-
-def mesh_files(folder: Path) -> list[Path]:
-    """Return the OBJ and PLY files of a folder, sorted by name."""
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in _SUFFIXES and p.is_file())
 
 
 def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
@@ -41,7 +36,7 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     """
     files = mesh_files(folder)
     if not files:
-        raise InputError(f"{folder} has no {' or '.join(_SUFFIXES)} files", "FILE_UNREADABLE")
+        raise InputError(f"{folder} has no OBJ or PLY files", "FILE_UNREADABLE")
     chosen = _neutral(folder, files, options.neutral)
     to_metres = np.eye(3) if options.up_axis == "Y" else _Z_UP_TO_Y_UP
     to_metres = to_metres * options.meters_per_unit

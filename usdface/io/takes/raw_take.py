@@ -10,15 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import BoolArray, FloatArray, MarkerTake
 
-__all__ = ["DEFAULTS", "METRES", "RawTake", "check_size", "finish_take", "listed"]
+__all__ = ["DEFAULTS", "METRES", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
 
 DEFAULTS = TakeOptions()
 METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
@@ -109,11 +108,9 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     positions, unit, up_axis, guesses = _placed(raw, options)
     findings += guesses
     hidden = np.any(~np.isfinite(positions), axis=2)
-    if hidden.all():
-        raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
     positions[hidden] = np.nan
-    findings += _occlusion(path, labels, hidden)
-    seen = np.any(~hidden, axis=0)
+    seen, occlusion = find_occlusion(path, labels, hidden)
+    findings += occlusion
     take = MarkerTake(
         tuple(label for label, kept in zip(labels, seen, strict=True) if kept),
         times,
@@ -178,7 +175,18 @@ def _placed(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str,
     return raw.positions * unit, unit, up_axis, findings
 
 
-def _occlusion(path: Path, labels: list[str], hidden: NDArray[np.bool_]) -> list[Finding]:
+def find_occlusion(
+    path: Path, labels: Sequence[str], hidden: BoolArray
+) -> tuple[BoolArray, list[Finding]]:
+    """Return which markers are ever visible (M,), and where markers (F, M) are hidden.
+
+    Raises
+    ------
+    InputError
+        If nothing is ever visible.
+    """
+    if hidden.all():
+        raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
     frame_count = len(hidden)
     counts = hidden.sum(axis=0)
     findings = []
@@ -193,4 +201,4 @@ def _occlusion(path: Path, labels: list[str], hidden: NDArray[np.bool_]) -> list
     if len(empty):
         message = f"no marker is visible in frames {listed([str(i) for i in empty])}"
         findings.append(finding("FRAME_EMPTY", str(path), message))
-    return findings
+    return np.any(~hidden, axis=0), findings
