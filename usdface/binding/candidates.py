@@ -6,9 +6,10 @@ import numpy as np
 
 from usdface.binding.face_surface import FaceSurface
 from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_modes import motions_about_origin
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["Domain", "domain_of", "turning_motions"]
+__all__ = ["Domain", "domain_of"]
 
 # A performer's strongest movement may be so much stronger than the rig's.
 _GAIN = 1.5
@@ -55,18 +56,13 @@ def domain_of(skin: FaceSurface, cell: float = 0.0, keep: IntArray | None = None
     # Evenly, or finely meshed lids and lips would be most of the face.
     even = moving[_thinned(moving, 0.08 * rough)]
     centre = even.mean(axis=0)
-    size = float(np.sqrt(((even - centre) ** 2).sum(axis=1).mean()))
+    size = rms_radius(even)
     places = np.arange(len(skin.points))
     if cell:
         places = _thinned(skin.points, cell * size)
     if keep is not None:
         places = np.union1d(places, keep)
     points = skin.points[places] - centre
-    return Domain(places, points, _GAIN * skin.offsets[:, places], turning_motions(points), size)
-
-
-def turning_motions(points: FloatArray) -> FloatArray:
-    """Return translations and rotations about the centre: (6, N, 3)."""
-    turns = np.cross(np.eye(3)[:, None], points)
-    shifts = np.broadcast_to(np.eye(3)[:, None], turns.shape)
-    return np.concatenate([shifts, turns])
+    return Domain(
+        places, points, _GAIN * skin.offsets[:, places], motions_about_origin(points), size
+    )

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.binding.candidates import Domain, turning_motions
+from usdface.binding.candidates import Domain
 from usdface.binding.observations import Evidence
+from usdface.geometry.rigid_modes import motions_about_origin
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.takes import BoolArray, FloatArray, IntArray
 
@@ -126,7 +127,7 @@ def unexplained_motion(domain: Domain, evidence: Evidence, state: Registration) 
     moves = evidence.moves @ state.linear
     weights, turns = _moved(moves, evidence.seen, basis, target, trust, state, False)
     told = weights @ basis.reshape(len(basis), -1)
-    told += turns @ turning_motions(target).reshape(6, -1)
+    told += turns @ motions_about_origin(target).reshape(6, -1)
     off = ((moves - told.reshape(moves.shape)) ** 2).sum(axis=2)
     seen = np.maximum(evidence.seen.sum(axis=0), 1)
     each = (off * evidence.seen).sum(axis=0) / seen
@@ -266,7 +267,7 @@ def _moved(
     """Solve weights and small rigid motions of the peak frames for given places."""
     count, root = len(moves), np.sqrt(trust)[:, None]
     shapes = (basis * root).reshape(len(basis), -1)
-    rigid = (turning_motions(target) * root).reshape(6, -1)
+    rigid = (motions_about_origin(target) * root).reshape(6, -1)
     told = state.weights @ shapes + state.turns @ rigid
     observed = np.where(np.repeat(seen, 3, axis=1), (moves * root).reshape(count, -1), told)
     columns = np.linalg.qr(rigid.T)[0]

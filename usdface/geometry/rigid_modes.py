@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.takes import FloatArray
 
-__all__ = ["motion_basis", "small_motions"]
+__all__ = ["motion_basis", "motions_about_origin", "small_motions"]
 
 
 def small_motions(points: FloatArray, image: bool) -> FloatArray:
@@ -14,13 +14,17 @@ def small_motions(points: FloatArray, image: bool) -> FloatArray:
     change of size instead.
     """
     centred = points - points.mean(axis=0)
-    columns = np.zeros((6, *points.shape))
-    for axis in range(3):
-        columns[axis, :, axis] = 1.0
-        columns[3 + axis] = np.cross(np.eye(3)[axis], centred)
+    columns = motions_about_origin(centred)
     if image:
         columns[2] = centred
     return columns
+
+
+def motions_about_origin(points: FloatArray) -> FloatArray:
+    """Return the unit translations of `points` (N, 3) and rotations about the origin: (6, N, 3)."""
+    turns = np.cross(np.eye(3)[:, None], points)
+    shifts = np.broadcast_to(np.eye(3)[:, None], turns.shape)
+    return np.concatenate([shifts, turns])
 
 
 def motion_basis(points: FloatArray, axes: int) -> FloatArray:

@@ -14,8 +14,9 @@ from pygltflib import TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, Primitive
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.bake_transform import TANGENTS, unit_rows
+from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.textures import uv_name
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.weld import Rows, rows_at, welded
@@ -245,7 +246,7 @@ def _merged(
         points[first],
         np.full(len(triangles), 3),
         place[of_vertex[triangles.ravel()]],
-        None if normals is None else unit_rows(normals[first]),
+        None if normals is None else unit_or_zero(normals[first]),
         next((c.values for c in corners if c.name == first_uvs), None),
         tuple(
             _shape(n, move(), None if turn is None else turn(), first)

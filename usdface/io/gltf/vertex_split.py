@@ -10,10 +10,10 @@ import numpy as np
 import pygltflib
 from pygltflib import ARRAY_BUFFER
 
+from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.vertex_colours import COLOURS
-from usdface.io.normals import unit
 from usdface.rigs import Mesh, Rig
 from usdface.takes import FloatArray, IntArray
 
@@ -107,7 +107,7 @@ def written_colours(mesh: Mesh, split: Split, builder: BufferBuilder) -> int | N
 
 def _sound(tangents: FloatArray) -> FloatArray:
     sign = np.where(tangents[:, 3:] < 0, -1.0, 1.0)
-    return np.concatenate([unit(tangents[:, :3]), sign], 1)
+    return np.concatenate([unit_or_up(tangents[:, :3]), sign], 1)
 
 
 def turned_tangents(
@@ -124,8 +124,8 @@ def turned_tangents(
     change[turn[0]] = turn[1]
     moved = np.flatnonzero(change[split.source].any(axis=1))
     still = _sound(tangents[split.corner[moved]])[:, :3]
-    across = unit((normals + change)[split.source[moved]])
-    turned = unit(still - across * (still * across).sum(axis=1, keepdims=True))
+    across = unit_or_up((normals + change)[split.source[moved]])
+    turned = unit_or_up(still - across * (still * across).sum(axis=1, keepdims=True))
     return moved, turned - still
 
 

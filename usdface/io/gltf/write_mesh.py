@@ -9,6 +9,7 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
+from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.inbetweens import flat_mesh
 from usdface.io.gltf.vertex_colours import COLOURS
@@ -20,7 +21,6 @@ from usdface.io.gltf.vertex_split import (
     written_corners,
 )
 from usdface.io.gltf.write_skin import written_influences
-from usdface.io.normals import normals_of_faces, unit
 from usdface.rigs import BlendShape, Mesh
 from usdface.takes import FloatArray, IntArray
 
@@ -111,7 +111,7 @@ def written_mesh(
     )
     moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
     normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
-    shared.NORMAL = builder.array(unit(normals[split.source]), ARRAY_BUFFER, short="signed")
+    shared.NORMAL = builder.array(unit_or_up(normals[split.source]), ARRAY_BUFFER, short="signed")
     wanted = wanted_sets(primitives, materials)
     for attribute, accessor in written_corners(mesh, split, uv_names, wanted, builder).items():
         setattr(shared, attribute, accessor)

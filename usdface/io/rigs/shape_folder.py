@@ -9,6 +9,7 @@ import trimesh
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import to_metres
 from usdface.io.rigs.formats import mesh_files
 from usdface.io.rigs.obj import read_obj
 from usdface.options import RigOptions
@@ -18,7 +19,6 @@ from usdface.takes import FloatArray
 __all__ = ["read_shape_folder"]
 
 _NEUTRAL_WORDS = frozenset({"neutral", "basis", "base", "rest"})
-_Z_UP_TO_Y_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
 
 
 def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
@@ -38,9 +38,8 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     if not files:
         raise InputError(f"{folder} has no OBJ or PLY files", "FILE_UNREADABLE")
     chosen = _neutral(folder, files, options.neutral)
-    to_metres = np.eye(3) if options.up_axis == "Y" else _Z_UP_TO_Y_UP
-    to_metres = to_metres * options.meters_per_unit
-    neutral, materials, findings = _read_neutral(chosen, to_metres)
+    space = to_metres(options.meters_per_unit, options.up_axis)
+    neutral, materials, findings = _read_neutral(chosen, space)
     shapes: dict[str, BlendShape] = {}
     for path in files:
         if path == chosen:
@@ -56,7 +55,7 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
             continue
         if not same_faces:
             findings.append(finding("FACES_DIFFER", str(path)))
-        shapes[path.stem] = BlendShape.from_dense(path.stem, points @ to_metres - neutral.points)
+        shapes[path.stem] = BlendShape.from_dense(path.stem, points @ space - neutral.points)
         if not len(shapes[path.stem].indices):
             findings.append(finding("SHAPE_EMPTY", str(path)))
     mesh = Mesh(
@@ -102,12 +101,12 @@ def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:
 
 
 def _read_neutral(
-    path: Path, to_metres: FloatArray
+    path: Path, space: FloatArray
 ) -> tuple[Mesh, tuple[Material, ...], list[Finding]]:
     if path.suffix.lower() == ".ply":
         found, polygons = _read_ply(path)
         counts = np.full(len(found.faces), 3)
-        points = np.asarray(found.vertices) @ to_metres
+        points = np.asarray(found.vertices) @ space
         notes = [finding("FACES_TRIANGULATED", str(path))] if polygons != len(counts) else []
         return Mesh(path.stem, points, counts, np.ravel(found.faces)), (), notes
     obj = read_obj(path)
@@ -121,7 +120,7 @@ def _read_neutral(
     if subsets:
         message = "materials keep their names and faces; their colours (.mtl) are not read"
         notes.append(finding("FEATURE_DROPPED", str(path), message))
-    points = obj.points @ to_metres
+    points = obj.points @ space
     mesh = Mesh(
         path.stem, points, obj.face_counts, obj.face_indices, None, obj.uvs, subsets=subsets
     )

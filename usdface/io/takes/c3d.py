@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
-from usdface.io.takes.raw_take import DEFAULTS, METRES, RawTake, finish_take
+from usdface.io.takes.raw_take import DEFAULTS, RawTake, finish_take
 from usdface.options import TakeOptions
 from usdface.takes import FloatArray, MarkerTake
 
@@ -80,7 +81,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         labels=_labels(parameters, layout.markers),
         positions=_points(data, layout),
         rate=layout.rate,
-        unit=METRES.get(_text(parameters, "POINT:UNITS").lower()),
+        unit=METERS_PER_UNIT.get(_text(parameters, "POINT:UNITS").lower()),
         up_axis=up_axis,
         start_timecode=_timecode(parameters),
     )

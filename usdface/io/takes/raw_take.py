@@ -13,14 +13,14 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
 from usdface.takes import BoolArray, FloatArray, MarkerTake
 
-__all__ = ["DEFAULTS", "METRES", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
+__all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
 
 DEFAULTS = TakeOptions()
-METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
 _HEADROOM = 16 * 2**20  # bytes
 _EXPANSION = 64  # bytes of positions for a byte of file; dense text gives about 3
 
@@ -162,17 +162,15 @@ def _placed(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str,
     if options.dimension == 2 or raw.positions.shape[2] == 2:
         return raw.positions[..., :2] * [1.0, -1.0], 1.0, "Y", []
     findings = []
-    unit = METRES[options.units] if options.units else raw.unit
+    unit = METERS_PER_UNIT[options.units] if options.units else raw.unit
     if unit is None:
-        unit = METRES[raw.assumed_unit]
+        unit = METERS_PER_UNIT[raw.assumed_unit]
         findings.append(finding("UNITS_ASSUMED", where, f"taken as {raw.assumed_unit}"))
     up_axis = options.up_axis or raw.up_axis
     if up_axis is None:
         up_axis = "Y"
         findings.append(finding("UP_AXIS_ASSUMED", where, "taken as Y up"))
-    if up_axis == "Z":
-        return raw.positions[..., [0, 2, 1]] * [unit, unit, -unit], unit, up_axis, findings
-    return raw.positions * unit, unit, up_axis, findings
+    return in_metres(raw.positions, unit, up_axis), unit, up_axis, findings
 
 
 def find_occlusion(

@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.certificate.linear_morph import Sums
+from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import ShownShapes
 from usdface.io.usd.stage import metrics_of, to_si
@@ -183,8 +184,7 @@ class StagedMesh:
         if self._bound is not None and moves is not None:
             self._bound.skin_normals(normals, moves, code)
         turned = np.array(normals, np.float64)[self.used] @ _turning(space)
-        length = np.linalg.norm(turned, axis=1, keepdims=True)
-        return np.asarray(turned / np.where(length > 0, length, 1.0))
+        return unit_or_zero(turned)
 
 
 def _world(prim: Usd.Prim, code: float) -> FloatArray:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdface.findings import Finding, finding
-from usdface.io.normals import unit
+from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.stage import vec2f_array, vec3f_array
 from usdface.rigs import CornerValues, Mesh
 from usdface.takes import FloatArray, IntArray
@@ -76,7 +76,7 @@ def read_corners(
     tangents = values("tangents", 4)
     if tangents is not None:
         sign = np.where(np.linalg.det(linear) < 0, -1.0, 1.0)
-        turned = np.concatenate([unit(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
+        turned = np.concatenate([unit_or_up(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
         others.append(CornerValues("tangents", turned))
     return first, coordinates.get(first), tuple(others), found
 

@@ -5,7 +5,7 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.normals import unit
+from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.blend_shapes import read_shapes
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.face_varying_primvars import at_corners, read_corners
@@ -77,7 +77,7 @@ def read_mesh(
         points @ linear + space[3, :3],
         counts,
         indices,
-        None if normals is None else unit(normals @ turn),
+        None if normals is None else unit_or_up(normals @ turn),
         uvs,
         shapes,
         skin,
@@ -136,8 +136,8 @@ def _normals(
     if len(values) == count and interpolation in ("vertex", "varying"):
         return values, []
     total = [np.bincount(indices, corners[:, axis], count) for axis in range(3)]
-    normals = unit(np.stack(total, axis=1))
-    hard = (np.abs(unit(corners) - normals[indices]) > _HARD_EDGE).any()
+    normals = unit_or_up(np.stack(total, axis=1))
+    hard = (np.abs(unit_or_up(corners) - normals[indices]) > _HARD_EDGE).any()
     message = "normals are kept per point; hard edges become smooth"
     return normals, [finding("FEATURE_DROPPED", path, message)] if hard else []
 

@@ -11,7 +11,7 @@ from pxr import Gf, Kind, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
-from usdface.io.normals import normals_of_faces, unit
+from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
@@ -153,7 +153,7 @@ def _write_mesh(
     def normals_at(points: FloatArray) -> FloatArray:
         return of_faces()(points)
 
-    normals = normals_at(mesh.points) if mesh.normals is None else unit(mesh.normals)
+    normals = normals_at(mesh.points) if mesh.normals is None else unit_or_up(mesh.normals)
     prim.CreateNormalsAttr(vec3f_array(normals))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     findings = [finding("NORMALS_COMPUTED", path)] if mesh.normals is None else []

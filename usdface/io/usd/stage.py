@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import to_metres
 from usdface.io.atomic import atomic_path
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
 from usdface.takes import FloatArray
@@ -43,7 +44,6 @@ __all__ = [
 Stage = Usd.Stage
 
 _FALLBACK_RATE = 24.0  # USD's own
-_Z_UP_TO_Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,8 +199,9 @@ def unsaid_metrics(stage: Usd.Stage) -> list[Finding]:
 
 def to_si(metrics: Metrics) -> FloatArray:
     """Return the (4, 4) matrix from stage space to metres, Y up (row vectors, as in USD)."""
-    scale = np.diag([metrics.meters_per_unit] * 3 + [1.0])
-    return scale @ _Z_UP_TO_Y_UP if metrics.up_axis == "Z" else scale
+    matrix = np.eye(4)
+    matrix[:3, :3] = to_metres(metrics.meters_per_unit, metrics.up_axis)
+    return matrix
 
 
 def times_of(codes: ArrayLike, metrics: Metrics) -> FloatArray:
