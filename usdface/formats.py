@@ -25,7 +25,7 @@ Take: TypeAlias = "MarkerTake | WeightsTake"
 ReadTake: TypeAlias = "Callable[[Path, TakeOptions], tuple[Take, Sequence[Finding]]]"
 ReadRig: TypeAlias = "Callable[[Path, RigOptions], tuple[Rig, Sequence[Finding]]]"
 WriteScene: TypeAlias = "Callable[[Rig, Sequence[Clip], Path, ExportOptions], Sequence[Finding]]"
-PackStage: TypeAlias = "Callable[[Path, Path], Sequence[Finding]]"
+PackStage: TypeAlias = "Callable[[Path, Path, ExportOptions], Sequence[Finding]]"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,10 +170,10 @@ class ExportTarget(FileFormat):
     Attributes
     ----------
     write : callable, optional
-        (`Rig`, clips, path, `ExportOptions`) -> findings. The clips are those that the option
-        `clip` leaves.
+        (`Rig`, clips, path, `ExportOptions`) -> findings. The options `clip` and `asset_root`
+        are followed before, as the scene is read.
     pack : callable, optional
-        (path of the USD scene, path) -> findings: packs the scene as it is.
+        (path of the USD scene, path, `ExportOptions`) -> findings: packs the scene as it is.
     """
 
     write: "WriteScene | None" = None
@@ -189,8 +189,9 @@ class ExportTarget(FileFormat):
             )
 
     def follows(self, option: str) -> bool:
-        """Return whether an option has an effect: `clip` has one on all that is not packed."""
-        return option in self.options or (option == "clip" and self.write is not None)
+        """Return whether an option has an effect, on the format or while the scene is read."""
+        reading = ("clip", "asset_root") if self.write is not None else ()
+        return option in (*self.options, *reading)
 
 
 def suffixes_of(formats: Sequence[FileFormat]) -> tuple[str, ...]:

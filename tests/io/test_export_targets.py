@@ -18,7 +18,7 @@ def write(rig, clips, path, options):
     path.write_text(f"{{len(rig.shape_names)}} {{len(clips)}} {{options.clip}}")
     return []
 
-def pack(source, path):
+def pack(source, path, options):
     path.write_bytes(source.read_bytes())
     return []
 
@@ -79,6 +79,6 @@ def test_a_suffix_that_nobody_writes_is_refused(scene: Path) -> None:
         export_scene(scene, scene.with_name("out.fbx"))
 
 
-def test_packing_follows_no_option(scene: Path) -> None:
-    with pytest.raises(InputError, match="USDZ has no use for clip = 'a'"):
-        export_scene(scene, scene.with_name("out.usdz"), options=ExportOptions(clip="a"))
+def test_packing_follows_no_option_of_gltf(scene: Path) -> None:
+    with pytest.raises(InputError, match="USDZ has no use for pointer = True"):
+        export_scene(scene, scene.with_name("out.usdz"), options=ExportOptions(pointer=True))

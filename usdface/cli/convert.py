@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.io.export_targets import EXPORT_TARGETS
 from usdface.io.format_table import FormatTable
 from usdface.io.rigs.formats import RIG_READERS
 from usdface.io.takes.formats import TAKE_READERS
-from usdface.options import ExportOptions, RigOptions, TakeOptions
+from usdface.options import ExportOptions, ImportOptions, RigOptions, TakeOptions
 
 __all__ = ["add_check", "add_export", "add_import", "add_rig", "add_take"]
 
@@ -34,6 +34,7 @@ def add_rig(commands: Any) -> None:
         help="unit of OBJ and PLY files (default: %(default)s, centimetres)",
     )
     command.add_argument("--up-axis", choices=("Y", "Z"), default=default.up_axis)
+    add_asset_root(command)
 
 
 def _rig(parsed: argparse.Namespace) -> int:
@@ -84,6 +85,7 @@ def add_export(commands: Any) -> None:
         action="store_true",
         help="points, normals and texture coordinates as 16-bit integers, by KHR_mesh_quantization",
     )
+    add_asset_root(command)
 
 
 def _export(parsed: argparse.Namespace) -> int:
@@ -99,12 +101,14 @@ def add_import(commands: Any) -> None:
     command = add_command(commands, "import", _import, "write a glTF as USD")
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
+    add_asset_root(command)
 
 
 def _import(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
+    options = ImportOptions(**settings(parsed, ImportOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.import_scene(parsed.source, parsed.output, step, every)
+        outcome = pipeline.import_scene(parsed.source, parsed.output, step, every, options)
     return report(parsed, outcome)
 
 

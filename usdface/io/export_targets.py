@@ -1,6 +1,6 @@
 """The formats that scenes are exported to; loads no library, so that help texts can list them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,11 +19,15 @@ __all__ = ["EXPORT_TARGETS", "GLTF", "pack_stage", "write_scene"]
 
 
 def _write_gltf(
-    rig: "Rig", clips: "Sequence[Clip]", path: Path, options: ExportOptions
+    rig: "Rig",
+    clips: "Sequence[Clip]",
+    path: Path,
+    options: ExportOptions,
+    read: Iterable[Path] = (),
 ) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf
 
-    return write_gltf(rig, path, clips, options.pointer, options.quantize)
+    return write_gltf(rig, path, clips, options.pointer, options.quantize, read)
 
 
 GLTF = ExportTarget(
@@ -38,6 +42,7 @@ EXPORT_TARGETS = FormatTable(
         ExportTarget(
             name="USDZ",
             suffixes=(".usdz",),
+            options=("clip", "asset_root"),
             pack=lazy_function("usdface.io.usd.usdz", "write_usdz"),
         ),
     ),
@@ -50,8 +55,11 @@ def write_scene(
     clips: "Sequence[Clip]",
     path: Path,
     options: ExportOptions,
+    read: Iterable[Path] = (),
 ) -> list[Finding]:
     """Write a rig and its clips by a target that has `write`.
+
+    Files beside the output, which only glTF has, replace none of `read`.
 
     Raises
     ------
@@ -62,14 +70,18 @@ def write_scene(
     """
     write = target.format.write
     assert write is not None
+    if target.format is GLTF:
+        return _write_gltf(rig, clips, path, options, read)
     return _written(target, path, lambda place: target.call(write, rig, clips, place, options))
 
 
-def pack_stage(target: Registered[ExportTarget], source: Path, path: Path) -> list[Finding]:
+def pack_stage(
+    target: Registered[ExportTarget], source: Path, path: Path, options: ExportOptions
+) -> list[Finding]:
     """Pack a USD scene by a target that has `pack`; raises as `write_scene`."""
     pack = target.format.pack
     assert pack is not None
-    return _written(target, path, lambda place: target.call(pack, source, place))
+    return _written(target, path, lambda place: target.call(pack, source, place, options))
 
 
 def _written(

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from usdface.io.atomic import check_place
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.takes.files import read_take
 from usdface.io.usd.take import write_take
 from usdface.options import TakeOptions
@@ -18,7 +18,7 @@ def make_take(
 ) -> Result:
     """Convert a take of any format that `list_formats` names to USD."""
     steps = Steps(on_step)
-    check_place(output, source)
+    check_outputs([output], files_read(source))
     with steps("read"):
         take, findings = read_take(source, options)
     with steps("write"):

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.rigs.combinations import with_combinations_of
-from usdface.io.rigs.formats import RIG_READERS
+from usdface.io.rigs.combinations import combinations_file, with_combinations_of
+from usdface.io.rigs.formats import RIG_READERS, is_makehuman_folder, mesh_files
 from usdface.io.rigs.verify_rig import verified_rig
 from usdface.options import RigOptions
 from usdface.rigs import Rig
 
-__all__ = ["read_rig_file"]
+__all__ = ["folder_files", "read_rig_file"]
 
 
 def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, list[Finding]]:
@@ -38,3 +38,15 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     if not rig.shape_names:
         raise InputError(f"{path} has no blend shapes; a rig needs at least one", "SHAPES_MISSING")
     return rig, findings
+
+
+def folder_files(folder: Path) -> list[Path]:
+    """Return the files of a folder that reading it as a rig reads."""
+    if is_makehuman_folder(folder):
+        from usdface.io.rigs.makehuman import makehuman_files
+
+        meshes = makehuman_files(folder)
+    else:
+        meshes = mesh_files(folder)
+    combinations = combinations_file(folder)
+    return [*meshes, *([combinations] if combinations.is_file() else [])]

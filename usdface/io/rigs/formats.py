@@ -6,7 +6,7 @@ from usdface.formats import RigReader
 from usdface.io.format_table import FormatTable
 from usdface.lazy import lazy_function
 
-__all__ = ["RIG_READERS", "mesh_files"]
+__all__ = ["RIG_READERS", "is_makehuman_folder", "mesh_files"]
 
 _MESHES = (".obj", ".ply")
 
@@ -16,7 +16,7 @@ def mesh_files(folder: Path) -> list[Path]:
     return sorted(p for p in folder.iterdir() if p.suffix.lower() in _MESHES and p.is_file())
 
 
-def _is_makehuman(folder: Path) -> bool:
+def is_makehuman_folder(folder: Path) -> bool:
     """Return whether a folder has MakeHuman targets and a base mesh, there or above."""
     from usdface.io.rigs.makehuman import is_makehuman
 
@@ -25,7 +25,7 @@ def _is_makehuman(folder: Path) -> bool:
 
 def _is_shape_folder(folder: Path) -> bool:
     """Return whether a folder has meshes and is none of MakeHuman's."""
-    return bool(mesh_files(folder)) and not _is_makehuman(folder)
+    return bool(mesh_files(folder)) and not is_makehuman_folder(folder)
 
 
 RIG_READERS = FormatTable(
@@ -36,11 +36,13 @@ RIG_READERS = FormatTable(
         RigReader(
             name="glTF",
             suffixes=(".glb", ".gltf"),
+            options=("asset_root",),
             read=lazy_function("usdface.io.rigs.scene_rig", "read_gltf_rig"),
         ),
         RigReader(
             name="USD",
             suffixes=(".usd", ".usda", ".usdc", ".usdz"),
+            options=("asset_root",),
             read=lazy_function("usdface.io.rigs.scene_rig", "read_usd_rig"),
         ),
         RigReader(
@@ -53,7 +55,7 @@ RIG_READERS = FormatTable(
         RigReader(
             name="folder of MakeHuman targets",
             folder=True,
-            sniff=_is_makehuman,
+            sniff=is_makehuman_folder,
             read=lazy_function("usdface.io.rigs.makehuman", "read_makehuman"),
         ),
     ),
