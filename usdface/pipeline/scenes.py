@@ -58,10 +58,10 @@ def export_scene(
     if target.format is not GLTF:
         return Result(written, tuple(findings), summary, steps.seconds)
     del rig, clips  # their memory, for the certificate
-    from usdface.io.compare_conversion import certified
+    from usdface.io.compare_conversion import certify_conversion
 
     with steps("certify"):
-        certificate, more = certified(
+        certificate, more = certify_conversion(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
     return _certified(written, findings + more, summary, steps, certificate)
@@ -78,7 +78,7 @@ def import_scene(
 
     A certificate says by how much the USD is off (see `export_scene`).
     """
-    from usdface.io.compare_conversion import certified
+    from usdface.io.compare_conversion import certify_conversion
     from usdface.io.gltf.read import read_gltf
     from usdface.io.usd.rig_write import write_rig
     from usdface.io.usd.stage import open_stage
@@ -96,7 +96,7 @@ def import_scene(
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         stage = open_stage(output)
-        certificate, more = certified(
+        certificate, more = certify_conversion(
             stage, source, exported=False, every_frame=every_frame, asset_root=root
         )
     return _certified(written, findings + more, summary, steps, certificate)

@@ -10,12 +10,12 @@ from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.rigs import CornerValues, Mesh
 from usdface.takes import FloatArray
 
-__all__ = ["TANGENTS", "placed"]
+__all__ = ["TANGENTS", "bake_transform"]
 
 TANGENTS = "tangents"
 
 
-def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
+def bake_transform(mesh: Mesh, matrix: FloatArray) -> Mesh:
     """Return the mesh with a row-vector transform (4, 4) baked into points, offsets, normals.
 
     Where the transform mirrors, faces are turned around; where it flattens, the normals
@@ -48,10 +48,10 @@ def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
         turned = np.concatenate([unit_or_zero(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
         others = (c for c in mesh.corner_values if c.name != TANGENTS)
         result = replace(result, corner_values=(*others, CornerValues(TANGENTS, turned)))
-    return _turned(result) if determinant < 0 else result
+    return _reverse_winding(result) if determinant < 0 else result
 
 
-def _turned(mesh: Mesh) -> Mesh:
+def _reverse_winding(mesh: Mesh) -> Mesh:
     """Return the mesh with its triangles walked the other way round."""
 
     def back(values: NDArray[Any]) -> NDArray[Any]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.rigs.combinations import combinations_file, with_combinations_of
+from usdface.io.rigs.combinations import combinations_file, read_combinations
 from usdface.io.rigs.formats import RIG_READERS, is_makehuman_folder, mesh_files
 from usdface.io.rigs.verify_rig import verified_rig
 from usdface.options import RigOptions
@@ -33,7 +33,7 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     rig, found = verified_rig(reader, result) if reader.origin else result
     findings += found
     if path.is_dir():
-        rig, found = with_combinations_of(path, rig)
+        rig, found = read_combinations(path, rig)
         findings += found
     if not rig.shape_names:
         raise InputError(f"{path} has no blend shapes; a rig needs at least one", "SHAPES_MISSING")

@@ -13,7 +13,7 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["is_makehuman", "makehuman_files", "read_makehuman"]
 
-_METERS_PER_UNIT = 0.1
+_METERS_PER_UNIT = 0.1  # "Asset format: targets"
 _BODY = "body"
 
 
@@ -89,7 +89,7 @@ def _body(obj: ObjMesh, path: Path) -> tuple[Mesh, IntArray, list[Finding]]:
     """Return the body alone and which points of the file it keeps: (V,) int64."""
     on_body = np.array([group == _BODY for group in obj.groups], bool)
     if not on_body.any():
-        on_body[:] = True  # not the base mesh as published: nothing says what is a helper
+        on_body[:] = True  # not the base mesh as published: helpers are not marked
     corners = np.repeat(on_body, obj.face_counts)
     kept, indices = np.unique(obj.face_indices[corners], return_inverse=True)
     mesh = Mesh(

@@ -93,11 +93,14 @@ def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:
         if found:
             names = ", ".join(path.name for path in found)
             raise InputError(
-                f"{folder} has several neutral meshes ({names}); name one", "NEUTRAL_UNKNOWN"
+                f"{folder} has several neutral meshes ({names}); choose one with --neutral",
+                "NEUTRAL_UNKNOWN",
             )
     names = ", ".join(path.name for path in files)
-    asked = f"no mesh {wanted!r}" if wanted else "no mesh named neutral, basis, base or rest"
-    raise InputError(f"{folder} has {asked}; name the neutral, one of {names}", "NEUTRAL_UNKNOWN")
+    missing = f"no mesh {wanted!r}" if wanted else "no mesh named neutral, basis, base or rest"
+    raise InputError(
+        f"{folder} has {missing}; choose one with --neutral: {names}", "NEUTRAL_UNKNOWN"
+    )
 
 
 def _read_neutral(
@@ -107,8 +110,8 @@ def _read_neutral(
         found, polygons = _read_ply(path)
         counts = np.full(len(found.faces), 3)
         points = np.asarray(found.vertices) @ space
-        notes = [finding("FACES_TRIANGULATED", str(path))] if polygons != len(counts) else []
-        return Mesh(path.stem, points, counts, np.ravel(found.faces)), (), notes
+        findings = [finding("FACES_TRIANGULATED", str(path))] if polygons != len(counts) else []
+        return Mesh(path.stem, points, counts, np.ravel(found.faces)), (), findings
     obj = read_obj(path)
     names = np.array(obj.materials)
     subsets = tuple(
@@ -116,15 +119,15 @@ def _read_neutral(
         for name in dict.fromkeys(obj.materials)
         if name
     )
-    notes = []
+    findings = []
     if subsets:
         message = "materials keep their names and faces; their colours (.mtl) are not read"
-        notes.append(finding("FEATURE_DROPPED", str(path), message))
+        findings.append(finding("FEATURE_DROPPED", str(path), message))
     points = obj.points @ space
     mesh = Mesh(
         path.stem, points, obj.face_counts, obj.face_indices, None, obj.uvs, subsets=subsets
     )
-    return mesh, tuple(Material(subset.material) for subset in subsets), notes
+    return mesh, tuple(Material(subset.material) for subset in subsets), findings
 
 
 def _read_points(path: Path, neutral: Mesh) -> tuple[FloatArray, bool]:
@@ -146,7 +149,7 @@ def _read_ply(path: Path) -> tuple[trimesh.Trimesh, int]:
             found = trimesh.load(file, file_type="ply", process=False)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}", "FILE_UNREADABLE") from error
-    except Exception as error:  # trimesh raises whatever its parsers run into
+    except Exception as error:  # trimesh lets any error of its parsers through
         raise InputError(
             f"{path} cannot be read as PLY: {error or type(error).__name__}; is it cut off, or "
             "binary with triangles and quads mixed? Then export triangles, ASCII or OBJ",

@@ -16,8 +16,8 @@ __all__ = ["verified_rig"]
 def verified_rig(reader: Registered[RigReader], result: object) -> tuple[Rig, list[Finding]]:
     """Return a reader's rig and findings, checked.
 
-    The types check points, faces and blend shapes when they are made; here is what they leave
-    open: the lengths and ranges of whatever else a mesh carries.
+    The types check points, faces and blend shapes when they are made; this function
+    checks lengths and ranges of all other arrays of a mesh.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def verified_rig(reader: Registered[RigReader], result: object) -> tuple[Rig, li
 
 
 def _faults(mesh: Mesh, joints: int) -> Iterator[str]:
-    """Yield what is wrong with a mesh, beyond what it checks itself."""
+    """Yield the faults of a mesh that `Mesh` does not check itself."""
     points, corners = len(mesh.points), len(mesh.face_indices)
     if len(mesh.face_counts) and mesh.face_counts.min() < 3:
         yield f"a face of {mesh.face_counts.min()} corners; expected 3 or more"

@@ -21,6 +21,7 @@ from usdface.takes import FloatArray, MarkerTake
 
 __all__ = ["read_c3d"]
 
+# C3D User Guide, "The header section" and, for the processor types, "The parameter section".
 _BLOCK = 512  # bytes
 _KEY = 0x50  # second byte of every C3D file
 _ORDERS: dict[int, ByteOrder] = {84: "intel", 85: "dec", 86: "mips"}
@@ -75,7 +76,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     header = _header(path, data)
     parameters = header.parameters
     layout, findings = _layout(path, len(data), header)
-    up_axis, guesses = _up_axis(path, parameters, options)
+    up_axis, axis_findings = _up_axis(path, parameters, options)
     raw = RawTake(
         path=path,
         labels=_labels(parameters, layout.markers),
@@ -85,8 +86,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         up_axis=up_axis,
         start_timecode=_timecode(parameters),
     )
-    take, more = finish_take(raw, options)
-    return take, findings + guesses + more
+    take, take_findings = finish_take(raw, options)
+    return take, findings + axis_findings + take_findings
 
 
 def _header(path: Path, data: NDArray[np.uint8]) -> _Header:

@@ -24,14 +24,14 @@ def read_take(
     ----------
     path : Path
     options : TakeOptions
-        What the file does not say, or says wrongly.
+        Overrides of the file: units, up axis, rate, dimension.
 
     Returns
     -------
     take : MarkerTake or WeightsTake
         `WeightsTake` from recorded blend shape weights (Live Link Face, a SkelAnimation).
     findings : list of Finding
-        What was dropped, guessed or is hidden.
+        Losses, assumptions and occlusion.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Marker CSV as OptiTrack Motive exports it (format versions 1.2 and later).
 
-The first line holds metadata as key, value, key, value ...; below it come rows that say
-what each column is (type, name, ID, sometimes parent, quantity), then the row
+The first line holds metadata as key, value, key, value ...; below it come rows that describe each
+column (type, name, ID, sometimes parent, quantity), then the row
 ``Frame, Time (Seconds), X, Y, Z ...`` and the data. Y is up, right-handed.
 """
 
@@ -19,7 +19,7 @@ from usdface.takes import MarkerTake
 __all__ = ["read_motive"]
 
 _START = re.compile(r"\d+-\d+-\d+ (\d{1,2})\.(\d{2})\.(\d{2})(?:\.(\d+))?(?: ([AP])M)?")
-_HEADER_ROWS = 12
+_HEADER_ROWS = 12  # exports have 6 or 7: metadata, rows that describe the columns, axes
 
 
 def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -74,7 +74,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
 
 
 def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[int]], list[str]]:
-    """Return the x, y, z columns of each measured marker, and what else is there."""
+    """Return the x, y, z columns of each measured marker, and the names of other columns."""
     width = max(len(cells) for _, cells in header)
     full = [cells + [""] * (width - len(cells)) for _, cells in header]
     if len(full) < 4:

@@ -1,7 +1,7 @@
-"""From what a marker file holds to a `MarkerTake`: units, axes, labels, visibility.
+"""Conversion of recorded markers to a `MarkerTake`: units, axes, labels, occlusion.
 
-Every reader hands its numbers over as a `RawTake`, untouched; what a file does not say,
-what the options override and what is announced is decided here, once for all formats.
+Every reader hands its numbers over as a `RawTake`, unconverted; defaults, overrides by the
+options and findings are decided here, once for all formats.
 """
 
 from collections import Counter
@@ -21,13 +21,13 @@ from usdface.takes import BoolArray, FloatArray, MarkerTake
 __all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
 
 DEFAULTS = TakeOptions()
-_HEADROOM = 16 * 2**20  # bytes
+_HEADROOM = 16 * 2**20  # bytes that any file may take: tables with few positions are sparse
 _EXPANSION = 64  # bytes of positions for a byte of file; dense text gives about 3
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class RawTake:
-    """Markers as their file has them.
+    """Markers as they stand in their file.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class RawTake:
     unit : float [m], optional
         None = the file does not say.
     assumed_unit : {"mm", "cm", "m"}
-        What the format's files mostly are, for a file that does not say.
+        The usual unit of the format, for a file without one.
     up_axis : {"Y", "Z"}, optional
         None = the file does not say.
     start_timecode : str
@@ -96,7 +96,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     if not raw.labels:
         raise InputError(f"{path}: there are no markers; expected at least one", "TAKE_EMPTY")
     labels, findings = _unique_labels(path, raw.labels)
-    times, rate, guesses = take_times(
+    times, rate, new_findings = take_times(
         path,
         len(raw.positions),
         rate=raw.rate,
@@ -104,9 +104,9 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         frames=raw.frames,
         override=options.rate,
     )
-    findings += guesses
-    positions, unit, up_axis, guesses = _placed(raw, options)
-    findings += guesses
+    findings += new_findings
+    positions, unit, up_axis, new_findings = _in_metres(raw, options)
+    findings += new_findings
     hidden = np.any(~np.isfinite(positions), axis=2)
     positions[hidden] = np.nan
     seen, occlusion = find_occlusion(path, labels, hidden)
@@ -127,8 +127,8 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
 
 def listed(items: Sequence[str], most: int = 5) -> str:
     """Return up to `most` items in one phrase, and how many more there are."""
-    more = f" and {len(items) - most} more" if len(items) > most else ""
-    return ", ".join(items[:most]) + more
+    rest = f" and {len(items) - most} more" if len(items) > most else ""
+    return ", ".join(items[:most]) + rest
 
 
 def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list[Finding]]:
@@ -154,8 +154,8 @@ def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list
     return unique, [finding("LABEL_CHANGED", str(path), f"labels changed: {listed(changes)}")]
 
 
-def _placed(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str, list[Finding]]:
-    """Return positions of our own to write to, metres per unit, up axis, guesses."""
+def _in_metres(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str, list[Finding]]:
+    """Return a copy of the positions in metres, Y up, metres per unit, up axis, findings."""
     where = str(raw.path)
     if options.dimension == 3 and raw.positions.shape[2] == 2:
         raise InputError(f"{where}: only x and y are there; a 3D take needs z", "COLUMNS_WRONG")

@@ -64,8 +64,8 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         rate=positive(header.get("datarate", "")),
         unit=METERS_PER_UNIT.get(header.get("units", "").lower()),
     )
-    take, more = finish_take(raw, options)
-    return take, findings + more
+    take, take_findings = finish_take(raw, options)
+    return take, findings + take_findings
 
 
 def _whole_frames(

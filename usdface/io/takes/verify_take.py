@@ -18,9 +18,9 @@ def verified_take(
 ) -> tuple[MarkerTake | WeightsTake, list[Finding]]:
     """Return a reader's take and findings, checked.
 
-    The types check their arrays when they are made; here is what they leave open: types and
-    ranges of the other fields, the size against that of the file, and occlusion, which is announced
-    as by the readers of usdface where this reader did not.
+    The types check their arrays when they are made; this function checks types and
+    ranges of the other fields, and the size against that of the file; occlusion is announced as by
+    the readers of usdface where this reader did not.
 
     Raises
     ------

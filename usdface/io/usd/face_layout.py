@@ -43,7 +43,7 @@ def write_parts(prim: Usd.Prim, parts: FaceParts, meters_per_unit: float) -> Non
 
 
 def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
-    """Read the parts of a face off its `UsdFaceRetarget` prim; what is not authored is empty.
+    """Read the parts of a face off its `UsdFaceRetarget` prim; missing ones are empty.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The space that a character fills while its blend shapes move."""
+"""Bounds of a character over all blend shape weights and clips."""
 
 import itertools
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ def posed_bounds(mesh: Mesh, skeleton: Skeleton | None, clips: Sequence[Clip]) -
         columns = [take.column(shape.name) for take in takes if shape.name in take.names]
         low = min(0.0, *(column.min() for column in columns), 0.0)
         high = max(1.0, *(column.max() for column in columns), 1.0)
-        reached = _reached(shape, float(low), float(high))
+        reached = _path_points(shape, float(low), float(high))
         box[0, shape.indices] += reached.min(axis=0)
         box[1, shape.indices] += reached.max(axis=0)
     if skeleton is None or mesh.skin is None:
@@ -65,7 +65,7 @@ def _moving_box(
     return result
 
 
-def _reached(shape: BlendShape, low: float, high: float) -> FloatArray:
+def _path_points(shape: BlendShape, low: float, high: float) -> FloatArray:
     """Return the corners (K, N, 3) of a shape's path over the weights from `low` to `high`.
 
     The path is straight between inbetweens and goes on straight beyond them, as UsdSkel's.
@@ -84,7 +84,7 @@ def _reached(shape: BlendShape, low: float, high: float) -> FloatArray:
 
 
 def _skinning(skeleton: Skeleton, local: FloatArray) -> FloatArray:
-    """Return what joints do to points (..., J, 4, 4), of their transforms to their parents."""
+    """Return the skinning transforms (..., J, 4, 4) for joint transforms to their parents."""
     world = local.copy()
     places = {joint: i for i, joint in enumerate(skeleton.joints)}
     for i, joint in enumerate(skeleton.joints):

@@ -16,7 +16,7 @@ from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.face_layout import read_gains, read_parts, write_parts
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
-from usdface.io.usd.ignored_attributes import unread_settings
+from usdface.io.usd.ignored_attributes import ignored_attributes
 from usdface.io.usd.pins import read_pins
 from usdface.io.usd.retarget_setup import (
     read_expressions,
@@ -30,12 +30,12 @@ from usdface.io.usd.stage import (
     default_prim,
     matrices,
     metrics_of,
+    missing_metrics,
     new_stage,
     open_stage,
     relative_asset,
     save_layer,
     to_si,
-    unsaid_metrics,
 )
 from usdface.io.usd.take import read_take_prim
 from usdface.retarget_setup import Expression, RetargetSetup
@@ -204,7 +204,7 @@ def _read(stage: Usd.Stage, where: str, asset_root: Path | None) -> tuple[Shot, 
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", True, asset_root)
     pins, notes = read_pins(prim, rig.shape_names, codes)
-    setup, findings = replace(setup, pins=pins), findings + notes + unsaid_metrics(stage)
+    setup, findings = replace(setup, pins=pins), findings + notes + missing_metrics(stage)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
     system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
     posed = [
@@ -224,7 +224,7 @@ def _read(stage: Usd.Stage, where: str, asset_root: Path | None) -> tuple[Shot, 
     prims = replace(prims, head=head)
     ours = [prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
     scopes = dict.fromkeys(each.GetParent() for each in posed)
-    findings += unread_settings([*ours, *scopes])
+    findings += ignored_attributes([*ours, *scopes])
     shot = Shot(take, codes, rig, setup, system, expressions, prims, metrics, parts, gains)
     return shot, findings
 

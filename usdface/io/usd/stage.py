@@ -25,6 +25,7 @@ __all__ = [
     "default_prim",
     "matrices",
     "metrics_of",
+    "missing_metrics",
     "new_layer",
     "new_stage",
     "open_stage",
@@ -34,7 +35,6 @@ __all__ = [
     "save_layers",
     "times_of",
     "to_si",
-    "unsaid_metrics",
     "vec2f_array",
     "vec3f_array",
 ]
@@ -164,16 +164,16 @@ def metrics_of(stage: Usd.Stage) -> Metrics:
     return metrics
 
 
-def unsaid_metrics(stage: Usd.Stage) -> list[Finding]:
-    """Return what the root layer leaves to USD's fallback although a layer below says otherwise.
+def missing_metrics(stage: Usd.Stage) -> list[Finding]:
+    """Return metrics that the root layer lacks although a layer below authors another value.
 
     USD takes units and clock from the root layer alone, so a face in metres under a layer that
-    does not say so becomes one of some millimetres.
+    lacks them becomes one of some millimetres.
     """
     root, *below = stage.GetLayerStack(includeSessionLayers=False)
     metrics = metrics_of(stage)
     found = []
-    for name, code, taken, also in (
+    for name, code, fallback, also in (
         ("metersPerUnit", "UNITS_ASSUMED", metrics.meters_per_unit, ""),
         ("upAxis", "UP_AXIS_ASSUMED", metrics.up_axis, ""),
         # Without a clock of its own a layer has that of its frames.
@@ -181,11 +181,11 @@ def unsaid_metrics(stage: Usd.Stage) -> list[Finding]:
     ):
         if any(root.pseudoRoot.HasInfo(key) for key in (name, also) if key):
             continue
-        said = [layer for layer in below if layer.pseudoRoot.HasInfo(name)]
-        if said and (value := said[0].pseudoRoot.GetInfo(name)) != taken:
+        authored = [layer for layer in below if layer.pseudoRoot.HasInfo(name)]
+        if authored and (value := authored[0].pseudoRoot.GetInfo(name)) != fallback:
             message = (
-                f"{root.GetDisplayName()} does not say {name}, so that USD takes {taken}; "
-                f"{said[0].GetDisplayName()} below it says {value}: copy it"
+                f"{root.GetDisplayName()} has no {name}, so that USD falls back to {fallback}; "
+                f"{authored[0].GetDisplayName()} below it has {value}: copy it"
             )
             found.append(finding(code, root.GetDisplayName(), message))
     return found
@@ -251,7 +251,7 @@ def save_layer(layer: Sdf.Layer, path: Path) -> None:
 
 
 def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
-    """Write several layers, all of them or none; what a program holds open is reloaded.
+    """Write several layers, all of them or none; layers that are open are reloaded.
 
     Raises
     ------
