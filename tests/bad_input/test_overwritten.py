@@ -53,6 +53,7 @@ CASES = [
     case("export shot.usda", SHOT, output=(".glb", ".bin", ".usdz")),
     case("import face.gltf", GLTF, output=USD),
     case("check lay/rig.usda face.gltf", RIG + GLTF),
+    case("formats", []),
     case("fuzzy explain shot.usda", SHOT, figure=SHOWN),
     case("fuzzy neutral shot.usda", SHOT),
     case("fuzzy convert system.fis", ["system.fis"], output=FUZZY),
@@ -135,7 +136,7 @@ def test_the_table_has_every_command_and_every_option_that_names_a_file() -> Non
             for action in command._actions
             if action.type is Path or "FILE" in str(action.metavar) or action.metavar == "ROOT"
         }
-        written = {*command.get_default("writes"), *command.get_default("draws")} & {
+        written = {*command.get_default("writes"), "report"} & {
             action.dest for action in command._actions
         }
         assert written == outputs[name], name

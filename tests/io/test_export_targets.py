@@ -37,7 +37,7 @@ def test_a_target_of_another_package_gets_arrays(install: Install, scene: Path) 
     install("acme", SOURCE.format(body=""), ENTRIES)
     output = scene.with_name("out.acache")
     result = export_scene(scene, output)
-    count = result.summary["blend shapes"]
+    count = result.summary["blend_shapes"]
     assert count and output.read_text() == f"{count} {result.summary['clips']} "
     assert [f.code for f in result.findings if f.where == "out.acache"] == [
         "CONVERSION_UNCERTIFIED"

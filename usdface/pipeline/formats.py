@@ -15,20 +15,19 @@ _TABLES: dict[str, FormatTable] = {  # type: ignore[type-arg]
 }
 
 
-def list_formats() -> Result:
+def list_formats() -> Result[None]:
     """List every reader of takes and rigs and every export target, and where each comes from.
 
     Returns
     -------
-    Result
-        Without files; `details` has "takes", "rigs" and "exports", each a list of mappings with
-        "name", "suffixes" and "origin" ("usdface", or distribution and entry point). Findings are
+    Result of None
+        `details` has ``takes``, ``rigs`` and ``exports``, each a list of mappings with ``name``,
+        ``suffixes`` and ``origin`` ("usdface", or distribution and entry point). Findings are
         PLUGIN_FAILED and PLUGIN_CONFLICT.
 
     Examples
     --------
-    >>> from usdface.pipeline import list_formats
-    >>> [each["name"] for each in list_formats().details["exports"]]
+    >>> [each["name"] for each in usdface.list_formats().details["exports"]]
     ['glTF', 'USDZ']
     """
     details = {}
@@ -46,4 +45,4 @@ def list_formats() -> Result:
         ]
         findings += problems + conflicts(others)
     summary = {kind: len(listed) for kind, listed in details.items()}
-    return Result((), tuple(findings), summary, {}, details)
+    return Result(None, (), tuple(findings), summary, details)

@@ -6,7 +6,7 @@ from pathlib import Path
 from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.asset_folder import asset_root
+from usdface.io.asset_folder import asset_folder
 from usdface.options import RigOptions
 from usdface.rigs import Rig
 
@@ -23,7 +23,7 @@ def read_gltf_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
     """
     from usdface.io.gltf.read import read_gltf  # neither loads the other's libraries
 
-    rig, clips, findings = read_gltf(path, asset_root(options.asset_root))
+    rig, clips, findings = read_gltf(path, asset_folder(options.asset_root))
     return rig, findings + _dropped(clips)
 
 
@@ -39,7 +39,7 @@ def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
     from usdface.io.usd.rig import read_rig
     from usdface.io.usd.stage import open_stage
 
-    rig, findings = read_rig(path, asset_root(options.asset_root))
+    rig, findings = read_rig(path, asset_folder(options.asset_root))
     try:
         return rig, findings + _dropped(clips_of_stage(open_stage(path), rig)[0])
     except InputError as error:  # an animation that is left out anyhow
