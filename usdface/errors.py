@@ -7,6 +7,7 @@
     |- SchemaError    the USD schemas cannot be registered or are not there
     |- SolveError     the numbers do not determine an answer
     |- OutputError    a result cannot be written
+    |- PluginError    a format of another package cannot be used
     `- Cancelled      the caller ended the job
 
 Each carries a stable `code`, as findings do (`usdface.findings`), for programs and reports;
@@ -22,6 +23,7 @@ __all__ = [
     "Cancelled",
     "InputError",
     "OutputError",
+    "PluginError",
     "SchemaError",
     "SolveError",
     "UsdFaceError",
@@ -74,6 +76,9 @@ ERROR_CODES: dict[str, str] = {
     "FRAMES_OUTSIDE": "neutral or peak frames are not in the take",
     "SHOT_INCOMPLETE": "a file is no shot, or what the shot points at is not there",
     "SOLVE_UNDETERMINED": "the numbers do not determine an answer",
+    # formats of other packages
+    "PLUGIN_FAILED": "a format of another package cannot be loaded, fails or returns nonsense",
+    "PLUGIN_CONFLICT": "formats of several packages fit one file",
     # the program
     "SCHEMAS_LATE": "the usdface schemas are missing or come too late",
     "CANCELLED": "the caller ended the job; nothing is written",
@@ -119,6 +124,12 @@ class OutputError(UsdFaceError):
     """A result cannot be written; what was there before is still there."""
 
     default_code = "OUTPUT_UNWRITABLE"
+
+
+class PluginError(UsdFaceError):
+    """A reader or an export target of another package cannot be used; the message names it."""
+
+    default_code = "PLUGIN_FAILED"
 
 
 class Cancelled(UsdFaceError):

@@ -34,6 +34,9 @@ CODES: dict[str, tuple[Severity, str]] = {
     "UP_AXIS_ASSUMED": ("info", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "the file does not name its frame rate"),
     "CHANNEL_IGNORED": ("info", "a channel that usdface does not use was left out"),
+    # formats of other packages
+    "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
+    "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
     # rigs
     "SHAPE_EMPTY": ("warning", "a blend shape moves no point"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),

@@ -53,6 +53,7 @@ CASES = [
     case("export shot.usda", SHOT, output=(".glb", ".bin", ".usdz")),
     case("import face.gltf", GLTF, output=USD),
     case("check lay/rig.usda face.gltf", RIG + GLTF),
+    case("formats", []),
     case("fuzzy explain shot.usda", SHOT, figure=SHOWN),
     case("fuzzy neutral shot.usda", SHOT),
     case("fuzzy convert system.fis", ["system.fis"], output=FUZZY),

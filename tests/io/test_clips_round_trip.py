@@ -10,7 +10,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdface.cli import main
 from usdface.clips import Clip, JointsTake
-from usdface.io.compare_conversion import certified
+from usdface.io.compare_conversion import certify_conversion
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import compose
@@ -120,7 +120,9 @@ def test_another_movement_of_a_joint_is_seen(tmp_path: Path) -> None:
     moved = replace(clips[-1].joints, translations=clips[-1].joints.translations + 0.01)
     write_gltf(rig, tmp_path / "b.glb", (*clips[:-1], replace(clips[-1], joints=moved)))
     stage = open_stage(tmp_path / "a.usdc")
-    certificate, found = certified(stage, tmp_path / "b.glb", exported=True, every_frame=True)
+    certificate, found = certify_conversion(
+        stage, tmp_path / "b.glb", exported=True, every_frame=True
+    )
     assert certificate is not None and certificate.vertex_largest > 1e-3
     assert [f.code for f in found] == ["CONVERSION_INEXACT"]
 

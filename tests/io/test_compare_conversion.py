@@ -6,7 +6,7 @@ import pytest
 from clips import plays, read_one
 
 from usdface.cli import main
-from usdface.io.compare_conversion import certified
+from usdface.io.compare_conversion import certify_conversion
 from usdface.io.gltf.write import write_gltf
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
@@ -32,7 +32,9 @@ def test_equal_animations_are_certified(tmp_path: Path, request, which: str, exp
         write_gltf(rig, tmp_path / "a.glb", plays(take_for(rig)))
         import_scene(tmp_path / "a.glb", tmp_path / "a.usdc")
     stage = open_stage(tmp_path / "a.usdc")
-    certificate, found = certified(stage, tmp_path / "a.glb", exported=exported, every_frame=True)
+    certificate, found = certify_conversion(
+        stage, tmp_path / "a.glb", exported=exported, every_frame=True
+    )
     assert found == [] and certificate is not None
     assert certificate.vertex_largest < 2e-7
     assert certificate.normal_largest is not None and certificate.normal_largest < 1e-3
@@ -50,7 +52,9 @@ def test_another_animation_is_not(tmp_path: Path, face_rig: Rig) -> None:
     write_gltf(face_rig, tmp_path / "still.glb")
     for name, drift in (("slow.glb", 0.24), ("still.glb", -1)):
         stage = open_stage(tmp_path / "a.usdc")
-        certificate, found = certified(stage, tmp_path / name, exported=True, every_frame=True)
+        certificate, found = certify_conversion(
+            stage, tmp_path / name, exported=True, every_frame=True
+        )
         assert certificate is not None and certificate.time_drift > drift
         assert certificate.vertex_largest > 1e-3
         assert [f.code for f in found] == ["CONVERSION_INEXACT"]
@@ -60,7 +64,9 @@ def test_what_cannot_be_evaluated_is_said(tmp_path: Path, face_rig: Rig) -> None
     write_rig(face_rig, tmp_path / "a.usdc")
     (tmp_path / "a.gltf").write_text('{"extensionsRequired": ["EXT_unheard_of"]}')
     stage = open_stage(tmp_path / "a.usdc")
-    certificate, found = certified(stage, tmp_path / "a.gltf", exported=False, every_frame=True)
+    certificate, found = certify_conversion(
+        stage, tmp_path / "a.gltf", exported=False, every_frame=True
+    )
     assert certificate is None
     assert [f.code for f in found] == ["CONVERSION_UNCERTIFIED"]
 
@@ -82,7 +88,7 @@ def test_steps_keep_their_times(tmp_path: Path, write_glb) -> None:
     rig, take, _ = read_one(path)
     write_rig(rig, tmp_path / "a.usdc", plays(take))
     stage = open_stage(tmp_path / "a.usdc")
-    certificate, found = certified(stage, path, exported=False, every_frame=True)
+    certificate, found = certify_conversion(stage, path, exported=False, every_frame=True)
     assert found == [] and certificate is not None
     assert max(certificate.weights.values()) < 1e-6
 

@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from usdface.errors import InputError
+from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import Mesh
 from usdface.takes import BoolArray, FloatArray, IntArray
 
@@ -98,7 +99,7 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     low, high = mesh.points[moving].min(axis=0), mesh.points[moving].max(axis=0)
     margin = _MARGIN * (high[1] - low[1])
     inside = ((mesh.points > low - margin) & (mesh.points < high + margin)).all(axis=1)
-    normals = _normals(mesh.points, triangles)
+    normals = vertex_normals(mesh.points, np.full(len(triangles), 3), triangles.ravel())
     size = (high - low)[:2].max() + 2 * margin
     views = _seen(mesh.points, triangles, normals, inside, size) & inside
     seen = views.any(axis=0)
@@ -158,17 +159,6 @@ def _distinct(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:
     # As one number each they sort several times faster than as rows.
     numbers, count = np.unique(pairs.min(axis=1) * size + pairs.max(axis=1), return_counts=True)
     return np.stack(np.divmod(numbers, size), axis=1), count
-
-
-def _normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return the normal of each vertex, weighted by area: (V, 3); 0 where there is no face."""
-    corners = points[triangles]
-    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals = np.zeros_like(points)
-    for corner in range(3):
-        np.add.at(normals, triangles[:, corner], facing)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.asarray(normals / np.maximum(length, 1e-300))
 
 
 def _seen(

@@ -8,11 +8,11 @@ import numpy as np
 from usdface.certificate.certificate import Certificate
 from usdface.certificate.compare import certify
 
-__all__ = ["joined"]
+__all__ = ["merge_certificates"]
 
 
-def joined(clips: Mapping[str, Certificate], missing: Sequence[str]) -> Certificate:
-    """Return one certificate for all clips of a character; `missing` are what one side lacks."""
+def merge_certificates(clips: Mapping[str, Certificate], missing: Sequence[str]) -> Certificate:
+    """Return one certificate for all clips of a character; `missing` are those of one side."""
     parts = list(clips.values())
     if not parts:
         return replace(certify([], [], np.zeros(0, np.int64)), missing=tuple(missing))

@@ -1,4 +1,4 @@
-"""Which vertices of two meshes belong together, where both were split and joined on the way."""
+"""Matching of the vertices of two meshes that were split and welded in conversion."""
 
 from dataclasses import dataclass
 
@@ -7,31 +7,31 @@ from numpy.typing import NDArray
 
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["Traits", "partners"]
+__all__ = ["VertexTraits", "match_vertices"]
 
-_SAME = 1e-6  # of the size: as alike as numbers of 32 bits can tell
-_CLOSE = 2e-5  # of the size: nearer than this, places alone do not decide
-_NORMAL = 1e-3  # of the size: what a normal's change by 1 weighs against a place
-_CANDIDATES = 8
+_SAME = 1e-6  # of the size: 8 roundings of float32
+_CLOSE = 2e-5  # of the size: within it normals decide; 20 times _SAME
+_NORMAL = 1e-3  # of the size: weight of a normal against a place
+_CANDIDATES = 8  # vertices at one point, split by their normals and texture coordinates
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Traits:
-    """What vertices are told apart by: `places` (N, K) [m] in several poses, `normals` (N, 3)."""
+class VertexTraits:
+    """Features of vertices: `places` (N, K) [m] in several poses, `normals` (N, 3)."""
 
     places: FloatArray
     normals: FloatArray | None = None
 
 
-def partners(one: Traits, other: Traits) -> tuple[IntArray, IntArray]:
+def match_vertices(one: VertexTraits, other: VertexTraits) -> tuple[IntArray, IntArray]:
     """Return pairs of vertices (P,), (P,): for each of a side the most alike of the other side.
 
     Alike in place; of those that are equally near within rounding, in normal.
     """
     pairs = np.concatenate(
         [
-            np.stack([np.arange(len(one.places)), _most_alike(one, other)], 1),
-            np.stack([_most_alike(other, one), np.arange(len(other.places))], 1),
+            np.stack([np.arange(len(one.places)), _nearest_vertices(one, other)], 1),
+            np.stack([_nearest_vertices(other, one), np.arange(len(other.places))], 1),
         ]
     )
     # A number of 64 bits sorts faster than a pair.
@@ -39,23 +39,23 @@ def partners(one: Traits, other: Traits) -> tuple[IntArray, IntArray]:
     return joined // max(len(other.places), 1), joined % max(len(other.places), 1)
 
 
-def _most_alike(wanted: Traits, among: Traits) -> IntArray:
+def _nearest_vertices(wanted: VertexTraits, among: VertexTraits) -> IntArray:
     """Return for each vertex of `wanted` the one `among`."""
     size = max(float(np.ptp(wanted.places[:, :3], axis=0).max(initial=0.0)), 1e-30)
-    found, sure = _in_order(_columns(wanted, among, size), _columns(among, wanted, size), size)
+    found, sure = _search_sorted(_columns(wanted, among, size), _columns(among, wanted, size), size)
     left = np.flatnonzero(~sure)
     if len(left):
-        found[left] = _nearest(wanted, among, left, size)
+        found[left] = _search_tree(wanted, among, left, size)
     return found
 
 
-def _columns(own: Traits, facing: Traits, size: float) -> FloatArray:
+def _columns(own: VertexTraits, facing: VertexTraits, size: float) -> FloatArray:
     if own.normals is None or facing.normals is None:
         return own.places
     return np.concatenate([own.places, _NORMAL * size * own.normals], 1)
 
 
-def _in_order(
+def _search_sorted(
     wanted: FloatArray, among: FloatArray, size: float
 ) -> tuple[IntArray, NDArray[np.bool_]]:
     """Look beside where each of `wanted` would stand `among` the others, along some direction."""
@@ -74,7 +74,9 @@ def _in_order(
     return found, sure
 
 
-def _nearest(wanted: Traits, among: Traits, left: IntArray, size: float) -> IntArray:
+def _search_tree(
+    wanted: VertexTraits, among: VertexTraits, left: IntArray, size: float
+) -> IntArray:
     from scipy.spatial import KDTree  # costs more to import than most conversions need
 
     tree = KDTree(among.places)

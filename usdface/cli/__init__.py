@@ -12,6 +12,7 @@ from usdface import __version__
 from usdface.cli.bench import add_bench
 from usdface.cli.command import FAILED, check_files
 from usdface.cli.convert import add_check, add_export, add_import, add_rig, add_take
+from usdface.cli.formats import add_formats
 from usdface.cli.fuzzy import add_fuzzy
 from usdface.cli.process import add_calibrate, add_process
 from usdface.cli.shot import add_markers, add_shot
@@ -30,6 +31,7 @@ _COMMANDS = (
     add_export,
     add_import,
     add_check,
+    add_formats,
     add_fuzzy,
     add_bench,
 )

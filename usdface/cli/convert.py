@@ -7,17 +7,23 @@ from typing import Any
 from usdface import pipeline
 from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
+from usdface.io.export_targets import EXPORT_TARGETS
+from usdface.io.format_table import FormatTable
+from usdface.io.rigs.formats import RIG_READERS
+from usdface.io.takes.formats import TAKE_READERS
 from usdface.options import ExportOptions, ImportOptions, RigOptions, TakeOptions
 
 __all__ = ["add_check", "add_export", "add_import", "add_rig", "add_take"]
 
 
+def _either(table: FormatTable[Any]) -> str:
+    return f"{table.summary}; others: usdface formats"
+
+
 def add_rig(commands: Any) -> None:
     """Add `usdface rig`."""
     command = add_command(commands, "rig", _rig, "convert a character to UsdSkel")
-    command.add_argument(
-        "source", type=Path, help="glTF/GLB, a folder of OBJ/PLY or MakeHuman targets, UsdSkel"
-    )
+    command.add_argument("source", type=Path, help=_either(RIG_READERS))
     add_output(command, "the rig, .usda or .usdc")
     default = RigOptions()
     command.add_argument("--neutral", default="", help="neutral mesh of a folder")
@@ -41,7 +47,7 @@ def _rig(parsed: argparse.Namespace) -> int:
 def add_take(commands: Any) -> None:
     """Add `usdface take`."""
     command = add_command(commands, "take", _take, "convert a recorded take to USD")
-    command.add_argument("source", type=Path, help="C3D, TRC, CSV, BVH or Live Link Face CSV")
+    command.add_argument("source", type=Path, help=_either(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
     command.add_argument("--units", choices=("mm", "cm", "m", "in"), help="override the file's")
     command.add_argument("--up-axis", choices=("Y", "Z"), help="override the file's")
@@ -67,7 +73,7 @@ def add_export(commands: Any) -> None:
     """Add `usdface export`."""
     command = add_command(commands, "export", _export, "write a USD scene as glTF or USDZ")
     command.add_argument("scene", type=Path)
-    add_output(command, ".glb, .gltf or .usdz")
+    add_output(command, _either(EXPORT_TARGETS))
     command.add_argument("--clip", default="", metavar="NAME", help="only this one of the clips")
     command.add_argument(
         "--pointer",

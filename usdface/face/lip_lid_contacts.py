@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import BlendShape, Mesh
 from usdface.takes import BoolArray, FloatArray, IntArray
 
@@ -79,15 +80,7 @@ def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
 def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     count = len(mesh.points)
     corners, following = mesh.face_indices, _following(mesh)
-    p, q = mesh.points[corners], mesh.points[following]
-    # Newell: the normal of a polygon is half the sum of its edges' cross products.
-    faces = np.repeat(np.arange(len(mesh.face_counts)), mesh.face_counts)
-    area = np.zeros((len(mesh.face_counts), 3))
-    np.add.at(area, faces, np.cross(p, q))
-    normals = np.zeros((count, 3))
-    np.add.at(normals, corners, area[faces])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    np.divide(normals, length, out=normals, where=length > 0)
+    normals = vertex_normals(mesh.points, mesh.face_counts, corners)
     edges = coo_matrix((np.ones(len(corners)), (corners, following)), shape=(count, count))
     piece = connected_components(edges, directed=False)[1]
     seen = mesh.points[moving]

@@ -6,26 +6,26 @@ from pathlib import Path
 import numpy as np
 
 from usdface.certificate.certificate import Certificate
-from usdface.certificate.compare import EvaluatedMesh, certify, paired, some_frames
-from usdface.certificate.merge import joined
+from usdface.certificate.compare import EvaluatedMesh, certify, match_names, sample_frames
+from usdface.certificate.merge import merge_certificates
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.gltf.reference_player.deformed_mesh import ShownMesh
-from usdface.io.gltf.reference_player.evaluate import ShownClip, evaluate_clips
-from usdface.io.usd.clip_variants import playing
+from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh
+from usdface.io.gltf.reference_player.evaluate import PlayerClip, evaluate_clips
+from usdface.io.usd.clip_variants import clip_stages
 from usdface.io.usd.errors import one_line, usd_errors
-from usdface.io.usd.evaluate import StagedMesh, evaluate_usd, keys_of_stage
+from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, stage_keys
 from usdface.io.usd.stage import Stage, metrics_of
 from usdface.takes import FloatArray
 
-__all__ = ["certified"]
+__all__ = ["certify_conversion"]
 
 _QUICK = 500_000  # vertices over all frames: a fraction of a second
-_UNKNOWN = (ArithmeticError, InputError, LookupError, MemoryError, TypeError, ValueError)
-_NEAR = 1e-6  # of a time, and of a second
+_NOT_EVALUATED = (ArithmeticError, InputError, LookupError, MemoryError, TypeError, ValueError)
+_NEAR = 1e-6  # of a time, and of a second: 8 roundings of float32
 
 
-def certified(
+def certify_conversion(
     stage: Stage,
     gltf: Path,
     *,
@@ -34,7 +34,7 @@ def certified(
     clip: str = "",
     asset_root: Path | None = None,
 ) -> tuple[Certificate | None, list[Finding]]:
-    """Compare what USD shows of a stage with what glTF shows of a file.
+    """Compare a stage, evaluated by UsdSkel, with a glTF, evaluated by the reference player.
 
     In each clip; clips belong together by name, or by place where there are equally many. The
     moments are all keys of the file, and those of the stage that it lacks; where a curve is cubic,
@@ -56,7 +56,7 @@ def certified(
     Returns
     -------
     Certificate or None
-        None where the file has what the evaluator does not know.
+        None where the file has features that the evaluator does not support.
     list of Finding
     """
     try:
@@ -64,7 +64,7 @@ def certified(
             certificate = _certificate(
                 stage, evaluate_clips(gltf, asset_root), exported, every_frame, clip
             )
-    except _UNKNOWN as error:
+    except _NOT_EVALUATED as error:
         message = f"not compared with its source: {one_line(str(error))}"
         return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message)]
     where = gltf.name if exported else Path(stage.GetRootLayer().realPath).name
@@ -73,34 +73,36 @@ def certified(
 
 def _certificate(
     stage: Stage,
-    shown: tuple[ShownClip, ...],
+    shown: tuple[PlayerClip, ...],
     exported: bool,
     every_frame: bool,
     clip: str,
 ) -> Certificate:
-    stages = list(playing(stage))
-    names = [keys_of_stage(staged)[0] for staged in stages]
+    stages = list(clip_stages(stage))
+    names = [stage_keys(staged)[0] for staged in stages]
     if len(stages) > 1:  # as one that stands still is none of several clips
-        stages = [s for s in stages if len(keys_of_stage(s)[1]) > 1] or stages[:1]
-        stages = [s for s in stages if clip in ("", keys_of_stage(s)[0])]
-        names = [keys_of_stage(staged)[0] for staged in stages]
-    pairs, missing = paired(names, [clip.name for clip in shown], "clip ")
+        stages = [s for s in stages if len(stage_keys(s)[1]) > 1] or stages[:1]
+        stages = [s for s in stages if clip in ("", stage_keys(s)[0])]
+        names = [stage_keys(staged)[0] for staged in stages]
+    pairs, missing = match_names(names, [clip.name for clip in shown], "clip ")
     certificates = {
-        names[i]: _of_clip(
+        names[i]: _clip_certificate(
             stages[i], shown[j], exported, None if every_frame else _QUICK // len(pairs)
         )
         for i, j in pairs
     }
     decoded = any(clip.decoded for clip in shown)
-    return replace(joined(certificates, missing), decoded=decoded)
+    return replace(merge_certificates(certificates, missing), decoded=decoded)
 
 
-def _of_clip(stage: Stage, shown: ShownClip, exported: bool, budget: int | None) -> Certificate:
+def _clip_certificate(
+    stage: Stage, shown: PlayerClip, exported: bool, budget: int | None
+) -> Certificate:
     staged = evaluate_usd(stage)
-    _, codes, stage_times = keys_of_stage(stage)
+    _, codes, stage_times = stage_keys(stage)
     gltf_times = shown.times if len(shown.times) else np.zeros(1)
     # Keys that only one side has, for a curve or an inbetween, change no time.
-    drift = min(_drift(stage_times, gltf_times), _drift(gltf_times, stage_times))
+    drift = min(_time_drift(stage_times, gltf_times), _time_drift(gltf_times, stage_times))
     between = (gltf_times[1:] + gltf_times[:-1]) / 2 if shown.cubic else np.zeros(0)
     known = np.unique(np.concatenate([gltf_times, between]))
     lacking = stage_times[np.abs(_nearest(known, stage_times) - stage_times) > _near(stage_times)]
@@ -111,14 +113,16 @@ def _of_clip(stage: Stage, shown: ShownClip, exported: bool, budget: int | None)
     start = codes[0] - stage_times[0] * rate
     at_keys = codes[np.searchsorted(stage_times, there)]
     moments = np.where(exact, at_keys, start + times * rate)
-    usd = [_of_stage(mesh, moments) for mesh in staged]
-    file = [_of_file(mesh, times) for mesh in shown.meshes]
+    usd = [_evaluated_usd(mesh, moments) for mesh in staged]
+    file = [_evaluated_gltf(mesh, times) for mesh in shown.meshes]
     vertices = sum(len(mesh.points) for mesh in shown.meshes)
-    frames = some_frames(len(times), vertices, vertices * len(times) if budget is None else budget)
+    frames = sample_frames(
+        len(times), vertices, vertices * len(times) if budget is None else budget
+    )
     return certify(*((usd, file) if exported else (file, usd)), frames, drift, times)
 
 
-def _drift(one: FloatArray, other: FloatArray) -> float:
+def _time_drift(one: FloatArray, other: FloatArray) -> float:
     return float(np.abs(one - _nearest(other, one)).max(initial=0.0))
 
 
@@ -136,22 +140,22 @@ def _nearest(keys: FloatArray, times: FloatArray) -> FloatArray:
     return np.asarray(np.where(nearer, keys[left], keys[right]), np.float64)
 
 
-def _of_stage(mesh: StagedMesh, codes: FloatArray) -> EvaluatedMesh:
+def _evaluated_usd(mesh: UsdMesh, codes: FloatArray) -> EvaluatedMesh:
     return EvaluatedMesh(
         mesh.name,
         mesh.shapes,
         mesh.weights_at(codes),
         lambda frames: mesh.points_at(codes[frames]),
         lambda frames: mesh.normals_at(codes[frames]),
-        lambda: mesh.sums_at(codes),
+        lambda: mesh.linear_morph_at(codes),
     )
 
 
-def _of_file(mesh: ShownMesh, times: FloatArray) -> EvaluatedMesh:
+def _evaluated_gltf(mesh: PlayerMesh, times: FloatArray) -> EvaluatedMesh:
     return EvaluatedMesh(
         mesh.name,
         *mesh.channels_at(times),
         lambda frames: mesh.points_at(times[frames]),
         lambda frames: mesh.normals_at(times[frames]),
-        lambda: mesh.sums_at(times),
+        lambda: mesh.linear_morph_at(times),
     )

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
     from usdface.pipeline.explaining import check_neutral, explain
+    from usdface.pipeline.formats import list_formats
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper_system
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
     from usdface.pipeline.markers import make_markers
@@ -40,6 +41,7 @@ __all__ = [
     "export_scene",
     "fit_fuzzy",
     "import_scene",
+    "list_formats",
     "make_markers",
     "make_rig",
     "make_shot",
@@ -59,6 +61,7 @@ _HOMES = {
         "check_neutral",
         "explain",
     ),
+    "formats": ("list_formats",),
     "fuzzy_files": (
         "convert_fuzzy",
         "write_paper_system",

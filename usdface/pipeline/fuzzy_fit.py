@@ -11,7 +11,7 @@ from usdface.io.expressions_file import expressions_json
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.labels_file import read_labels
-from usdface.io.takes.any_take import read_any_take
+from usdface.io.takes.files import read_take
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
@@ -85,7 +85,7 @@ def fit_fuzzy(
         stretches = read_labels(labels) if labels else ()
     if labels:
         labelled, more = examples_of(
-            stretches, face, setup, read=read_any_take, options=options, progress=progress
+            stretches, face, setup, read=read_take, options=options, progress=progress
         )
         findings += more
     with progress.step("fit"):

@@ -6,7 +6,7 @@ from usdface.findings import Finding
 from usdface.io import bind_file
 from usdface.io.atomic import StrPath
 from usdface.io.rigs.files import read_rig_file
-from usdface.io.takes.any_take import read_any_take
+from usdface.io.takes import files as take_files
 from usdface.options import RigOptions, TakeOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.retarget_setup import RetargetSetup
@@ -78,7 +78,7 @@ def read_take(
     True
     """
     register_schemas()
-    return read_any_take(Path(path), options)
+    return take_files.read_take(Path(path), options)
 
 
 def read_bind(path: StrPath) -> tuple[RetargetSetup, list[Finding]]:

@@ -21,7 +21,7 @@ def make_rig(
     options: RigOptions = RigOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Rig]:
-    """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel.
+    """Convert a rig of any format that `list_formats` names to UsdSkel.
 
     Parameters
     ----------

@@ -12,6 +12,7 @@ from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath
+from usdface.io.export_targets import EXPORT_TARGETS, GLTF, pack_stage, write_scene
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
@@ -30,14 +31,14 @@ def export_scene(
     options: ExportOptions = ExportOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Certificate | None]:
-    """Write the face of a USD scene, with all of its clips, as glTF or USDZ.
+    """Write the face of a USD scene, with all of its clips, as glTF, USDZ or another format.
 
     Parameters
     ----------
     source : path
         A USD file.
     output : path
-        .glb, .gltf or .usdz.
+        .glb, .gltf, .usdz, or a suffix that `list_formats` names.
     every_frame : bool
         Compare the vertices in every frame, not in as many as take a fraction of a second.
     options : ExportOptions
@@ -46,8 +47,8 @@ def export_scene(
     Returns
     -------
     Result of Certificate or None
-        By how much the glTF is off; None of a USDZ. Keys of the summary: ``meshes``,
-        ``morph_targets``, ``clips``, ``frames``, ``certificate``.
+        By how much the glTF is off; None of other formats. Keys of the summary: ``meshes``,
+        ``morph_targets`` (else ``blend_shapes``), ``clips``, ``frames``, ``certificate``.
 
     Raises
     ------
@@ -63,14 +64,12 @@ def export_scene(
     progress = Progress.of(on_progress)
     read = files_read(source)
     check_outputs([output], read)
-    if output.suffix.lower() == ".usdz":
-        from usdface.io.usd.usdz import write_usdz
-
+    target, problems = EXPORT_TARGETS.find(output)
+    target.format.check_options(output, options)
+    if target.format.pack:
         with progress.step("write"):
-            findings = write_usdz(source, output, options)
-        return Result(None, (output,), tuple(findings), seconds=progress.seconds)
-    from usdface.io.compare_conversion import certified
-    from usdface.io.gltf.write import write_gltf
+            problems += pack_stage(target, source, output, options)
+        return Result(None, (output,), tuple(problems), seconds=progress.seconds)
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.stage import open_stage
 
@@ -79,13 +78,17 @@ def export_scene(
         stage = open_stage(source)
         rig, clips, findings = animated_rig(stage, asset_folder(options.asset_root))
         clips = chosen_clips(clips, options.clip)
-    summary = _summary(rig, clips, "morph_targets")
+    summary = _summary(rig, clips, "morph_targets" if target.format is GLTF else "blend_shapes")
     with progress.step("write"):
-        findings += write_gltf(rig, output, clips, options.pointer, options.quantize, read)
-        written = files_written(output, read)
+        findings += problems + write_scene(target, rig, clips, output, options, read)
+        written = files_written(output, read) if target.format is GLTF else (output,)
+    if target.format is not GLTF:
+        return Result(None, written, tuple(findings), summary, seconds=progress.seconds)
     del rig, clips  # their memory, for the certificate
+    from usdface.io.compare_conversion import certify_conversion
+
     with progress.step("certify"):
-        certificate, more = certified(
+        certificate, more = certify_conversion(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
     return _certified(written, findings + more, summary, progress, certificate)
@@ -129,7 +132,7 @@ def import_scene(
     >>> usdface.import_scene("head.glb", "head.usdc").summary["clips"]
     0
     """
-    from usdface.io.compare_conversion import certified
+    from usdface.io.compare_conversion import certify_conversion
     from usdface.io.gltf.read import read_gltf
     from usdface.io.usd.rig_write import write_rig
     from usdface.io.usd.stage import open_stage
@@ -148,7 +151,7 @@ def import_scene(
     del rig, clips  # their memory, for the certificate
     with progress.step("certify"):
         stage = open_stage(output)
-        certificate, more = certified(
+        certificate, more = certify_conversion(
             stage, source, exported=False, every_frame=every_frame, asset_root=folder
         )
     return _certified(written, findings + more, summary, progress, certificate)

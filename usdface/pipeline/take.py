@@ -22,7 +22,7 @@ def make_take(
     options: TakeOptions = TakeOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[MarkerTake | WeightsTake]:
-    """Convert a take to USD: C3D, TRC, CSV, BVH or Live Link Face.
+    """Convert a take of any format that `list_formats` names to USD.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from usdface.clips import Clip
-from usdface.io.gltf.quantize import box_of
+from usdface.io.gltf.quantize import bounding_box
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
@@ -28,7 +28,7 @@ def assert_within_bounds(rig: Rig, plain: Path, small: Path, times: np.ndarray) 
     one, two = evaluate_gltf(plain), evaluate_gltf(small)
     for mesh, exact, rounded in zip(rig.meshes, one, two, strict=True):
         weights = np.abs(exact.weights_at(times)).sum(axis=1).max(initial=0.0)
-        bound = box_of(mesh).error * (1 + weights) + 1e-7
+        bound = bounding_box(mesh).error * (1 + weights) + 1e-7
         off = np.linalg.norm(rounded.points_at(times) - exact.points_at(times), axis=-1)
         assert off.max() <= bound
         a, b = exact.normals_at(times), rounded.normals_at(times)

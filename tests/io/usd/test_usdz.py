@@ -141,12 +141,6 @@ def test_one_clip_is_chosen(tmp_path: Path) -> None:
         write_usdz(tmp_path / "rig.usda", output, ExportOptions(clip="Cry"))
 
 
-@pytest.mark.parametrize("name", ["pointer", "quantize"])
-def test_an_option_of_gltf_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match=f"--{name}"):
-        write_usdz(scene(tmp_path), tmp_path / "face.usdz", ExportOptions(**{name: True}))
-
-
 def test_two_runs_give_the_same_bytes(tmp_path: Path) -> None:
     (tmp_path / "a.png").write_bytes(b"pixels")
     source = textured(tmp_path, "./a.png")

@@ -6,22 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.rigs import CornerValues, Mesh
 from usdface.takes import FloatArray
 
-__all__ = ["TANGENTS", "placed", "unit_rows"]
+__all__ = ["TANGENTS", "bake_transform"]
 
 TANGENTS = "tangents"
 
 
-def unit_rows(normals: FloatArray) -> FloatArray:
-    """Return rows (N, 3) at length 1; zero rows stay."""
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit: FloatArray = normals / np.where(length > 0, length, 1.0)
-    return unit
-
-
-def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
+def bake_transform(mesh: Mesh, matrix: FloatArray) -> Mesh:
     """Return the mesh with a row-vector transform (4, 4) baked into points, offsets, normals.
 
     Where the transform mirrors, faces are turned around; where it flattens, the normals
@@ -51,13 +45,13 @@ def placed(mesh: Mesh, matrix: FloatArray) -> Mesh:
     tangents = mesh.corners(TANGENTS)
     if tangents is not None:
         sign = -1.0 if determinant < 0 else 1.0
-        turned = np.concatenate([unit_rows(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
+        turned = np.concatenate([unit_or_zero(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
         others = (c for c in mesh.corner_values if c.name != TANGENTS)
         result = replace(result, corner_values=(*others, CornerValues(TANGENTS, turned)))
-    return _turned(result) if determinant < 0 else result
+    return _reverse_winding(result) if determinant < 0 else result
 
 
-def _turned(mesh: Mesh) -> Mesh:
+def _reverse_winding(mesh: Mesh) -> Mesh:
     """Return the mesh with its triangles walked the other way round."""
 
     def back(values: NDArray[Any]) -> NDArray[Any]:

@@ -1,4 +1,4 @@
-"""Compressed glTF made plain: meshopt buffer views and Draco primitives are decoded on loading.
+"""Decompression of glTF on loading: meshopt buffer views and Draco primitives.
 
 Both need a library of the extra ``compression``. Decoded data take at most 1,024 times the bytes
 they came from, which is what the densest code of meshopt reaches, and a gigabyte.
@@ -18,19 +18,20 @@ from pygltflib import Buffer, BufferView
 from usdface.errors import InputError
 from usdface.io.gltf.accessors import DTYPES
 from usdface.io.gltf.document import GltfFile, item
-from usdface.io.gltf.draco import decoded_draco
+from usdface.io.gltf.draco import decode_draco
 
-__all__ = ["decompressed"]
+__all__ = ["decompress"]
 
 _MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 _DRACO = "KHR_draco_mesh_compression"
 _LIBRARIES = dict.fromkeys(_MESHOPT, "meshoptimizer") | {_DRACO: "DracoPy"}
-_DENSEST = 1024
+_DENSEST = 1024  # bytes from one: EXT_meshopt_compression, bitstream of runs of zeros
 _MOST_BYTES = 2**30
+# Strides that a filter allows: EXT_meshopt_compression, "Filters".
 _FILTERS = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "EXPONENTIAL": tuple(range(4, 257, 4))}
 
 
-def decompressed(file: GltfFile) -> GltfFile:
+def decompress(file: GltfFile) -> GltfFile:
     """Return the file with its required compression undone; itself where there is none.
 
     Where the file does not require an extension it holds the plain data too, and they are used.
@@ -50,7 +51,7 @@ def decompressed(file: GltfFile) -> GltfFile:
             )
     if not required:
         return file
-    plain = _Plain(file)
+    plain = _DecodedBuffer(file)
     if set(required) & set(_MESHOPT):
         _undo_meshopt(file, plain)
         file = plain.file()
@@ -59,7 +60,7 @@ def decompressed(file: GltfFile) -> GltfFile:
     return plain.file()
 
 
-class _Plain:
+class _DecodedBuffer:
     """The decoded data of a file, which become one more buffer."""
 
     def __init__(self, file: GltfFile) -> None:
@@ -82,7 +83,7 @@ class _Plain:
         return view
 
     def file(self) -> GltfFile:
-        """Return the file with what was added so far."""
+        """Return the file with the decoded data so far."""
         blob = b"".join(self._parts)
         if len(self._file.document.buffers) == len(self._file.buffers):
             self._file.document.buffers.append(Buffer())
@@ -102,7 +103,7 @@ def _slice(file: GltfFile, place: Mapping[str, Any], what: str) -> bytes:
 # -- meshopt -------------------------------------------------------------------------------
 
 
-def _undo_meshopt(file: GltfFile, plain: _Plain) -> None:
+def _undo_meshopt(file: GltfFile, plain: _DecodedBuffer) -> None:
     views = file.document.bufferViews or []
     for index, view in enumerate(views):
         extensions = (view.extensions if view else None) or {}
@@ -158,7 +159,7 @@ def _check_size(size: int, source: int, where: str) -> None:
 # -- Draco ---------------------------------------------------------------------------------
 
 
-def _undo_draco(file: GltfFile, plain: _Plain) -> None:
+def _undo_draco(file: GltfFile, plain: _DecodedBuffer) -> None:
     document = file.document
     jobs: list[tuple[Any, Mapping[str, Any], str]] = []
     for number, mesh in enumerate(document.meshes or []):
@@ -172,7 +173,7 @@ def _undo_draco(file: GltfFile, plain: _Plain) -> None:
         blobs.append(_slice(file, vars(view), where))
         for accessor in _accessors(file, primitive, code).values():
             _check_size((accessor.count or 0) * 16, len(blobs[-1]), where)
-    for (primitive, code, where), made in zip(jobs, decoded_draco(blobs), strict=True):
+    for (primitive, code, where), made in zip(jobs, decode_draco(blobs), strict=True):
         if made is None:
             raise InputError(f"{where} are damaged")
         for name, accessor in _accessors(file, primitive, code).items():
@@ -193,7 +194,7 @@ def _accessors(file: GltfFile, primitive: Any, code: Mapping[str, Any]) -> dict[
 
 
 def _fill(
-    accessor: Any, values: NDArray[Any] | None, plain: _Plain, document: Any, where: str
+    accessor: Any, values: NDArray[Any] | None, plain: _DecodedBuffer, document: Any, where: str
 ) -> None:
     dtype = DTYPES.get(accessor.componentType)
     count = None if values is None else len(values)

@@ -1,4 +1,4 @@
-"""The container of glTF 2.0: JSON document, binary chunk, files beside it; in and out.
+"""Containers of glTF 2.0, read and written: JSON document, binary chunk, files beside it.
 
 Source: glTF 2.0 specification, sections 3.6 (binary data), 4.4 (GLB layout), 2.8 (URIs).
 """
@@ -21,15 +21,15 @@ from usdface.io.atomic import all_or_none, write_bytes
 
 __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
 
-_MAX_BYTES = 2**32 - 1  # what a GLB header can announce
+_MAX_BYTES = 2**32 - 1  # a GLB header has 32 bits for it (glTF 2.0, 4.4.2)
 _MOST_OBJECTS = 2**18  # of the JSON: about 150 MB as pygltflib's
-_JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
+_JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942  # glTF 2.0, 4.4.3
 # Without these the file can still be read truly, or at worst looks plainer.
 _DECODED = (
     *("KHR_animation_pointer", "KHR_mesh_quantization", "KHR_draco_mesh_compression"),
     *("EXT_meshopt_compression", "KHR_meshopt_compression"),
 )
-_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
+_APPEARANCE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +43,7 @@ class GltfFile:
         ``node.weights`` as in the JSON, None where absent; pygltflib's nodes lack it.
     buffers : tuple of bytes
     folder : Path
-        What relative URIs start from.
+        Folder of relative URIs.
     asset_root : Path or None
         A folder above that they may also lead into.
     """
@@ -164,7 +164,7 @@ def _plain_extras(values: dict[str, Any]) -> dict[str, Any]:
 
 def _check_extensions(document: GLTF2) -> None:
     for name in document.extensionsRequired or []:
-        if name not in _DECODED and not str(name).startswith(_LOOKS):
+        if name not in _DECODED and not str(name).startswith(_APPEARANCE):
             raise InputError(
                 f"the file requires the extension {name}, which usdface does not decode; "
                 "export it without",

@@ -99,7 +99,7 @@ def curve_of(
     elif sampler.interpolation in (None, "LINEAR"):
         curve = Curve(times, raw.reshape(len(times), width))
     elif sampler.interpolation == "STEP":
-        curve = _paired(times, raw.reshape(len(times), width))
+        curve = _step_curve(times, raw.reshape(len(times), width))
     else:
         raise InputError(f"{what} has the unknown interpolation {sampler.interpolation!r}")
     if not turning:
@@ -110,7 +110,7 @@ def curve_of(
     return Curve(curve.times, curve.values / length, True), found
 
 
-def _paired(times: FloatArray, values: FloatArray) -> Curve:
+def _step_curve(times: FloatArray, values: FloatArray) -> Curve:
     """Keep each value until just before the next, different one."""
     jumps = np.flatnonzero((np.diff(values, axis=0) != 0).any(axis=1)) + 1
     before = np.nextafter(times[jumps].astype(np.float32), np.float32(-np.inf))

@@ -1,4 +1,4 @@
-"""Textures of glTF: images, samplers, texture coordinates and their transforms; in and out.
+"""Textures of glTF, read and written: images, samplers, texture coordinates, transforms.
 
 Source: glTF 2.0 specification, sections 3.8.2 to 3.8.4; KHR_texture_transform, whose rotation is
 that of the implementations (KhronosGroup/glTF#1563): counter-clockwise where v points up.
@@ -24,10 +24,11 @@ from usdface.io.inputs import first_free
 from usdface.io.udim import is_udim
 from usdface.materials import Placement, Texture, Wrap
 
-__all__ = ["TextureBuilder", "read_texture", "uv_name", "uv_names_in", "uv_notes"]
+__all__ = ["TextureBuilder", "read_texture", "read_uv_names", "uv_name", "uv_name_extras"]
 
 _TRANSFORM = "KHR_texture_transform"
 _SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
+# Constants of samplers: glTF 2.0, 5.26.
 _WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _WRAP_NUMBERS = {name: number for number, name in _WRAPS.items()}
 _NAME, _MOST_SETS = re.compile(r"[^\W\d]\w{0,62}(:\w{1,62})*"), 64
@@ -40,14 +41,14 @@ def uv_name(index: int, names: Sequence[str] = ()) -> str:
     return names[index] if index < len(names) else f"st{index or ''}"
 
 
-def uv_notes(names: Sequence[str]) -> dict[str, Any]:
-    """Return the extras that tell how texture coordinates are called, where that is not plain."""
+def uv_name_extras(names: Sequence[str]) -> dict[str, Any]:
+    """Return the extras that name the texture coordinates, where they are not st, st1, ..."""
     plain = all(name == uv_name(place) for place, name in enumerate(names))
     return {} if plain else {"usdface": {"uvNames": list(names)}}
 
 
-def uv_names_in(extras: Any) -> tuple[str, ...]:
-    """Return the names that `uv_notes` wrote; none where they make no sense."""
+def read_uv_names(extras: Any) -> tuple[str, ...]:
+    """Return the names that `uv_name_extras` wrote; none where they are malformed."""
     ours = extras.get("usdface") if isinstance(extras, dict) else None
     names = ours.get("uvNames") if isinstance(ours, dict) else None
     if not isinstance(names, list) or len(names) > _MOST_SETS:
@@ -155,7 +156,7 @@ class TextureBuilder:
     Parameters
     ----------
     uv_names : sequence of str
-        What TEXCOORD_0, TEXCOORD_1, ... of the file hold.
+        Names of TEXCOORD_0, TEXCOORD_1, ... of the file.
     """
 
     def __init__(self, uv_names: Sequence[str]) -> None:

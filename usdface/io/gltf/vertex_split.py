@@ -1,4 +1,4 @@
-"""What meshes hold at face corners as vertex attributes of glTF: each vertex has one of each.
+"""Face-varying data as vertex attributes of glTF: vertices are split where corners differ.
 
 Source: glTF 2.0 specification, section 3.7.2.1 (attributes), 3.7.2.2 (morph targets: TANGENT).
 """
@@ -10,27 +10,27 @@ import numpy as np
 import pygltflib
 from pygltflib import ARRAY_BUFFER
 
+from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.vertex_colours import COLOURS
-from usdface.io.normals import unit
 from usdface.rigs import Mesh, Rig
 from usdface.takes import FloatArray, IntArray
 
 __all__ = [
     "Split",
     "split_vertices",
-    "turned_tangents",
+    "tangent_deltas",
+    "texcoord_count",
     "uv_order",
-    "wanted_sets",
-    "written_colours",
-    "written_corners",
+    "write_corner_attributes",
+    "write_vertex_colours",
 ]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Split:
-    """Vertices of glTF: one for each point and what its corners hold, where a face uses it.
+    """Vertices of glTF: one for each used combination of a point and its corner data.
 
     `source` (N,) is the point of each vertex, increasing; `vertex` (C,) the vertex of each
     face corner; `corner` (N,) a corner of each vertex.
@@ -67,7 +67,7 @@ def uv_order(rig: Rig) -> list[str]:
     return sorted(names, key=lambda name: name != "st")
 
 
-def written_corners(
+def write_corner_attributes(
     mesh: Mesh,
     split: Split,
     order: Sequence[str],
@@ -92,12 +92,12 @@ def written_corners(
     tangents = mesh.corners(TANGENTS)
     if tangents is not None:
         accessors["TANGENT"] = builder.array(
-            _sound(tangents[split.corner]), ARRAY_BUFFER, short="signed"
+            _unit_tangents(tangents[split.corner]), ARRAY_BUFFER, short="signed"
         )
     return accessors
 
 
-def written_colours(mesh: Mesh, split: Split, builder: BufferBuilder) -> int | None:
+def write_vertex_colours(mesh: Mesh, split: Split, builder: BufferBuilder) -> int | None:
     """Append the vertex colours of a mesh; return the accessor, None where there are none."""
     colours = mesh.corners(COLOURS)
     if colours is None:
@@ -105,15 +105,15 @@ def written_colours(mesh: Mesh, split: Split, builder: BufferBuilder) -> int | N
     return builder.array(colours[split.corner].clip(min=0), ARRAY_BUFFER, short="unsigned")
 
 
-def _sound(tangents: FloatArray) -> FloatArray:
+def _unit_tangents(tangents: FloatArray) -> FloatArray:
     sign = np.where(tangents[:, 3:] < 0, -1.0, 1.0)
-    return np.concatenate([unit(tangents[:, :3]), sign], 1)
+    return np.concatenate([unit_or_up(tangents[:, :3]), sign], 1)
 
 
-def turned_tangents(
+def tangent_deltas(
     mesh: Mesh, split: Split, normals: FloatArray, turn: tuple[IntArray, FloatArray]
 ) -> tuple[IntArray, FloatArray]:
-    """Return which vertices' tangents a shape turns, and by how much (N, 3).
+    """Return the vertices whose tangents a shape turns, and the changes (N, 3).
 
     A tangent stays in the plane across the normal, which the shape turns from `normals` (V, 3)
     by `turn` (points and their change).
@@ -123,13 +123,13 @@ def turned_tangents(
     change = np.zeros_like(normals)
     change[turn[0]] = turn[1]
     moved = np.flatnonzero(change[split.source].any(axis=1))
-    still = _sound(tangents[split.corner[moved]])[:, :3]
-    across = unit((normals + change)[split.source[moved]])
-    turned = unit(still - across * (still * across).sum(axis=1, keepdims=True))
+    still = _unit_tangents(tangents[split.corner[moved]])[:, :3]
+    across = unit_or_up((normals + change)[split.source[moved]])
+    turned = unit_or_up(still - across * (still * across).sum(axis=1, keepdims=True))
     return moved, turned - still
 
 
-def wanted_sets(
+def texcoord_count(
     primitives: Sequence[pygltflib.Primitive], materials: Mapping[str, pygltflib.Material]
 ) -> int:
     """Return how many texture coordinates the materials of primitives read."""

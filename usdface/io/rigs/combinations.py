@@ -15,10 +15,10 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.rigs import Combination, CombinationRule, Rig
 
-__all__ = ["combinations_file", "with_combinations_of"]
+__all__ = ["combinations_file", "read_combinations"]
 
 _NAME = "combinations.json"
-_LARGEST = 4_000_000  # bytes
+_LARGEST = 4_000_000  # bytes: some 40,000 combinations
 
 
 def combinations_file(folder: Path) -> Path:
@@ -26,7 +26,7 @@ def combinations_file(folder: Path) -> Path:
     return folder / _NAME
 
 
-def with_combinations_of(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
+def read_combinations(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
     """Return the rig with the combinations that its folder declares.
 
     Raises

@@ -1,4 +1,4 @@
-"""What plays on a stage: SkelAnimations that are bound, and the variants that bind others."""
+"""Clips of a stage: the bound SkelAnimations, and variants that bind others."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,7 +8,13 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.findings import Finding, finding
 from usdface.io.usd.rig import skel_roots
 
-__all__ = ["BoundAnimation", "bindings", "bound", "playing", "unbound"]
+__all__ = [
+    "BoundAnimation",
+    "bound_animations",
+    "clip_stages",
+    "playing_animations",
+    "report_unbound",
+]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
@@ -21,14 +27,14 @@ class BoundAnimation:
     animation: UsdSkel.AnimQuery
 
 
-def playing(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
-    """Yield the stage as it plays each of its clips; the one that it shows comes first.
+def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
+    """Yield the stage with each of its clips bound; the authored selection comes first.
 
     A variant set of a SkelRoot whose variants bind different SkelAnimations chooses between
     clips; where there is none the stage itself is all. The stage is not changed.
     """
     yield stage
-    seen = {bound(stage)}
+    seen = {playing_animations(stage)}
     places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
     others: dict[tuple[Sdf.Path, ...], Usd.Stage] = {}
     for prim in skel_roots(stage, root):
@@ -42,15 +48,15 @@ def playing(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
                 spec = Sdf.CreatePrimInLayer(session, prim.GetPath())
                 spec.variantSelections[name] = variant
                 other = Usd.Stage.Open(stage.GetRootLayer(), session)
-                others.setdefault(bound(other), other)
+                others.setdefault(playing_animations(other), other)
     order = sorted(others, key=lambda paths: [places.get(path, len(places)) for path in paths])
     for paths in order:
         if paths and paths not in seen:
             yield others[paths]
 
 
-def bindings(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
-    """Return the skeletons that a SkelAnimation moves, in the order of the stage."""
+def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
+    """Return the skeletons with a SkelAnimation, in the order of the stage."""
     cache = UsdSkel.Cache()
     found: dict[Sdf.Path, BoundAnimation] = {}
     for skel_root in map(UsdSkel.Root, skel_roots(stage, root)):
@@ -63,13 +69,13 @@ def bindings(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
     return list(found.values())
 
 
-def bound(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
-    """Return the SkelAnimations that play."""
-    return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in bindings(stage)))
+def playing_animations(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
+    """Return the paths of the bound SkelAnimations."""
+    return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in bound_animations(stage)))
 
 
-def unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[Finding]:
-    """Announce the animations that nothing plays."""
+def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[Finding]:
+    """Return ANIMATION_DROPPED for each animation that no variant binds."""
     prims = dict.fromkeys(p for r in skel_roots(stage, root) for p in Usd.PrimRange(r, _ALL))
     message = "nothing on the stage binds it, in no variant"
     return [

@@ -1,22 +1,22 @@
-"""What only a conversion needs to know, apart from what users author: customData["usdface"]."""
+"""Metadata of conversions, apart from that of users: customData["usdface"]."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from pxr import Usd, UsdShade
 
-__all__ = ["KEY", "note", "our_notes"]
+__all__ = ["KEY", "read_metadata", "write_metadata"]
 
 KEY = "usdface"
 
 
-def our_notes(of: Usd.Prim | UsdShade.ConnectableAPI | Any) -> Mapping[str, Any]:
-    """Return our notes on a prim, or on the prim of a schema; empty where there are none."""
+def read_metadata(of: Usd.Prim | UsdShade.ConnectableAPI | Any) -> Mapping[str, Any]:
+    """Return the metadata of a prim, or of the prim of a schema; empty where there is none."""
     prim = of if isinstance(of, Usd.Prim) else of.GetPrim()
     notes = prim.GetCustomDataByKey(KEY)
     return notes if isinstance(notes, Mapping) else {}
 
 
-def note(prim: Usd.Prim, name: str, value: object) -> None:
-    """Put one note on a prim."""
+def write_metadata(prim: Usd.Prim, name: str, value: object) -> None:
+    """Author one entry on a prim."""
     prim.SetCustomDataByKey(f"{KEY}:{name}", value)

@@ -1,4 +1,4 @@
-"""The blend shapes of one mesh as UsdSkel itself computes them."""
+"""Blend shapes of one mesh, computed by UsdSkel itself."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,12 +6,12 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.takes import FloatArray
 
-__all__ = ["ShownShapes"]
+__all__ = ["UsdBlendShapes"]
 
 _START = Usd.TimeCode.EarliestTime()
 
 
-class ShownShapes:
+class UsdBlendShapes:
     """UsdSkel's blend shapes of one mesh.
 
     Attributes
@@ -55,7 +55,7 @@ class ShownShapes:
         return len(self._moves)
 
     def part(self, number: int, still: NDArray[np.float32], turning: bool = False) -> Vt.Vec3fArray:
-        """Return what one sub-shape adds to points, or to normals, by its whole weight."""
+        """Return the change of points, or of normals, by one sub-shape at weight 1."""
         values = Vt.Vec3fArray.FromNumpy(still)
         one, place = Vt.FloatArray([1.0]), Vt.UIntArray([number])
         shape = Vt.UIntArray([self._query.GetBlendShapeIndex(number)])

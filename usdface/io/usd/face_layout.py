@@ -44,7 +44,7 @@ def write_layout(prim: Usd.Prim, parts: FaceLayout, meters_per_unit: float) -> N
 
 
 def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
-    """Read the parts of a face off its `UsdFaceRetarget` prim; what is not authored is empty.
+    """Read the layout of a face off its `UsdFaceRetarget` prim; missing parts are empty.
 
     Raises
     ------

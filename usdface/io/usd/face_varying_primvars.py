@@ -5,18 +5,18 @@ from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdface.findings import Finding, finding
-from usdface.io.normals import unit
+from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.stage import vec2f_array, vec3f_array
 from usdface.rigs import CornerValues, Mesh
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["at_corners", "read_corners", "write_corners"]
+__all__ = ["read_face_varying", "to_face_varying", "write_face_varying"]
 
 _START = Usd.TimeCode.EarliestTime()
 _UV = "VtArray<GfVec2f>"
 
 
-def at_corners(
+def to_face_varying(
     values: NDArray[np.float64], interpolation: str, counts: IntArray, indices: IntArray, count: int
 ) -> NDArray[np.float64] | None:
     """Return a primvar's values (N, K) at the face corners (C, K).
@@ -34,10 +34,10 @@ def at_corners(
     return None
 
 
-def read_corners(
+def read_face_varying(
     mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int, linear: FloatArray
 ) -> tuple[str, FloatArray | None, tuple[CornerValues, ...], list[Finding]]:
-    """Return what a mesh holds at its face corners (C).
+    """Return the face-varying data of a mesh, for its face corners (C).
 
     Returns
     -------
@@ -56,7 +56,7 @@ def read_corners(
         if not given:
             return None
         array = np.asarray(given, np.float64).reshape(len(given), -1)
-        fitting = at_corners(array, primvars[name].GetInterpolation(), counts, indices, count)
+        fitting = to_face_varying(array, primvars[name].GetInterpolation(), counts, indices, count)
         if fitting is None or array.shape[1] != width or not np.isfinite(array).all():
             message = f"{len(array)} values of {name} do not fit the mesh; they are left out"
             found.append(finding("FEATURE_DROPPED", str(mesh.GetPath()), message))
@@ -76,13 +76,13 @@ def read_corners(
     tangents = values("tangents", 4)
     if tangents is not None:
         sign = np.where(np.linalg.det(linear) < 0, -1.0, 1.0)
-        turned = np.concatenate([unit(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
+        turned = np.concatenate([unit_or_up(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
         others.append(CornerValues("tangents", turned))
     return first, coordinates.get(first), tuple(others), found
 
 
-def write_corners(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
-    """Author a mesh's corner values as primvars, per point where all its corners agree."""
+def write_face_varying(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
+    """Author face-varying data as primvars, per point where all its corners agree."""
     api = UsdGeom.PrimvarsAPI(prim)
     names = Sdf.ValueTypeNames
 
@@ -93,19 +93,19 @@ def write_corners(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
         author(name, names.TexCoord2fArray, vec2f_array(uvs), UsdGeom.Tokens.faceVarying)
     colours, tangents = mesh.corners("displayColor"), mesh.corners("tangents")
     if colours is not None:
-        shown, kind = _fewest(mesh, colours)
+        shown, kind = _smallest_interpolation(mesh, colours)
         author("displayColor", names.Color3fArray, vec3f_array(shown[:, :3]), kind)
         if shown.shape[1] == 4:
             opacity = Vt.FloatArray.FromNumpy(shown[:, 3].astype(np.float32))
             author("displayOpacity", names.FloatArray, opacity, kind)
     if tangents is not None:
-        shown, kind = _fewest(mesh, tangents)
+        shown, kind = _smallest_interpolation(mesh, tangents)
         array = Vt.Vec4fArray.FromNumpy(np.ascontiguousarray(shown, np.float32))
         author("tangents", names.Float4Array, array, kind)
 
 
-def _fewest(mesh: Mesh, values: FloatArray) -> tuple[FloatArray, str]:
-    """Return corner values (C, K) as few as they can be, with their interpolation."""
+def _smallest_interpolation(mesh: Mesh, values: FloatArray) -> tuple[FloatArray, str]:
+    """Return values (C, K) with the interpolation that needs fewest of them."""
     if len(values) and (values == values[0]).all():
         return values[:1], UsdGeom.Tokens.constant
     per_point = np.zeros((len(mesh.points), values.shape[1]))

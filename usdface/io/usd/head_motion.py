@@ -14,10 +14,10 @@ from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh, Skeleton
 from usdface.takes import FloatArray
 
-__all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "without_head"]
+__all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "inverse_head_motion"]
 
 HEAD_OP = "xformOp:transform:usdfaceHead"
-# What a skeletal animation says of its joints.
+# Joint attributes of a SkelAnimation.
 _PARTS = (
     ("translations", Sdf.ValueTypeNames.Float3Array, Vt.Vec3fArray),
     ("rotations", Sdf.ValueTypeNames.QuatfArray, Vt.QuatfArray),
@@ -27,7 +27,7 @@ _PARTS = (
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HeadCarrier:
-    """What moves when the head does.
+    """The prim or joint that the head motion is authored on.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ def find_carrier(
     root: Usd.Prim,
     si: FloatArray,
 ) -> HeadCarrier | None:
-    """Return what carries the bound markers; None without a SkelRoot.
+    """Return the joint or SkelRoot that the bound markers follow; None without a SkelRoot.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def find_carrier(
             else carrying_joint(skeleton, mesh.skin, points)
         )
         if joint is not None:
-            to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ without_head(root)
+            to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ inverse_head_motion(root)
             return HeadCarrier(joint, skeleton, to_world @ si)
     elif setup.head_joint:
         raise InputError(
@@ -100,14 +100,14 @@ def find_carrier(
         )
     if not root:
         return None
-    to_world = np.array(xforms.GetLocalToWorldTransform(root)) @ without_head(root)
+    to_world = np.array(xforms.GetLocalToWorldTransform(root)) @ inverse_head_motion(root)
     order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() or ()
     ops = tuple(str(op) for op in order if op != HEAD_OP)
     return HeadCarrier(-1, None, to_world @ si, ops)
 
 
-def without_head(root: Usd.Prim) -> FloatArray:
-    """Return what takes a head motion of ours out of world transforms below a SkelRoot: (4, 4).
+def inverse_head_motion(root: Usd.Prim) -> FloatArray:
+    """Return the inverse (4, 4) of an authored head motion, for world transforms below a SkelRoot.
 
     Multiply a prim's local-to-world transform at the earliest time with it.
     """
@@ -164,9 +164,9 @@ def _author_joint(
     codes: list[float],
     at: list[float],
 ) -> None:
-    """Author complete joint arrays: the head's joint moves, the others do what they did."""
+    """Author complete joint arrays: the head's joint moves, the others keep their motion."""
     moved = UsdSkel.DecomposeTransforms(matrices(_local(carrier, motion)))
-    names, others = _there(stage, path, at)
+    names, others = _authored_joints(stage, path, at)
     if carrier.name not in names:
         names = (*names, carrier.name)
     place = names.index(carrier.name)
@@ -197,7 +197,7 @@ def _local(carrier: HeadCarrier, motion: Pose) -> FloatArray:
     return np.asarray(grow @ track @ below)
 
 
-def _there(
+def _authored_joints(
     stage: Usd.Stage, path: str, codes: list[float]
 ) -> tuple[tuple[str, ...], list[tuple[Any, Any, Any]]]:
     """Return the joints that an animation moves, and their parts at each time, or once."""

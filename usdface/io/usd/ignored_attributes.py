@@ -1,4 +1,4 @@
-"""What a person wrote on our prims and nothing reads: misspelled names, curves of what has none."""
+"""Authored attributes and children of usdface prims that have no effect."""
 
 from collections.abc import Iterable, Sequence
 from functools import cache
@@ -9,15 +9,15 @@ from usdface.errors import did_you_mean
 from usdface.findings import Finding, finding
 from usdface.schemas import plugin_dir, tokens
 
-__all__ = ["unread_settings"]
+__all__ = ["ignored_attributes"]
 
 _OURS = "usdface:"
 # Attributes that carry the name of a shape, an emotion or a region.
 _NAMED = (tokens.PIN_PREFIX, tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX)
 
 
-def unread_settings(prims: Sequence[Usd.Prim]) -> list[Finding]:
-    """Return a SETTING_UNREAD for each of our attributes and children that counts for nothing.
+def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
+    """Return SETTING_UNREAD for each attribute or child of usdface prims without effect.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def unread_settings(prims: Sequence[Usd.Prim]) -> list[Finding]:
     every = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
     findings: dict[str, Finding] = {}
     for prim in every:
-        for path, message in (*_attributes(prim), *_unborn(prim)):
+        for path, message in (*_attributes(prim), *_undefined_child(prim)):
             findings[path] = finding("SETTING_UNREAD", path, message)
     return list(findings.values())
 
@@ -58,8 +58,8 @@ def _has_samples(prim: Usd.Prim, name: str) -> bool:
     return bool(attribute) and int(attribute.GetNumTimeSamples()) > 0
 
 
-def _unborn(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
-    """Name a child without a type: an override of what no layer defines, or a forgotten type."""
+def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
+    """Report a child without a type: an override of an undefined prim, or a forgotten type."""
     parent = prim.GetParent()
     if prim.GetTypeName() or not parent.IsDefined():
         return

@@ -10,17 +10,17 @@ from pathlib import Path
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
-from usdface.io.usd.conversion_metadata import our_notes
+from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.preview_surface import Surface
 from usdface.io.usd.textures import scale_of
 from usdface.materials import AlphaMode, Material, Texture
 from usdface.rigs import MaterialSubset, Mesh
 
-__all__ = ["with_materials"]
+__all__ = ["read_mesh_materials"]
 
 
-def with_materials(
+def read_mesh_materials(
     stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None = None
 ) -> tuple[tuple[Mesh, ...], tuple[Material, ...], list[Finding]]:
     """Read the materials that `meshes` name by prim path, and name them by their own names.
@@ -70,13 +70,13 @@ def _read_material(
     if not shader or shader.GetShaderId() != "UsdPreviewSurface":
         message = "the material is not a UsdPreviewSurface; a grey one stands for it"
         return Material(name), [finding("FEATURE_DROPPED", where, message)]
-    surface, kept = Surface(shader, where, asset_root), our_notes(material)
+    surface, kept = Surface(shader, where, asset_root), read_metadata(material)
     colour, number, texture = surface.colour, surface.number, surface.texture
     threshold = number("opacityThreshold", 0.0)
     opacity, seen_through = number("opacity", 1.0), texture("opacity")
-    lost = _lost(surface, where)
+    lost = _dropped_inputs(surface, where)
     bump = surface.source("normal").texture
-    extras, news = read_extras(material.GetPrim())
+    extras, new_findings = read_extras(material.GetPrim())
     unlit = bool(kept.get("unlit"))
     by_vertex = surface.source("diffuseColor").primvar == "displayColor"
     shown, glow = ("emissiveColor", "") if unlit else ("diffuseColor", "emissiveColor")
@@ -105,7 +105,7 @@ def _read_material(
         emissive_texture=texture(glow),
         extras=extras,
     )
-    return result, [*surface.findings, *lost, *news]
+    return result, [*surface.findings, *lost, *new_findings]
 
 
 def _alpha_mode(
@@ -118,8 +118,8 @@ def _alpha_mode(
     return "blend" if blends else "opaque"
 
 
-def _lost(surface: Surface, where: str) -> list[Finding]:
-    """Say what of a surface a material does not hold."""
+def _dropped_inputs(surface: Surface, where: str) -> list[Finding]:
+    """Return a finding for the inputs of a surface that `Material` does not have."""
     found = []
     if surface.source("useSpecularWorkflow").value:
         message = "the specular workflow is read as a dielectric of that colour"

@@ -1,4 +1,4 @@
-"""Materials into USD: UsdPreviewSurface with textures beside the file."""
+"""Materials to USD: UsdPreviewSurface with textures beside the file."""
 
 import hashlib
 import math
@@ -18,7 +18,7 @@ from usdface.io.inputs import among, first_free
 from usdface.io.prim_names import prim_names
 from usdface.io.udim import texture_files, udim_tiles
 from usdface.io.usd.assets import LARGEST_ASSET
-from usdface.io.usd.conversion_metadata import note
+from usdface.io.usd.conversion_metadata import write_metadata
 from usdface.io.usd.extras import write_extras
 from usdface.materials import Material, Texture
 
@@ -174,12 +174,12 @@ def _write_surface(
     for name, (kind, value) in values.items():
         surface.CreateInput(name, kind).Set(value)
     if material.unlit:
-        note(prim.GetPrim(), "unlit", True)
+        write_metadata(prim.GetPrim(), "unlit", True)
         message = "unlit is written as a surface that glows and reflects little"
         found.append(finding("FEATURE_APPROXIMATED", str(path), message))
     if material.normal_scale != 1 and material.normal_texture:
         # USD's validators want the scale of a normal map to be 2.
-        note(prim.GetPrim(), "normalScale", material.normal_scale)
+        write_metadata(prim.GetPrim(), "normalScale", material.normal_scale)
         message = "the strength of the normal map is kept for glTF only; USD shows all of it"
         found.append(finding("FEATURE_APPROXIMATED", str(path), message))
     for node in _nodes(material, shown, glow):
@@ -253,7 +253,7 @@ def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShad
         reader.CreateInput(name, Sdf.ValueTypeNames.Token).Set(wrap)
     for name, number in zip(("magFilter", "minFilter"), placed.filters, strict=True):
         if number:
-            note(reader.GetPrim(), name, number)
+            write_metadata(reader.GetPrim(), name, number)
     space = node.texture.space
     if space == "auto":
         space = "sRGB" if node.role in ("baseColor", "emissive") else "raw"
@@ -265,7 +265,7 @@ def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShad
 
 
 def _primvar_reader(prim: UsdShade.Material, name: str, width: int) -> UsdShade.Output:
-    """Return what reads a primvar of one to three floats; there is one reader for each."""
+    """Return the primvar reader of one to three floats; there is one for each primvar."""
     (legal,) = prim_names([name])
     reader = UsdShade.Shader.Define(
         prim.GetPrim().GetStage(), prim.GetPath().AppendChild(f"{legal}_reader")
@@ -281,14 +281,14 @@ def _write_vertex_colours(
 ) -> None:
     """Let the mesh's displayColor drive the base colour, as far as UsdPreviewSurface can."""
     where = str(prim.GetPath())
-    note(prim.GetPrim(), "vertexColors", True)
+    write_metadata(prim.GetPrim(), "vertexColors", True)
     if material.base_color_texture is not None:
         message = "vertex colours do not multiply a texture in UsdPreviewSurface; the texture shows"
         found.append(finding("FEATURE_APPROXIMATED", where, message))
         return
     reader = _primvar_reader(prim, "displayColor", 3)
     node = UsdShade.Shader(reader.GetPrim())
-    # What meshes without vertex colours show.
+    # Fallback of meshes without vertex colours.
     node.CreateInput("fallback", _FLOAT3).Set(Gf.Vec3f(*material.base_color))
     name = "emissiveColor" if material.unlit else "diffuseColor"
     surface.CreateInput(name, _COLOR).ConnectToSource(reader)

@@ -1,4 +1,4 @@
-"""What drives the inputs of a UsdPreviewSurface: values, textures, primvars.
+"""Inputs of a UsdPreviewSurface and their sources: values, textures, primvars.
 
 Source: OpenUSD, "UsdPreviewSurface Specification" 2.6.
 """
@@ -20,7 +20,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """What drives one input: a value, a channel of a texture shader, or a primvar."""
+    """Source of one input: a value, a channel of a texture shader, or a primvar."""
 
     value: Any = None
     texture: UsdShade.Shader | None = None
@@ -34,7 +34,7 @@ class Surface:
     Attributes
     ----------
     findings : list of Finding
-        What is lost of the inputs that were asked for so far.
+        Losses of the inputs that were read so far.
     """
 
     def __init__(self, shader: UsdShade.Shader, where: str, asset_root: Path | None = None) -> None:
@@ -47,7 +47,7 @@ class Surface:
         self._images: dict[Sdf.Path, Texture | None] = {}
 
     def source(self, name: str) -> Source:
-        """Return what drives an input; nothing does where there is none."""
+        """Return the source of an input; an empty one where there is none."""
         return self._sources.get(name, Source())
 
     def texture(self, name: str) -> Texture | None:
@@ -61,23 +61,23 @@ class Surface:
         return replace(image, channel="" if channel == "rgb" else channel) if image else None
 
     def colour(self, name: str, default: Colour) -> Colour:
-        """Return a colour, or what multiplies its texture."""
+        """Return a colour, or the factor of its texture."""
         shader, value = self.source(name).texture, self.source(name).value
         if shader is not None:
-            self._tell_bias(shader)
+            self._report_bias(shader)
             value = scale_of(shader)
         return default if value is None else (float(value[0]), float(value[1]), float(value[2]))
 
     def number(self, name: str, default: float) -> float:
-        """Return a number, or what multiplies the channel of its texture."""
+        """Return a number, or the factor of the channel of its texture."""
         shader, value = self.source(name).texture, self.source(name).value
         if shader is not None:
             if name != "occlusion":
-                self._tell_bias(shader)
+                self._report_bias(shader)
             return scale_of(shader)[max("rgba".find(self.source(name).channel), 0)]
         return default if value is None else float(value)
 
-    def _tell_bias(self, shader: UsdShade.Shader) -> None:
+    def _report_bias(self, shader: UsdShade.Shader) -> None:
         given = shader.GetInput("bias")
         bias = given.Get() if given else None
         if bias is not None and any(tuple(bias)[:3]):

@@ -1,4 +1,4 @@
-"""Rigs out of USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
+"""Rigs from USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,8 +10,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.extras import read_asset, read_extras
-from usdface.io.usd.head_motion import without_head
-from usdface.io.usd.materials import with_materials
+from usdface.io.usd.head_motion import inverse_head_motion
+from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
 from usdface.io.usd.skeleton import read_skeleton, read_skin
@@ -100,29 +100,29 @@ def _rig(
         skin: Skin | None = None
         if binding and skeleton and binding.skinned and binding.skeleton == used:
             count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
-            skin, notes = read_skin(binding.query, count, skeleton.joints)
-            findings += notes
+            skin, new_findings = read_skin(binding.query, count, skeleton.joints)
+            findings += new_findings
         space = _bind_space(prim, binding, xforms) @ si
-        mesh, notes = read_mesh(UsdGeom.Mesh(prim), space, skin)
-        findings += notes
+        mesh, new_findings = read_mesh(UsdGeom.Mesh(prim), space, skin)
+        findings += new_findings
         meshes += [mesh] if mesh else []
     if not meshes:
         raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
-    named, materials, notes = with_materials(stage, tuple(meshes), asset_root)
+    named, materials, new_findings = read_mesh_materials(stage, tuple(meshes), asset_root)
     top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
     name = top.GetDisplayName() or top.GetName()
     source = stage.GetRootLayer().realPath
     rig = Rig(name, named, skeleton, materials, source)
-    findings += notes
+    findings += new_findings
     if root:  # a character, not a scene
         return rig, findings
-    cameras, lights, notes = read_scene(stage, si)
-    findings += notes
-    extras, notes = read_extras(top)
-    findings += notes
-    asset, notes = read_asset(top)
+    cameras, lights, new_findings = read_scene(stage, si)
+    findings += new_findings
+    extras, new_findings = read_extras(top)
+    findings += new_findings
+    asset, new_findings = read_asset(top)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
-    return rig, findings + notes
+    return rig, findings + new_findings
 
 
 def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
@@ -180,8 +180,8 @@ def _pick_skeleton(
     for prim in skeletons:
         to_rig = _world(prim, xforms) @ si
         moved = joints or _is_moved(prim)
-        skeleton, notes = read_skeleton(UsdSkel.Skeleton(prim), to_rig, moved)
-        findings += notes
+        skeleton, new_findings = read_skeleton(UsdSkel.Skeleton(prim), to_rig, moved)
+        findings += new_findings
         if skeleton and picked:
             message = "a rig keeps one skeleton; meshes bound to this one are not skinned"
             findings.append(finding("FEATURE_DROPPED", str(prim.GetPath()), message))
@@ -203,10 +203,10 @@ def _is_moved(skeleton: Usd.Prim) -> bool:
 
 
 def _world(prim: Usd.Prim, xforms: UsdGeom.XformCache) -> FloatArray:
-    """Return where a prim stands, whatever the head's motion of ours is."""
+    """Return the world transform of a prim without an authored head motion of usdface."""
     root = UsdSkel.Root.Find(prim)
     matrix = _matrix(xforms.GetLocalToWorldTransform(prim))
-    return matrix @ without_head(root.GetPrim()) if root else matrix
+    return matrix @ inverse_head_motion(root.GetPrim()) if root else matrix
 
 
 def _matrix(value: object) -> FloatArray:

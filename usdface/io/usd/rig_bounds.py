@@ -1,4 +1,4 @@
-"""The space that a character fills while its blend shapes move."""
+"""Bounds of a character over all blend shape weights and clips."""
 
 import itertools
 from collections.abc import Sequence
@@ -68,7 +68,7 @@ def _moving_box(
 
 
 def _skinning(skeleton: Skeleton, local: FloatArray) -> FloatArray:
-    """Return the skinning transforms (..., J, 4, 4) of joints at transforms to their parents."""
+    """Return the skinning transforms (..., J, 4, 4) for joint transforms to their parents."""
     world = local.copy()
     places = {joint: i for i, joint in enumerate(skeleton.joints)}
     for i, joint in enumerate(skeleton.joints):

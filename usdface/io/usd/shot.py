@@ -12,7 +12,7 @@ from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.face_layout import read_gains, read_layout
 from usdface.io.usd.fuzzy import read_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
-from usdface.io.usd.ignored_attributes import unread_settings
+from usdface.io.usd.ignored_attributes import ignored_attributes
 from usdface.io.usd.pins import read_pins
 from usdface.io.usd.retarget_setup import (
     read_expressions,
@@ -22,8 +22,8 @@ from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.stage import (
     Metrics,
     metrics_of,
+    missing_metrics,
     to_si,
-    unsaid_metrics,
 )
 from usdface.io.usd.take import read_take_prim
 from usdface.schemas import tokens
@@ -103,7 +103,7 @@ def _read(
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", True, asset_root)
     pins, notes = read_pins(prim, rig.shape_names, codes)
-    setup, findings = replace(setup, pins=pins), findings + notes + unsaid_metrics(stage)
+    setup, findings = replace(setup, pins=pins), findings + notes + missing_metrics(stage)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
     system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
     posed = [
@@ -123,7 +123,7 @@ def _read(
     prims = replace(prims, head=head)
     ours = [prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
     scopes = dict.fromkeys(each.GetParent() for each in posed)
-    findings += unread_settings([*ours, *scopes])
+    findings += ignored_attributes([*ours, *scopes])
     base = _base_weights(stage, prims, take, codes)
     shot = Shot(rig, take, setup, system, expressions, parts, gains, base)
     return StagedShot(shot, prims, codes, metrics), findings

@@ -1,4 +1,4 @@
-"""Textures of a USD stage: UsdUVTexture, what it is read with and where its image lies.
+"""Textures of a USD stage: UsdUVTexture, its primvar and transform, and its image.
 
 Source: OpenUSD, "UsdPreviewSurface Specification" 2.6 (UsdUVTexture, UsdTransform2d, primvar
 readers, UDIM).
@@ -16,7 +16,7 @@ from usdface.findings import Finding, finding
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import udim_tiles
 from usdface.io.usd.assets import folders_of, outer_file, read_asset
-from usdface.io.usd.conversion_metadata import our_notes
+from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.materials import ColourSpace, Placement, Texture, Wrap
 
 __all__ = ["read_texture", "scale_of", "value_of"]
@@ -26,14 +26,14 @@ _WRAPS: dict[str, Wrap] = {"repeat": "repeat", "mirror": "mirror", "clamp": "cla
 
 
 def value_of(shader: UsdShade.Shader, name: str) -> Any:
-    """Return the value of a shader's input, maybe of what it is connected to; None for none."""
+    """Return the value of a shader's input or of its connection; None where there is none."""
     given = shader.GetInput(name)
     producers = given.GetValueProducingAttributes() if given else []
     return producers[0].Get() if producers else None
 
 
 def scale_of(shader: UsdShade.Shader) -> tuple[float, ...]:
-    """Return what a UsdUVTexture multiplies its four channels by."""
+    """Return the scale of the four channels of a UsdUVTexture."""
     value = value_of(shader, "scale")
     return (1.0, 1.0, 1.0, 1.0) if value is None else tuple(float(v) for v in value)
 
@@ -101,7 +101,7 @@ def _placement(shader: UsdShade.Shader, where: str, found: list[Finding]) -> Pla
             message = "glTF does not know black beyond the edges of a texture; they are clamped"
             found.append(finding("FEATURE_APPROXIMATED", where, message))
         wraps.append("clamp" if given == "black" else _WRAPS.get(given, "repeat"))
-    notes = our_notes(shader)
+    notes = read_metadata(shader)
     filters = tuple(n if isinstance(n := notes.get(k), int) else 0 for k in _FILTERS)
     reader = _upstream(shader, "st")
     scale, rotation, offset = (1.0, 1.0), 0.0, (0.0, 0.0)

@@ -10,9 +10,9 @@ from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import atomic_path
-from usdface.io.usd.clip_variants import bound, playing
+from usdface.io.usd.clip_variants import clip_stages, playing_animations
 from usdface.io.usd.errors import usd_errors, usd_message
-from usdface.io.usd.evaluate import keys_of_stage
+from usdface.io.usd.evaluate import stage_keys
 from usdface.io.usd.stage import open_stage
 from usdface.io.usd.usdz_assets import localise
 from usdface.io.usd.usdz_package import write_package
@@ -40,7 +40,7 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     Raises
     ------
     InputError
-        If the scene cannot be opened, has no such clip, or an option has no meaning in USDZ.
+        If the scene cannot be opened or has no such clip.
     OutputError
         If the package cannot be written; what was there before still is.
 
@@ -48,10 +48,6 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     ----------
     OpenUSD, "Usdz File Format Specification".
     """
-    for name in ("pointer", "quantize"):
-        if getattr(options, name):
-            message = f"--{name} is an extension of glTF, which USDZ does not have; leave it out"
-            raise InputError(message, "SETTING_WRONG")
     root = asset_folder(options.asset_root)
     stage = open_stage(source)
     with usd_errors(str(source)):
@@ -80,15 +76,17 @@ def _binary(layer: Sdf.Layer) -> bytes:
 def _flattened(stage: Usd.Stage, clip: str) -> tuple[Sdf.Layer, list[Finding]]:
     """Return what a stage composes to, with the clip of a name, or with all and one that plays."""
     skinned = any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse())
-    stages = list(playing(stage)) if skinned else [stage]
-    names = [keys_of_stage(staged)[0] for staged in stages]
+    stages = list(clip_stages(stage)) if skinned else [stage]
+    names = [stage_keys(staged)[0] for staged in stages]
     check_clip(clip, [name for name in names if name])
     chosen = stages[names.index(clip) if clip else 0]
     flat = chosen.Flatten(addSourceFileComment=False)
     if not clip:
         message = f"a package plays one clip, here {names[0] or 'none'}; --clip NAME names another"
         return flat, [finding("ANIMATION_DROPPED", name, message) for name in names[1:]]
-    others = {path for staged in stages for path in bound(staged)} - {*bound(chosen)}
+    others = {path for staged in stages for path in playing_animations(staged)} - {
+        *playing_animations(chosen)
+    }
     edit = Sdf.BatchNamespaceEdit()
     for path in sorted(others):
         edit.Add(path, Sdf.Path.emptyPath)

@@ -3,27 +3,27 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from usdface.io.gltf.reference_player.deformed_mesh import Sampled, ShownMesh
-from usdface.io.gltf.reference_player.morph_targets import ShownTargets
+from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh, Sampled
+from usdface.io.gltf.reference_player.morph_targets import PlayerTargets
 
 RNG = np.random.default_rng(9)
 TIMES = np.array([0.5, 1.0, 3.0])
 
 
-def shown(weights: np.ndarray, interpolation: str, **more: object) -> ShownMesh:
+def shown(weights: np.ndarray, interpolation: str, **more: object) -> PlayerMesh:
     count = weights.shape[-1]
     points = RNG.normal(size=(4, 3))
     normals = points / np.linalg.norm(points, axis=1, keepdims=True)
     moves, turns = RNG.normal(size=(2, count, 4, 3)).astype(np.float32)
     given = {"inbetweens": (), "space": lambda times: (np.eye(4), np.eye(3))} | more
     names = tuple(f"t{k}" for k in range(count))
-    return ShownMesh(
+    return PlayerMesh(
         "m",
         names,
         points,
         normals,
-        ShownTargets.of(moves),
-        ShownTargets.of(turns),
+        PlayerTargets.of(moves),
+        PlayerTargets.of(turns),
         Sampled(TIMES, weights, interpolation),
         **given,  # type: ignore[arg-type]
     )

@@ -1,1 +1,1 @@
-"""A glTF player that shares nothing with the reader and the writer: the judge of every export."""
+"""Independent glTF player, which shares no code with reader and writer, to certify exports."""

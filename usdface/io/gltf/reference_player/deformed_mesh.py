@@ -1,4 +1,4 @@
-"""One mesh of a glTF as a player shows it at any time.
+"""One mesh of a glTF, deformed as in a player, at any time.
 
 Source: glTF 2.0 specification, sections 3.7.2 (morph targets), 3.7.3 (skins), appendix C
 (interpolation).
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.certificate.linear_morph import Sums
-from usdface.io.gltf.reference_player.morph_targets import ShownTargets
+from usdface.certificate.linear_morph import LinearMorph
+from usdface.io.gltf.reference_player.morph_targets import PlayerTargets
 from usdface.takes import FloatArray
 
-__all__ = ["Sampled", "ShownMesh"]
+__all__ = ["PlayerMesh", "Sampled"]
 
 _BLOCK = 2**17  # matrices of one evaluation at once
 
@@ -75,8 +75,8 @@ class Sampled:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ShownMesh:
-    """One mesh as a player shows it in one animation.
+class PlayerMesh:
+    """One mesh of a glTF in one animation.
 
     Attributes
     ----------
@@ -86,15 +86,15 @@ class ShownMesh:
     points, normals : (N, 3) float64
         At rest, the vertices that faces use; one that primitives with other attributes share
         is there once for each. Normals are None where there are none, or where a target moves
-        points but not normals: programs differ in what they then show.
+        points but not normals: players differ then.
     moves, turns : ShownTargets
-        What targets add to points and normals.
+        Morph targets of points and normals.
     weights : Sampled
     inbetweens : tuple of (int, int, float)
         Targets that our extras call inbetweens: the target's place, its shape's, its weight.
     space : function from times (F,) to two arrays
-        What brings points to the scene, (4, 4), (N, 4, 4), (F, 1, 4, 4) or (F, N, 4, 4), for
-        column vectors; and the same for normals, (3, 3), ...; a skin blends what turns the
+        Transforms of points to the scene, (4, 4), (N, 4, 4), (F, 1, 4, 4) or (F, N, 4, 4), for
+        column vectors; and the same for normals, (3, 3), ...; a skin blends the
         normals of its joints.
     """
 
@@ -102,8 +102,8 @@ class ShownMesh:
     targets: tuple[str, ...]
     points: FloatArray
     normals: FloatArray | None
-    moves: ShownTargets
-    turns: ShownTargets
+    moves: PlayerTargets
+    turns: PlayerTargets
     weights: Sampled
     inbetweens: tuple[tuple[int, int, float], ...]
     space: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -132,7 +132,7 @@ class ShownMesh:
             return None
         return self._in_blocks(times, lambda block: self._turned(normals, block))
 
-    def sums_at(self, times: FloatArray) -> Sums | None:
+    def linear_morph_at(self, times: FloatArray) -> LinearMorph | None:
         """Return the mesh at `times` (F,) [s] as sums; None where nodes move it."""
         place, turning = self.space(times[:1])
         if place.ndim > 3:
@@ -141,9 +141,9 @@ class ShownMesh:
         moves = _times(place[..., :3, :3], self.moves.dense().astype(np.float64)).astype(np.float32)
         weights = self.weights_at(times)
         if self.normals is None:
-            return Sums(weights, points, moves)
+            return LinearMorph(weights, points, moves)
         turns = _times(turning, self.turns.dense().astype(np.float64)).astype(np.float32)
-        return Sums(weights, points, moves, _times(turning, self.normals[None])[0], turns)
+        return LinearMorph(weights, points, moves, _times(turning, self.normals[None])[0], turns)
 
     def _in_blocks(self, times: FloatArray, part: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """Skins that move have a matrix for each vertex and time."""

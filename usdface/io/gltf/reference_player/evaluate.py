@@ -1,4 +1,4 @@
-"""What a glTF file shows: an evaluator that shares nothing with our reader and writer.
+"""Evaluation of a glTF file, which shares no code with the reader and the writer.
 
 It takes the written bytes apart with json and struct, so that a certificate
 (`usdface.certificate`) does not repeat the mistakes it should find.
@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.io.gltf.reference_player.deformed_mesh import Sampled, ShownMesh
-from usdface.io.gltf.reference_player.gltf_file import ShownFile
-from usdface.io.gltf.reference_player.morph_targets import ShownTargets, Target
-from usdface.io.gltf.reference_player.node_motion import ShownNodes, Space
+from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh, Sampled
+from usdface.io.gltf.reference_player.gltf_file import PlayerFile
+from usdface.io.gltf.reference_player.morph_targets import PlayerTargets, Target
+from usdface.io.gltf.reference_player.node_motion import PlayerNodes, Space
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["ShownClip", "evaluate_clips", "evaluate_gltf"]
+__all__ = ["PlayerClip", "evaluate_clips", "evaluate_gltf"]
 
 _BROKEN = (
     ArithmeticError,
@@ -33,32 +33,32 @@ _BROKEN = (
     TypeError,
     ValueError,
     struct.error,
-)  # what a JSON of the wrong form ends in
+)  # raised by JSON of the wrong form
 _TRANSFORMS = ("translation", "rotation", "scale")
-_Space = Callable[[ShownNodes], Space]
+_Space = Callable[[PlayerNodes], Space]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ShownClip:
-    """What a file shows in one animation; `times` (K,) [s] are all of its keys.
+class PlayerClip:
+    """The meshes of a file in one animation; `times` (K,) [s] are all of its keys.
 
     `cubic` tells whether anything moves along curves between them, `decoded` whether our own
     decoder had a part in it.
     """
 
     name: str
-    meshes: tuple[ShownMesh, ...]
+    meshes: tuple[PlayerMesh, ...]
     times: FloatArray
     cubic: bool
     decoded: bool = False
 
 
-def evaluate_gltf(path: Path) -> tuple[ShownMesh, ...]:
-    """Return what a .glb or .gltf shows of its default scene in its first animation."""
+def evaluate_gltf(path: Path) -> tuple[PlayerMesh, ...]:
+    """Evaluate the default scene of a .glb or .gltf in its first animation."""
     return evaluate_clips(path)[0].meshes
 
 
-def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[ShownClip, ...]:
+def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[PlayerClip, ...]:
     """Take a .glb or .gltf apart into the meshes of its default scene, for each animation.
 
     Animations that move nothing that is shown are left out; without any there is one clip, in
@@ -67,7 +67,7 @@ def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[ShownCli
     Raises
     ------
     InputError
-        If it uses what this evaluator does not know, or is broken.
+        If it uses features that this evaluator does not support, or is malformed.
     """
     try:
         return _Scene(path, asset_root).clips()
@@ -77,13 +77,13 @@ def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[ShownCli
         raise InputError(f"{path} cannot be evaluated: its nodes form a ring") from error
 
 
-class _Scene(ShownFile):
-    """What there is to see in one file."""
+class _Scene(PlayerFile):
+    """The default scene of one file."""
 
-    def clips(self) -> tuple[ShownClip, ...]:
+    def clips(self) -> tuple[PlayerClip, ...]:
         nodes = self.json.get("nodes", [])
         parents = self._parents(nodes)
-        still = ShownNodes(nodes, parents, {})
+        still = PlayerNodes(nodes, parents, {})
         meshes = [(n, self._mesh(n, still)) for n in parents if nodes[n].get("mesh") is not None]
         meshes = [(node, part) for node, part in meshes if len(part.mesh.points)]
         clips = []
@@ -115,7 +115,7 @@ class _Scene(ShownFile):
         return parents
 
     def _curves(self, animation: dict[str, Any]) -> dict[tuple[int, str], Sampled]:
-        """Return what an animation moves: ``(node, path)``, or ``(node, "weights/3")``."""
+        """Return the samplers of an animation by ``(node, path)`` or ``(node, "weights/3")``."""
         curves: dict[tuple[int, str], Sampled] = {}
         for channel in animation.get("channels", []):
             target = channel["target"]
@@ -151,11 +151,11 @@ class _Scene(ShownFile):
         self,
         name: str,
         curves: dict[tuple[int, str], Sampled],
-        still: ShownNodes,
+        still: PlayerNodes,
         meshes: list[tuple[int, "_Part"]],
-    ) -> ShownClip:
+    ) -> PlayerClip:
         transforms = {place: c for place, c in curves.items() if place[1] in _TRANSFORMS}
-        moving = ShownNodes(still.nodes, still.parents, transforms)
+        moving = PlayerNodes(still.nodes, still.parents, transforms)
         used: list[Sampled] = []
         shown = []
         for node, part in meshes:
@@ -169,9 +169,9 @@ class _Scene(ShownFile):
             shown.append(replace(part.mesh, weights=weights, space=part.space(moving)))
         times = np.unique(np.concatenate([np.zeros(0), *(curve.times for curve in used)]))
         cubic = any(curve.interpolation == "CUBICSPLINE" for curve in used)
-        return ShownClip(name, tuple(shown), times, cubic, self.decoded)
+        return PlayerClip(name, tuple(shown), times, cubic, self.decoded)
 
-    def _mesh(self, node: int, still: ShownNodes) -> "_Part":
+    def _mesh(self, node: int, still: PlayerNodes) -> "_Part":
         n = self.json["nodes"][node]
         mesh = self.json["meshes"][n["mesh"]]
         parts = [p for p in mesh["primitives"] if p.get("mode", 4) in (4, 5, 6)]
@@ -197,13 +197,13 @@ class _Scene(ShownFile):
         if all(b["normals"] is not None for b in read):
             normals = np.concatenate([np.zeros((0, 3)), *(b["normals"] for b in read)])
         nodes, space = self._placed(node, read)
-        shown = ShownMesh(
+        shown = PlayerMesh(
             n.get("name") or mesh.get("name") or "Mesh",
             targets,
             points,
             normals,
-            ShownTargets.side_by_side([b["moves"] for b in read], count),
-            ShownTargets.side_by_side([b["turns"] for b in read], count),
+            PlayerTargets.side_by_side([b["moves"] for b in read], count),
+            PlayerTargets.side_by_side([b["turns"] for b in read], count),
             Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
             _inbetweens(mesh.get("extras"), targets),
             space(still),
@@ -219,9 +219,9 @@ class _Scene(ShownFile):
                 return Target.of(np.zeros((0, 3), np.float32))
             return Target.of(self.accessor(stored[what])[used].astype(np.float32))
 
-        def targets(what: str) -> ShownTargets:
+        def targets(what: str) -> PlayerTargets:
             stored = part.get("targets", [])
-            return ShownTargets(len(used), tuple(target(one, what) for one in stored))
+            return PlayerTargets(len(used), tuple(target(one, what) for one in stored))
 
         lit = "NORMAL" in at and all("NORMAL" in t for t in part.get("targets", []))
         return {
@@ -268,7 +268,7 @@ class _Scene(ShownFile):
 class _Part:
     """A mesh that stands still, the nodes that would move it, and its space when nodes move."""
 
-    mesh: ShownMesh
+    mesh: PlayerMesh
     nodes: tuple[int, ...]
     space: _Space
 

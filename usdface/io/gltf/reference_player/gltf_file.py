@@ -1,4 +1,4 @@
-"""JSON and numbers of a glTF file for the evaluator, by nothing but json, struct and numpy.
+"""JSON and accessors of a glTF file, read with json, struct and numpy alone.
 
 Source: glTF 2.0 specification, sections 3.6.2 (accessors), 4.4 (GLB layout).
 """
@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
-from usdface.io.gltf.decompress import decompressed
+from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import load_document
 
-__all__ = ["ShownFile"]
+__all__ = ["PlayerFile"]
 
+# By componentType and by type: glTF 2.0, 3.6.2.2.
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 _MAX_BYTES = 2**32 - 1
@@ -31,7 +32,7 @@ _COMPRESSED = {
 _KNOWN = {"KHR_animation_pointer", "KHR_mesh_quantization"}
 
 
-class ShownFile:
+class PlayerFile:
     """JSON and buffers of one file.
 
     `decoded` tells whether it was compressed; then our own decoder made it plain.
@@ -57,8 +58,8 @@ class ShownFile:
         self.budget = _MOST_NUMBERS
 
     def _decoded(self, path: Path, asset_root: Path | None) -> list[memoryview]:
-        """Take what holds compressed data from the reader: there is no second decoder."""
-        plain = decompressed(load_document(path, asset_root))
+        """Use the decoder of the reader for compressed data: there is no second one."""
+        plain = decompress(load_document(path, asset_root))
         stored = json.loads(plain.document.to_json())
         for name in ("accessors", "bufferViews", "meshes"):
             self.json[name] = stored[name]

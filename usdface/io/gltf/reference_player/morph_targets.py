@@ -1,4 +1,4 @@
-"""What morph targets add to a mesh, kept where they add something: most of a face stays still."""
+"""Morph targets of a mesh, stored sparsely: most vertices of a face do not move."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from usdface.takes import FloatArray
 
-__all__ = ["ShownTargets", "Target"]
+__all__ = ["PlayerTargets", "Target"]
 
 _BLOCK = 2**18  # numbers of all targets at once
 
@@ -22,13 +22,13 @@ class Target:
 
     @classmethod
     def of(cls, values: NDArray[np.float32]) -> "Target":
-        """Keep what is not zero of values (N, 3)."""
+        """Make a target of the rows of values (N, 3) that are not zero."""
         places = np.flatnonzero(values.any(axis=1)).astype(np.int32)
         return cls(places, values[places])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ShownTargets:
+class PlayerTargets:
     """All targets of a mesh.
 
     Attributes
@@ -42,12 +42,12 @@ class ShownTargets:
     targets: tuple[Target, ...]
 
     @classmethod
-    def of(cls, values: NDArray[np.float32]) -> "ShownTargets":
-        """Keep what is not zero of values (T, N, 3)."""
+    def of(cls, values: NDArray[np.float32]) -> "PlayerTargets":
+        """Make targets of the rows of values (T, N, 3) that are not zero."""
         return cls(values.shape[1], tuple(map(Target.of, values)))
 
     @classmethod
-    def side_by_side(cls, meshes: Sequence["ShownTargets"], count: int) -> "ShownTargets":
+    def side_by_side(cls, meshes: Sequence["PlayerTargets"], count: int) -> "PlayerTargets":
         """Join meshes of which each has up to `count` targets to one."""
         if len(meshes) == 1:
             return meshes[0]
@@ -70,7 +70,7 @@ class ShownTargets:
         return self._part(np.arange(len(self.targets)), 0, self.count)
 
     def added(self, weights: FloatArray) -> FloatArray:
-        """Return what targets add by `weights` (F, T): (F, N, 3)."""
+        """Return the weighted sum of the targets for `weights` (F, T): (F, N, 3)."""
         used = np.flatnonzero(weights.any(axis=0))
         result = np.zeros((len(weights), self.count, 3))
         step = max(1, _BLOCK // max(3 * len(used), 1))

@@ -1,4 +1,4 @@
-"""Nodes and skins of a glTF as a player moves them in one animation.
+"""Nodes and skins of a glTF in one animation.
 
 Source: glTF 2.0 specification, sections 3.5 (node transforms), 3.7.3 (skins), 3.11 (animations).
 """
@@ -15,14 +15,14 @@ from usdface.takes import FloatArray
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-__all__ = ["ShownNodes", "Space"]
+__all__ = ["PlayerNodes", "Space"]
 
 Space = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ShownNodes:
-    """The nodes of a scene, and what one animation does to them.
+class PlayerNodes:
+    """The nodes of a scene in one animation.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class ShownNodes:
     parents : mapping of int to int
         Parent of each node of the scene, -1 for a root.
     curves : mapping of (int, str) to Sampled
-        What moves translation, rotation or scale of a node.
+        Animated translations, rotations and scales of nodes.
     """
 
     nodes: Sequence[dict[str, Any]]
@@ -83,26 +83,26 @@ class ShownNodes:
         return local
 
     def of_node(self, node: int) -> Space:
-        """Return what brings the points of a mesh without a skin to the scene."""
+        """Return the transforms of points and normals of a mesh without a skin to the scene."""
 
         def space(times: FloatArray) -> tuple[FloatArray, FloatArray]:
             world = self.worlds([node], times)[0]
-            return (world[:, None], _turning(world)[:, None]) if moving else (still, turned)
+            return (world[:, None], _normal_matrix(world)[:, None]) if moving else (still, turned)
 
         moving = self.moves(node)
         still = self.worlds([node], np.zeros(1))[0, 0]
-        turned = _turning(still)
+        turned = _normal_matrix(still)
         return space
 
     def of_skin(self, joints: Sequence[int], inverse: FloatArray, weights: "csr_array") -> Space:
-        """Return what brings the points of a skinned mesh to the scene.
+        """Return the transforms of points and normals of a skinned mesh to the scene.
 
         `inverse` (J, 4, 4) are the inverse bind matrices, `weights` (N, J) the influences.
         """
 
         def blended(times: FloatArray) -> tuple[FloatArray, FloatArray]:
             moves = self.worlds(joints, times) @ inverse[:, None]
-            return _blend(weights, moves), _blend(weights, _turning(moves))
+            return _blend(weights, moves), _blend(weights, _normal_matrix(moves))
 
         if any(self.moves(joint) for joint in joints):
             return blended
@@ -117,7 +117,7 @@ def _blend(weights: "csr_array", matrices: FloatArray) -> FloatArray:
     return mixed.reshape(-1, frames, size, size).swapaxes(0, 1)
 
 
-def _turning(matrices: FloatArray) -> FloatArray:
+def _normal_matrix(matrices: FloatArray) -> FloatArray:
     linear = matrices[..., :3, :3]
     flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to nothing: there is no normal to see
     safe = np.where(flat[..., None, None], np.eye(3), linear)

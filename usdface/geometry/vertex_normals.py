@@ -1,4 +1,4 @@
-"""Smooth vertex normals of polygon meshes."""
+"""Vertex normals of polygon meshes, weighted by the areas of the faces around a vertex."""
 
 from collections.abc import Callable
 
@@ -6,10 +6,10 @@ import numpy as np
 
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["normals_of_faces", "smooth_normals", "unit"]
+__all__ = ["normals_of_faces", "unit_or_up", "unit_or_zero", "vertex_normals"]
 
 
-def unit(vectors: FloatArray) -> FloatArray:
+def unit_or_up(vectors: FloatArray) -> FloatArray:
     """Return `vectors` (N, 3) at length 1; one without a direction becomes (0, 1, 0)."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     usable = np.isfinite(length) & (length > np.finfo(np.float64).tiny)
@@ -17,14 +17,36 @@ def unit(vectors: FloatArray) -> FloatArray:
         return np.where(usable, vectors / length, (0.0, 1.0, 0.0))
 
 
+def unit_or_zero(vectors: FloatArray) -> FloatArray:
+    """Return `vectors` (N, 3) at length 1; zero vectors stay."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0, length, 1.0))
+
+
 def normals_of_faces(
     face_counts: IntArray, face_indices: IntArray, count: int
 ) -> Callable[[FloatArray], FloatArray]:
     """Return a function from points (count, 3) to their unit vertex normals (count, 3).
 
-    A vertex normal is the sum of the area vectors of the faces around it (Newell's sum, so
-    that bent polygons are fine), hence weighted by area. A vertex without a face gets
-    (0, 1, 0). The faces are prepared once, for the many poses of one mesh.
+    The faces are prepared once, for the many poses of one mesh. A vertex without a face gets
+    (0, 1, 0), as files want normals of length 1.
+    """
+    area_vectors = _area_vectors(face_counts, face_indices, count)
+    return lambda points: unit_or_up(area_vectors(points))
+
+
+def vertex_normals(points: FloatArray, face_counts: IntArray, face_indices: IntArray) -> FloatArray:
+    """Return the unit vertex normals (V, 3) of one mesh; zero where a vertex has no face."""
+    return unit_or_zero(_area_vectors(face_counts, face_indices, len(points))(points))
+
+
+def _area_vectors(
+    face_counts: IntArray, face_indices: IntArray, count: int
+) -> Callable[[FloatArray], FloatArray]:
+    """Return a function from points (count, 3) to the area vectors around each (count, 3).
+
+    The area vector of a polygon, bent or not, is half the sum of the cross products of its edges'
+    ends (M. E. Newell; Sutherland, Sproull and Schumacker 1974). Twice the area counts here.
     """
     from scipy.sparse import csr_array  # costs more to import than faces with normals need
 
@@ -39,15 +61,10 @@ def normals_of_faces(
     sum_at_vertex = csr_array((ones, (face_indices, face_of)), (count, len(face_counts)))
     here, there, origin = face_indices, face_indices[following], face_indices[first]
 
-    def normals(points: FloatArray) -> FloatArray:
+    def area_vectors(points: FloatArray) -> FloatArray:
         # Relative to a point of the face: far from the origin the sum would cancel.
         start = points[origin]
         spans = np.cross(points[here] - start, points[there] - start)
-        return unit(sum_at_vertex @ (sum_over_face @ spans))
+        return np.asarray(sum_at_vertex @ (sum_over_face @ spans))
 
-    return normals
-
-
-def smooth_normals(points: FloatArray, face_counts: IntArray, face_indices: IntArray) -> FloatArray:
-    """Return the smooth unit normals (V, 3) of one mesh (see `normals_of_faces`)."""
-    return normals_of_faces(face_counts, face_indices, len(points))(points)
+    return area_vectors
