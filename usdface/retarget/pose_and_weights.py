@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.face.symmetry import symmetric_pairs
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.bounds import Bounds
@@ -120,7 +119,7 @@ def solve_pose_and_weights(
     whole = np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
-    regularisation = Regularisation(0.0, 0.0, setup.solve, symmetric_pairs(free))
+    regularisation = Regularisation(0.0, 0.0, setup.solve, free)
     for done in range(1, _ROUNDS + 1):
         displaced, observed = _displaced(here, space, rows, iterate, times)
         rest = observed @ basis_of_rest

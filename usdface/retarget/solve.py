@@ -20,8 +20,9 @@ Where the covariance M of the weights has been learned from the take, the ridge 
 alone and the smoothness ``v * smoothness * tr(M^-1 W' C W) / 2``, with C the inverse covariance
 over time of `usdface.retarget.covariance`.
 
-Sparsity and symmetry are off by default. They too are measured against the error: weights that
-are exponential with mean 1 / `sparsity`, left and right that differ by about 1 / sqrt(`symmetry`).
+Each row is a term of `usdface.retarget.terms`. Sparsity and symmetry are off by default. They too
+are measured against the error: weights that are exponential with mean 1 / `sparsity`, left and
+right that differ by about 1 / sqrt(`symmetry`).
 Bounds other than 0 to 1, pins and inequalities are `usdface.retarget.bounds.Bounds`.
 """
 
@@ -32,11 +33,10 @@ import numpy as np
 
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import UNIT, Bounds
-from usdface.retarget.covariance import inverse_bands, learn_covariance
-from usdface.retarget.curvature import curvature_bands
+from usdface.retarget.covariance import learn_covariance
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.temporal_solve import Iterate, solve_temporal
-from usdface.takes import FloatArray, IntArray
+from usdface.takes import FloatArray
 
 __all__ = ["Iterate", "solve_weights", "with_learned_covariance"]
 
@@ -81,26 +81,21 @@ def solve_weights(
     options, covariance = regularisation.options, regularisation.covariance
     floor = _RIDGE_FLOOR * max(normal.trace(), 1e-300)
     plain = normal + floor * np.eye(len(normal))
-    if options.symmetry and len(regularisation.pairs):
-        difference = _differences(regularisation.pairs, len(normal))
-        plain += regularisation.symmetry * difference.T @ difference
-    ridged = plain + regularisation.ridge * np.eye(len(normal))
-    # The weights' sum is their L1 norm where they are 0 or more, as they are by default.
-    pull = right - regularisation.sparsity if options.sparsity else right
-    bands = curvature_bands(times) * regularisation.stiffness
-    weakest = np.linalg.eigvalsh(ridged)[0]
+    unlearned = regularisation.unlearned()
+    expected, bands = unlearned.added_to(plain), unlearned.bands(times)
+    pull = regularisation.pulled(right)
+    weakest = np.linalg.eigvalsh(expected)[0]
     alone = options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest
     if alone:
-        return Iterate(solve_bounded(ridged, pull, start.weights if start else None, bounds))
+        return Iterate(solve_bounded(expected, pull, start.weights if start else None, bounds))
     # The more frames smoothing joins, the longer it takes until all of them know.
     joined = float(np.sqrt(bands[2].max() / weakest / _JOINED))
     iterations = _ROUGH if rough else ceil(options.iterations * min(max(joined, 1.0), 2.0))
     if covariance is not None:
         iterations = _ROUGH if rough else ceil(_LEARNED_LONGER * iterations)
-        bands = regularisation.noise**2 * options.smoothness * inverse_bands(times, options.pace)
-        ridged = plain + regularisation.lasting_ridge * np.eye(len(normal))
+        expected, bands = regularisation.added_to(plain), regularisation.bands(times)
     return solve_temporal(
-        ridged, pull, bands, bounds, start, iterations, options.tolerance, covariance
+        expected, pull, bands, bounds, start, iterations, options.tolerance, covariance
     )
 
 
@@ -119,15 +114,7 @@ def with_learned_covariance(
     if options.prior == "fixed" or options.mode == "frame" or noise == 0.0 or len(times) < _FEWEST:
         return regularisation
     if start is None:
-        plain = Regularisation(noise, regularisation.misfit, options)
-        start = solve_weights(normal, right, times, plain, rough=True)
-    ridged = normal + regularisation.lasting_ridge * np.eye(len(normal))
-    found = learn_covariance(ridged, right, times, noise**2, options.pace, start.weights)
+        start = solve_weights(normal, right, times, regularisation, rough=True)
+    lasting = regularisation.lasting_variance / options.spread**2 * np.eye(len(normal))
+    found = learn_covariance(normal + lasting, right, times, noise**2, options.pace, start.weights)
     return replace(regularisation, covariance=found)
-
-
-def _differences(pairs: IntArray, size: int) -> FloatArray:
-    rows = np.zeros((len(pairs), size))
-    rows[np.arange(len(pairs)), pairs[:, 0]] = 1.0
-    rows[np.arange(len(pairs)), pairs[:, 1]] = -1.0
-    return rows

@@ -47,8 +47,9 @@ def solve_report(
     vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     bound = np.array([vertex[name] for name in solution.markers])
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
-    sure = _confidence(mesh, setup, solution, places, room)
-    deviations = within_bounds(sure.deviations, solution.weights.weights)
+    held = _usual(solution, setup, mesh)
+    sure = _confidence(mesh, setup, solution, held, places, room)
+    deviations = within_bounds(sure.deviations, solution.weights.weights, held)
     names = mesh.shape_names
     hidden = {names[shape]: sure.unseen.get(shape) for shape in sure.hidden.tolist()}
     unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
@@ -90,13 +91,23 @@ def solve_report(
     return SolveReport(summary, details, found)
 
 
+def _usual(solution: Solution, setup: RetargetSetup, mesh: Mesh) -> Regularisation:
+    """Return the terms of the solve for a usual frame and all shapes of the mesh."""
+    misfit, names = usual_misfit(solution), mesh.shape_names
+    return Regularisation(solution.noise, misfit, setup.solve, names, solution.covariance)
+
+
 def _confidence(
-    mesh: Mesh, setup: RetargetSetup, solution: Solution, places: IntArray, room: float
+    mesh: Mesh,
+    setup: RetargetSetup,
+    solution: Solution,
+    held: Regularisation,
+    places: IntArray,
+    room: float,
 ) -> Confidence:
     """Say how sure the weights are with markers on the first of the `places`."""
     times, axes = solution.weights.times, 3 if solution.in_space else 2
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    misfit, covariance = usual_misfit(solution), solution.covariance
     return confidence_of(
         mesh.points[places],
         mesh.offsets_at(places),
@@ -104,7 +115,7 @@ def _confidence(
         axes,
         setup.head == "solve",
         step,
-        Regularisation(solution.noise, misfit, setup.solve, covariance=covariance),
+        held,
         room=room,
     )
 
