@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from usdface.binding.marker_places import FreePlaces, free_places
+from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.correction.expression_layer import Character, express
 from usdface.correction.feature_extraction import sided_features
@@ -66,6 +67,7 @@ class Animated:
         return WeightsTake(self.final.names, self.take.times, self.final.weights)
 
 
+@one_blas_thread()
 def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> Animated:
     """Solve the take's weights on the shot's rig, and correct them unless told not to."""
     mesh = shot.rig.mesh(shot.setup.binding.mesh)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import (
     BlendShapeEvaluator,
     combinations_of,
@@ -26,6 +27,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["calibrate", "clean", "retarget", "solve"]
 
 
+@one_blas_thread()
 def retarget(
     take: MarkerTake | WeightsTake, setup: RetargetSetup, mesh: Mesh, shape_names: tuple[str, ...]
 ) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
@@ -54,6 +56,7 @@ def retarget(
     return take, weights, solution, findings + more
 
 
+@one_blas_thread()
 def clean(
     take: MarkerTake | WeightsTake, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
@@ -74,6 +77,7 @@ def clean(
     return cleaned.take, cleaned, findings
 
 
+@one_blas_thread()
 def solve(
     take: MarkerTake | WeightsTake,
     setup: RetargetSetup,
@@ -103,6 +107,7 @@ def solve(
     return solution.weights, solution, findings + more
 
 
+@one_blas_thread()
 def calibrate(
     take: MarkerTake | WeightsTake, setup: RetargetSetup, mesh: Mesh, extremes: bool = False
 ) -> tuple[Calibrated, list[Finding]]:

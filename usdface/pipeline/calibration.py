@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import check_place, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.usd.layers import open_shot
@@ -14,6 +15,7 @@ from usdface.retarget_take import calibrate as calibrate_face
 __all__ = ["calibrate"]
 
 
+@one_blas_thread()
 def calibrate(
     path: Path, output: Path, extremes: bool = False, on_step: OnStep | None = None
 ) -> Result:

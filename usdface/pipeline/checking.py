@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.findings import Finding
 from usdface.io.check import check_file
 from usdface.pipeline.schemas import register_schemas
@@ -10,6 +11,7 @@ from usdface.result import OnStep, Result, Steps
 __all__ = ["check"]
 
 
+@one_blas_thread()
 def check(paths: list[Path], on_step: OnStep | None = None) -> Result:
     """Check blend shapes and their animation beyond what the standard validators look at."""
     register_schemas()

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.correction.neutral_check import RestingAnswer, resting_answers
 from usdface.errors import InputError
 from usdface.explanation import Explanation, explained
@@ -17,6 +18,7 @@ from usdface.retarget_shot import animate
 __all__ = ["explain", "resting"]
 
 
+@one_blas_thread()
 def explain(path: Path, on_step: OnStep | None = None) -> Explanation:
     """Process a shot without writing, and keep what its corrector saw and did.
 
@@ -33,6 +35,7 @@ def explain(path: Path, on_step: OnStep | None = None) -> Explanation:
     return explained(shot, system, animated)
 
 
+@one_blas_thread()
 def resting(path: Path, on_step: OnStep | None = None) -> tuple[RestingAnswer, ...]:
     """Ask the fuzzy paper's system and that of a shot about a neutral face.
 

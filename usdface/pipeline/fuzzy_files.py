@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.findings import Finding
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
@@ -15,6 +16,7 @@ from usdface.rule_design.paper_system import paper_system
 __all__ = ["convert_fuzzy", "write_paper"]
 
 
+@one_blas_thread()
 def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> Result:
     """Convert a fuzzy system between .fis, FCL, FLL and USD; say what is doubtful in it."""
     register_schemas()
@@ -27,6 +29,7 @@ def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> 
     return _written(system, output, findings, steps)
 
 
+@one_blas_thread()
 def write_paper(output: Path, on_step: OnStep | None = None) -> Result:
     """Write the system of the fuzzy paper, as printed; say what is doubtful in it."""
     register_schemas()

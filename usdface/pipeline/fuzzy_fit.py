@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
 from usdface.io.atomic import check_place, write_text
@@ -24,6 +25,7 @@ from usdface.rule_learning.labelled_takes import Face, examples_of
 __all__ = ["fit_fuzzy"]
 
 
+@one_blas_thread()
 def fit_fuzzy(
     source: Path,
     output: Path,

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.binding.marker_places import marker_places
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import check_place, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.usd.rig import read_rig
@@ -15,6 +16,7 @@ from usdface.retarget_setup import Binding, fit_setup
 __all__ = ["make_markers"]
 
 
+@one_blas_thread()
 def make_markers(
     rig: Path,
     bind: Path | None = None,

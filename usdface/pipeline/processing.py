@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
 from usdface.findings import Finding
 from usdface.io.atomic import check_place
@@ -18,6 +19,7 @@ from usdface.retarget_shot import Animated, animate
 __all__ = ["apply", "process"]
 
 
+@one_blas_thread()
 def process(
     path: Path | str,
     options: ProcessOptions = ProcessOptions(),
@@ -75,6 +77,7 @@ def _write_gltf(shot: Shot, solved: Animated, path: Path) -> list[Finding]:
     return write_gltf(rig, path, (clip,))
 
 
+@one_blas_thread()
 def apply(
     stage: Stage, options: ProcessOptions = ProcessOptions(), on_step: OnStep | None = None
 ) -> Result:

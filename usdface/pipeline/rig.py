@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import check_place
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig_write import write_rig
@@ -11,6 +12,7 @@ from usdface.result import OnStep, Result, Steps
 __all__ = ["make_rig"]
 
 
+@one_blas_thread()
 def make_rig(
     source: Path, output: Path, options: RigOptions = RigOptions(), on_step: OnStep | None = None
 ) -> Result:

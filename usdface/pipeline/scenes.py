@@ -7,6 +7,7 @@ libraries than writing it.
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
@@ -19,6 +20,7 @@ from usdface.rigs import Rig
 __all__ = ["export_scene", "import_scene"]
 
 
+@one_blas_thread()
 def export_scene(
     source: Path,
     output: Path,
@@ -59,6 +61,7 @@ def export_scene(
     return _certified((output,), findings + more, summary, steps, certificate)
 
 
+@one_blas_thread()
 def import_scene(
     source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
 ) -> Result:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.binding.resolve_binding import bound_setup, proposal_summary
+from usdface.blas_threads import one_blas_thread
 from usdface.correction.expression_layer import adopt, design, parts_of
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
@@ -29,6 +30,7 @@ from usdface.rigs import Mesh
 __all__ = ["make_shot"]
 
 
+@one_blas_thread()
 def make_shot(
     rig: Path,
     take: Path,

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import check_place
 from usdface.io.takes.files import read_take
 from usdface.io.usd.take import write_take
@@ -13,6 +14,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["make_take"]
 
 
+@one_blas_thread()
 def make_take(
     source: Path, output: Path, options: TakeOptions = TakeOptions(), on_step: OnStep | None = None
 ) -> Result:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
+from usdface.blas_threads import limit_worker
+
 __all__ = ["kernels", "on_all_cores"]
 
 # Below this many weights times blend shapes numpy is done before numba is loaded.
@@ -29,13 +31,13 @@ def kernels(frames: int, size: int) -> Any:
 
 
 def on_all_cores(function: Callable[[_Item], None], items: Iterable[_Item]) -> None:
-    """Call a function that lets go of the interpreter (numpy, compiled code) for each item."""
+    """Call a function that releases the GIL (numpy, compiled code) for each item."""
     items = list(items)
     workers = min(len(items), os.cpu_count() or 1)
     if workers < 2:
         for item in items:
             function(item)
         return
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor(workers, initializer=limit_worker) as pool:
         for _ in pool.map(function, items):
             pass
