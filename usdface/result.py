@@ -10,28 +10,46 @@ from typing import Any
 
 from usdface.findings import Finding
 
-__all__ = ["OnStep", "Result", "Steps"]
+__all__ = ["COMPILE", "OnStep", "Result", "Steps"]
+
+# The step in which the inner loops are compiled, once for an installation.
+COMPILE = "compile the solver (once)"
 
 OnStep = Callable[[str], None]
 
 
 class Steps:
-    """Times the named steps of a command and tells a listener when each begins."""
+    """Times the named steps of a command and tells a listener when each begins.
+
+    The time of a step within a step counts for the inner one alone, after which the outer one is
+    announced again.
+    """
 
     def __init__(self, on_step: OnStep | None = None) -> None:
         self.seconds: dict[str, float] = {}
         self._on_step = on_step
+        self._running: list[str] = []
 
     @contextmanager
     def __call__(self, name: str) -> Iterator[None]:
         """Time a block [s], as the step `name`."""
-        if self._on_step:
-            self._on_step(name)
+        self._running.append(name)
+        self._announce()
         begin = time.perf_counter()
         try:
             yield
         finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+            taken = time.perf_counter() - begin
+            self._running.pop()
+            self.seconds[name] = self.seconds.get(name, 0.0) + taken
+            if self._running:
+                outer = self._running[-1]
+                self.seconds[outer] = self.seconds.get(outer, 0.0) - taken
+                self._announce()
+
+    def _announce(self) -> None:
+        if self._on_step:
+            self._on_step(self._running[-1])
 
 
 @dataclass(frozen=True, slots=True)

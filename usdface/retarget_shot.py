@@ -76,7 +76,9 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         take, cleaned, findings = clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
     with steps("solve"):
-        weights, solution, more = solve(take, shot.setup, mesh, shot.rig.shape_names, cleaned)
+        weights, solution, more = solve(
+            take, shot.setup, mesh, shot.rig.shape_names, cleaned, steps
+        )
         findings += more
         names, complete = complete_weights(stage, shot, weights.names, weights.weights)
         others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]

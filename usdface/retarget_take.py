@@ -16,6 +16,8 @@ from usdface.errors import InputError
 from usdface.face.known_limits import with_known_limits
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
+from usdface.result import Steps
+from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.pins import bent_to_pins
 from usdface.retarget.solution import Solution
@@ -84,8 +86,11 @@ def solve(
     mesh: Mesh,
     shape_names: tuple[str, ...],
     cleaned: Cleaned | None,
+    steps: Steps | None = None,
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
+
+    `steps` is told where the solver must be compiled first.
 
     Returns
     -------
@@ -99,7 +104,7 @@ def solve(
         bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
         combined = with_combinations(mesh, weights.names, bent)
         return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = _prepared(take, setup, mesh, cleaned)
+    take, setup, model, findings = _prepared(take, setup, mesh, cleaned, steps)
     points = setup.binding.points
     solution, more = solve_take(
         take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
@@ -109,7 +114,11 @@ def solve(
 
 @one_blas_thread()
 def calibrate(
-    take: MarkerTake | WeightsTake, setup: RetargetSetup, mesh: Mesh, extremes: bool = False
+    take: MarkerTake | WeightsTake,
+    setup: RetargetSetup,
+    mesh: Mesh,
+    extremes: bool = False,
+    steps: Steps | None = None,
 ) -> tuple[Calibrated, list[Finding]]:
     """Clean a take and find its performer's gains and offsets.
 
@@ -121,6 +130,8 @@ def calibrate(
         The one that the markers are bound to.
     extremes : bool
         The take goes through the whole range of motion, each movement to its extreme.
+    steps : Steps, optional
+        Told where the solver must be compiled first.
 
     Raises
     ------
@@ -135,7 +146,7 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, model, more = _prepared(take, setup, mesh, cleaned)
+    take, setup, model, more = _prepared(take, setup, mesh, cleaned, steps)
     points = setup.binding.points
     calibrated, notes = calibrate_take(
         take,
@@ -150,7 +161,7 @@ def calibrate(
 
 
 def _prepared(
-    take: MarkerTake, setup: RetargetSetup, mesh: Mesh, cleaned: Cleaned | None
+    take: MarkerTake, setup: RetargetSetup, mesh: Mesh, cleaned: Cleaned | None, steps: Steps | None
 ) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
     """Return the take as observed, the setup as fitted to the mesh, and what the shapes do."""
     setup, findings = fit_setup(setup, mesh, take)
@@ -168,4 +179,5 @@ def _prepared(
         for pin in setup.pins
         if pin.shape in combinations_of(model, mesh.shape_names)
     ]
+    notes += compile_kernels(len(take.times), len(mesh.shapes), steps or Steps())
     return take, setup, model, findings + notes

@@ -11,11 +11,21 @@ if TYPE_CHECKING:
 __all__ = ["progress"]
 
 
+def _waiting(name: str) -> None:
+    from usdface.result import COMPILE
+
+    if name == COMPILE:
+        print(f"usdface: {name} ...", file=sys.stderr)
+
+
 @contextmanager
-def progress(shown: bool) -> "Iterator[OnStep | None]":
-    """Show the running step on a terminal, on standard error; yield what announces steps."""
+def progress(shown: bool) -> "Iterator[OnStep]":
+    """Show the running step on a terminal, on standard error; yield what announces steps.
+
+    Elsewhere only the step that keeps a first command waiting is named.
+    """
     if not shown or not sys.stderr.isatty():
-        yield None
+        yield _waiting
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn

@@ -37,7 +37,7 @@ def calibrate(
         shot, findings = read_shot(stage, str(path))
     with steps("calibrate"):
         mesh = shot.rig.mesh(shot.setup.binding.mesh)
-        found, more = calibrate_face(shot.take, shot.setup, mesh, extremes)
+        found, more = calibrate_face(shot.take, shot.setup, mesh, extremes, steps)
     with steps("write"):
         text = calibration_json(found.calibration, found.deviations, found.peaks)
         write_text(output, text)
