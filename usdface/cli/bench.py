@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from usdface.cli.command import DONE, FAILED, add_command
+from usdface.cli.command import DONE, FAILED, add_command, drawn
 
 __all__ = ["add_bench"]
 
@@ -19,16 +19,20 @@ def add_bench(commands: Any) -> None:
 
 
 def _bench(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json
+    from usdface.cli.report import print_json, print_written
 
     if parsed.name == "solve":
-        from usdface.bench import solve_table
+        from usdface.bench import DATA, solve_table
+        from usdface.io.inputs import check_outputs, files_read
 
+        if parsed.report:
+            check_outputs([parsed.report], files_read(parsed.data or DATA))
         measured = solve_table(parsed.data, parsed.quick)
         if not print_json(measured, parsed.format, parsed.report):
             from usdface.cli.bench_tables import print_solve_table
 
             print_solve_table(measured)
+            print_written(drawn(parsed))
         return DONE
     from usdface.papers import tables
 
@@ -37,4 +41,5 @@ def _bench(parsed: argparse.Namespace) -> int:
         from usdface.cli.bench_tables import print_tables
 
         print_tables(computed)
+        print_written(drawn(parsed))
     return DONE if all(table.within for table in computed) else FAILED

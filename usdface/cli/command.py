@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -14,10 +14,12 @@ if TYPE_CHECKING:
 __all__ = [
     "DONE",
     "FAILED",
+    "add_asset_root",
     "add_command",
     "add_output",
     "check_figure",
-    "check_report",
+    "check_files",
+    "drawn",
     "report",
     "settings",
 ]
@@ -26,11 +28,30 @@ DONE, FAILED = 0, 1
 
 
 def add_command(
-    commands: Any, name: str, run: Callable[[argparse.Namespace], int], summary: str
+    commands: Any,
+    name: str,
+    run: Callable[[argparse.Namespace], int],
+    summary: str,
+    writes: Sequence[str] = (),
+    draws: Sequence[str] = (),
 ) -> argparse.ArgumentParser:
-    """Add a command with the options that all have; `run` returns its exit status."""
+    """Add a command with the options that all have.
+
+    Parameters
+    ----------
+    commands : argparse's sub-parsers
+    name : str
+    run : callable
+        Returns the exit status.
+    summary : str
+    writes : sequence of str
+        Options whose file the pipeline writes, beside ``output``; it also checks and lists them.
+    draws : sequence of str
+        Options whose file `run` writes itself, once the pipeline is done. What other options
+        name is read.
+    """
     command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, writes=("output", *writes), draws=(*draws, "report"))
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
     command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
     command.add_argument("--strict", action="store_true", help="a warning is a failure")
@@ -43,27 +64,54 @@ def add_output(command: argparse.ArgumentParser, what: str) -> None:
     command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=what)
 
 
+def add_asset_root(command: argparse.ArgumentParser) -> None:
+    """Add the option ``--asset-root``, a folder."""
+    command.add_argument(
+        "--asset-root",
+        default="",
+        metavar="DIR",
+        help="also read textures and buffers from DIR (default: only from the asset's own folder)",
+    )
+
+
 def settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:
     """Return the parsed values that are fields of an options dataclass."""
     return {f.name: getattr(parsed, f.name) for f in fields(kind) if hasattr(parsed, f.name)}
 
 
-def check_report(parsed: argparse.Namespace) -> None:
-    """Refuse a place for the report where it would take that of another file.
+def drawn(parsed: argparse.Namespace) -> tuple[Path, ...]:
+    """Return the files that the command writes beside those of the pipeline."""
+    return _files(parsed, parsed.draws)
+
+
+def check_files(parsed: argparse.Namespace) -> None:
+    """Refuse, before the work, what must not be written beside the files of the pipeline.
 
     Raises
     ------
     OutputError
-        If it would, or its name is not that of a JSON file.
+        If a file is one that is read, or another output, or cannot be written, or the name of the
+        report is not that of a JSON file.
     """
-    from usdface.io.atomic import check_place
+    places = drawn(parsed)
+    if not places:
+        return
+    from usdface.io.inputs import check_outputs, files_read
 
-    if parsed.report.suffix.lower() != ".json":
+    if parsed.report and parsed.report.suffix.lower() != ".json":
         raise OutputError(
             f"cannot write {parsed.report}: the report is JSON; end its name in .json"
         )
-    others = [value for name, value in vars(parsed).items() if name != "report"]
-    check_place(parsed.report, *(value for value in others if isinstance(value, Path)))
+    roles = {*parsed.writes, *parsed.draws, "labels"}
+    given = [value for name, value in vars(parsed).items() if name not in roles]
+    listed = [v for value in given for v in (value if isinstance(value, list) else [value])]
+    sources = (value for value in listed if isinstance(value, Path))
+    read = files_read(*sources, labels=getattr(parsed, "labels", None))
+    check_outputs((*_files(parsed, parsed.writes), *places), read)
+
+
+def _files(parsed: argparse.Namespace, names: Sequence[str]) -> tuple[Path, ...]:
+    return tuple(Path(value) for name in names if (value := getattr(parsed, name, None)))
 
 
 def check_figure(figure: Path | None) -> None:
@@ -100,9 +148,11 @@ def report(
     from usdface.cli.report import print_outcome, write_report
     from usdface.findings import severest
 
-    print_outcome(outcome, parsed.format, file)
+    outcome = replace(outcome, written=(*outcome.written, *drawn(parsed)))
+    # Before the text, which somebody may read the beginning of only.
     if parsed.report:
         write_report(outcome, parsed.report)
+    print_outcome(outcome, parsed.format, file)
     worst = severest(outcome.findings)
     strict = parsed.strict and worst in ("warning", "error")
     return FAILED if strict or worst in fail_on else DONE

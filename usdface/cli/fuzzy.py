@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import DONE, add_command, add_output, check_figure, report
+from usdface.cli.command import DONE, add_command, add_output, check_figure, drawn, report
 from usdface.cli.fuzzy_fit import add_fit
 from usdface.cli.progress import progress
 
@@ -17,7 +17,9 @@ def add_fuzzy(commands: Any) -> None:
     summary = "look into the expression layer"
     group = commands.add_parser("fuzzy", help=summary, description=summary)
     actions = group.add_subparsers(title="actions", required=True, metavar="ACTION")
-    command = add_command(actions, "explain", _explain, "why a frame gets its emotions")
+    command = add_command(
+        actions, "explain", _explain, "why a frame gets its emotions", draws=("figure",)
+    )
     command.add_argument("shot", type=Path)
     moment = command.add_mutually_exclusive_group()
     moment.add_argument(
@@ -39,7 +41,7 @@ def add_fuzzy(commands: Any) -> None:
 
 
 def _explain(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json
+    from usdface.cli.report import print_json, print_written
 
     check_figure(parsed.figure)
     with progress(parsed.format == "text") as step:
@@ -56,11 +58,12 @@ def _explain(parsed: argparse.Namespace) -> int:
         from usdface.cli.fuzzy_tables import print_explanation
 
         print_explanation(facts)
+        print_written(drawn(parsed))
     return DONE
 
 
 def _neutral(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json
+    from usdface.cli.report import print_json, print_written
 
     with progress(parsed.format == "text") as step:
         answers = pipeline.resting(parsed.shot, step)
@@ -68,6 +71,7 @@ def _neutral(parsed: argparse.Namespace) -> int:
         from usdface.cli.fuzzy_tables import print_resting
 
         print_resting(answers)
+        print_written(drawn(parsed))
     return DONE
 
 

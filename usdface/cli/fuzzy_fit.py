@@ -16,7 +16,12 @@ __all__ = ["add_fit"]
 def add_fit(actions: Any) -> None:
     """Add `usdface fuzzy fit`."""
     command = add_command(
-        actions, "fit", _fit, "design or learn a system from poses or labelled takes"
+        actions,
+        "fit",
+        _fit,
+        "design or learn a system from poses or labelled takes",
+        writes=("expressions",),
+        draws=("figure",),
     )
     source = command.add_mutually_exclusive_group(required=True)
     source.add_argument("--shot", type=Path, help="whose face, binding and expression poses count")

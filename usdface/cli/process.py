@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.options import ProcessOptions
 
@@ -14,7 +14,13 @@ __all__ = ["add_calibrate", "add_process"]
 
 def add_process(commands: Any) -> None:
     """Add `usdface process`."""
-    command = add_command(commands, "process", _process, "retarget, correct, write layers")
+    command = add_command(
+        commands,
+        "process",
+        _process,
+        "retarget, correct, write layers",
+        writes=("gltf", "figure"),
+    )
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
     command.add_argument(
@@ -32,6 +38,7 @@ def add_process(commands: Any) -> None:
         choices=("take", "frame"),
         help="all frames together or each alone (default: as the shot says)",
     )
+    add_asset_root(command)
     result = command.add_mutually_exclusive_group()
     result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
     result.add_argument(

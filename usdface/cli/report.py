@@ -3,7 +3,7 @@
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_json", "print_outcome", "print_whole", "write_report"]
+__all__ = ["print_json", "print_outcome", "print_whole", "print_written", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _EXAMPLES = 4
@@ -104,6 +104,12 @@ def print_json(document: object, form: str, report: Path | None) -> bool:
     if form == "json":
         print(text)
     return form == "json"
+
+
+def print_written(paths: Iterable[Path]) -> None:
+    """Print which files were written, after what is no outcome."""
+    for path in paths:
+        print(f"wrote {path}")
 
 
 def print_whole(console: "Console", table: "Table") -> None:

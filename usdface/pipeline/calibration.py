@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
-from usdface.io.atomic import check_place, write_text
+from usdface.io.atomic import write_text
 from usdface.io.calibration_file import calibration_json
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import files_of
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
 from usdface.retarget_take import calibrate as calibrate_face
@@ -33,7 +33,7 @@ def calibrate(
     steps = Steps(on_step)
     with steps("read"):
         stage = open_shot(path)
-        check_place(output, *files_of(stage))
+        check_outputs([output], files_read(path))
         shot, findings = read_shot(stage, str(path))
     with steps("calibrate"):
         mesh = shot.rig.mesh(shot.setup.binding.mesh)

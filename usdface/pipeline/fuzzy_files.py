@@ -6,9 +6,8 @@ from usdface.blas_threads import one_blas_thread
 from usdface.findings import Finding
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.atomic import check_place
-from usdface.io.fuzzy_formats.files import USD, read_fuzzy_file, write_fuzzy_file
-from usdface.io.usd.stage import files_of, open_stage
+from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
+from usdface.io.inputs import check_outputs, files_read
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
 from usdface.rule_design.paper_system import paper_system
@@ -21,11 +20,9 @@ def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> 
     """Convert a fuzzy system between .fis, FCL, FLL and USD; say what is doubtful in it."""
     register_schemas()
     steps = Steps(on_step)
-    check_place(output, source)
+    check_outputs([output], files_read(source))
     with steps("read"):
         system, findings = read_fuzzy_file(source)
-        if source.suffix.lower() in USD:
-            check_place(output, *files_of(open_stage(source)))
     return _written(system, output, findings, steps)
 
 
@@ -33,6 +30,7 @@ def convert_fuzzy(source: Path, output: Path, on_step: OnStep | None = None) -> 
 def write_paper(output: Path, on_step: OnStep | None = None) -> Result:
     """Write the system of the fuzzy paper, as printed; say what is doubtful in it."""
     register_schemas()
+    check_outputs([output], {})
     return _written(paper_system(), output, [], Steps(on_step))
 
 

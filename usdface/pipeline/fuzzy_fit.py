@@ -5,16 +5,16 @@ from pathlib import Path
 from usdface.blas_threads import one_blas_thread
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
-from usdface.io.atomic import check_place, write_text
+from usdface.io.atomic import all_or_none, write_text
 from usdface.io.bind_file import read_bind
 from usdface.io.expressions_file import expressions_json
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.labels_file import read_labels
 from usdface.io.takes.any_take import read_any_take
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import files_of, open_stage
 from usdface.options import FitOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
@@ -59,15 +59,11 @@ def fit_fuzzy(
     """
     register_schemas()
     steps = Steps(on_step)
-    given = [source, *(path for path in (bind, labels) if path)]
     places = [output, *([poses] if poses else [])]
-    for place in places:
-        check_place(place, *given)
     with steps("read"):
-        face, expressions, findings, files = _face(source, bind)
+        check_outputs(places, files_read(source, bind, labels=labels))
+        face, expressions, findings = _face(source, bind)
         stretches = read_labels(labels) if labels else ()
-        for place in places:
-            check_place(place, *files, *{label.take for label in stretches})
     if labels:
         labelled, more = examples_of(stretches, face, read_any_take, options, steps)
         findings += more
@@ -75,7 +71,7 @@ def fit_fuzzy(
         fitted = (
             fit_labelled(labelled, face, options) if labels else fit_rig(face, expressions, options)
         )
-    with steps("write"):
+    with steps("write"), all_or_none():
         findings += write_fuzzy_file(output, fitted.system)
         if poses:
             write_text(poses, expressions_json(fitted.expressions))
@@ -84,21 +80,16 @@ def fit_fuzzy(
     return outcome, fitted
 
 
-def _face(
-    source: Path, bind: Path | None
-) -> tuple[Face, tuple[Expression, ...], list[Finding], list[Path]]:
-    """Read the face of a shot, or of a rig and a binding, its expression poses, and the files."""
+def _face(source: Path, bind: Path | None) -> tuple[Face, tuple[Expression, ...], list[Finding]]:
+    """Read the face of a shot, or of a rig and a binding, and its expression poses."""
     if bind is None:
-        stage = open_shot(source)
-        files = files_of(stage)
-        shot, findings = read_shot(stage, str(source))
+        shot, findings = read_shot(open_shot(source), str(source))
         rig, setup, expressions = shot.rig, shot.setup, shot.expressions
     else:
-        files = files_of(open_stage(source))
         rig, findings = read_rig(source)
         setup, more = read_bind(bind)
         expressions, _ = expressions_for(rig.shape_names)
         findings += more
     mesh = rig.mesh(setup.binding.mesh)
     setup, more = fit_setup(setup, mesh)
-    return Face(mesh, rig.shape_names, setup), expressions, findings + more, files
+    return Face(mesh, rig.shape_names, setup), expressions, findings + more

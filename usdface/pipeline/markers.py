@@ -6,8 +6,9 @@ from typing import Any
 
 from usdface.binding.marker_places import marker_places
 from usdface.blas_threads import one_blas_thread
-from usdface.io.atomic import check_place, write_text
+from usdface.io.atomic import write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.rig import read_rig
 from usdface.options import MarkerOptions
 from usdface.result import OnStep, Result, Steps
@@ -35,8 +36,7 @@ def make_markers(
         One clear line; nothing is written.
     """
     steps = Steps(on_step)
-    if output:
-        check_place(output, rig, *([bind] if bind else []))
+    check_outputs([output], files_read(rig, bind))
     with steps("read"):
         character, findings = read_rig(rig)
         setup = read_bind(bind)[0] if bind else setup_of_json({"markers": {}}, str(rig))

@@ -1,16 +1,19 @@
 """The main job, retarget and correct: `usdface process`, and on a host's open stage."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
 from usdface.findings import Finding
-from usdface.io.atomic import check_place
+from usdface.io.asset_folder import asset_root
+from usdface.io.atomic import all_or_none
+from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.usd.animation import apply_animation
 from usdface.io.usd.layers import layer_paths, open_shot, write_layers
 from usdface.io.usd.shot import Shot, read_shot
-from usdface.io.usd.stage import Stage, files_of
+from usdface.io.usd.stage import Stage
 from usdface.options import ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
@@ -46,27 +49,29 @@ def process(
     with steps("read"):
         ours = layer_paths(path, root)
         stage = open_shot(path, root)
-        for place in (ours.root, ours.solve, gltf, figure):
-            if place:
-                check_place(place, *files_of(stage))
-        shot, findings = read_shot(stage, str(path))
+        # Those that an earlier run put into the shot itself are written anew.
+        read = files_read(path, apart=(ours.solve, ours.express))
+        root_written = None if options.in_place else ours.root
+        check_outputs([root_written, ours.solve, ours.express, gltf, figure], read)
+        shot, findings = read_shot(stage, str(path), asset_root(options.asset_root))
     solved = animate(stage, shot, options, steps)
     findings += solved.findings
-    if gltf:
-        with steps("gltf"):
-            findings += _write_gltf(shot, solved, gltf)
-    with steps("write"):
-        written = write_layers(
-            path, stage, shot, solved.solve, solved.express, root, options.in_place
-        )
-    if figure:
-        with steps("draw"):
-            write_take_figure(solved, figure)
-    written += [place for place in (gltf, figure) if place]
+    with all_or_none():
+        if gltf:
+            with steps("gltf"):
+                findings += _write_gltf(shot, solved, gltf, read)
+        if figure:
+            with steps("draw"):
+                write_take_figure(solved, figure)
+        with steps("write"):
+            written = write_layers(
+                path, stage, shot, solved.solve, solved.express, root, options.in_place
+            )
+    written += [*(files_written(gltf, read) if gltf else ()), *([figure] if figure else [])]
     return Result(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
 
 
-def _write_gltf(shot: Shot, solved: Animated, path: Path) -> list[Finding]:
+def _write_gltf(shot: Shot, solved: Animated, path: Path, read: Iterable[Path]) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf  # only here: most runs write none
     from usdface.io.head_clip import head_clip
 
@@ -74,7 +79,7 @@ def _write_gltf(shot: Shot, solved: Animated, path: Path) -> list[Finding]:
     if solved.solve.motion is not None and shot.prims.head is not None:
         rig, joints = head_clip(rig, shot.prims.head.joint, solved.solve.motion, shot.take.times)
         clip = replace(clip, joints=joints)
-    return write_gltf(rig, path, (clip,))
+    return write_gltf(rig, path, (clip,), read=read)
 
 
 @one_blas_thread()
@@ -92,7 +97,9 @@ def apply(
     """
     steps = Steps(on_step)
     with steps("read"):
-        shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
+        shot, findings = read_shot(
+            stage, stage.GetRootLayer().identifier, asset_root(options.asset_root)
+        )
     solved = animate(stage, shot, options, steps)
     with steps("write"):
         solve = solved.solve

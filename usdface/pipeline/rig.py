@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
-from usdface.io.atomic import check_place
+from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig_write import write_rig
 from usdface.options import RigOptions
@@ -18,15 +18,17 @@ def make_rig(
 ) -> Result:
     """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel."""
     steps = Steps(on_step)
-    check_place(output, source)
+    read = files_read(source)
+    check_outputs([output], read)
     with steps("read"):
         rig, findings = read_rig_file(source, options)
     with steps("write"):
-        findings += write_rig(rig, output)
+        findings += write_rig(rig, output, read=read)
+        written = files_written(output, read)
     summary = {
         "meshes": len(rig.meshes),
         "vertices": sum(len(mesh.points) for mesh in rig.meshes),
         "blend shapes": len(rig.shape_names),
         "joints": len(rig.skeleton.joints) if rig.skeleton else 0,
     }
-    return Result((output,), tuple(findings), summary, steps.seconds)
+    return Result(written, tuple(findings), summary, steps.seconds)

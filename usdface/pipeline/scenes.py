@@ -11,8 +11,9 @@ from usdface.blas_threads import one_blas_thread
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
-from usdface.io.atomic import check_place
-from usdface.options import ExportOptions
+from usdface.io.asset_folder import asset_root
+from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
 from usdface.rigs import Rig
@@ -34,12 +35,14 @@ def export_scene(
     as take a fraction of a second, or in every frame.
     """
     steps = Steps(on_step)
-    check_place(output, source)
+    read = files_read(source)
+    check_outputs([output], read)
     if output.suffix.lower() == ".usdz":
         from usdface.io.usd.usdz import write_usdz
 
         with steps("write"):
-            return Result((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
+            findings = write_usdz(source, output, options)
+        return Result((output,), tuple(findings), {}, steps.seconds)
     from usdface.io.compare_conversion import certified
     from usdface.io.gltf.write import write_gltf
     from usdface.io.usd.clips import animated_rig
@@ -48,22 +51,27 @@ def export_scene(
     register_schemas()
     with steps("read"):
         stage = open_stage(source)
-        rig, clips, findings = animated_rig(stage)
+        rig, clips, findings = animated_rig(stage, asset_root(options.asset_root))
         clips = chosen_clips(clips, options.clip)
     summary = _summary(rig, clips, "morph targets")
     with steps("write"):
-        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
+        findings += write_gltf(rig, output, clips, options.pointer, options.quantize, read)
+        written = files_written(output, read)
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         certificate, more = certified(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
-    return _certified((output,), findings + more, summary, steps, certificate)
+    return _certified(written, findings + more, summary, steps, certificate)
 
 
 @one_blas_thread()
 def import_scene(
-    source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
+    source: Path,
+    output: Path,
+    on_step: OnStep | None = None,
+    every_frame: bool = False,
+    options: ImportOptions = ImportOptions(),
 ) -> Result:
     """Write a glTF as USD: meshes, blend shapes, skin, materials and all of its animations.
 
@@ -75,17 +83,22 @@ def import_scene(
     from usdface.io.usd.stage import open_stage
 
     steps = Steps(on_step)
-    check_place(output, source)
+    root = asset_root(options.asset_root)
+    read = files_read(source)
+    check_outputs([output], read)
     with steps("read"):
-        rig, clips, findings = read_gltf(source)
+        rig, clips, findings = read_gltf(source, root)
     summary = _summary(rig, clips, "blend shapes")
     with steps("write"):
-        findings += write_rig(rig, output, clips)
+        findings += write_rig(rig, output, clips, read)
+        written = files_written(output, read)
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         stage = open_stage(output)
-        certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
-    return _certified((output,), findings + more, summary, steps, certificate)
+        certificate, more = certified(
+            stage, source, exported=False, every_frame=every_frame, asset_root=root
+        )
+    return _certified(written, findings + more, summary, steps, certificate)
 
 
 def _summary(rig: Rig, clips: tuple[Clip, ...], shapes: str) -> dict[str, Any]:

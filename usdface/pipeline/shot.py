@@ -12,11 +12,11 @@ from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
-from usdface.io.atomic import check_place
 from usdface.io.bind_file import read_bind
 from usdface.io.calibration_file import read_calibration_file
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import write_shot
 from usdface.io.usd.stage import default_prim, open_stage
@@ -59,8 +59,7 @@ def make_shot(
     """
     register_schemas()
     steps = Steps(on_step)
-    files = [path for path in (bind, fuzzy, expressions_file, calibration) if path]
-    check_place(output, rig, take, *files)
+    check_outputs([output], files_read(rig, take, bind, fuzzy, expressions_file, calibration))
     with steps("read"):
         character, findings = read_rig(rig)
         stage = open_stage(take)

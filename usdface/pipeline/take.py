@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.blas_threads import one_blas_thread
-from usdface.io.atomic import check_place
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.takes.files import read_take
 from usdface.io.usd.take import write_take
 from usdface.options import TakeOptions
@@ -20,7 +20,7 @@ def make_take(
 ) -> Result:
     """Convert a take to USD: C3D, TRC, CSV, BVH or Live Link Face."""
     steps = Steps(on_step)
-    check_place(output, source)
+    check_outputs([output], files_read(source))
     with steps("read"):
         take, findings = read_take(source, options)
     with steps("write"):

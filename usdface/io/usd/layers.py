@@ -38,11 +38,9 @@ def layer_paths(shot: Path, root: Path | None) -> _Paths:
     Raises
     ------
     InputError
-        If the root would overwrite the shot.
+        If the root has no name of a USD file.
     """
     root = root or shot.parent / f"{shot.stem}.usdface.usda"
-    if root.resolve() == shot.resolve():
-        raise InputError(f"the result would overwrite the shot {shot}; choose another --output")
     if root.suffix not in (".usda", ".usdc", ".usd"):
         raise InputError(
             f"{root} is no USD file name; end it in .usda, .usdc or .usd", "FILE_KIND_UNKNOWN"
@@ -58,7 +56,7 @@ def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
     Raises
     ------
     InputError
-        If it cannot be opened, or `root` would overwrite it.
+        If it cannot be opened.
     """
     ours = layer_paths(shot, root)
     return open_stage(shot, without=(ours.solve, ours.express))

@@ -1,6 +1,6 @@
 """A rig as UsdSkel: one stage that usdview, Blender, Maya and AR viewers play."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,6 +11,7 @@ from pxr import Gf, Kind, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
+from usdface.io.atomic import all_or_none
 from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
@@ -41,7 +42,9 @@ _SUFFIXES = (".usd", ".usda", ".usdc")
 _DUMMY = Skeleton(("root",), ("root",), np.eye(4)[None], np.eye(4)[None])
 
 
-def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]:
+def write_rig(
+    rig: Rig, path: Path, clips: Sequence[Clip] = (), read: Iterable[Path] = ()
+) -> list[Finding]:
     """Write `rig` as UsdSkel, in metres, Y up, with its clips.
 
     Layout: `/Asset` (default prim) holds the SkelRoot `Face` with `Skel`, `Anim` and the
@@ -58,6 +61,8 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
         `.usda` text, `.usdc` or `.usd` binary; replaced only when all is written.
     clips : sequence of Clip
         Time code = time * rate, and the stage's timeCodesPerSecond is the highest of their rates.
+    read : iterable of Path
+        Files that textures beside the stage must not replace; those of the rig's own never are.
 
     Raises
     ------
@@ -75,15 +80,18 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
         raise OutputError(f"{path} is not a USD file name; use {', '.join(_SUFFIXES)}")
     if not rig.meshes:
         raise InputError(f"the rig {rig.source or rig.name!r} has no meshes to write")
-    try:
-        stage, findings = _stage_of(rig, path, clips)
-    except Tf.ErrorException as error:
-        raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
-    save_layer(stage.GetRootLayer(), path)
+    with all_or_none():  # textures and layer
+        try:
+            stage, findings = _stage_of(rig, path, clips, read)
+        except Tf.ErrorException as error:
+            raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+        save_layer(stage.GetRootLayer(), path)
     return findings
 
 
-def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, list[Finding]]:
+def _stage_of(
+    rig: Rig, path: Path, clips: Sequence[Clip], read: Iterable[Path]
+) -> tuple[Usd.Stage, list[Finding]]:
     skeleton, clips, findings = unit_scaled(rig.skeleton or _DUMMY, clips)
     rig = replace(rig, skeleton=skeleton if rig.skeleton else None)
     rate = clock_of(clips)
@@ -96,7 +104,7 @@ def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, l
     findings += write_extras(asset, rig.extras) + write_asset(asset, rig.asset)
     findings += write_scene(stage, rig.cameras, rig.lights)
     if rig.materials:
-        materials, news = write_materials(stage, _scope(stage), rig.materials, path)
+        materials, news = write_materials(stage, _scope(stage), rig.materials, path, read)
         findings += news
     else:
         materials = {}
