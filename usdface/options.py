@@ -12,12 +12,12 @@ from typing import Any, Literal, get_args
 from usdface.errors import InputError
 
 __all__ = [
+    "AMPLITUDE_RANGE",
+    "AMPLITUDE_SPREAD",
     "BLEND_TIME",
     "CONTACT_TOLERANCE",
     "EXTREME_REACHED",
     "FEATURE_SMOOTHING",
-    "GAIN_RANGE",
-    "GAIN_SPREAD",
     "LARGEST_OFFSET",
     "LEARNED_SMOOTHING",
     "MARKER_NOISE",
@@ -83,10 +83,11 @@ LEARNED_SMOOTHING = 0.15
 # By how much a correction may part closed lips or lids [m]: less is not seen.
 CONTACT_TOLERANCE = 0.0005
 
-# How much more or less than the character's own a performer's movement may be, how far from 1 it
-# usually is, and how far from rest a performer's neutral may be and usually is [1].
-GAIN_RANGE = (0.5, 2.0)
-GAIN_SPREAD = 0.2
+# A performer's amplitude: the range of a movement against the character's own. What it may be, and
+# its standard deviation about 1; how far from rest a performer's neutral may be, and its deviation
+# [1]. Set by hand; python benchmarks/calibration.py measures what they are worth.
+AMPLITUDE_RANGE = (0.5, 2.0)
+AMPLITUDE_SPREAD = 0.2
 LARGEST_OFFSET = 0.2
 OFFSET_SPREAD = 0.05
 # Probability that a movement went to its extreme in a take that is said to go to all of them.

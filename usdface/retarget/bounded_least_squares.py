@@ -24,8 +24,10 @@ from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["solve_bounded"]
 
+# What bounds memory: numbers in the matrices of a batch (16 MB); frames of a compiled batch.
 _BATCH_ELEMENTS = 2_000_000
 _BATCH = 512
+# Exchanges of all without progress before those of one: of the time alone. Set by hand.
 _PATIENCE = 5
 # How far a row of unit size gives way to a multiplier of 1. This is taken back until a row is
 # kept so well, or as long as that halves what it is broken by: a row without room stays broken.

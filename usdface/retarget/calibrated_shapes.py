@@ -20,7 +20,7 @@ def performed(
 ) -> tuple[BlendShapeEvaluator, FloatArray]:
     """Return the performer's shapes, and what their neutral adds to the markers.
 
-    A combination shape has no gain of its own.
+    A combination shape has no amplitude of its own.
 
     Parameters
     ----------
@@ -37,10 +37,10 @@ def performed(
     BlendShapeEvaluator
     (N,) float64 [m]
     """
-    gains, offsets = calibration.of(names)
+    amplitudes, offsets = calibration.of(names)
     free = np.isin(np.arange(len(names)), model.free)
-    told = np.array([name in rested for name in names], dtype=bool)
-    gains, offsets = np.where(free, gains, 1.0), np.where(free & ~told, offsets, 0.0)
-    curves = tuple(replace(c, values=gains[c.shape] * c.values) for c in model.curves)
-    shapes = gains[:, None] * model.shapes
+    measured = np.array([name in rested for name in names], dtype=bool)
+    amplitudes, offsets = np.where(free, amplitudes, 1.0), np.where(free & ~measured, offsets, 0.0)
+    curves = tuple(replace(c, values=amplitudes[c.shape] * c.values) for c in model.curves)
+    shapes = amplitudes[:, None] * model.shapes
     return replace(model, shapes=shapes, curves=curves), offsets @ model.shapes

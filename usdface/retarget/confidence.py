@@ -22,12 +22,15 @@ __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 
 # The head may be anywhere within so much [m, rad]; more would cost digits where no marker is yet.
 _HEAD = 1.0
-# Markers are not believed beyond this [m]: without any error all that is seen is sure.
+# Markers are not believed beyond this [m], a thirtieth of what optical ones jitter by: without any
+# error all that is seen would be sure.
 _FINEST = 1e-5
-# A shape is not seen if this share of what was unknown before the take still is.
+# A shape is not seen if this share of its deviation before the take still is: half of the variance.
 _UNSEEN = 0.7
+# The spectrum is integrated at so many frequencies: within 1e-3 of a dense inverse in the tests.
 _FREQUENCIES = 256
-# How many frames may tell of a weight together.
+# Frames that may tell of a weight together: half a minute. Chosen after both halves of the recorded
+# curves had been seen (benchmarks/README.md).
 _MANY = 1000
 # Frames that are looked at for bounds, at most twice as many.
 _FRAMES = 1000
@@ -119,11 +122,11 @@ def confidence_of(
     spreads, inverse = _at_places(spread, tried, variance)
     # What a marker would take off the variance of a shape: (V, H).
     across = spreads[:, :, hidden]
-    gains = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
+    falls = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
     unseen = {
         int(shape): int(free[place])
-        for shape, place, gain in zip(hidden, gains.argmax(axis=0), gains.max(axis=0), strict=True)
-        if gain > 0.0
+        for shape, place, fall in zip(hidden, falls.argmax(axis=0), falls.max(axis=0), strict=True)
+        if fall > 0.0
     }
     places = free[_greedy(spread, tried, variance, wanted, points[free], room)]
     return Confidence(deviations, unseen, places, hidden)
@@ -270,9 +273,9 @@ def _greedy(
     while len(chosen) < wanted and not taken.all():
         across, inverse = _at_places(spread, rows, variance)
         # The log determinant falls by that of the predicted covariance over the marker's own.
-        gains = -np.linalg.slogdet(inverse)[1]
-        gains[taken] = -np.inf
-        best = int(gains.argmax())
+        falls = -np.linalg.slogdet(inverse)[1]
+        falls[taken] = -np.inf
+        best = int(falls.argmax())
         chosen.append(best)
         taken |= np.linalg.norm(points - points[best], axis=1) < room
         taken[best] = True

@@ -10,7 +10,7 @@ from usdface.takes import FloatArray, IntArray
 __all__ = ["carrying_joint", "joint_track", "matrices_of", "named_joint"]
 
 # A joint carries the face if so much of the markers' skin weight hangs on it and what is below it:
-# lids, lips and jaw may have joints of their own.
+# lids, lips and jaw may have joints of their own, which hang below the head's. Set by hand.
 _CARRIED = 0.9
 
 

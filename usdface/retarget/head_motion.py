@@ -11,11 +11,13 @@ from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["head_motion", "smooth_motion"]
 
-# Beyond this angle [rad] rotation vectors are no longer a plain space to average in.
+# Beyond this angle [rad] rotation vectors are no plain space to average in: they fold at pi.
 _FAR = 2.5
-# Variance of the noise over that of a step's second difference: what is tried.
+# Variance of the noise over that of a step's second difference, as it is tried: two in a decade,
+# from a head that shakes to one that rests.
 _WEIGHTS = np.logspace(-4, 8, 25)
-# Markers that fix a pose; and the least noise [m] that gaps are bridged with.
+# Markers that fix a pose (three points); and the least noise [m] that gaps are bridged with, a
+# thousandth of what optical markers jitter by.
 _FEWEST = 3
 _FINEST = 1e-7
 

@@ -20,10 +20,11 @@ from usdface.takes import FloatArray
 
 __all__ = ["MapChoice", "choose_map", "left_out_errors"]
 
+# The grid that is searched; python benchmarks/stylised.py shows what it is worth.
 RADII = (2.0, 3.0, 5.0, 8.0)
 SMOOTHINGS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 # Of maps that predict this nearly as well as the best, the one that bends least bends the
-# markers' displacements least.
+# markers' displacements least. Set by hand; docs/constants.md.
 _AS_GOOD = 1.05
 # More points than this are a mesh, not markers: the time grows with their cube.
 _MOST = 400

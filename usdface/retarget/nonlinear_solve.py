@@ -31,9 +31,11 @@ from usdface.takes import FloatArray
 
 __all__ = ["first_guess", "solve_nonlinear"]
 
+# Set by hand: how many steps, halvings of a step that does not lower the sum, and past steps.
 _STEPS = 60
-_HALVINGS = 6
-_MEMORY = 6
+_HALVINGS = 6  # down to a sixty-fourth of a step
+_MEMORY = 6  # steps that are extrapolated from
+# Of the mean diagonal entry: a ridge far below any error of a marker, far above rounding.
 _TOLD_APART = 1e-9
 
 

@@ -27,9 +27,11 @@ from usdface.takes import BoolArray, FloatArray, visible
 
 __all__ = ["PoseAndWeights", "solve_pose_and_weights"]
 
+# A bound on time; and steps of a nonlinear solve in a round. Set by hand; docs/constants.md.
 _ROUNDS = 30
-_ROUGH = 4  # steps of a curved solve in a round
-# The rounds end when markers move by less than this share of their error, or this far [m].
+_ROUGH = 4
+# The rounds end when markers move by less than this share of their error, or this far [m]: further
+# rounds would change weights by a hundredth of what the error does.
 _SETTLED_SHARE = 0.01
 _SETTLED = 1e-9
 

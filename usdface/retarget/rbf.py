@@ -20,6 +20,7 @@ from usdface.takes import FloatArray, frozen
 
 __all__ = ["SpaceMap", "carry", "distances", "fit_map", "fit_paper_map", "kernel_values", "spacing"]
 
+# Distances that are held at once: 64 MB.
 _CHUNK_ELEMENTS = 8_000_000
 
 

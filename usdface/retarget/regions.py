@@ -27,10 +27,13 @@ _WORDS = (
 )
 _ONE = {"cheeks": "cheek", "brows": "brow", "eyes": "eye"}
 _ELSEWHERE = "face"
-_SHARED = 0.1  # of a region's largest energy
+# Of a region's largest energy: vertices that move by less than a third of the most, its root, are
+# the rim. Set by hand, as the number of parts.
+_SHARED = 0.1
 _PARTS = 5
 _PAIRED = ("cheeks", "eyes")  # nothing in the middle
 # A marker is left or right of the middle from so much of the face's width on.
+# Set by hand.
 _MIDDLE = 0.06
 
 

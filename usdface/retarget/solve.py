@@ -38,18 +38,23 @@ from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.temporal_solve import Iterate, solve_temporal
 from usdface.takes import FloatArray
 
-__all__ = ["Iterate", "solve_weights", "with_learned_covariance"]
+__all__ = ["FEWEST_FRAMES", "Iterate", "solve_weights", "with_learned_covariance"]
 
-# Where smoothing weighs less than this share of the least visible weight direction, it is left out.
+# Where smoothing weighs less than this share of the least visible weight direction, it is left out:
+# it would change that direction by 1 % at most.
 _NEGLIGIBLE = 1e-2
+# Iterations of a solve that will be done again. Set by hand; docs/constants.md.
 _ROUGH = 12
-# Stiffness over the weakest direction of a take at 30 Hz: enough iterations are stated for it.
+# Stiffness over the weakest direction of a take at 30 Hz: `SolveOptions.iterations` are enough for
+# it, and grow with the root of more (benchmarks/README.md, solve_speed, at 60 and 120 Hz).
 _JOINED = 1500.0
-# A learned covariance makes some directions slow to settle.
+# A learned covariance makes some directions slow to settle: 130 iterations are then within 4e-4 of
+# 6,000 (benchmarks/README.md, solve_speed).
 _LEARNED_LONGER = 1.3
+# Of the trace: what rounding leaves uncertain of a normal matrix of some 1e3 rows (2e-16 each).
 _RIDGE_FLOOR = 1e-13
-# Too short a take says nothing about its weights.
-_FEWEST = 8
+# A take of fewer frames says nothing of how its weights move. Set by hand.
+FEWEST_FRAMES = 8
 
 
 def solve_weights(
@@ -111,7 +116,12 @@ def with_learned_covariance(
     Parameters are those of `solve_weights`.
     """
     options, noise = regularisation.options, regularisation.noise
-    if options.prior == "fixed" or options.mode == "frame" or noise == 0.0 or len(times) < _FEWEST:
+    if (
+        options.prior == "fixed"
+        or options.mode == "frame"
+        or noise == 0.0
+        or len(times) < FEWEST_FRAMES
+    ):
         return regularisation
     if start is None:
         start = solve_weights(normal, right, times, regularisation, rough=True)

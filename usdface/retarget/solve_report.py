@@ -17,7 +17,7 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
 
-_NAMED = 3
+_NAMED = 3  # shapes on screen
 
 
 @dataclass(frozen=True, slots=True)

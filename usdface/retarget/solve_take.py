@@ -19,7 +19,8 @@ from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, visibl
 
 __all__ = ["solve_take"]
 
-# Markers are in a line if they reach no further to the side than this share of its length.
+# Markers are in a line if they reach no further to the side than this share of its length: 1 mm of
+# 50, where noise of 0.3 mm would turn the head by 17 degrees.
 _IN_LINE = 0.02
 
 
