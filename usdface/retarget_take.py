@@ -68,7 +68,7 @@ def clean(
     -------
     take : MarkerTake or WeightsTake
     cleaned : Cleaned or None
-        What was done; None for a take of weights.
+        The clean-up; None for a take of weights.
     findings : list of Finding
     """
     if isinstance(take, WeightsTake):
@@ -163,11 +163,11 @@ def calibrate(
 def _prepared(
     take: MarkerTake, setup: RetargetSetup, mesh: Mesh, cleaned: Cleaned | None, steps: Steps | None
 ) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
-    """Return the take as observed, the setup as fitted to the mesh, and what the shapes do."""
+    """Return the take as observed, the setup fitted to the mesh, the evaluator of its shapes."""
     setup, findings = fit_setup(setup, mesh, take)
     points = setup.binding.points
     if cleaned is not None:
-        # What was filled in is no observation: the rig knows better what is hidden.
+        # Filled gaps are no observations: the rig predicts hidden markers better.
         take = replace(
             take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
         )

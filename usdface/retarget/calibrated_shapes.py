@@ -18,7 +18,7 @@ def performed(
     calibration: Calibration,
     rested: Collection[str] = (),
 ) -> tuple[BlendShapeEvaluator, FloatArray]:
-    """Return the performer's shapes, and what their neutral adds to the markers.
+    """Return the performer's shapes, and the displacement of the markers in their neutral.
 
     A combination shape has no amplitude of its own.
 

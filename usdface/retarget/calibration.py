@@ -1,7 +1,7 @@
 """How large a performer's movements are against the character's, found from a take.
 
-The whole take is solved with weights that may go beyond 0 and 1: what is found then is ``u =
-amplitude * weight - offset`` of each shape. How far u goes up bounds the amplitude
+The whole take is solved with weights that may go beyond 0 and 1, which gives ``u = amplitude *
+weight - offset`` of each shape. How far u goes up bounds the amplitude
 (`usdface.retarget.amplitude_posterior`); how far it goes below 0 is how far the neutral frames were
 from rest. The idea of amplitudes from a range-of-motion take is Ribera et al. 2017, "Facial
 Retargeting with Automatic Range of Motion Alignment", section 4; an amplitude per shape, bounded
@@ -110,7 +110,7 @@ def calibrate_take(
     ----------
     extremes : bool
         The take goes through the performer's whole range of motion, each movement to its
-        extreme. Without that only what goes beyond the character's shapes is learned.
+        extreme. Without that only amplitudes above 1 are learned.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""How sure the weights are, what the markers cannot see, and where the next markers should go.
+"""Standard deviations of the weights, shapes that no marker sees, places for the next markers.
 
 The solve is the most probable answer of a linear model with Gaussian errors, so its normal
 matrix also says how far each weight can be off (Tarantola 2005, "Inverse Problem Theory",
-section 3.2). Noise averages out over the frames that the smoothness joins, or that what is learned
-of the take says hang together; misfit of face and rig does not. Where the head is solved too, its
+section 3.2). Noise averages out over the frames that the smoothness joins, or the
+covariance learned from the take; misfit of face and rig does not. Where the head is solved too, its
 pose is unknown like the weights. Near its bounds a weight is surer (`within_bounds`).
 """
 
@@ -22,7 +22,7 @@ __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 
 # The head may be anywhere within so much [m, rad]; more would cost digits where no marker is yet.
 _HEAD = 1.0
-# Markers are not believed beyond this [m], a thirtieth of what optical ones jitter by: without any
+# Markers are not believed beyond this [m], a thirtieth of the jitter of optical ones: without any
 # error all that is seen would be sure.
 _FINEST = 1e-5
 # A shape is not seen if this share of its deviation before the take still is: half of the variance.
@@ -42,7 +42,7 @@ _LOG_BELL = -0.5 * float(np.log(2.0 * np.pi))
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Confidence:
-    """What the markers say about the blend shapes.
+    """How well the markers determine the blend shapes.
 
     Attributes
     ----------
@@ -103,14 +103,14 @@ def confidence_of(
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
-    # The rows of each place: what shapes and head do to a marker there, (V, axes, S + 6).
+    # The rows of each place: a marker's displacement there by shapes and head, (V, axes, S + 6).
     rows = np.ascontiguousarray(np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0))
     regularisation = replace(regularisation, noise=max(regularisation.noise, _FINEST))
     variance, expected = regularisation.variance, regularisation.precision(count)
     prior = block_diag(expected, np.eye(len(motions)) / _HEAD**2)
     seen = rows[bound].reshape(-1, rows.shape[2])
     spread = np.linalg.inv(seen.T @ seen / variance + prior)
-    # The normal matrix of the weights alone, whatever the head does.
+    # The normal matrix of the weights alone, with the head's pose marginalised.
     normal = variance * (np.linalg.inv(spread[:count, :count]) - expected)
     deviations = weight_deviations(normal, step, regularisation)
     before = np.diag(np.linalg.inv(expected))
@@ -120,7 +120,7 @@ def confidence_of(
         return Confidence(deviations, {}, np.zeros(0, np.int64), hidden)
     tried = rows[free]
     spreads, inverse = _at_places(spread, tried, variance)
-    # What a marker would take off the variance of a shape: (V, H).
+    # The fall of a shape's variance by a marker: (V, H).
     across = spreads[:, :, hidden]
     falls = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
     unseen = {
@@ -149,9 +149,9 @@ def weight_deviations(
     -----
     In the eigenbasis of normal matrix and terms, N + R, the solve is a filter for each direction:
     at the frequency f [rad per frame] it divides by ``a + k``, with a the eigenvalue and k that
-    of the terms that join frames. Its error is what it lets through of the noise, what it takes
-    away of weights that move as these terms expect at a smoothness of 1, the misfit, which is
-    slow, and what R takes away of weights that last and are as it expects. Without R and misfit
+    of the terms that join frames. Its error is the share of the noise that passes, the loss of
+    weights that move as these terms expect at a smoothness of 1, the misfit, which is slow, and
+    the loss to R of weights that last and are as it expects. Without R and misfit
     this is the posterior of the whole take, without terms that join frames that of one frame. In no
     direction is a weight less sure than R alone leaves it.
 
@@ -174,7 +174,7 @@ def weight_deviations(
         seen * (let @ let.T) / len(frequencies) + np.diag((let**2 * away).mean(axis=1))
     )
     errors += ((variance - noise) * seen + variance * held) * np.outer(slow, slow)
-    # Whitened by what R alone leaves, no eigenvalue is above 1.
+    # Whitened by the prior of R alone, no eigenvalue is above 1.
     root = np.linalg.cholesky(vectors.T @ regularisation.precision(len(normal)) @ vectors)
     shares, turned = np.linalg.eigh(root.T @ errors @ root)
     turned = vectors @ np.linalg.solve(root.T, turned)
@@ -194,7 +194,7 @@ def _learned_deviations(
     vectors, values = half @ turned, values.clip(min=0.0)[:, None]
     slow = (regularisation.variance - noise) * noise * values / prior
     variances = (noise * (values + used**2 / prior) + slow) / (values + used) ** 2
-    # Of what many frames together do not show, a take teaches nothing.
+    # A take teaches nothing of directions that many frames together do not show.
     expected = regularisation.precision(len(normal))
     unknown = np.linalg.inv(_MANY / noise * normal + expected)
     least, most = (np.sqrt(np.diag(m).clip(min=0.0)) for m in (unknown, np.linalg.inv(expected)))
@@ -221,7 +221,7 @@ def within_bounds(
     weights : (F, S) float64
         In [0, 1].
     regularisation : Regularisation, optional
-        Of the solve: what presses.
+        Of the solve, with the terms that press.
     """
     some = weights[:: max(1, len(weights) // _FRAMES)]
     beyond = np.zeros(some.shape)
@@ -267,7 +267,7 @@ def _greedy(
     points: FloatArray,
     room: float,
 ) -> IntArray:
-    """Return the places, one after the other, that most lower the volume of what is unknown."""
+    """Return the places, one after the other, that most lower the volume of the posterior."""
     chosen: list[int] = []
     taken = np.zeros(len(rows), dtype=bool)
     while len(chosen) < wanted and not taken.all():

@@ -17,7 +17,7 @@ _FAR = 2.5
 # from a head that shakes to one that rests.
 _WEIGHTS = np.logspace(-4, 8, 25)
 # Markers that fix a pose (three points); and the least noise [m] that gaps are bridged with, a
-# thousandth of what optical markers jitter by.
+# thousandth of the jitter of optical markers.
 _FEWEST = 3
 _FINEST = 1e-7
 
@@ -61,10 +61,10 @@ def head_motion(
 def smooth_motion(
     pose: Pose, times: FloatArray, points: FloatArray, noise: float, seen: BoolArray
 ) -> Pose:
-    """Take out of a pose what the noise of its markers put in, and bridge what none showed.
+    """Smooth the noise of the markers out of a pose, and bridge frames that showed too few.
 
     Each of the three angles and three coordinates of the face's centre is the most probable
-    curve if its second derivative is white; how strong that is, is what makes the take itself
+    curve if its second derivative is white; its power is the one that makes the take itself
     most probable (Whittaker 1923, the weight by marginal likelihood). A frame counts by how
     well the markers seen in it fix the pose; with fewer than three it does not count.
 

@@ -254,7 +254,7 @@ def factorise(bands: FloatArray, values: FloatArray) -> tuple[FloatArray, IntArr
                 two = bands[0, t] * factor[earlier, 0, k]
                 diagonal -= two * bands[0, t]
             if t > 0:
-                # What is left between this frame and the one before.
+                # The rest of the entry between this frame and the one before.
                 between = bands[1, t]
                 if t > 1:
                     between -= bands[0, t] * factor[last, 1, k]

@@ -126,7 +126,7 @@ def first_guess(
     )
     wide = wide - (wide @ rigid) @ rigid.T
     normal = wide @ wide.T
-    # What markers do not tell apart is shared evenly.
+    # Shapes that markers do not tell apart share evenly.
     normal += _TOLD_APART * normal.trace() / len(normal) * np.eye(len(normal))
     # A term that tells shapes apart knows those that are sought only.
     alike = tuple(term for term in regularisation.terms if not term.by_shape)

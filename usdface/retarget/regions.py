@@ -1,6 +1,6 @@
-"""Regions of a face, by what its blend shapes do: where a marker sits, in words and by error.
+"""Regions of a face by its blend shapes: names for places, residuals of each region.
 
-The shapes say by their names which region they are of, and by what they move where that is. A
+The shapes say by their names which region they are of, and by their offsets where that is. A
 vertex belongs to the nearest region: of each, the middles of five parts from right to left count.
 """
 
@@ -48,7 +48,7 @@ def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
     labels: list[str] = []
     centres: list[FloatArray] = []
     for region, energy in energies.items():
-        # What others take along of the lips is the mouth's.
+        # Vertices of the lips that other shapes take along are the mouth's.
         if region in ("cheeks", "jaw", "nose") and "mouth" in energies:
             energy = np.where(energies["mouth"] > _SHARED * energies["mouth"].max(), 0.0, energy)
         for part in _parts(mesh.points, energy, region in _PAIRED):
@@ -74,7 +74,7 @@ def _energies(mesh: Mesh) -> dict[str, FloatArray]:
 
 
 def _parts(points: FloatArray, energy: FloatArray, paired: bool) -> list[FloatArray]:
-    """Return the middles of the parts of what is moved, from right to left: (3,) each."""
+    """Return the middles of the parts of the moved vertices, from right to left: (3,) each."""
     moved = energy > _SHARED
     if not moved.any():
         return []
@@ -122,7 +122,7 @@ def _distances(mesh: Mesh, binding: Binding, solution: Solution) -> dict[str, Fl
 
 
 def _rms(distances: FloatArray) -> FloatArray:
-    """Return the RMS of what each frame shows, 0 where that is nothing: (F,)."""
+    """Return the RMS of the markers that a frame shows, 0 where it shows none: (F,)."""
     seen = ~np.isnan(distances)
     squares = np.where(seen, distances, 0.0) ** 2
     return np.asarray(np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1)))

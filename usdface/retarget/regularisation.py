@@ -19,8 +19,8 @@ _ALIKE = 5.0
 class Regularisation:
     """The terms beside the squares in the equation of `usdface.retarget.solve`.
 
-    Each is what is expected of the weights times the error of the markers, so that noise and
-    misfit, options and what was learned only mean something together. All terms are
+    Each is an expectation of the weights times the error of the markers, so that noise and
+    misfit, options and learned covariance only mean something together. All terms are
     0 where markers do not err.
 
     Attributes
@@ -28,7 +28,7 @@ class Regularisation:
     noise : float [m]
         Standard deviation of a marker coordinate.
     misfit : float [m]
-        RMS error of a marker coordinate beyond the noise: what face and rig do not have in common.
+        RMS error of a marker coordinate beyond the noise: the difference of face and rig.
     options : SolveOptions
     names : tuple of str, length S
         The shapes, for terms that tell them apart; () = unknown.
@@ -55,7 +55,7 @@ class Regularisation:
         return self.noise**2 + self.lasting_variance
 
     def unlearned(self) -> "Regularisation":
-        """Return the same without what was learned from the take."""
+        """Return the same without the covariance learned from the take."""
         return replace(self, covariance=None)
 
     def added_to(self, normal: FloatArray) -> FloatArray:
@@ -75,12 +75,12 @@ class Regularisation:
         return right
 
     def bands(self, times: FloatArray) -> FloatArray:
-        """Return what joins frames at `times` (F,) [s]: (3, F) [m^2], upper banded storage."""
+        """Return K of all terms for frames at `times` (F,) [s]: (3, F) [m^2], upper bands."""
         parts = (term.bands(self, times) for term in self.terms)
         return sum((part for part in parts if part is not None), np.zeros((3, len(times))))
 
     def value(self, weights: FloatArray) -> FloatArray:
-        """Return what weights (F, S) cost in each frame, without the bands: (F,) [m^2]."""
+        """Return the cost of weights (F, S) in each frame, without the bands: (F,) [m^2]."""
         values = (term.value(self, weights) for term in self.terms)
         return sum(values, np.zeros(len(weights)))
 

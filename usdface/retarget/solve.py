@@ -1,7 +1,7 @@
 """Blend shape weights of a whole take: bounded least squares, smooth in time.
 
 The problem solved, for N = D'D of the marker offsets D, noise variance v and error variance
-e = v + 5 misfit^2 (what face and rig do not have in common), is::
+e = v + 5 misfit^2 (misfit: the difference of face and rig), is::
 
     min over 0 <= w <= 1 of   sum_t |D w_t - y_t|^2 / 2
                             + e / spread^2 * sum_t |w_t|^2 / 2
@@ -51,7 +51,7 @@ _JOINED = 1500.0
 # A learned covariance makes some directions slow to settle: 130 iterations are then within 4e-4 of
 # 6,000 (benchmarks/README.md, solve_speed).
 _LEARNED_LONGER = 1.3
-# Of the trace: what rounding leaves uncertain of a normal matrix of some 1e3 rows (2e-16 each).
+# Of the trace: the rounding error of a normal matrix of some 1e3 rows (2e-16 each).
 _RIDGE_FLOOR = 1e-13
 # A take of fewer frames says nothing of how its weights move. Set by hand.
 FEWEST_FRAMES = 8

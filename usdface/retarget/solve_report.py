@@ -1,4 +1,4 @@
-"""What a solve has to say for itself: residuals in millimetres, how sure the weights are."""
+"""The report of a solve: residuals in millimetres, standard deviations of the weights."""
 
 from dataclasses import dataclass
 from typing import Any

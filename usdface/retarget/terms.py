@@ -1,4 +1,4 @@
-"""The terms that the solve adds to the sum of squares: what is expected of weights, one by one.
+"""The terms that the solve adds to the sum of squares, each an expectation of the weights.
 
 A term is the negative logarithm of a prior times the error variance of the markers: 0 where markers
 do not err. A new one is a class here in `TERMS` and its settings in `usdface.options.SolveOptions`
@@ -54,7 +54,7 @@ class SolverTerm:
         return None
 
     def value(self, held: "Regularisation", weights: FloatArray) -> FloatArray:
-        """Return what weights (F, S) cost in each frame, without the bands: (F,) [m^2]."""
+        """Return the cost of weights (F, S) in each frame, without the bands: (F,) [m^2]."""
         size = weights.shape[1]
         matrix, pull = self.matrix(held, size), self.pull(held, size)
         value: FloatArray = np.zeros(len(weights))
