@@ -115,7 +115,7 @@ class Face:
             Character(self.mesh, self.parts),
             take.times if solution else None,
         )
-        answers = np.stack([said.emotions[e.name] for e in self.expressions], axis=1)
+        answers = np.stack([said.trace.emotions[e.name] for e in self.expressions], axis=1)
         return Played(solved[skip:], said.weights[skip:], answers[skip:])
 
     def hear(self, weights: FloatArray) -> FloatArray:

@@ -447,19 +447,28 @@ class MarkerOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessOptions:
-    """What one run of `usdface process` does beyond what the shot itself says.
+    """Options of one run, which go before the shot's own.
 
-    `solve` overrides the shot's `SolveOptions.mode`; `clean` and `head` False leave the clean-up
-    of the markers and the head's motion out, whatever the shot says. `asset_root` is a folder
-    that textures may come from beside those of the layers that name them.
+    Attributes
+    ----------
+    express : bool
+        Correct the solved weights by the expression layer.
+    head : bool
+        Move the character's head as the performer's moves, if the shot says so.
+    clean : bool
+        Clean the markers as the shot says; False solves them as recorded.
+    solve : {"take", "frame"} or None
+        In place of the shot's `SolveOptions.mode`.
+    trace : bool
+        Keep the memberships of all terms in `ShotResult.trace`, for an explanation.
     """
 
-    output: str = ""
-    gltf: str = ""
-    figure: str = ""
     express: bool = True
     head: bool = True
     clean: bool = True
     solve: SolveMode | None = None
-    in_place: bool = False
-    asset_root: str = ""
+    trace: bool = False
+
+    def __post_init__(self) -> None:
+        if self.solve is not None:
+            _check_choice("solve", self.solve, SolveMode)

@@ -16,7 +16,7 @@ from usdface.errors import InputError
 from usdface.face.known_limits import with_known_limits
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
-from usdface.result import Steps
+from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.pins import bent_to_pins
@@ -86,11 +86,11 @@ def solve(
     mesh: Mesh,
     shape_names: tuple[str, ...],
     cleaned: Cleaned | None,
-    steps: Steps | None = None,
+    progress: Progress | None = None,
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
 
-    `steps` is told where the solver must be compiled first.
+    `progress` is told where the solver must be compiled first.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def solve(
         bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
         combined = with_combinations(mesh, weights.names, bent)
         return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = _prepared(take, setup, mesh, cleaned, steps)
+    take, setup, model, findings = _prepared(take, setup, mesh, cleaned, progress)
     points = setup.binding.points
     solution, more = solve_take(
         take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
@@ -118,7 +118,7 @@ def calibrate(
     setup: RetargetSetup,
     mesh: Mesh,
     extremes: bool = False,
-    steps: Steps | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Calibrated, list[Finding]]:
     """Clean a take and find its performer's gains and offsets.
 
@@ -130,7 +130,7 @@ def calibrate(
         The one that the markers are bound to.
     extremes : bool
         The take goes through the whole range of motion, each movement to its extreme.
-    steps : Steps, optional
+    progress : Progress, optional
         Told where the solver must be compiled first.
 
     Raises
@@ -146,7 +146,7 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, model, more = _prepared(take, setup, mesh, cleaned, steps)
+    take, setup, model, more = _prepared(take, setup, mesh, cleaned, progress)
     points = setup.binding.points
     calibrated, notes = calibrate_take(
         take,
@@ -161,7 +161,11 @@ def calibrate(
 
 
 def _prepared(
-    take: MarkerTake, setup: RetargetSetup, mesh: Mesh, cleaned: Cleaned | None, steps: Steps | None
+    take: MarkerTake,
+    setup: RetargetSetup,
+    mesh: Mesh,
+    cleaned: Cleaned | None,
+    progress: Progress | None,
 ) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
     """Return the take as observed, the setup fitted to the mesh, the evaluator of its shapes."""
     setup, findings = fit_setup(setup, mesh, take)
@@ -179,5 +183,5 @@ def _prepared(
         for pin in setup.pins
         if pin.shape in combinations_of(model, mesh.shape_names)
     ]
-    notes += compile_kernels(len(take.times), len(mesh.shapes), steps or Steps())
+    notes += compile_kernels(len(take.times), len(mesh.shapes), progress or Progress())
     return take, setup, model, findings + notes

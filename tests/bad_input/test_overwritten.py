@@ -135,7 +135,7 @@ def test_the_table_has_every_command_and_every_option_that_names_a_file() -> Non
             for action in command._actions
             if action.type is Path or "FILE" in str(action.metavar) or action.metavar == "ROOT"
         }
-        written = {*command.get_default("writes"), *command.get_default("draws")} & {
+        written = {*command.get_default("writes"), "report"} & {
             action.dest for action in command._actions
         }
         assert written == outputs[name], name

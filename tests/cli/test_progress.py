@@ -1,17 +1,17 @@
 import pytest
 
 from usdface.cli.progress import progress
-from usdface.result import COMPILE
+from usdface.progress import COMPILE, Step
 
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_elsewhere_than_on_terminals_only_a_long_wait_is_named(
     shown: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with progress(shown) as on_step:
-        on_step("solve")
+    with progress(shown) as on_progress:
+        on_progress(Step("solve"))
         assert capsys.readouterr() == ("", "")
-        on_step(COMPILE)
+        on_progress(Step(COMPILE))
     assert capsys.readouterr() == ("", "usdface: compile the solver (once) ...\n")
 
 
@@ -20,7 +20,8 @@ def test_progress_on_a_terminal_shows_the_step(
 ) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     monkeypatch.setenv("TERM", "xterm")
-    with progress(True) as on_step:
-        on_step("solve")
+    with progress(True) as on_progress:
+        on_progress(Step("read"))
+        on_progress(Step("solve", 0.5))
     said = capsys.readouterr()
     assert said.out == "" and "solve" in said.err

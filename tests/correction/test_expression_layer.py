@@ -13,7 +13,7 @@ from worlds import World, animation_of, make_world
 
 from usdface.cli import main
 from usdface.correction.expression_layer import Character, Expressed, design, express, parts_of
-from usdface.correction.feature_extraction import sided_features
+from usdface.correction.feature_extraction import Features, sided_features
 from usdface.correction.gains import Gains
 from usdface.face.expression_poses import expressions_for
 from usdface.fuzzy.rules import parse_rule
@@ -55,24 +55,24 @@ def test_express_raises_the_pose_by_what_the_rule_says() -> None:
     joy = Expression("joy", ("smile", "squint"), np.array([0.8, 0.4]), gain=0.5)
     said = express(
         chin("take", normalisation="all_rules", neutral_rule=True),
-        {"both": inputs},
+        Features({"both": inputs}),
         ("smile", "jaw"),
         weights,
         [joy],
     )
     # 0.25: half-way through the response
-    np.testing.assert_allclose(said.emotions["joy"], [0.0, 0.25, 1.0])
-    np.testing.assert_allclose(said.firing, [[0.0], [0.25], [1.0]])
+    np.testing.assert_allclose(said.trace.emotions["joy"], [0.0, 0.25, 1.0])
+    np.testing.assert_allclose(said.trace.firing, [[0.0], [0.25], [1.0]])
     np.testing.assert_allclose(said.weights, [[0.0, 0.3], [0.2, 0.3], [0.9, 0.3]])
     assert [(f.code, f.where) for f in said.findings] == [("SHAPE_UNKNOWN", "squint")]
 
 
 def test_an_emotion_without_a_pose_is_said_and_changes_nothing() -> None:
     weights = np.full((2, 1), 0.25)
-    inputs = {"both": np.array([[0.0], [-40.0]])}
+    inputs = Features({"both": np.array([[0.0], [-40.0]])})
     said = express(chin("take"), inputs, ("smile",), weights, [])
     np.testing.assert_array_equal(said.weights, weights)
-    assert said.emotions["joy"].max() == 1
+    assert said.trace.emotions["joy"].max() == 1
     assert [(f.code, f.where) for f in said.findings] == [("EXPRESSION_UNKNOWN", "joy")]
 
 
@@ -86,7 +86,7 @@ def test_the_designed_system_hears_each_expression_it_has_a_rule_for(
     poses = np.array([e.pose(mesh.shape_names) for e in expressions])
     take = WeightsTake(mesh.shape_names, np.arange(len(poses), dtype=float), poses)
     inputs = sided_features(system, take, mesh, playing, take, None, ["both"])
-    emotions = express(system, inputs, mesh.shape_names, poses, expressions).emotions
+    emotions = express(system, inputs, mesh.shape_names, poses, expressions).trace.emotions
     for row, expression in enumerate(expressions):
         assert emotions[expression.name][row] > 0.4, expression.name
 
@@ -194,7 +194,7 @@ def test_contact_is_kept_and_said(slits) -> None:
     names = SLITS.shape_names
     weights = np.repeat(shown(mouthPressLeft=0.2), 3, axis=0)
     weights[2] = shown(jawOpen=0.5)[0]
-    inputs = {"both": np.array([[0.0], [1.0], [1.0]])}
+    inputs = Features({"both": np.array([[0.0], [1.0], [1.0]])})
     given = system, inputs, names, weights, EXPRESSIONS
     loose, kept = express(*given, replace(slits[2], mesh=None)), express(*given, slits[2])
     free, held = loose.weights, kept.weights

@@ -100,8 +100,8 @@ def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
         for played in (whole, take)
     )
     for side in SIDES:
-        np.testing.assert_array_equal(found[side], expected[side])
-        assert np.abs(expected[side]).max() > 1.0
+        np.testing.assert_array_equal(found.sides[side], expected.sides[side])
+        assert np.abs(expected.sides[side]).max() > 1.0
 
 
 def test_of_both_sides_they_are_the_features_of_the_face(
@@ -110,10 +110,10 @@ def test_of_both_sides_they_are_the_features_of_the_face(
     given = (world.take, world.rig.meshes[0], setup, solution.weights, solution)
     for space in ("take", "character"):
         sided = sided_features(chin(space), *given)
-        assert tuple(sided) == SIDES
-        np.testing.assert_array_equal(sided["both"], features(chin(space), *given))
+        assert tuple(sided.sides) == SIDES
+        np.testing.assert_array_equal(sided.sides["both"], features(chin(space), *given))
         # The chin is in the middle, where its height is that of either half.
-        np.testing.assert_allclose(sided["left"], sided["right"], atol=0.2)
+        np.testing.assert_allclose(sided.sides["left"], sided.sides["right"], atol=0.2)
 
 
 def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(

@@ -41,7 +41,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_gltf(rig, folder / "face.glb")
     (folder / "sub").mkdir()
     write_gltf(rig, folder / "sub/face.gltf")
-    make_shot(*(folder / name for name in ("rig.usda", "take.usda", "bind.json", "shot.usda")))
+    names = ("rig.usda", "take.usda", "shot.usda")
+    make_shot(*(folder / name for name in names), bind=folder / "bind.json")
     return folder
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from usdface.result import COMPILE, Steps
+from usdface.progress import COMPILE, Progress, Step
 from usdface.retarget import backend as fast
 
 
@@ -32,11 +32,11 @@ def test_where_machine_code_cannot_be_kept_there_are_no_kernels(
 
 def announced(frames: int, size: int) -> tuple[list[str], list[str]]:
     """The steps that are announced within the solve, and the codes of what is found."""
-    heard: list[str] = []
-    steps = Steps(heard.append)
-    with steps("solve"):
-        found = fast.compile_kernels(frames, size, steps)
-    return heard, [f.code for f in found]
+    steps: list[Step] = []
+    progress = Progress(steps.append)
+    with progress.step("solve"):
+        found = fast.compile_kernels(frames, size, progress)
+    return [step.name for step in steps], [f.code for f in found]
 
 
 def test_compiling_is_a_step_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,7 +75,7 @@ def test_without_a_place_for_machine_code_the_way_out_is_named(
 ) -> None:
     pytest.importorskip("numba")
     monkeypatch.setattr(fast, "kernels", lambda *_: None)
-    (found,) = fast.compile_kernels(40_000, 53, Steps())
+    (found,) = fast.compile_kernels(40_000, 53, Progress())
     assert found.code == "SOLVE_UNCOMPILED" and "NUMBA_CACHE_DIR" in found.message
 
 
@@ -83,8 +83,9 @@ def test_without_a_place_for_machine_code_the_way_out_is_named(
 def test_a_first_solve_says_that_it_compiles_and_the_second_does_not(tmp_path: Path) -> None:
     pytest.importorskip("numba")
     code = (
-        "from usdface.result import Steps; from usdface.retarget import backend\n"
-        "backend.compile_kernels(10**9, 10, Steps(print)); print('done')"
+        "from usdface.progress import Progress; from usdface.retarget import backend\n"
+        "progress = Progress(lambda step: print(step.name))\n"
+        "backend.compile_kernels(10**9, 10, progress); print('done')"
     )
     there = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     printed = [

@@ -64,7 +64,7 @@ def test_residuals_of_regions_make_up_that_of_the_face() -> None:
     assert np.sqrt(total / seen.sum(axis=1)) == pytest.approx(solution.residual)
     said = region_errors(MESH, BINDING, solution)
     assert max(said, key=lambda region: said[region]["worst"]) == "jaw"
-    assert said["jaw"]["worst frame"] == 20
+    assert said["jaw"]["worst_frame"] == 20
     assert sum(entry["markers"] for entry in said.values()) == len(BINDING.markers)
 
 

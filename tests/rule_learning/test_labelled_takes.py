@@ -9,7 +9,7 @@ from worlds import World, make_world
 from usdface.errors import InputError
 from usdface.io.bind_file import setup_of_json
 from usdface.options import FitOptions
-from usdface.result import Steps
+from usdface.progress import Progress
 from usdface.retarget_setup import fit_setup
 from usdface.rule_design.marker_roles import marker_variables
 from usdface.rule_learning.labelled_takes import Face, examples_of, feature_noise, pose_features
@@ -33,7 +33,7 @@ def face(world: World) -> Face:
 
 def examples(face: Face, take: MarkerTake | WeightsTake, *labels: Label, space="character"):
     options = FitOptions(space=space)
-    return examples_of(labels, face, lambda _: (take, []), options, Steps())[0]
+    return examples_of(labels, face, lambda _: (take, []), options, Progress())[0]
 
 
 def stretch(start: float, end: float, emotion: str = "joy", unit="frame", take=TAKE) -> Label:

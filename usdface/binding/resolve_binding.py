@@ -126,11 +126,9 @@ def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:
     said: dict[str, Any] = {}
     sure = setup.binding.confidence
     if setup.peaks:
-        said["neutral frames"] = (
-            "rig" if setup.neutral is None else "{} to {}".format(*setup.neutral)
-        )
-        said["peak frames"] = ", ".join(map(str, setup.peaks[:6]))
+        said["neutral_frames"] = "rig" if setup.neutral is None else list(setup.neutral)
+        said["peak_frames"] = list(setup.peaks)
     if sure is not None and not np.isnan(sure).all():
-        said["confidence, mean"] = round(float(np.nanmean(sure)), 3)
-        said["confidence, least"] = round(float(np.nanmin(sure)), 3)
+        said["confidence_mean"] = round(float(np.nanmean(sure)), 3)
+        said["confidence_min"] = round(float(np.nanmin(sure)), 3)
     return said

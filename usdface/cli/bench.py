@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from usdface.cli.command import DONE, FAILED, add_command, drawn
+from usdface.cli.command import DONE, FAILED, add_command, reported
 
 __all__ = ["add_bench"]
 
@@ -32,7 +32,7 @@ def _bench(parsed: argparse.Namespace) -> int:
             from usdface.cli.bench_tables import print_solve_table
 
             print_solve_table(measured)
-            print_written(drawn(parsed))
+            print_written(reported(parsed))
         return DONE
     from usdface.papers import tables
 
@@ -41,5 +41,5 @@ def _bench(parsed: argparse.Namespace) -> int:
         from usdface.cli.bench_tables import print_tables
 
         print_tables(computed)
-        print_written(drawn(parsed))
+        print_written(reported(parsed))
     return DONE if all(table.within for table in computed) else FAILED

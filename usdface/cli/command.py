@@ -17,10 +17,9 @@ __all__ = [
     "add_asset_root",
     "add_command",
     "add_output",
-    "check_figure",
     "check_files",
-    "drawn",
     "report",
+    "reported",
     "settings",
 ]
 
@@ -33,7 +32,6 @@ def add_command(
     run: Callable[[argparse.Namespace], int],
     summary: str,
     writes: Sequence[str] = (),
-    draws: Sequence[str] = (),
 ) -> argparse.ArgumentParser:
     """Add a command with the options that all have.
 
@@ -46,12 +44,10 @@ def add_command(
     summary : str
     writes : sequence of str
         Options whose file the pipeline writes, beside ``output``; it also checks and lists them.
-    draws : sequence of str
-        Options whose file `run` writes itself, once the pipeline is done. What other options
-        name is read.
+        Files that other options name are read.
     """
     command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
-    command.set_defaults(run=run, writes=("output", *writes), draws=(*draws, "report"))
+    command.set_defaults(run=run, writes=("output", *writes))
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
     command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
     command.add_argument("--strict", action="store_true", help="a warning is a failure")
@@ -59,9 +55,9 @@ def add_command(
     return command
 
 
-def add_output(command: argparse.ArgumentParser, what: str) -> None:
+def add_output(command: argparse.ArgumentParser, summary: str) -> None:
     """Add the required option ``--output``, a file."""
-    command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=what)
+    command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=summary)
 
 
 def add_asset_root(command: argparse.ArgumentParser) -> None:
@@ -79,9 +75,9 @@ def settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:
     return {f.name: getattr(parsed, f.name) for f in fields(kind) if hasattr(parsed, f.name)}
 
 
-def drawn(parsed: argparse.Namespace) -> tuple[Path, ...]:
-    """Return the files that the command writes beside those of the pipeline."""
-    return _files(parsed, parsed.draws)
+def reported(parsed: argparse.Namespace) -> tuple[Path, ...]:
+    """Return the files that the command writes beside those of the pipeline: the report."""
+    return _files(parsed, ("report",))
 
 
 def check_files(parsed: argparse.Namespace) -> None:
@@ -93,7 +89,7 @@ def check_files(parsed: argparse.Namespace) -> None:
         If a file is one that is read, or another output, or cannot be written, or the name of the
         report is not that of a JSON file.
     """
-    places = drawn(parsed)
+    places = reported(parsed)
     if not places:
         return
     from usdface.io.inputs import check_outputs, files_read
@@ -102,7 +98,7 @@ def check_files(parsed: argparse.Namespace) -> None:
         raise OutputError(
             f"cannot write {parsed.report}: the report is JSON; end its name in .json"
         )
-    roles = {*parsed.writes, *parsed.draws, "labels"}
+    roles = {*parsed.writes, "report", "labels"}
     given = [value for name, value in vars(parsed).items() if name not in roles]
     listed = [v for value in given for v in (value if isinstance(value, list) else [value])]
     sources = (value for value in listed if isinstance(value, Path))
@@ -114,45 +110,31 @@ def _files(parsed: argparse.Namespace, names: Sequence[str]) -> tuple[Path, ...]
     return tuple(Path(value) for name in names if (value := getattr(parsed, name, None)))
 
 
-def check_figure(figure: Path | None) -> None:
-    """Refuse, before the work, a name that is no picture's; without a name there is no figure.
-
-    Raises
-    ------
-    InputError
-        If it ends in something else.
-    """
-    if figure:
-        from usdface.figures.picture import check_picture
-
-        check_picture(figure)
-
-
 def report(
     parsed: argparse.Namespace,
-    outcome: "Result",
+    result: "Result[Any]",
     fail_on: Sequence[str] = (),
     file: TextIO | None = None,
 ) -> int:
-    """Print and write what came of a command; return the exit status.
+    """Print and write the result of a command; return the exit status.
 
     Parameters
     ----------
     parsed : argparse.Namespace
-    outcome : Result
+    result : Result
     fail_on : sequence of str
         Severities of findings that are a failure, also without ``--strict``.
     file : stream, optional
         Where to print, instead of standard output.
     """
-    from usdface.cli.report import print_outcome, write_report
+    from usdface.cli.report import print_result, write_report
     from usdface.findings import severest
 
-    outcome = replace(outcome, written=(*outcome.written, *drawn(parsed)))
+    result = replace(result, written=(*result.written, *reported(parsed)))
     # Before the text, which somebody may read the beginning of only.
     if parsed.report:
-        write_report(outcome, parsed.report)
-    print_outcome(outcome, parsed.format, file)
-    worst = severest(outcome.findings)
+        write_report(result, parsed.report)
+    print_result(result, parsed.format, file)
+    worst = severest(result.findings)
     strict = parsed.strict and worst in ("warning", "error")
     return FAILED if strict or worst in fail_on else DONE

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import DONE, add_command, add_output, check_figure, drawn, report
+from usdface.cli.command import DONE, add_command, add_output, report, reported
 from usdface.cli.fuzzy_fit import add_fit
 from usdface.cli.progress import progress
 
@@ -18,7 +18,7 @@ def add_fuzzy(commands: Any) -> None:
     group = commands.add_parser("fuzzy", help=summary, description=summary)
     actions = group.add_subparsers(title="actions", required=True, metavar="ACTION")
     command = add_command(
-        actions, "explain", _explain, "why a frame gets its emotions", draws=("figure",)
+        actions, "explain", _explain, "why a frame gets its emotions", writes=("figure",)
     )
     command.add_argument("shot", type=Path)
     moment = command.add_mutually_exclusive_group()
@@ -43,22 +43,20 @@ def add_fuzzy(commands: Any) -> None:
 def _explain(parsed: argparse.Namespace) -> int:
     from usdface.cli.report import print_json, print_written
 
-    check_figure(parsed.figure)
     with progress(parsed.format == "text") as step:
-        explained = pipeline.explain(parsed.shot, step)
-    frame = explained.peak if parsed.frame is None else parsed.frame
-    frame = frame if parsed.time is None else explained.frame_at(parsed.time)
-    facts = explained.frame(frame)
-    # Before the text, which somebody may read the beginning of only.
-    if parsed.figure:
-        from usdface.figures.explanation import write_explanation_figure
-
-        write_explanation_figure(explained, frame, parsed.figure)
+        result = pipeline.explain(
+            parsed.shot,
+            frame=parsed.frame,
+            time=parsed.time,
+            figure=parsed.figure,
+            on_progress=step,
+        )
+    facts = result.details
     if not print_json(facts, parsed.format, parsed.report):
         from usdface.cli.fuzzy_tables import print_explanation
 
         print_explanation(facts)
-        print_written(drawn(parsed))
+        print_written((*result.written, *reported(parsed)))
     return DONE
 
 
@@ -66,22 +64,22 @@ def _neutral(parsed: argparse.Namespace) -> int:
     from usdface.cli.report import print_json, print_written
 
     with progress(parsed.format == "text") as step:
-        answers = pipeline.resting(parsed.shot, step)
+        answers = pipeline.check_neutral(parsed.shot, on_progress=step).value
     if not print_json([answer.as_dict() for answer in answers], parsed.format, parsed.report):
         from usdface.cli.fuzzy_tables import print_resting
 
         print_resting(answers)
-        print_written(drawn(parsed))
+        print_written(reported(parsed))
     return DONE
 
 
 def _convert(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.convert_fuzzy(parsed.source, parsed.output, step)
-    return report(parsed, outcome)
+        result = pipeline.convert_fuzzy(parsed.source, parsed.output, on_progress=step)
+    return report(parsed, result)
 
 
 def _paper(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.write_paper(parsed.output, step)
-    return report(parsed, outcome)
+        result = pipeline.write_paper_system(parsed.output, on_progress=step)
+    return report(parsed, result)

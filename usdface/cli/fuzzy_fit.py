@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, check_figure, report, settings
+from usdface.cli.command import add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import FitOptions
@@ -20,8 +20,7 @@ def add_fit(actions: Any) -> None:
         "fit",
         _fit,
         "design or learn a system from poses or labelled takes",
-        writes=("expressions",),
-        draws=("figure",),
+        writes=("expressions", "figure"),
     )
     source = command.add_mutually_exclusive_group(required=True)
     source.add_argument("--shot", type=Path, help="whose face, binding and expression poses count")
@@ -61,25 +60,20 @@ def add_fit(actions: Any) -> None:
 def _fit(parsed: argparse.Namespace) -> int:
     if bool(parsed.rig) != bool(parsed.bind):
         raise InputError("--rig and --bind belong together: give both, or --shot alone")
-    check_figure(parsed.figure)
     options = FitOptions(**settings(parsed, FitOptions))
     with progress(parsed.format == "text") as step:
-        outcome, fitted = pipeline.fit_fuzzy(
+        result = pipeline.fit_fuzzy(
             parsed.shot or parsed.rig,
             parsed.output,
-            options,
-            step,
-            parsed.bind,
-            parsed.labels,
-            parsed.expressions,
+            bind=parsed.bind,
+            labels=parsed.labels,
+            poses=parsed.expressions,
+            figure=parsed.figure,
+            options=options,
+            on_progress=step,
         )
-    # Before the text, which somebody may read the beginning of only.
-    if parsed.figure:
-        from usdface.figures.fit import write_fit_figure
-
-        write_fit_figure(fitted.system, fitted.validation, parsed.figure)
     if parsed.format == "text":
         from usdface.cli.fuzzy_tables import print_fit
 
-        print_fit(fitted)
-    return report(parsed, outcome)
+        print_fit(result.value)
+    return report(parsed, result)

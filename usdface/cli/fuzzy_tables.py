@@ -51,7 +51,7 @@ def print_fit(fitted: "Fitted") -> None:
 def print_explanation(facts: dict[str, Any]) -> None:
     """Print why a frame gets its emotions (`usdface.explanation.Explanation.frame`)."""
     console = Console(highlight=False, soft_wrap=True)
-    console.print(f"frame {facts['frame']}, {facts['seconds']:g} s", style="bold")
+    console.print(f"frame {facts['frame']}, {facts['time_s']:g} s", style="bold")
     _print_heard(console, facts)
     fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
     title = "rules that fire" if fired else "no rule fires; every emotion has its default"
@@ -83,7 +83,7 @@ def print_explanation(facts: dict[str, Any]) -> None:
 def _print_heard(console: Console, facts: dict[str, Any]) -> None:
     emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
     console.print(escape("  ".join(emotions)))
-    poses = [f"{name} {value:.2f}" for name, value in facts["poses shown"].items() if value > 0]
+    poses = [f"{name} {value:.2f}" for name, value in facts["poses_shown"].items() if value > 0]
     if poses:
         console.print(escape(f"how much of the pose is shown: {'  '.join(poses)}"))
 

@@ -49,8 +49,17 @@ def add_process(commands: Any) -> None:
 def _process(parsed: argparse.Namespace) -> int:
     options = ProcessOptions(**settings(parsed, ProcessOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.process(parsed.shot, options, step)
-    return report(parsed, outcome)
+        result = pipeline.process(
+            parsed.shot,
+            output=parsed.output,
+            gltf=parsed.gltf,
+            figure=parsed.figure,
+            in_place=parsed.in_place,
+            asset_root=parsed.asset_root,
+            options=options,
+            on_progress=step,
+        )
+    return report(parsed, result)
 
 
 def add_calibrate(commands: Any) -> None:
@@ -68,5 +77,7 @@ def add_calibrate(commands: Any) -> None:
 
 def _calibrate(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.calibrate(parsed.shot, parsed.output, parsed.extremes, step)
-    return report(parsed, outcome)
+        result = pipeline.calibrate(
+            parsed.shot, parsed.output, extremes=parsed.extremes, on_progress=step
+        )
+    return report(parsed, result)

@@ -3,9 +3,9 @@
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
@@ -15,32 +15,49 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_json", "print_outcome", "print_whole", "print_written", "write_report"]
+__all__ = ["print_json", "print_result", "print_whole", "print_written", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _EXAMPLES = 4
 _ANY_WIDTH = 1000  # characters
+_UNITS = {"mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
 
 
-def print_outcome(outcome: Result, form: str, file: TextIO | None = None) -> None:
-    """Print an outcome as a table, or as JSON, to a stream (standard output)."""
+def print_result(result: Result[Any], form: str, file: TextIO | None = None) -> None:
+    """Print a result as a table, or as JSON, to a stream (standard output)."""
     if form == "json":
-        print(json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False), file=file)
+        print(json.dumps(result.as_dict(), indent=1, ensure_ascii=False), file=file)
         return
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     console = Console(file=file, soft_wrap=True, highlight=False)
-    if outcome.summary:
+    if result.summary:
         table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
-        for name, value in outcome.summary.items():
-            table.add_row(escape(name), escape(str(value)))
+        for key, value in result.summary.items():
+            table.add_row(escape(_label(key)), escape(_text(value)))
         console.print(table)
-    for line, severity in _lines(outcome.findings):
+    for line, severity in _lines(result.findings):
         console.print(escape(line), style=_STYLES[severity])
-    for path in outcome.written:
+    for path in result.written:
         console.print(f"wrote {escape(str(path))}", style="bold")
+
+
+def _label(key: str) -> str:
+    """Return a stable key as people read it: ``residual_mean_mm`` is "residual mean [mm]"."""
+    *words, last = key.split("_")
+    unit = _UNITS.get(last)
+    return " ".join(words) + f" [{unit}]" if words and unit else " ".join((*words, last))
+
+
+def _text(value: Any) -> str:
+    """Return a value of a summary as text: names with their numbers in one line."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{_label(str(name))} {_text(part)}" for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_text, value)) or "none"
+    return str(value)
 
 
 def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
@@ -79,15 +96,15 @@ def _listed(group: list[Finding]) -> str:
     return ", ".join(f.where for f in group[:_EXAMPLES]) + more
 
 
-def write_report(outcome: Result, path: Path) -> None:
-    """Write an outcome as JSON, atomically.
+def write_report(result: Result[Any], path: Path) -> None:
+    """Write a result as JSON, atomically.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     """
-    write_text(path, json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False) + "\n")
+    write_text(path, json.dumps(result.as_dict(), indent=1, ensure_ascii=False) + "\n")
 
 
 def print_json(document: object, form: str, report: Path | None) -> bool:

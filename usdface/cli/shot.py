@@ -3,16 +3,13 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, check_figure, report, settings
+from usdface.cli.command import add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import BindOptions, CorrectionOptions, MarkerOptions
-
-if TYPE_CHECKING:
-    from usdface.retarget_setup import Binding
 
 __all__ = ["add_markers", "add_shot"]
 
@@ -24,7 +21,7 @@ def add_shot(commands: Any) -> None:
         "shot",
         _shot,
         "bring a rig and a take together",
-        draws=("write_bind", "bind_figure"),
+        writes=("write_bind", "bind_figure"),
     )
     command.add_argument(
         "--rig", type=Path, required=True, help="USD rig, as `usdface rig` makes it"
@@ -104,38 +101,32 @@ def _correction_options(group: Any) -> None:
 
 
 def _shot(parsed: argparse.Namespace) -> int:
-    from usdface.io.atomic import all_or_none, write_text
-    from usdface.io.bind_file import bind_json
-
-    told = {k: v for k, v in settings(parsed, CorrectionOptions).items() if v is not None}
+    overrides = {k: v for k, v in settings(parsed, CorrectionOptions).items() if v is not None}
     neutral = _frames("--neutral", parsed.neutral, "one or two frame indices", 2)
     peaks = _frames("--peaks", parsed.peaks, "frame indices")
     if isinstance(neutral, tuple):
         neutral = neutral[0], neutral[-1]
     binding = BindOptions(propose=parsed.propose, neutral=neutral, peaks=peaks)
-    check_figure(parsed.bind_figure)
-    # All before the text, which somebody may read the beginning of only.
-    with all_or_none():
-        with progress(parsed.format == "text") as step:
-            outcome, setup = pipeline.make_shot(
-                parsed.rig,
-                parsed.take,
-                parsed.bind,
-                parsed.output,
-                told,
-                step,
-                parsed.fuzzy,
-                parsed.expressions,
-                binding,
-                parsed.calibration,
-            )
-        if parsed.write_bind:
-            write_text(parsed.write_bind, bind_json(setup))
-        if parsed.bind_figure:
-            _draw(parsed.rig, setup.binding, parsed.bind_figure)
-    status = report(parsed, outcome, file=sys.stderr if parsed.print_bind else None)
+    with progress(parsed.format == "text") as step:
+        result = pipeline.make_shot(
+            parsed.rig,
+            parsed.take,
+            parsed.output,
+            bind=parsed.bind,
+            binding=binding,
+            calibration=parsed.calibration,
+            expressions=parsed.expressions,
+            fuzzy=parsed.fuzzy,
+            correction=overrides,
+            write_bind=parsed.write_bind,
+            figure=parsed.bind_figure,
+            on_progress=step,
+        )
+    status = report(parsed, result, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
-        print(bind_json(setup), end="")
+        from usdface.io.bind_file import bind_json
+
+        print(bind_json(result.value.setup), end="")
     return status
 
 
@@ -151,7 +142,7 @@ def _frames(option: str, words: list[str] | None, expected: str, most: int = 100
 def add_markers(commands: Any) -> None:
     """Add `usdface markers`."""
     summary = "find where markers would tell most of a character's blend shapes"
-    command = add_command(commands, "markers", _markers, summary, draws=("figure",))
+    command = add_command(commands, "markers", _markers, summary, writes=("figure",))
     command.add_argument("rig", type=Path, help="USD rig, as `usdface rig` makes it")
     default = MarkerOptions()
     command.add_argument(
@@ -176,22 +167,13 @@ def add_markers(commands: Any) -> None:
 
 def _markers(parsed: argparse.Namespace) -> int:
     options = MarkerOptions(**settings(parsed, MarkerOptions))
-    from usdface.io.atomic import all_or_none
-
-    check_figure(parsed.figure)
-    with all_or_none():
-        with progress(parsed.format == "text") as step:
-            outcome, binding = pipeline.make_markers(
-                parsed.rig, parsed.bind, parsed.output, options, step
-            )
-        if parsed.figure:
-            _draw(parsed.rig, binding, parsed.figure)
-    return report(parsed, outcome)
-
-
-def _draw(rig: Path, binding: "Binding", figure: Path) -> None:
-    from usdface.figures.binding import write_bind_figure
-    from usdface.io.usd.rig import read_rig
-
-    character, _ = read_rig(rig)
-    write_bind_figure(character.mesh(binding.mesh), binding, figure)
+    with progress(parsed.format == "text") as step:
+        result = pipeline.make_markers(
+            parsed.rig,
+            bind=parsed.bind,
+            output=parsed.output,
+            figure=parsed.figure,
+            options=options,
+            on_progress=step,
+        )
+    return report(parsed, result)

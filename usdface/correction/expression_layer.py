@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from usdface.correction.contact import Gaps, gaps_of, hold
+from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
-from usdface.correction.pose_blend import correct, eased
+from usdface.correction.pose_blend import correct, eased, pose_shares
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
 from usdface.face.layout import FaceParts, find_parts, pose_parts
@@ -26,6 +27,8 @@ from usdface.takes import FloatArray
 __all__ = [
     "Character",
     "Expressed",
+    "ExpressionTrace",
+    "SideTrace",
     "adopt",
     "design",
     "express",
@@ -53,23 +56,66 @@ class Character:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Expressed:
-    """What the expression layer made of solved weights.
+class SideTrace:
+    """The evaluation of the whole face, or of one half as if the other did the same.
 
     Attributes
     ----------
-    weights : (F, T) float64 in [0, 1]
-        Corrected.
-    emotions : mapping of str to (F,) float64
-        Of the whole face.
-    firing : (F, R) float64
-        How far each rule fires, of the whole face.
-    findings : list of Finding
+    inputs : (F, I) float64
+        Features, in units of `ExpressionTrace.unit`; columns as `FuzzySystem.inputs`.
+    evaluation : Evaluation
+        Emotions, firing strengths, and memberships if they were asked for.
+    shown : (F, E) float64
+        How much of its pose each emotion is given; gains of regions are left out.
     """
 
+    inputs: FloatArray
+    evaluation: Evaluation
+    shown: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExpressionTrace:
+    """Everything that the correction follows from, as it was computed.
+
+    Attributes
+    ----------
+    system : FuzzySystem
+    markers : tuple of str, length I
+        The marker that each input reads.
+    unit : float [m]
+        The length that features are divided by.
+    poses : (E, T) float64
+        Weights of each emotion's pose.
+    sides : mapping of "both", "left", "right" to SideTrace
+        Halves only where a blend shape belongs to one. Blend shapes of neither half follow the
+        smaller answer of the two halves.
+    """
+
+    system: FuzzySystem
+    markers: tuple[str, ...]
+    unit: float
+    poses: FloatArray
+    sides: Mapping[Side, SideTrace]
+
+    @property
+    def emotions(self) -> dict[str, FloatArray]:
+        """The curve (F,) of each emotion, of the whole face."""
+        outputs = self.sides["both"].evaluation.outputs
+        return dict(zip(self.system.emotions, outputs.T, strict=True))
+
+    @property
+    def firing(self) -> FloatArray:
+        """The firing strength of each rule, of the whole face: (F, R)."""
+        return self.sides["both"].evaluation.firing
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Expressed:
+    """The corrected weights (F, T) in [0, 1], how they came about, and findings."""
+
     weights: FloatArray
-    emotions: dict[str, FloatArray]
-    firing: FloatArray
+    trace: ExpressionTrace
     findings: list[Finding]
 
 
@@ -156,17 +202,19 @@ def parts_of(mesh: Mesh, setup: RetargetSetup, expressions: Sequence[Expression]
 
 def express(
     system: FuzzySystem,
-    inputs: Mapping[Side, FloatArray],
+    features: Features,
     names: tuple[str, ...],
     weights: FloatArray,
     expressions: Sequence[Expression],
     character: Character = Character(),
     times: FloatArray | None = None,
+    *,
+    trace: bool = False,
 ) -> Expressed:
     """Correct weights (F, T) of shapes `names` by what the system reads off a face.
 
-    The `inputs` (F, I) are those of "both" sides (`usdface.correction.feature_extraction`). Shapes
-    of the left and the right half follow the inputs of theirs, if there are any. What is raised is
+    The `features` are those of "both" sides, and of each half if its shapes are to follow them.
+    With `trace` the memberships of all terms are kept. What is raised is
     blended in over the system's blend time if the frames have `times` (F,) [s]; otherwise each
     frame is corrected on its own.
     """
@@ -177,7 +225,9 @@ def express(
         for name in parts.shapes
         if name not in names
     ]
-    answers = {side: evaluate(system, read) for side, read in inputs.items()}
+    answers = {
+        side: evaluate(system, inputs, memberships=trace) for side, inputs in features.sides.items()
+    }
     gains = character.gains or Gains.constant(system.gain, expressions)
     asked = _asked(system, answers, poses, names, parts, gains)
     how = (system.mode, gains.system, system.response)
@@ -194,9 +244,13 @@ def express(
         gaps = gaps_of(character.mesh, parts, names, poses)
         corrected, more = _in_contact(weights, corrected, gaps, over)
         findings += more
-    heard = answers["both"]
-    emotions = dict(zip(system.emotions, heard.outputs.T, strict=True))
-    return Expressed(corrected, emotions, heard.firing, rule_findings(system) + findings)
+    own = gains.of_emotions(system.emotions, len(weights))
+    sides = {
+        side: SideTrace(features.sides[side], answer, pose_shares(answer.outputs, own, *how))
+        for side, answer in answers.items()
+    }
+    traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
+    return Expressed(corrected, traced, rule_findings(system) + findings)
 
 
 def _asked(

@@ -1,11 +1,12 @@
 """What a fuzzy system reads off a face: its features, of the whole and of either half."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.blend_shape_evaluator import evaluator_of
-from usdface.correction.features import face_unit, measure, smooth
+from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
 from usdface.errors import InputError, did_you_mean
 from usdface.face.mirror import SIDES, Side, half_face, half_weights
 from usdface.face.symmetry import symmetric_pairs
@@ -17,7 +18,27 @@ from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
-__all__ = ["features", "sided_features"]
+__all__ = ["Features", "features", "sided_features"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Features:
+    """The inputs of a fuzzy system, read off a face.
+
+    Attributes
+    ----------
+    sides : mapping of "both", "left", "right" to (F, I) float64
+        Of the face as it is, and as each half would have it if the other did the same.
+    markers : tuple of str, length I
+        The marker that each input reads.
+    unit : float [m]
+        The length that inputs are divided by.
+    """
+
+    sides: Mapping[Side, FloatArray]
+    markers: tuple[str, ...] = ()
+    unit: float = MILLIMETRE
+
 
 # Names of markers, where they rest (M, 3), and where they are by the word of each side (F, M, 3).
 _Faces = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
@@ -42,7 +63,8 @@ def features(
         If the space is the take's and the take has no markers, or the system reads a marker
         that is not there.
     """
-    return sided_features(system, take, mesh, setup, weights, solution, ("both",))["both"]
+    read = sided_features(system, take, mesh, setup, weights, solution, ("both",))
+    return read.sides["both"]
 
 
 def sided_features(
@@ -53,8 +75,8 @@ def sided_features(
     weights: WeightsTake,
     solution: Solution | None,
     sides: Sequence[Side] = SIDES,
-) -> dict[Side, FloatArray]:
-    """Measure the inputs of each side as they would be if the other did the same: (F, I) each.
+) -> Features:
+    """Measure the inputs of each side as they would be if the other did the same.
 
     Of "both" as they are; errors as those of `features`.
     """
@@ -72,7 +94,8 @@ def sided_features(
             positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit
         )
         read[side] = smooth(measured, take.times, noise * system.smoothing)
-    return read
+    markers = tuple(setup.roles.get(v.role, v.role) for v in system.inputs)
+    return Features(read, markers, unit)
 
 
 def _check_roles(system: FuzzySystem, names: Sequence[str], setup: RetargetSetup) -> None:

@@ -47,6 +47,10 @@ class Gains:
         """Return the gains of a system and of expressions as they are at all times."""
         return cls(np.array([system]), {e.name: np.array([e.gain]) for e in expressions})
 
+    def of_emotions(self, emotions: Sequence[str], frames: int) -> FloatArray:
+        """Return the gain of each emotion over the take, without the system's: (frames, E)."""
+        return self.of([(emotion, None) for emotion in emotions], frames)
+
     def of(self, parts: Sequence[tuple[str, Region | None]], frames: int) -> FloatArray:
         """Return the gain of each emotion in each region over the take: (frames, len(parts)).
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.explanation import ASIDE, Explanation
+from usdface.explanation import HALF_SHOWN_APART, Explanation
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places
@@ -62,7 +62,7 @@ def _headline(facts: dict[str, Any]) -> str:
     said = _said(facts["emotions"]) or "no emotion"
     for side, half in facts["halves"].items():
         said += f"; {side} half: {_said(half['emotions']) or 'none'}"
-    return f"frame {facts['frame']}, {facts['seconds']:.2f} s: {said}"
+    return f"frame {facts['frame']}, {facts['time_s']:.2f} s: {said}"
 
 
 def _said(emotions: dict[str, float]) -> str:
@@ -77,16 +77,24 @@ def _colours(explained: Explanation) -> dict[str, str]:
 
 def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
     for i, (name, curve) in enumerate(
-        zip(explained.system.emotions, explained.outputs.T, strict=True)
+        zip(explained.system.emotions, explained.whole.evaluation.outputs.T, strict=True)
     ):
         # Where there are more emotions than colours, the next ones have another line.
         again, colour = divmod(i, len(COLOURS))
         style = {"color": COLOURS[colour], "linestyle": _DASHES[again % len(_DASHES)]}
         axes.plot(explained.times, curve, label=name, **style)
         for (side, half), dashes in zip(explained.halves.items(), ("--", ":"), strict=False):
-            if np.abs(half.shown[:, i] - explained.shown[:, i]).max(initial=0.0) >= ASIDE:
+            if (
+                np.abs(half.shown[:, i] - explained.whole.shown[:, i]).max(initial=0.0)
+                >= HALF_SHOWN_APART
+            ):
                 thin = {"color": COLOURS[colour], "linestyle": dashes, "linewidth": 1.0}
-                axes.plot(explained.times, half.outputs[:, i], label=f"{name}, {side} half", **thin)
+                axes.plot(
+                    explained.times,
+                    half.evaluation.outputs[:, i],
+                    label=f"{name}, {side} half",
+                    **thin,
+                )
     axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
     axes.set(title="emotions over the take", xlim=_span(explained), ylim=_HEIGHT)
     if explained.system.mode == "raise":
@@ -105,11 +113,11 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
 def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
     """Draw a row for each rule, as high as it fires, in the colour of its emotion."""
     rules, colours = explained.system.rules, _colours(explained)
-    peaks = explained.firing.max(axis=0, initial=0.0)
+    peaks = explained.trace.firing.max(axis=0, initial=0.0)
     shown = np.sort(np.argsort(-peaks, kind="stable")[:_MOST_RULES]).tolist()
     for row, i in enumerate(shown):
         colour = colours[rules[i].consequents[0][0]]
-        top = row + 1.0 - explained.firing[:, i]
+        top = row + 1.0 - explained.trace.firing[:, i]
         axes.fill_between(explained.times, row + 1.0, top, color=colour, linewidth=0)
         axes.axhline(row + 1.0, color="0.85", linewidth=0.6, zorder=0)
     axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
@@ -160,8 +168,8 @@ def _draw_memberships(
     axes: Any, explained: Explanation, facts: dict[str, Any], column: int
 ) -> None:
     """Draw the terms of an input in millimetres; those that rules that fire ask for stand out."""
-    variable, scale = explained.system.inputs[column], 1000.0 * explained.unit
-    values, now = explained.inputs[:, column], explained.inputs[facts["frame"], column]
+    variable, scale = explained.system.inputs[column], 1000.0 * explained.trace.unit
+    values, now = explained.whole.inputs[:, column], explained.whole.inputs[facts["frame"], column]
     x = _reach(explained, column)
     asked = _asked(explained, facts, variable.name)
     seen = values[np.isfinite(values)]
@@ -201,7 +209,7 @@ def _asked(
     """Return what rules that fire ask of an input: term, hedges, the colour of their emotion."""
     colours = _colours(explained)
     asked: dict[str, dict[tuple[str, ...], str]] = {}
-    fired = [i for i, strength in enumerate(explained.firing[facts["frame"]]) if strength > 0]
+    fired = [i for i, strength in enumerate(explained.trace.firing[facts["frame"]]) if strength > 0]
     for rule in (explained.system.rules[i] for i in fired):
         for proposition in rule.propositions:
             if proposition.variable == name:
@@ -212,7 +220,7 @@ def _asked(
 
 def _reach(explained: Explanation, column: int) -> Any:
     """Return values of an input: what the take does of it, and where its terms begin and end."""
-    values = explained.inputs[:, column]
+    values = explained.whole.inputs[:, column]
     terms = explained.system.inputs[column].terms
     marks = [p for t in terms for p in places(t.kind, t.parameters)]
     marks += [0.0, *values[np.isfinite(values)]]

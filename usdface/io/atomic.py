@@ -10,6 +10,7 @@ from pathlib import Path
 from usdface.errors import OutputError
 
 __all__ = [
+    "StrPath",
     "all_or_none",
     "atomic_path",
     "check_place",
@@ -17,6 +18,9 @@ __all__ = [
     "write_bytes",
     "write_text",
 ]
+
+
+StrPath = str | os.PathLike[str]
 
 
 def check_place(path: Path) -> None:

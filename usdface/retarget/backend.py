@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from usdface.blas_threads import limit_worker
 from usdface.findings import Finding, finding
-from usdface.result import COMPILE, Steps
+from usdface.progress import COMPILE, Progress
 
 __all__ = ["compile_kernels", "kernels", "on_all_cores"]
 
@@ -37,14 +37,14 @@ def kernels(frames: int, size: int) -> Any:
         return None
 
 
-def compile_kernels(frames: int, size: int, steps: Steps) -> list[Finding]:
+def compile_kernels(frames: int, size: int, progress: Progress) -> list[Finding]:
     """Load what `kernels` returns; where numba must compile it first, that is a step of its own.
 
     Parameters
     ----------
     frames, size : int
         Of the solve that is to come.
-    steps : Steps
+    progress : Progress
 
     Returns
     -------
@@ -64,7 +64,7 @@ def compile_kernels(frames: int, size: int, steps: Steps) -> list[Finding]:
 
             def on_start(self, _: Any) -> None:
                 if not self.announced:
-                    compiling.enter_context(steps(COMPILE))
+                    compiling.enter_context(progress.step(COMPILE))
                 self.announced = True
 
             def on_end(self, _: Any) -> None:

@@ -78,13 +78,12 @@ class Calibrated:
         object.__setattr__(self, "deviations", frozen(self.deviations))
         object.__setattr__(self, "peaks", frozen(self.peaks))
 
-    def summary(self) -> dict[str, str]:
-        """Return the gains that are known and differ most from 1, for people."""
-        gains = dict(
-            zip(self.calibration.shapes, self.calibration.amplitudes.tolist(), strict=True)
-        )
-        most = sorted(self.known, key=lambda name: (-abs(gains[name] - 1.0), name))[:_SHOWN]
-        return {"gains": ", ".join(f"{name} {gains[name]:.2f}" for name in most) or "all 1"}
+    def summary(self) -> dict[str, dict[str, float]]:
+        """Return the gains that are known and differ most from 1, under the key ``gains``."""
+        found = self.calibration
+        sizes = dict(zip(found.shapes, found.amplitudes.tolist(), strict=True))
+        most = sorted(self.known, key=lambda name: (-abs(sizes[name] - 1.0), name))[:_SHOWN]
+        return {"gains": {name: round(sizes[name], 2) for name in most}}
 
     @property
     def known(self) -> tuple[str, ...]:

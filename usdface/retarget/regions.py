@@ -108,7 +108,7 @@ def region_errors(mesh: Mesh, binding: Binding, solution: Solution) -> dict[str,
             "markers": own.shape[1],
             "rms": round(1000.0 * float(np.sqrt(np.nanmean(own**2))), 3),
             "worst": round(1000.0 * float(curve.max()), 3),
-            "worst frame": int(curve.argmax()),
+            "worst_frame": int(curve.argmax()),
             "frames": np.round(1000.0 * curve, 3).tolist(),
         }
     return result

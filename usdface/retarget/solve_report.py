@@ -59,25 +59,25 @@ def solve_report(
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
     named = dict(zip(there.tolist(), place_names(mesh, there, setup.binding), strict=True))
     summary = {
-        "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items()),
-        "weights, standard deviation": round(float(np.median(deviations)), 3),
-        "least sure": ", ".join(f"{names[s]} {deviations[s]:.2f}" for s in least),
+        "residual_by_region_mm": {region: errors["rms"] for region, errors in regions.items()},
+        "weight_deviation_median": round(float(np.median(deviations)), 3),
+        "least_certain": {names[s]: round(float(deviations[s]), 2) for s in least.tolist()},
     }
     if wanted:
-        summary["next markers"] = "; ".join(named[vertex] for vertex in wanted)
+        summary["next_markers"] = [named[vertex] for vertex in wanted]
     details = {
         "residual": {
-            "markers mm": _of_markers(solution),
-            "regions mm": regions,
-            "frames mm": np.round(1000.0 * solution.residual, 3).tolist(),
+            "markers_mm": _of_markers(solution),
+            "regions_mm": regions,
+            "frames_mm": np.round(1000.0 * solution.residual, 3).tolist(),
         },
         "confidence": {
-            "standard deviation": {
+            "standard_deviation": {
                 name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)
             },
-            "hardly seen, and the vertex that would show it": {**dict.fromkeys(hidden), **unseen},
-            "next markers, vertices": wanted,
-            "where these are": {str(vertex): where for vertex, where in named.items()},
+            "hardly_seen": {**dict.fromkeys(hidden), **unseen},
+            "next_marker_vertices": wanted,
+            "places": {str(vertex): where for vertex, where in named.items()},
         },
     }
     found = [
@@ -136,7 +136,7 @@ def _of_markers(solution: Solution) -> dict[str, dict[str, float]]:
         name: {
             "rms": round(float(mean[m]), 3),
             "worst": round(float(distances[worst[m], m]), 3),
-            "worst frame": int(worst[m]),
+            "worst_frame": int(worst[m]),
         }
         for m, name in enumerate(solution.markers)
     }

@@ -52,18 +52,21 @@ class Fitted:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures for people."""
+        """A few numbers, under stable keys."""
         facts: dict[str, Any] = {
-            "emotions": ", ".join(self.system.emotions),
+            "emotions": list(self.system.emotions),
             "rules": sum(rule.weight == 1 for rule in self.system.rules),
-            "hints (rules of less weight)": sum(rule.weight < 1 for rule in self.system.rules),
+            "fallback_rules": sum(rule.weight < 1 for rule in self.system.rules),
             "inputs": len(self.system.inputs),
-            "largest answer at neutral": round(self.neutral, 4),
+            "neutral_output_max": round(self.neutral, 4),
         }
         tested = self.validation
         if tested is not None and tested.tested:
-            heard = f"{tested.right} of {tested.tested} ({100 * tested.accuracy:.1f} %)"
-            facts[f"heard right, each {tested.holding} held out"] = heard
+            facts["cross_validation"] = {
+                "held_out": tested.holding,
+                "correct": tested.right,
+                "tested": tested.tested,
+            }
         return facts
 
     @property

@@ -13,7 +13,7 @@ from usdface.findings import Finding
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
-from usdface.result import Steps
+from usdface.progress import Progress
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
@@ -97,7 +97,7 @@ def examples_of(
     face: Face,
     read: ReadTake,
     options: FitOptions,
-    steps: Steps,
+    progress: Progress,
 ) -> tuple[Labelled, list[Finding]]:
     """Retarget every take that is labelled, and measure its stretches at their height.
 
@@ -111,7 +111,7 @@ def examples_of(
         From a path to a take.
     options : FitOptions
         Where features are measured, and whether they are the paper's, without sign.
-    steps : Steps
+    progress : Progress
 
     Raises
     ------
@@ -124,7 +124,7 @@ def examples_of(
     rows, weights, findings = [], [], []
     for path in paths:
         own = [label for label in labels if label.take == path]
-        with steps(f"retarget {path.name}"):
+        with progress.step(f"retarget {path.name}"):
             seen, solved, more = _stretches(path, own, face, read, options.space, variables)
         rows.append(seen)
         weights.append(solved)

@@ -6,7 +6,7 @@ from pathlib import Path
 from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.asset_folder import asset_root
+from usdface.io.asset_folder import asset_folder
 from usdface.io.rigs.combinations import combinations_file, with_combinations_of
 from usdface.io.rigs.makehuman import is_makehuman, makehuman_files, read_makehuman
 from usdface.io.rigs.shape_folder import mesh_files, read_shape_folder
@@ -31,7 +31,7 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
         If it is none of these, cannot be read, or has no blend shapes.
     """
     options = options or RigOptions()
-    root, kind = asset_root(options.asset_root), path.suffix.lower()
+    root, kind = asset_folder(options.asset_root), path.suffix.lower()
     if path.is_dir():
         if is_makehuman(path):
             rig, findings = read_makehuman(path)

@@ -1,4 +1,4 @@
-"""What `process` writes: the solve and express layers, and the root that sublayers them.
+"""The layers that `process` writes: the solve and express layers, and the root that sublayers them.
 
 A stronger layer's array hides all weaker samples and all their channels, so each layer holds
 complete arrays over all frames; each carries its own clock, because USD stretches a layer
@@ -11,8 +11,8 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from usdface.errors import InputError
-from usdface.io.usd.animation import Animation, author
-from usdface.io.usd.shot import Shot
+from usdface.io.usd.animation import author, express_animation, solve_animation
+from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import (
     Metrics,
     new_layer,
@@ -21,6 +21,7 @@ from usdface.io.usd.stage import (
     save_layers,
 )
 from usdface.schemas import write_fallback_types
+from usdface.shot import ShotResult
 
 __all__ = ["layer_paths", "open_shot", "write_layers"]
 
@@ -65,9 +66,8 @@ def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
 def write_layers(
     shot_path: Path,
     stage: Usd.Stage,
-    shot: Shot,
-    solve: Animation,
-    express: Animation | None,
+    shot: StagedShot,
+    result: ShotResult,
     root: Path | None,
     in_place: bool,
 ) -> list[Path]:
@@ -91,7 +91,11 @@ def write_layers(
     clock = shot.metrics.time_codes_per_second, shot.metrics.frames_per_second
     metrics = Metrics(shot.metrics.meters_per_unit, shot.metrics.up_axis, *clock, *span)
     layers: list[tuple[Path, Sdf.Layer]] = []
-    for path, animation in ((paths.solve, solve), (paths.express, express)):
+    contents = (
+        (paths.solve, solve_animation(result)),
+        (paths.express, express_animation(result)),
+    )
+    for path, animation in contents:
         if animation is not None:
             overs = new_layer(metrics)
             author(overs, stage, shot, animation)
