@@ -87,7 +87,7 @@ def main() -> None:
             for name, (weights, extremes) in trained.items():
                 take = performance(face, performer, gains, weights, 50 + seed)
                 found, _ = calibrate(take, setup, face.mesh, extremes)
-                off = found.calibration.gains - gains
+                off = found.calibration.amplitudes - gains
                 known = [names.index(shape) for shape in found.known]
                 of_known = rms(off[known]) if known else np.nan
                 errors = before, error(found.calibration), exact

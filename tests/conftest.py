@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from usdface.blas_threads import limit_from_start
 from usdface.cli import main
-from usdface.cli.threads import one_blas_thread
 
-one_blas_thread()  # before numpy is loaded
+limit_from_start()  # before numpy is loaded
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 

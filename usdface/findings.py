@@ -121,6 +121,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TAKE_STILL": ("warning", "no marker moves in the whole take"),
     "WEIGHTS_CLIPPED": ("warning", "recorded weights outside 0 to 1 were clipped"),
     "FRAME_UNSOLVED": ("warning", "frames without visible markers follow their neighbours"),
+    "SOLVE_UNCOMPILED": ("info", "the inner loops of the solve run in numpy, several times slower"),
     "SHAPE_UNSEEN": ("info", "a blend shape moves no bound marker and stays at 0"),
     "SHAPE_UNSURE": (
         "info",

@@ -5,7 +5,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-__all__ = ["OnProgress", "Progress", "Step"]
+__all__ = ["COMPILE", "OnProgress", "Progress", "Step"]
+
+# The step in which the inner loops are compiled, once for an installation.
+COMPILE = "compile the solver (once)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +46,7 @@ class Progress:
     def __init__(self, on_progress: OnProgress | None = None) -> None:
         self.seconds: dict[str, float] = {}
         self._on_progress = on_progress
+        self._running: list[str] = []
 
     @classmethod
     def of(cls, on_progress: "OnProgress | Progress | None") -> "Progress":
@@ -56,10 +60,22 @@ class Progress:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Announce a block as the step `name`, and take its time."""
-        self(Step(name))
+        """Announce a block as the step `name`, and take its time.
+
+        That of a step within a step counts for the inner one alone, after which the outer one is
+        announced again.
+        """
+        self._running.append(name)
         begin = time.perf_counter()
         try:
+            self(Step(name))
             yield
         finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+            taken = time.perf_counter() - begin
+            self._running.pop()
+            self.seconds[name] = self.seconds.get(name, 0.0) + taken
+            if self._running:
+                outer = self._running[-1]
+                self.seconds[outer] = self.seconds.get(outer, 0.0) - taken
+        if self._running:
+            self(Step(self._running[-1]))

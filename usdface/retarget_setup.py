@@ -9,7 +9,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.options import (
-    GAIN_RANGE,
+    AMPLITUDE_RANGE,
     LARGEST_OFFSET,
     CleanOptions,
     HeadMode,
@@ -105,33 +105,33 @@ class Pin:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
-    """What a performer's movements are to the character's blend shapes.
+    """How a performer's movements relate to the character's blend shapes.
 
-    A performer's weight w of shape k moves the markers as ``gains[k] * w - offsets[k]`` times the
-    character's shape does; shapes that are not named have gain 1 and offset 0.
+    A performer's weight w of shape k moves the markers as ``amplitudes[k] * w - offsets[k]`` times
+    the character's shape does; shapes that are not named have amplitude 1 and offset 0.
 
     Attributes
     ----------
     shapes : tuple of str, length K
-    gains : (K,) float64
-        In `usdface.options.GAIN_RANGE`.
+    amplitudes : (K,) float64
+        How large each movement is against the character's, in `usdface.options.AMPLITUDE_RANGE`.
     offsets : (K,) float64
         How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. What a
         take's own `RetargetSetup.neutral_weights` say of a shape goes before its offset.
     """
 
     shapes: tuple[str, ...]
-    gains: FloatArray
+    amplitudes: FloatArray
     offsets: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gains", frozen(self.gains))
+        object.__setattr__(self, "amplitudes", frozen(self.amplitudes))
         object.__setattr__(self, "offsets", frozen(self.offsets))
         count = len(self.shapes)
         if len(set(self.shapes)) != count:
             raise InputError("the calibration names a blend shape twice", "NAME_REPEATED")
         for name, values, low, high in (
-            ("gains", self.gains, *GAIN_RANGE),
+            ("gains", self.amplitudes, *AMPLITUDE_RANGE),
             ("offsets", self.offsets, 0.0, LARGEST_OFFSET),
         ):
             if values.shape != (count,):
@@ -150,13 +150,14 @@ class Calibration:
                 )
 
     def of(self, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-        """Return gains and offsets in the order of `names`: (len(names),), (len(names),)."""
+        """Return amplitudes and offsets in the order of `names`: (len(names),), (len(names),)."""
         own = {n: k for k, n in enumerate(self.shapes)}
-        gains, offsets = np.ones(len(names)), np.zeros(len(names))
+        amplitudes, offsets = np.ones(len(names)), np.zeros(len(names))
         for place, name in enumerate(names):
             if name in own:
-                gains[place], offsets[place] = self.gains[own[name]], self.offsets[own[name]]
-        return gains, offsets
+                k = own[name]
+                amplitudes[place], offsets[place] = self.amplitudes[k], self.offsets[k]
+        return amplitudes, offsets
 
 
 @dataclass(frozen=True, eq=False, slots=True)

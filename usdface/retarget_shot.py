@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.correction.expression_layer import Expressed, express
 from usdface.correction.feature_extraction import sided_features
@@ -23,6 +24,7 @@ from usdface.takes import BoolArray, MarkerTake, WeightsTake, visible
 __all__ = ["retarget"]
 
 
+@one_blas_thread()
 def retarget(
     shot: Shot,
     *,
@@ -68,7 +70,7 @@ def retarget(
         shot = replace(shot, take=take)
     face = shot.face
     with progress.step("solve"):
-        weights, solution, more = solve(take, face, shot.setup, cleaned=cleaned)
+        weights, solution, more = solve(take, face, shot.setup, cleaned=cleaned, progress=progress)
         findings += more
         result = ShotResult(
             shot,

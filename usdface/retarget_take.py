@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import (
     BlendShapeEvaluator,
     with_combinations,
@@ -14,6 +15,8 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
+from usdface.progress import Progress
+from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.pins import bent_to_pins
 from usdface.retarget.solution import Solution
@@ -24,6 +27,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["calibrate", "clean", "retarget", "solve"]
 
 
+@one_blas_thread()
 def retarget(
     take: MarkerTake | WeightsTake, face: BoundFace, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
@@ -50,6 +54,7 @@ def retarget(
     return take, weights, solution, findings + more
 
 
+@one_blas_thread()
 def clean(
     take: MarkerTake | WeightsTake, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
@@ -59,7 +64,7 @@ def clean(
     -------
     take : MarkerTake or WeightsTake
     cleaned : Cleaned or None
-        What was done; None for a take of weights.
+        The clean-up; None for a take of weights.
     findings : list of Finding
     """
     if isinstance(take, WeightsTake):
@@ -70,14 +75,18 @@ def clean(
     return cleaned.take, cleaned, findings
 
 
+@one_blas_thread()
 def solve(
     take: MarkerTake | WeightsTake,
     face: BoundFace,
     setup: RetargetSetup,
     *,
     cleaned: Cleaned | None,
+    progress: Progress | None = None,
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
+
+    `progress` is told where the solver must be compiled first.
 
     Returns
     -------
@@ -91,17 +100,19 @@ def solve(
         bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
         combined = with_combinations(face.mesh, weights.names, bent)
         return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = _prepared(take, face, setup, cleaned)
+    take, setup, model, findings = _prepared(take, face, setup, cleaned, progress)
     solution, more = solve_take(take, face.neutral, face.offsets, face.shape_names, setup, model)
     return solution.weights, solution, findings + more
 
 
+@one_blas_thread()
 def calibrate(
     take: MarkerTake | WeightsTake,
     face: BoundFace,
     setup: RetargetSetup,
     *,
     extremes: bool = False,
+    progress: Progress | None = None,
 ) -> tuple[Calibrated, list[Finding]]:
     """Clean a take and find its performer's gains and offsets.
 
@@ -113,6 +124,8 @@ def calibrate(
     setup : RetargetSetup
     extremes : bool
         The take goes through the whole range of motion, each movement to its extreme.
+    progress : Progress, optional
+        Told where the solver must be compiled first.
 
     Raises
     ------
@@ -127,7 +140,7 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, model, more = _prepared(take, face, setup, cleaned)
+    take, setup, model, more = _prepared(take, face, setup, cleaned, progress)
     calibrated, notes = calibrate_take(
         take, face.neutral, face.offsets, face.shape_names, setup, model, extremes
     )
@@ -135,12 +148,16 @@ def calibrate(
 
 
 def _prepared(
-    take: MarkerTake, face: BoundFace, setup: RetargetSetup, cleaned: Cleaned | None
+    take: MarkerTake,
+    face: BoundFace,
+    setup: RetargetSetup,
+    cleaned: Cleaned | None,
+    progress: Progress | None,
 ) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
-    """Return the take as observed, the setup as fitted to the mesh, and the evaluator."""
+    """Return the take as observed, the setup fitted to the mesh, the evaluator of its shapes."""
     setup, findings = fit_setup(setup, face.mesh, take)
     if cleaned is not None:
-        # What was filled in is no observation: the rig knows better what is hidden.
+        # Filled gaps are no observations: the rig predicts hidden markers better.
         take = replace(
             take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
         )
@@ -154,4 +171,5 @@ def _prepared(
         for pin in setup.pins
         if pin.shape in combined
     ]
+    findings += compile_kernels(len(take.times), len(face.mesh.shapes), progress or Progress())
     return take, setup, evaluator, findings

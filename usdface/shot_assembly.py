@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from usdface.binding.resolve_binding import binding_findings, resolve_binding
+from usdface.blas_threads import one_blas_thread
 from usdface.correction.expression_layer import adopt, design
 from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
@@ -20,6 +21,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["assemble_shot"]
 
 
+@one_blas_thread()
 def assemble_shot(
     rig: Rig,
     take: MarkerTake | WeightsTake,

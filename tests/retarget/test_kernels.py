@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("numba", reason="the extra `fast` is not installed")
+pytest.importorskip("numba", reason="numba is not installed")
 
 from usdface.retarget import bounded_least_squares, temporal_solve
 from usdface.retarget import kernels as compiled

@@ -71,13 +71,13 @@ def test_bounds_are_kept_exactly() -> None:
 
 
 def test_straight_shapes_have_the_linear_answer() -> None:
-    pairs = np.array([[0, 1], [2, 5]])
+    names = ("smileLeft", "smileRight", "blinkLeft", "jawOpen", "puff", "blinkRight")
     shapes = 0.01 * RNG.normal(size=(6, 40))
     seen = RNG.random((20, 6)) @ shapes + 1e-3 * RNG.normal(size=(20, 40))
     times, rigid = np.arange(20) / 30, np.zeros((40, 0))
     options = SolveOptions(symmetry=40.0, sparsity=2.0)
     for noise in (0.0, 1e-3):
-        held = Regularisation(noise, 0.0, options, pairs)
+        held = Regularisation(noise, 0.0, options, names)
         normal, right = shapes @ shapes.T, seen @ shapes.T
         plain = solve_weights(normal, right, times, held).weights
         start = Iterate(np.full((20, 6), 0.5))

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from worlds import World, make_world
 
 from usdface.binding.marker_places import free_places
 from usdface.face.bound_face import bound_face
+from usdface.options import SolveOptions
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import SolveReport, solve_report
 from usdface.retarget.solve_take import solve_take
@@ -42,6 +45,19 @@ def test_without_a_place_for_another_marker_what_is_hardly_seen_is_named_all_the
     hidden = said.details["confidence"]["hardly_seen"]
     assert hidden == {"eyeBlinkLeft": None, "eyeBlinkRight": None}
     assert "next markers" not in said.summary
+
+
+def test_symmetry_tells_of_a_side_that_no_marker_shows() -> None:
+    noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
+    setup, solution = solved(WORLD, WORLD.take.positions + noise, without="lid_r")
+    said = {}
+    for symmetry in (0.0, 400.0):
+        held = replace(setup, solve=SolveOptions(symmetry=symmetry, prior="fixed"))
+        solution = replace(solution, covariance=None)
+        face = bound_face(MESH, held)
+        details = solve_report(face, held, solution, free=np.zeros(0, np.int64)).details
+        said[symmetry] = details["confidence"]["standard_deviation"]["eyeBlinkRight"]
+    assert said[400.0] < 0.5 * said[0.0]
 
 
 def test_a_marker_that_jumps_is_named_with_its_frame_and_distance() -> None:

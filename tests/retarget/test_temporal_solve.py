@@ -4,7 +4,7 @@ from bands import dense
 from scipy.optimize import LinearConstraint, minimize
 
 from usdface.options import SolveOptions
-from usdface.retarget import temporal_solve as spacetime
+from usdface.retarget import take_pieces
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
@@ -33,13 +33,13 @@ BOUNDS = Bounds(
 )
 
 
-@pytest.mark.parametrize("pairs", [np.zeros((0, 2), np.int64), np.array([[0, 2]])])
-def test_scipy_finds_the_same_minimum_within_bounds_and_rows(pairs: np.ndarray) -> None:
+@pytest.mark.parametrize("names", [(), ("smileLeft", "jawOpen", "smileRight")])
+def test_scipy_finds_the_same_minimum_within_bounds_and_rows(names: tuple[str, ...]) -> None:
     times, normal, right = take(1)
     options = SolveOptions(
         iterations=20_000, tolerance=1e-10, smoothness=2.0, sparsity=0.7, symmetry=30.0
     )
-    regularisation = Regularisation(NOISE, 0.1, options, pairs)
+    regularisation = Regularisation(NOISE, 0.1, options, names)
     w = solve_weights(normal, right, times, regularisation, bounds=BOUNDS).weights
     error = regularisation.variance
     curvature = dense(curvature_bands(times)) * NOISE**2 * 2.0 / options.agility
@@ -47,8 +47,8 @@ def test_scipy_finds_the_same_minimum_within_bounds_and_rows(pairs: np.ndarray) 
     def objective(flat: np.ndarray) -> tuple[float, np.ndarray]:
         x = flat.reshape(w.shape)
         slope = x @ normal + error / options.spread**2 * x + curvature @ x
-        slope[:, 0] += (error * 30.0 * (x[:, 0] - x[:, 2])) if len(pairs) else 0.0
-        slope[:, 2] -= (error * 30.0 * (x[:, 0] - x[:, 2])) if len(pairs) else 0.0
+        slope[:, 0] += (error * 30.0 * (x[:, 0] - x[:, 2])) if names else 0.0
+        slope[:, 2] -= (error * 30.0 * (x[:, 0] - x[:, 2])) if names else 0.0
         value = 0.5 * np.sum(x * slope) - np.sum(x * right) + error * 0.7 * x.sum()
         return float(value), (slope - right + error * 0.7).ravel()
 
@@ -111,7 +111,7 @@ def test_sparsity_silences_the_weak_and_symmetry_levels_the_sides() -> None:
     w = solve_weights(np.eye(2), right, times, Regularisation(noise, 0.0, sparse)).weights
     np.testing.assert_allclose(w, [[0.0, 0.3]], atol=1e-9)
     level = SolveOptions(spread=spread, symmetry=50.0)
-    paired = Regularisation(noise, 0.0, level, np.array([[0, 1]]))
+    paired = Regularisation(noise, 0.0, level, ("smileLeft", "smileRight"))
     w = solve_weights(np.eye(2), right, times, paired).weights
     # The mean stays, the difference is divided by 1 + 2 * 50 * 0.1^2.
     np.testing.assert_allclose(w, [[0.4 - 0.1, 0.4 + 0.1]], atol=1e-9)
@@ -136,39 +136,14 @@ def test_a_take_in_pieces_has_no_seams(monkeypatch: pytest.MonkeyPatch, iteratio
     few = Regularisation(0.2, 0.0, SolveOptions(iterations=iterations))
 
     def solve(piece: int, overlap_share: float = 1.0) -> np.ndarray:
-        monkeypatch.setattr(spacetime, "_PIECE", piece)
-        monkeypatch.setattr(spacetime, "_OVERLAPS", 0)
+        monkeypatch.setattr(take_pieces, "_PIECE", piece)
+        monkeypatch.setattr(take_pieces, "_OVERLAPS", 0)
         monkeypatch.setattr(
-            spacetime, "_overlap", lambda *given: int(overlap_share * overlap(*given))
+            take_pieces, "overlap", lambda *given: int(overlap_share * overlap(*given))
         )
         return solve_weights(normal, right, times, few, bounds=bounds).weights
 
-    overlap = spacetime._overlap
+    overlap = take_pieces.overlap
     whole = solve(10**9)
     assert np.abs(solve(150) - whole).max() < 1e-6
     assert np.abs(solve(150, 0.05) - whole).max() > 1e-6, "the overlap must matter"
-
-
-def test_pieces_cover_the_take_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spacetime, "_PIECE", 50)
-    times, normal, _ = long_take()
-    bands = curvature_bands(times) * 0.04 / 27.0
-    system = spacetime._system(normal + np.eye(4), bands, np.zeros((0, 0)))
-    for frames in (1, 50, 51, 1199):
-        pieces = spacetime._pieces(frames, system, bands[:, :frames], 100)
-        covered = np.concatenate([np.arange(frames)[core] for core, _ in pieces])
-        np.testing.assert_array_equal(covered, np.arange(frames))
-        assert all(w.start <= c.start < c.stop <= w.stop for c, w in pieces)
-
-
-def test_the_overlap_reaches_as_far_as_anything_is_felt_and_not_much_further() -> None:
-    """A single unbounded weight: what is felt of a frame is a row of the inverse."""
-    rng = np.random.default_rng(0)
-    for times in (np.arange(1000) / 60, np.cumsum(rng.uniform(0.005, 0.05, 1000))):
-        bands = curvature_bands(times) * 1e-5
-        system = spacetime._system(np.eye(1), bands, np.zeros((0, 0)))
-        reach = spacetime._overlap(system, bands, 10**6)
-        felt = np.abs(np.linalg.inv(np.eye(1000) + dense(bands)))[500]
-        felt /= felt[500]
-        assert felt[: 500 - reach + 1].max() < 1e-7 and felt[500 + reach :].max() < 1e-7
-        assert felt[500 + reach // 8] > 1e-7 or np.ptp(np.diff(times)) > 1e-9

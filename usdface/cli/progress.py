@@ -11,11 +11,21 @@ if TYPE_CHECKING:
 __all__ = ["progress"]
 
 
+def _waiting(step: "Step") -> None:
+    from usdface.progress import COMPILE
+
+    if step.name == COMPILE:
+        print(f"usdface: {step.name} ...", file=sys.stderr)
+
+
 @contextmanager
-def progress(shown: bool) -> "Iterator[OnProgress | None]":
-    """Show the running step on a terminal, on standard error; yield the callback for it."""
+def progress(shown: bool) -> "Iterator[OnProgress]":
+    """Show the running step on a terminal, on standard error; yield the callback for it.
+
+    Elsewhere only the step that keeps a first command waiting is named.
+    """
     if not shown or not sys.stderr.isatty():
-        yield None
+        yield _waiting
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn

@@ -72,7 +72,7 @@ def calibration_json(calibration: Calibration, deviations: FloatArray, peaks: Fl
     """
     rows = zip(
         calibration.shapes,
-        calibration.gains,
+        calibration.amplitudes,
         deviations,
         calibration.offsets,
         peaks,

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.inputs import check_outputs, files_read
@@ -16,6 +17,7 @@ from usdface.retarget_take import calibrate as calibrate_face
 __all__ = ["calibrate"]
 
 
+@one_blas_thread()
 def calibrate(
     shot: StrPath,
     output: StrPath,
@@ -62,7 +64,11 @@ def calibrate(
         shot_read = staged.shot
     with progress.step("calibrate"):
         found, more = calibrate_face(
-            shot_read.take, shot_read.face, shot_read.setup, extremes=extremes
+            shot_read.take,
+            shot_read.face,
+            shot_read.setup,
+            extremes=extremes,
+            progress=progress,
         )
     with progress.step("write"):
         text = calibration_json(found.calibration, found.deviations, found.peaks)

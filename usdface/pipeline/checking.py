@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.check import check_file
@@ -14,6 +15,7 @@ from usdface.result import Result
 __all__ = ["check"]
 
 
+@one_blas_thread()
 def check(
     paths: StrPath | Iterable[StrPath], *, on_progress: OnProgress | None = None
 ) -> Result[None]:

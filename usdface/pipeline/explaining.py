@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.correction.neutral_check import RestingAnswer, resting_answers
 from usdface.errors import InputError
 from usdface.explanation import Explanation, explain_result
@@ -20,6 +21,7 @@ from usdface.shot import Shot
 __all__ = ["check_neutral", "explain"]
 
 
+@one_blas_thread()
 def explain(
     shot: StrPath,
     *,
@@ -90,6 +92,7 @@ def explain(
     )
 
 
+@one_blas_thread()
 def check_neutral(
     shot: StrPath, *, on_progress: OnProgress | None = None
 ) -> Result[tuple[RestingAnswer, ...]]:

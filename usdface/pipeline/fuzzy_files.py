@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.findings import Finding
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.system import FuzzySystem
@@ -16,6 +17,7 @@ from usdface.rule_design.paper_system import paper_system
 __all__ = ["convert_fuzzy", "write_paper_system"]
 
 
+@one_blas_thread()
 def convert_fuzzy(
     source: StrPath, output: StrPath, *, on_progress: OnProgress | None = None
 ) -> Result[FuzzySystem]:
@@ -51,6 +53,7 @@ def convert_fuzzy(
     return _written(system, output, findings, progress)
 
 
+@one_blas_thread()
 def write_paper_system(
     output: StrPath, *, on_progress: OnProgress | None = None
 ) -> Result[FuzzySystem]:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
@@ -26,6 +27,7 @@ from usdface.rule_learning.labelled_takes import examples_of
 __all__ = ["fit_fuzzy"]
 
 
+@one_blas_thread()
 def fit_fuzzy(
     source: StrPath,
     output: StrPath,

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.binding.marker_places import marker_places
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.inputs import check_outputs, files_read
@@ -17,6 +18,7 @@ from usdface.retarget_setup import Binding, fit_setup
 __all__ = ["make_markers"]
 
 
+@one_blas_thread()
 def make_markers(
     rig: StrPath,
     *,

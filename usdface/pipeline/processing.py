@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
 from usdface.findings import Finding
 from usdface.io.asset_folder import asset_folder
@@ -24,6 +25,7 @@ from usdface.shot_report import report_of
 __all__ = ["apply", "process"]
 
 
+@one_blas_thread()
 def process(
     shot: StrPath,
     *,
@@ -107,6 +109,7 @@ def process(
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
 
+@one_blas_thread()
 def apply(
     stage: Stage,
     *,

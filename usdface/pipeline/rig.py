@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.rigs.files import read_rig_file
@@ -14,6 +15,7 @@ from usdface.rigs import Rig
 __all__ = ["make_rig"]
 
 
+@one_blas_thread()
 def make_rig(
     source: StrPath,
     output: StrPath,

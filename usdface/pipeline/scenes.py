@@ -7,6 +7,7 @@ libraries than writing it.
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
@@ -23,6 +24,7 @@ from usdface.rigs import Rig
 __all__ = ["export_scene", "import_scene"]
 
 
+@one_blas_thread()
 def export_scene(
     source: StrPath,
     output: StrPath,
@@ -94,6 +96,7 @@ def export_scene(
     return _certified(written, findings + more, summary, progress, certificate)
 
 
+@one_blas_thread()
 def import_scene(
     source: StrPath,
     output: StrPath,

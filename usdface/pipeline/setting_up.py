@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.face.expression_poses import ActionPose
 from usdface.fuzzy.system import FuzzySystem
@@ -26,6 +27,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["set_up"]
 
 
+@one_blas_thread()
 def set_up(
     stage: Stage,
     *,

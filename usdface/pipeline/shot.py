@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.binding.resolve_binding import proposal_summary
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind
 from usdface.io.calibration_file import read_calibration_file
@@ -25,6 +26,7 @@ from usdface.shot_assembly import assemble_shot
 __all__ = ["make_shot"]
 
 
+@one_blas_thread()
 def make_shot(
     rig: StrPath,
     take: StrPath,

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.takes.files import read_take
@@ -15,6 +16,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["make_take"]
 
 
+@one_blas_thread()
 def make_take(
     source: StrPath,
     output: StrPath,

@@ -24,11 +24,13 @@ from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["solve_bounded"]
 
+# Bounds on memory: numbers in the matrices of a batch (16 MB); frames of a compiled batch.
 _BATCH_ELEMENTS = 2_000_000
 _BATCH = 512
+# Exchanges of all without progress before those of one: of the time alone. Set by hand.
 _PATIENCE = 5
 # How far a row of unit size gives way to a multiplier of 1. This is taken back until a row is
-# kept so well, or as long as that halves what it is broken by: a row without room stays broken.
+# kept so well, or as long as that halves its violation: a row without room stays broken.
 _GIVE = 1e-8
 _KEPT = 1e-12
 
@@ -101,7 +103,7 @@ def solve_bounded(
         solution = pivot(problem, guess)
         if len(row_scale):
             solution = _kept_rows(pivot, problem, solution, size)
-        # What rests on a bound is there to the last bit, though scaled and back.
+        # A weight on its bound is there to the last bit, though scaled and back.
         on_low = solution[:, :size] <= problem.lower[:, :size]
         on_high = solution[:, :size] >= problem.upper[:, :size]
         weights = np.clip(solution[:, :size] * scale, low, high)
@@ -132,7 +134,7 @@ def _scaled(normal: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def _kept_rows(pivot: _Pivot, problem: _Problem, solution: FloatArray, size: int) -> FloatArray:
-    """Solve again where a row is broken, giving way only to what its multiplier still changes."""
+    """Solve again where a row is broken, giving way to the change of its multiplier only."""
     result = solution.copy()
     broken = np.arange(len(solution))
     before = np.full(len(solution), np.inf)

@@ -18,9 +18,9 @@ def performed(
     calibration: Calibration,
     rested: Collection[str] = (),
 ) -> tuple[BlendShapeEvaluator, FloatArray]:
-    """Return the performer's shapes, and what their neutral adds to the markers.
+    """Return the performer's shapes, and the displacement of the markers in their neutral.
 
-    A combination shape has no gain of its own.
+    A combination shape has no amplitude of its own.
 
     Parameters
     ----------
@@ -37,13 +37,13 @@ def performed(
     BlendShapeEvaluator
     (N,) float64 [m]
     """
-    gains, offsets = calibration.of(names)
+    amplitudes, offsets = calibration.of(names)
     free = np.isin(np.arange(len(names)), model.free)
-    told = np.array([name in rested for name in names], dtype=bool)
-    gains, offsets = np.where(free, gains, 1.0), np.where(free & ~told, offsets, 0.0)
+    measured = np.array([name in rested for name in names], dtype=bool)
+    amplitudes, offsets = np.where(free, amplitudes, 1.0), np.where(free & ~measured, offsets, 0.0)
     paths = tuple(
-        replace(p, displacements=gains[p.shape] * p.displacements) for p in model.inbetweens
+        replace(p, displacements=amplitudes[p.shape] * p.displacements) for p in model.inbetweens
     )
-    scaled = gains[:, None] * model.offsets
+    scaled = amplitudes[:, None] * model.offsets
     # Offsets are shares of the whole shapes, as they are found: no weights on a path.
     return replace(model, offsets=scaled, inbetweens=paths), offsets @ model.offsets

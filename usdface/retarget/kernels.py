@@ -1,9 +1,11 @@
 """The inner loops of the solve, compiled by numba: the arithmetic of the numpy forms, fused.
 
-Imported by `usdface.retarget.backend` only, where numba is installed (the extra `fast`). Machine
-code is kept in numba's cache beside this file, or in the user's own cache where that is not
-writable: it is made once, when a take that is long enough is solved for the first time, or by
-``python -c "import usdface.retarget.kernels"``.
+Imported by `usdface.retarget.backend` only, where numba is installed. Machine code is kept in
+numba's cache beside this file, or in the user's own cache where that is not writable
+(``NUMBA_CACHE_DIR`` names another place). It is made once, in five seconds, when a take that is
+long enough is solved for the first time, or by ``python -c "import usdface.retarget.kernels"``.
+
+One long file: numba does not notice when a function changes that compiled code calls in another.
 """
 
 import numpy as np
@@ -252,7 +254,7 @@ def factorise(bands: FloatArray, values: FloatArray) -> tuple[FloatArray, IntArr
                 two = bands[0, t] * factor[earlier, 0, k]
                 diagonal -= two * bands[0, t]
             if t > 0:
-                # What is left between this frame and the one before.
+                # The rest of the entry between this frame and the one before.
                 between = bands[1, t]
                 if t > 1:
                     between -= bands[0, t] * factor[last, 1, k]

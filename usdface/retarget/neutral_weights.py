@@ -1,4 +1,4 @@
-"""What a resting face that is no neutral shows: the blend shape weights of the rest itself.
+"""Blend shape weights of a resting face that is not neutral.
 
 Faces rest with weights of their own, half closed lids or pressed lips say. Displacements from
 such a rest lack them, and where a weight falls below its rest they ask for less than 0. That
@@ -16,18 +16,23 @@ from usdface.takes import FloatArray, visible
 
 __all__ = ["rest_weights", "without_weights"]
 
-# As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): what a marker is off
-# in any frame, what it is off in the mean of all, and the motion beyond which a frame says less,
-# because performer and rig differ more in strong expressions.
+# As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in
+# any frame, its error in the mean of all, and the motion beyond which a frame says less,
+# because performer and rig differ more in strong expressions. Set by hand: 1 mm, 0.2 mm and 2 mm on
+# that face, where a real take of another face has a misfit of 0.9 mm (AnimFace, docs/method.md).
 _ERROR, _LASTING_ERROR, _STRONG = 0.016, 0.0032, 0.032
-# Expected size of weights, how much fewer are preferred, and expected size of the rest's.
+# Expected size of weights (`SolveOptions.spread`), how much fewer are preferred, and expected size
+# of the rest's. Set by hand.
 _SPREAD, _SPARSITY, _REST_SPREAD = 0.5, 0.5, 0.15
-_LARGEST = 0.5
+_LARGEST = 0.5  # more than half of a shape is no rest
+# Bounds on time: frames that are looked at, and steps of the search.
 _FRAMES, _STEPS = 200, 60
-# A marker must be seen in so many of the frames, and so many frames show all those markers.
+# A marker must be seen in so many of the frames, and so many frames show all those markers; eight
+# markers say 18 numbers beside the head's six.
 _SEEN, _FEWEST_FRAMES, _FEWEST_MARKERS = 0.9, 10, 8
 # Performers of another face than the rig's seem to show up to 0.15 where they show nothing: if no
-# weight is larger the rest is a neutral. Of others what is small is left out.
+# weight is larger the rest is a neutral. Of others small weights are left out. Set by hand;
+# python benchmarks/binding.py rests measures them.
 _NEUTRAL, _LEAST = 0.16, 0.02
 
 
@@ -49,7 +54,7 @@ def rest_weights(
     points : (M, 3) float64 [m]
         The markers' places on the neutral character.
     offsets : (S, M, 3) float64 [m]
-        What each blend shape adds to them.
+        Their offset by each blend shape at weight 1.
     """
     from scipy.optimize import minimize  # costs more to import than a solve needs
 
@@ -90,8 +95,8 @@ def _in_errors(
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return displacements (F, 3 M) and offsets (S, 3 M) in units of the error of a marker.
 
-    On the character, of some frames and the markers that these and the rest show, whatever the
-    head does; None where they are too few.
+    On the character, of some frames and the markers that these and the rest show, without the
+    head's motion; None where they are too few.
     """
     seen = visible(positions)
     used = (seen.mean(axis=0) >= _SEEN) & visible(neutral)

@@ -23,17 +23,19 @@ import numpy as np
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.retarget.bounds import Bounds
-from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
 from usdface.retarget.temporal_solve import Iterate
+from usdface.retarget.terms import roughness
 from usdface.takes import FloatArray
 
 __all__ = ["first_guess", "solve_nonlinear"]
 
+# Set by hand: how many steps, halvings of a step that does not lower the sum, and past steps.
 _STEPS = 60
-_HALVINGS = 6
-_MEMORY = 6
+_HALVINGS = 6  # down to a sixty-fourth of a step
+_MEMORY = 6  # steps that are extrapolated from
+# Of the mean diagonal entry: a ridge far below any error of a marker, far above rounding.
 _TOLD_APART = 1e-9
 
 
@@ -127,11 +129,12 @@ def first_guess(
     )
     wide = wide - (wide @ rigid) @ rigid.T
     normal = wide @ wide.T
-    # What markers do not tell apart is shared evenly.
+    # Shapes that markers do not tell apart share evenly.
     normal += _TOLD_APART * normal.trace() / len(normal) * np.eye(len(normal))
-    # Only of what is sought are the pairs known.
-    unpaired = Regularisation(regularisation.noise, regularisation.misfit, regularisation.options)
-    found = solve_weights(normal, observed @ wide.T, times, unpaired, rough=True)
+    # A term that tells shapes apart knows those that are sought only.
+    alike = tuple(term for term in regularisation.terms if not term.by_shape)
+    held = replace(regularisation, names=(), terms=alike)
+    found = solve_weights(normal, observed @ wide.T, times, held, rough=True)
     count = len(model.free)
     weights = found.weights[:, :count].copy()
     place = {shape: column for column, shape in enumerate(model.free.tolist())}
@@ -153,9 +156,10 @@ class _Sums:
         regularisation: Regularisation,
     ) -> None:
         self._model, self._rigid, self._observed = model, rigid, observed
-        self._regularisation, options = regularisation, regularisation.options
-        alone = regularisation.noise <= 0.0 or options.mode == "frame" or options.smoothness == 0.0
-        self._bands = None if alone else regularisation.stiffness * curvature_bands(times)
+        self._regularisation = regularisation
+        bands = regularisation.bands(times)
+        alone = regularisation.options.mode == "frame" or not bands.any()
+        self._bands = None if alone else bands
 
     def _forces(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         full = self._model.complete(weights)
@@ -165,19 +169,10 @@ class _Sums:
     def value(self, weights: FloatArray) -> FloatArray:
         """Return the sum of each frame (F,); of the whole take, the same for all, if coupled."""
         _, forces = self._forces(weights)
-        held = self._regularisation
-        left, right = held.pairs.T
-        own = 0.5 * (forces**2).sum(axis=1) + 0.5 * held.ridge * (weights**2).sum(axis=1)
-        own += held.sparsity * weights.sum(axis=1)
-        own += 0.5 * held.symmetry * ((weights[:, left] - weights[:, right]) ** 2).sum(axis=1)
+        own = 0.5 * (forces**2).sum(axis=1) + self._regularisation.value(weights)
         if self._bands is None:
             return np.asarray(own)
-        two, one, none = self._bands
-        rough = (none[:, None] * weights**2).sum() + 2.0 * (
-            (one[1:, None] * weights[1:] * weights[:-1]).sum()
-            + (two[2:, None] * weights[2:] * weights[:-2]).sum()
-        )
-        return np.full(len(weights), own.sum() + 0.5 * rough)
+        return np.full(len(weights), own.sum() + 0.5 * roughness(self._bands, weights))
 
     def gradient(self, weights: FloatArray) -> FloatArray:
         """Return the gradient of the squares alone: (F, P)."""

@@ -3,8 +3,8 @@
 The head pose is found with the weights because brows, lids and jaw move with the
 expression: a rigid fit on face markers alone puts a tenth of a weight into the answer.
 Each round solves the weights with small head motions projected out of the problem (so that
-one normal matrix serves the whole take), then takes what is left over as the pose's error.
-Occluded markers follow the same rounds: they are filled with what the rig predicts.
+one normal matrix serves the whole take), then takes the residual as the pose's error.
+Occluded markers follow the same rounds: they are filled with the rig's prediction.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.face.symmetry import symmetric_pairs
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
@@ -29,9 +28,11 @@ from usdface.takes import FloatArray, visible
 
 __all__ = ["PoseAndWeights", "solve_pose_and_weights"]
 
+# A bound on time; and steps of a nonlinear solve in a round. Set by hand; docs/constants.md.
 _ROUNDS = 30
-_ROUGH = 4  # steps of a curved solve in a round
-# The rounds end when markers move by less than this share of their error, or this far [m].
+_ROUGH = 4
+# The rounds end when markers move by less than this share of their error, or this far [m]: further
+# rounds would change weights by a hundredth of their error.
 _SETTLED_SHARE = 0.01
 _SETTLED = 1e-9
 
@@ -60,7 +61,7 @@ class PoseAndWeights:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Rows:
-    """The least-squares rows: what shapes do to the markers, and what the head does.
+    """The least-squares rows: displacements of the markers by shapes and by the head.
 
     Attributes
     ----------
@@ -77,7 +78,7 @@ class _Rows:
     rigid: FloatArray
 
     def displacements(self, weights: FloatArray) -> FloatArray:
-        """Return what free weights (F, P) do to the markers: (F, M * axes)."""
+        """Return the markers' displacements by free weights (F, P): (F, M * axes)."""
         return self.model.displacements(self.model.complete(weights))
 
 
@@ -101,7 +102,7 @@ def solve_pose_and_weights(
     target : (M, 3) float64 [m]
         Neutral feature points on the character.
     model : BlendShapeEvaluator
-        What the blend shapes do to them: S shapes, 3 M coordinates.
+        Of their displacements by the blend shapes: S shapes, 3 M coordinates.
     space : SpaceMap
         From the performer's neutral (its centres) to `target`.
     pose : Pose
@@ -121,12 +122,12 @@ def solve_pose_and_weights(
     whole = np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
-    regularisation = Regularisation(0.0, 0.0, setup.solve, symmetric_pairs(free))
+    regularisation = Regularisation(0.0, 0.0, setup.solve, free)
     for done in range(1, _ROUNDS + 1):
         displaced, observed = _displaced(here, space, rows, iterate, times)
         rest = observed @ basis_of_rest
         noise = marker_noise(rest, whole) if done <= 2 else regularisation.noise
-        # What a pose is off in the first rounds looks like misfit.
+        # A pose that is off in the first rounds looks like misfit.
         misfit = marker_misfit(rest, whole, noise)
         regularisation = replace(regularisation, noise=noise, misfit=misfit)
         if not fit_pose and seen.all():
@@ -154,7 +155,7 @@ def solve_pose_and_weights(
         final = _step(rows, observed, times, regularisation, final, bounds)
     weights = final.weights
     if rows.axes == 2:
-        # What a turning head does to a flat image cannot be undone in depth: its small part
+        # A flat image of a turning head cannot be undone in depth: the motion's small part
         # is taken out of the markers on the character instead.
         leftover = (observed - rows.displacements(weights)) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
@@ -203,7 +204,7 @@ def _learned(
 
 
 def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return normal matrix (S, S) and right-hand sides (F, S), whatever the head does."""
+    """Return normal matrix (S, S) and right-hand sides (F, S), without the head's motion."""
     shapes = rows.model.offsets - (rows.model.offsets @ rows.rigid) @ rows.rigid.T
     return shapes @ shapes.T, observed @ shapes.T
 

@@ -1,4 +1,4 @@
-"""What a solve has to say for itself: residuals in millimetres, how sure the weights are."""
+"""The report of a solve: residuals in millimetres, standard deviations of the weights."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
 
-_NAMED = 3
+_NAMED = 3  # shapes on screen
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +53,9 @@ def solve_report(
     """
     bound = face.vertices_of(solution.markers)
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
-    sure = _confidence(face.mesh, setup, solution, places, room)
-    deviations = within_bounds(sure.deviations, solution.weights.weights)
+    held = _usual(solution, setup, face)
+    sure = _confidence(face.mesh, setup, solution, held, places, room)
+    deviations = within_bounds(sure.deviations, solution.weights.weights, held)
     names = face.shape_names
     hidden = {names[shape]: sure.unseen.get(shape) for shape in sure.hidden.tolist()}
     unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
@@ -96,13 +97,23 @@ def solve_report(
     return SolveReport(summary, details, found)
 
 
+def _usual(solution: Solution, setup: RetargetSetup, face: BoundFace) -> Regularisation:
+    """Return the terms of the solve for a usual frame and all shapes of the face."""
+    misfit, names = usual_misfit(solution), face.shape_names
+    return Regularisation(solution.noise, misfit, setup.solve, names, solution.covariance)
+
+
 def _confidence(
-    mesh: Mesh, setup: RetargetSetup, solution: Solution, places: IntArray, room: float
+    mesh: Mesh,
+    setup: RetargetSetup,
+    solution: Solution,
+    held: Regularisation,
+    places: IntArray,
+    room: float,
 ) -> Confidence:
     """Say how sure the weights are with markers on the first of the `places`."""
     times, axes = solution.weights.times, 3 if solution.in_space else 2
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    misfit, covariance = usual_misfit(solution), solution.covariance
     return confidence_of(
         mesh.points[places],
         mesh.offsets_at(places),
@@ -110,7 +121,7 @@ def _confidence(
         axes,
         setup.head == "solve",
         step,
-        Regularisation(solution.noise, misfit, setup.solve, covariance=covariance),
+        held,
         room=room,
     )
 

@@ -19,7 +19,8 @@ from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, visibl
 
 __all__ = ["solve_take"]
 
-# Markers are in a line if they reach no further to the side than this share of its length.
+# Markers are in a line if they reach no further to the side than this share of its length: 1 mm of
+# 50, where noise of 0.3 mm would turn the head by 17 degrees.
 _IN_LINE = 0.02
 
 
@@ -39,11 +40,12 @@ def solve_take(
     points : (B, 3) float64 [m]
         Neutral positions on the character of the B markers of `setup.binding`.
     offsets : (S, B, 3) float64 [m]
-        What each blend shape adds to them at weight 1.
+        Their offset by each blend shape at weight 1.
     shape_names : tuple of str, length S
     setup : RetargetSetup
     model : BlendShapeEvaluator, optional
-        What the shapes do to all B markers on their bent ways; straight ones, if left out.
+        Of all B markers' displacements, inbetweens and combinations included; linear, if left
+        out.
 
     Returns
     -------
@@ -72,7 +74,7 @@ def solve_take(
     findings += pose_findings
 
     if setup.calibration is not None:
-        # The rig's own neutral is at rest, whatever the performer's is.
+        # The rig's own neutral is at rest, the performer's need not be.
         rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
         model, start = performed(model, shape_names, setup.calibration, rested)
         space = replace(space, start=start.reshape(target.shape))
@@ -185,7 +187,7 @@ def _without_weights(
 def _determined(
     setup: RetargetSetup, take: MarkerTake, positions: FloatArray, basis: FloatArray
 ) -> tuple[RetargetSetup, list[Finding]]:
-    """Say what the markers leave open; head markers in a line are not used."""
+    """Report degrees of freedom that the markers leave open; drop head markers in a line."""
     findings = []
     if setup.head == "markers":
         rigid = on_plane(take.select(setup.head_markers))

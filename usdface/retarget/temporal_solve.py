@@ -4,15 +4,11 @@ The alternating direction method of multipliers (Boyd et al. 2011) with over-rel
 unconstrained step becomes S independent pentadiagonal systems in time, the other step clips
 weights to their bounds and rows of weights to their limits.
 
-A take is solved in pieces, side by side on all cores and with bounded memory. Each reaches so far
-into its neighbours that after as many iterations it cannot tell that the take goes on
-(`_overlap`), so that there are no seams.
+Long takes are solved in pieces, side by side on all cores (`usdface.retarget.take_pieces`).
 """
 
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
-from math import ceil, cosh, log
 from typing import Any
 
 import numpy as np
@@ -21,10 +17,12 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from usdface.retarget.backend import kernels, on_all_cores
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import Bounds
+from usdface.retarget.take_pieces import pieces
 from usdface.takes import FloatArray
 
 __all__ = ["Iterate", "solve_temporal"]
 
+# Over-relaxation: 1.5 to 1.8 is advised (Boyd et al. 2011, section 3.4.3).
 _RELAXATION = 1.8
 # Penalty of a weight: of its own diagonal entry, and of the curvature's but at most so many times
 # the least eigenvalue. Fast frame rates make the curvature's huge, though the weights that a
@@ -36,11 +34,6 @@ _STIFFEST = 60.0
 # with 24 to 68 markers on the ICT face and MakeHuman's, and on performers with other movements.
 _LEARNED_PENALTY = (0.16, 0.04)
 _USUAL = 0.5
-# Frames of a piece, and how many overlaps it is worth at least.
-_PIECE = 2048
-_OVERLAPS = 8
-# What a piece may be off because it ends.
-_SEAM = 1e-7
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,13 +49,13 @@ class Iterate:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _System:
-    """What all frames have in common.
+    """The matrices that all frames share.
 
     Attributes
     ----------
     normal : (S, S) float64
     joined : (S + C, S) float64
-        What is clipped: the weights, then the rows of the bounds.
+        To the clipped unknowns: the weights, then the rows of the bounds.
     penalties : (S + C,) float64
     values, vectors : (S,) and (S, S) float64
         Of the normal matrix with penalties: both it and M^-1 are diagonal in the vectors.
@@ -135,7 +128,9 @@ def solve_temporal(
         )
         dual[core] = ended[inside]
 
-    on_all_cores(solve, _pieces(frames, system, bands, iterations))
+    on_all_cores(
+        solve, pieces(frames, normal, system.penalties[:size], system.half, bands, iterations)
+    )
     return result
 
 
@@ -163,7 +158,7 @@ def _system(
 
 
 def _limits(bounds: Bounds, frames: int, size: int) -> tuple[FloatArray, FloatArray]:
-    """Return between what weights and rows are clipped: two (F, S + C)."""
+    """Return the limits of weights and rows: two (F, S + C)."""
     low, high = bounds.over(frames, size)
     if not len(bounds.rows):
         return low, high
@@ -215,7 +210,7 @@ def _alternate_compiled(
     iterations: int,
     tolerance: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Do as `_alternate` does; what is added to make up fours stays 0."""
+    """Do as `_alternate` does; padding to multiples of four stays 0."""
     wide, size = system.joined.shape
     values = np.ones(size + -size % 4)
     values[:size] = system.values
@@ -246,50 +241,6 @@ def _in_fours(matrix: FloatArray, rows: int | None = None) -> FloatArray:
     result = np.zeros((rows, matrix.shape[1] + -matrix.shape[1] % 4))
     result[: len(matrix), : matrix.shape[1]] = matrix
     return result
-
-
-def _pieces(
-    frames: int, system: _System, bands: FloatArray, iterations: int
-) -> list[tuple[slice, slice]]:
-    """Return the frames of each piece, alone and with its overlaps."""
-    if frames <= _PIECE:
-        return [(slice(0, frames), slice(0, frames))]
-    overlap = _overlap(system, bands, iterations)
-    count = ceil(frames / max(_PIECE, _OVERLAPS * overlap))
-    ends = [frames * i // count for i in range(count + 1)]
-    return [
-        (slice(first, last), slice(max(0, first - overlap), min(frames, last + overlap)))
-        for first, last in pairwise(ends)
-    ]
-
-
-def _overlap(system: _System, bands: FloatArray, iterations: int) -> int:
-    """Return after how many frames nothing is left of the end of a piece.
-
-    In the unknowns L^-1 w weigh frame t by exp(c t), as Combes and Thomas (1973) do. If the
-    symmetric part of the curvature so weighed, ``K_ts cosh(c (t - s))``, is above ``-(a + d)``,
-    with a the least eigenvalue of L'NL and d the n-th part of twice the least one p of L'PL, P
-    the penalties, then each of n iterations adds what a piece's end is wrong by, less than
-    ``1e3`` times the curvature's diagonal over p, and multiplies what there is by less than
-    ``1 + 4 / n`` (clipping never makes two iterates differ by more in the metric P). So what is
-    felt z frames away is below that times ``n exp(4 - c z)``.
-    """
-    penalty = system.penalties[: len(system.normal), None] * system.half
-    least = [system.half.T @ matrix for matrix in (system.normal @ system.half, penalty)]
-    seen, held = (max(0.0, float(np.linalg.eigvalsh(matrix)[0])) for matrix in least)
-    slack = seen + 2.0 / iterations * held
-    wrong = 1e3 * max(10.0, float(bands[2].max()) / max(held, 1e-300))
-    decay, too_much = 1e-3, 2.0
-    while too_much > 1.05 * decay:
-        middle = float(np.sqrt(decay * too_much))
-        weighed = bands * np.array([cosh(2.0 * middle), cosh(middle), 1.0])[:, None]
-        weighed[2] += slack
-        try:
-            cholesky_banded(weighed, overwrite_ab=True, check_finite=False)
-            decay = middle
-        except np.linalg.LinAlgError:
-            too_much = middle
-    return ceil((log(wrong * iterations / _SEAM) + 4.0) / decay)
 
 
 def _obeying(weights: FloatArray, metric: FloatArray, bounds: Bounds) -> FloatArray:

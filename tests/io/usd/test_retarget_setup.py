@@ -112,7 +112,7 @@ def test_a_stronger_layer_overrides_one_setting() -> None:
         (tokens.NEUTRAL_MODE, "first"),
         (tokens.MAP_KERNEL, "cubic"),
         (tokens.MAP_RADIUS, float("nan")),
-        (tokens.SOLVE_SPREAD, 0.0),
+        (f"{tokens.SOLVE_PREFIX}spread", 0.0),
         (tokens.BIND_POINTS, Vt.IntArray([1])),
         (tokens.ROLES_NAMES, Vt.TokenArray(["x"])),
         (tokens.HEAD_MARKERS, Vt.TokenArray(["a"])),

@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
-from usdface.options import CleanOptions, MapOptions, SolveOptions
+from usdface.options import CleanOptions, MapOptions, SolveOptions, solve_settings
 from usdface.retarget_setup import Binding, Calibration, Expression, RetargetSetup
 from usdface.schemas import tokens
 
@@ -23,15 +23,11 @@ _MAP = {
     tokens.MAP_SMOOTHING: ("smoothing", _NAMES.Double),
 }
 _SOLVE = {
-    tokens.SOLVE_MODE: ("mode", _NAMES.Token),
-    tokens.SOLVE_LIMITS: ("limits", _NAMES.Token),
-    tokens.SOLVE_PRIOR: ("prior", _NAMES.Token),
-    tokens.SOLVE_PACE: ("pace", _NAMES.Double),
-    tokens.SOLVE_SMOOTHNESS: ("smoothness", _NAMES.Double),
-    tokens.SOLVE_AGILITY: ("agility", _NAMES.Double),
-    tokens.SOLVE_SPREAD: ("spread", _NAMES.Double),
-    tokens.SOLVE_SPARSITY: ("sparsity", _NAMES.Double),
-    tokens.SOLVE_SYMMETRY: ("symmetry", _NAMES.Double),
+    f"{tokens.SOLVE_PREFIX}{name}": (
+        name,
+        _NAMES.Token if setting.choices else _NAMES.Double,
+    )
+    for name, setting in solve_settings().items()
 }
 _CLEAN = {
     tokens.CLEAN_SWAPS: ("swaps", _NAMES.Bool),
@@ -81,7 +77,7 @@ def write_setup(
 
 
 def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
-    gains, offsets = calibration.gains.tolist(), calibration.offsets.tolist()
+    gains, offsets = calibration.amplitudes.tolist(), calibration.offsets.tolist()
     names = Vt.TokenArray(calibration.shapes)
     author(prim, tokens.CALIBRATION_SHAPES, _NAMES.TokenArray, names)
     author(prim, tokens.CALIBRATION_GAINS, _NAMES.FloatArray, Vt.FloatArray(gains))
