@@ -143,7 +143,7 @@ def test_our_own_threads_are_limited_each(monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.parametrize(
     "function",
-    [getattr(pipeline, n) for n in pipeline.__all__ if not n.startswith(("read_", "list_"))]
+    [
         getattr(pipeline, name)
         for name in pipeline.__all__
         if not name.startswith(("read_", "list_"))
