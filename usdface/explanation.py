@@ -33,6 +33,12 @@ class Explanation:
     result : ShotResult
     trace : ExpressionTrace
         Of `result`, with memberships.
+
+    Examples
+    --------
+    >>> explanation = usdface.explain("examples/shot.usda").value
+    >>> explanation.frame(explanation.peak)["rules"][0]["fires"] > 0
+    True
     """
 
     result: ShotResult

@@ -56,12 +56,14 @@ def retarget(
     --------
     >>> rig, _ = usdface.read_rig("examples/head.usdc")
     >>> take, _ = usdface.read_take("examples/take.usdc")
-    >>> shot, _ = usdface.assemble_shot(rig, take, bind="examples/bind.json")
+    >>> setup, _ = usdface.read_bind("examples/bind.json")
+    >>> shot, _ = usdface.assemble_shot(rig, take, setup=setup)
     >>> result = usdface.retarget(shot)
     >>> result.weights.weights.shape == (len(take.times), len(rig.shape_names))
     True
-    >>> max(result.emotions, key=lambda name: result.emotions[name].max())
-    'joy'
+    >>> peaks = {name: float(curve.max()) for name, curve in result.emotions.items()}
+    >>> max(peaks, key=peaks.get)
+    'sadness'
     """
     progress = Progress.of(on_progress)
     shot = replace(shot, setup=_with_overrides(shot.setup, options))

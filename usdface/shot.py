@@ -52,6 +52,14 @@ class Shot:
     ------
     InputError
         If the base has not as many frames as the take.
+
+    Examples
+    --------
+    >>> rig, _ = usdface.read_rig("examples/head.usdc")
+    >>> take, _ = usdface.read_take("examples/take.usdc")
+    >>> setup, _ = usdface.read_bind("examples/bind.json")
+    >>> usdface.Shot(rig, take, setup).system is None  # no expression layer, see assemble_shot
+    True
     """
 
     rig: Rig
@@ -118,6 +126,12 @@ class ShotResult:
     trace : ExpressionTrace or None
         Features, firing strengths and emotions of the expression layer; None without one.
     findings : tuple of Finding
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda").value
+    >>> result.weights.weights.shape == (len(result.shot.take.times), len(result.weights.names))
+    True
     """
 
     shot: Shot

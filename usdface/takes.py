@@ -79,6 +79,13 @@ class MarkerTake:
         Width and height [px] of the image a 2D take was made on.
     source : str
         File the take was read from.
+
+    Examples
+    --------
+    >>> positions = [[[0.0, 0.0, 0.0]], [[0.0, 0.001, 0.0]]]
+    >>> take = usdface.MarkerTake(("nose",), [0.0, 1 / 60], positions, 60.0)
+    >>> take.visible.tolist(), take.select(("nose",)).shape
+    ([[True], [True]], (2, 1, 3))
     """
 
     names: tuple[str, ...]
@@ -156,6 +163,12 @@ class WeightsTake:
         Nominal frame rate; 0 where unknown.
     start_timecode, source : str
         As in `MarkerTake`.
+
+    Examples
+    --------
+    >>> take = usdface.WeightsTake(("jawOpen",), [0.0, 0.5], [[0.0], [1.0]])
+    >>> take.column("jawOpen").tolist()
+    [0.0, 1.0]
     """
 
     names: tuple[str, ...]

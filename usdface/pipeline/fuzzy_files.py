@@ -59,7 +59,21 @@ def write_paper_system(
 ) -> Result[FuzzySystem]:
     """Write the system of the fuzzy paper, as printed, and check its rule base.
 
-    Parameters, result and errors are those of `convert_fuzzy`.
+    Parameters
+    ----------
+    output : path
+        .fis, .fcl, .fll, .usda or .usdc.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of FuzzySystem
+        Keys of the summary as those of `convert_fuzzy`.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
 
     Examples
     --------

@@ -84,7 +84,7 @@ def set_up(
     >>> take, _ = usdface.read_take("examples/take.usdc")
     >>> shot = usdface.set_up(stage, take=take, bind="examples/bind.json").value
     >>> usdface.apply(stage).summary["frames"]
-    240
+    720
     """
     register_schemas()
     progress = Progress.of(on_progress)
