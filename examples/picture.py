@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.rigs import Rig
-from usdface.takes import FloatArray, IntArray
 
 __all__ = [
     "View",

@@ -16,6 +16,7 @@ from makehuman_face import landmarks_on, posable_face
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.correction.expression_layer import Character, design, express, parts_of
 from usdface.correction.feature_extraction import sided_features
 from usdface.face.expression_poses import ActionPose, expressions_for
@@ -28,7 +29,7 @@ from usdface.options import CorrectionOptions
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, Expression, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["FACES", "NOISE", "RATE", "Face", "Played", "make_face"]
 

@@ -6,9 +6,9 @@ strips of brow lie above. x is to the character's left, y up, z forward [m].
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.retarget_setup import Expression
 from usdface.rigs import BlendShape, Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["EXPRESSIONS", "LID_GAP", "LIP_GAP", "slit_face"]
 

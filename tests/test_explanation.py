@@ -7,6 +7,7 @@ import pytest
 from pxr import Usd
 from worlds import animation_of, make_world
 
+from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.explanation import Explanation
 from usdface.fuzzy.rules import parse_rule
@@ -16,7 +17,7 @@ from usdface.io.usd.take import write_take
 from usdface.pipeline import explain
 from usdface.retarget_setup import Expression
 from usdface.schemas import tokens
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 FRAME = 25
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"

@@ -10,9 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.rigs import BlendShape, Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = [
     "BlendShapeEvaluator",

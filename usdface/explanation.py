@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.expression_layer import expression_poses
 from usdface.correction.feature_extraction import sided_features
 from usdface.correction.features import face_unit
@@ -26,7 +27,7 @@ from usdface.retarget.solution import Solution
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.retarget_shot import Animated
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 __all__ = ["ASIDE", "Explanation", "Heard", "explained"]
 

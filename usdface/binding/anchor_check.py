@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, IntArray
 from usdface.binding.candidates import Domain
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.observations import Evidence
 from usdface.binding.pose_search import released, search
 from usdface.binding.registration import Registration, closeness
-from usdface.takes import BoolArray, IntArray
 
 __all__ = ["doubted"]
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import FaceSurface
 from usdface.geometry.marker_spread import rms_radius
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Domain", "domain_of", "turning_motions"]
 

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.binding.candidates import Domain
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.observations import Evidence
 from usdface.binding.registration import Registration, closeness
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["confidence"]
 

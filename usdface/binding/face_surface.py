@@ -13,9 +13,9 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.rigs import Mesh
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["MOVES", "FaceSurface", "face_surface"]
 

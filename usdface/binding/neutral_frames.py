@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import rigid_fit
-from usdface.takes import FloatArray, IntArray, visible
+from usdface.takes import visible
 
 __all__ = ["Performance", "peak_frames", "rest_frames", "resting_poses", "still_face"]
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.binding.candidates import Domain, domain_of
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.observations import Evidence
@@ -17,7 +18,6 @@ from usdface.binding.registration import (
     scale_of,
 )
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.takes import FloatArray
 
 __all__ = ["released", "search"]
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.anchor_check import doubted
 from usdface.binding.candidates import Domain
 from usdface.binding.confidence import confidence
@@ -25,7 +26,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import BoolArray, FloatArray, IntArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["check_frames", "neutral_frames", "propose", "strong_frames"]
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.candidates import Domain, turning_motions
 from usdface.binding.observations import Evidence
 from usdface.retarget.bounded_least_squares import solve_bounded
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = [
     "Registration",

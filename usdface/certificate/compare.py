@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.certificate import FLOAT32, Certificate
 from usdface.certificate.linear_morph import Sums, distances, turns
 from usdface.certificate.vertex_matching import Traits, partners
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["EvaluatedMesh", "certify", "paired", "some_frames"]
 

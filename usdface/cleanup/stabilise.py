@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.low_rank_model import FaceModel, fit_model, restore
 from usdface.geometry.rigid_fit import Pose, rigid_fit
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["Steady", "steady"]
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.errors import InputError
 from usdface.face.layout import FaceParts
 from usdface.rigs import Mesh
-from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
 __all__ = ["Gaps", "gaps_of", "hold"]
 

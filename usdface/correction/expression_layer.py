@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.contact import Gaps, gaps_of, hold
 from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import correct, eased
@@ -21,7 +22,6 @@ from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
-from usdface.takes import FloatArray
 
 __all__ = [
     "Character",

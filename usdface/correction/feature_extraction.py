@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.correction.features import face_unit, measure, smooth
 from usdface.errors import InputError, did_you_mean
@@ -15,7 +16,7 @@ from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["features", "sided_features"]
 

@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.geometry.marker_spread import marker_spread
-from usdface.takes import FloatArray
 
 __all__ = ["MILLIMETRE", "face_unit", "measure", "smooth"]
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.feature_extraction import features
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
 from usdface.fuzzy.system import FuzzySystem
@@ -13,7 +14,7 @@ from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
 from usdface.rigs import Rig
 from usdface.rule_design.paper_system import paper_system
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["RestingAnswer", "resting_answers"]
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from usdface.arrays import IntArray
 from usdface.face.expression_poses import units_of
 from usdface.face.lip_lid_contacts import LipLidContacts
 from usdface.options import REGIONS, Region
 from usdface.rigs import Mesh
-from usdface.takes import IntArray
 
 __all__ = ["shape_regions"]
 

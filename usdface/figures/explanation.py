@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.explanation import ASIDE, Explanation
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
@@ -13,7 +14,6 @@ from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import Term
-from usdface.takes import FloatArray
 
 __all__ = ["write_explanation_figure"]
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 from usdface.fuzzy.defuzzify import defuzzify
 from usdface.fuzzy.membership import KINDS
 from usdface.fuzzy.norms import HEDGES, S_NORMS, T_NORMS
 from usdface.fuzzy.rules import Condition, Proposition, Rule, propositions
 from usdface.fuzzy.system import FuzzySystem, Variable
-from usdface.takes import BoolArray, FloatArray, frozen
 
 __all__ = ["Evaluation", "evaluate", "fires_at_neutral"]
 

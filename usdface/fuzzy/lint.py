@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import fires_at_neutral
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Condition, Proposition, Rule
 from usdface.fuzzy.system import FuzzySystem, Variable
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["rule_findings"]
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.retarget.rbf import fit_paper_map
 from usdface.rule_design.paper_system import published_table
-from usdface.takes import FloatArray, frozen
 
 __all__ = ["PaperTable", "fuzzy_table", "rbf_table", "tables"]
 

@@ -9,8 +9,8 @@ the gain is p. Both are likelihoods of the gain; with its prior they give a post
 import numpy as np
 from scipy.special import ndtr
 
+from usdface.arrays import FloatArray
 from usdface.options import GAIN_RANGE, GAIN_SPREAD
-from usdface.takes import FloatArray
 
 __all__ = ["gain_posterior"]
 

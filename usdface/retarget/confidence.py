@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtr
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.geometry.rigid_modes import small_motions
 from usdface.options import NEXT_MARKERS
 from usdface.retarget.covariance import inverse_spectrum
 from usdface.retarget.regularisation import Regularisation
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 

@@ -9,7 +9,7 @@ writable: it is made once, when a take that is long enough is solved for the fir
 import numpy as np
 from numba import njit
 
-from usdface.takes import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["alternate", "factorise", "pivot"]
 

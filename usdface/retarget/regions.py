@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["place_names", "region_errors", "region_residuals", "regions_of"]
 

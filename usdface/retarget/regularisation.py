@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.options import SolveOptions
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Regularisation"]
 

@@ -30,13 +30,13 @@ from math import ceil
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import UNIT, Bounds
 from usdface.retarget.covariance import inverse_bands, learn_covariance
 from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.temporal_solve import Iterate, solve_temporal
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Iterate", "solve_weights", "with_learned_covariance"]
 

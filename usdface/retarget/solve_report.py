@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.noise import MOST
@@ -13,7 +14,6 @@ from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
 

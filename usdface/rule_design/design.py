@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
@@ -26,7 +27,6 @@ from usdface.rule_design.feature_selection import (
     single_movements,
 )
 from usdface.rule_design.marker_roles import AXES, degrees, direction, marker_sides, role_names
-from usdface.takes import FloatArray
 
 __all__ = ["design_system", "solved_noise"]
 

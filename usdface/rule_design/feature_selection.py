@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.rule_design.negative_conditions import FIRES, Ramp, exclude, ramp_degree
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
 

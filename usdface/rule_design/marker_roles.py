@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.fuzzy.system import Axis, Measure, Variable
 from usdface.geometry.marker_spread import marker_spread
-from usdface.takes import FloatArray
 
 __all__ = [
     "AXES",

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["FIRES", "Ramp", "exclude", "ramp_degree"]
 

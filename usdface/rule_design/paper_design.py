@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.system import FuzzySystem, Space, Term, Variable
 from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, RULES, three_terms
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["fit_paper"]
 

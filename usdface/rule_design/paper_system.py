@@ -25,10 +25,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
-from usdface.takes import FloatArray, frozen
 
 __all__ = [
     "EMOTIONS",

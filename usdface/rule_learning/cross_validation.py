@@ -10,10 +10,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.findings import Finding, finding
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.learned_system import answers, fit_system, heard
-from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
 __all__ = ["Holding", "Validation", "cross_validate", "folds", "held_out"]
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 from usdface.fuzzy.system import Variable
-from usdface.takes import BoolArray, FloatArray, frozen
 
 __all__ = ["NO_EMOTION", "Examples"]
 

@@ -22,12 +22,12 @@ import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.redundancy import subsumes
 from usdface.rule_learning.rules import LearnedRule
 from usdface.rule_learning.terms import Words
 from usdface.rule_learning.training_set import AMOUNTS, Conditions, Faces
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["learn_hints"]
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.expression_layer import design
 from usdface.errors import InputError
 from usdface.findings import Finding
@@ -20,7 +21,6 @@ from usdface.rule_learning.expression_poses import learned_poses
 from usdface.rule_learning.labelled_takes import Face, Labelled, feature_noise, pose_features
 from usdface.rule_learning.learned_system import answers_to, fit_system
 from usdface.rule_learning.separation import Separation, pose_separations, separations
-from usdface.takes import FloatArray
 
 __all__ = ["Fitted", "fit_labelled", "fit_rig"]
 

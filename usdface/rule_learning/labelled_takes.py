@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.correction.feature_extraction import features
 from usdface.correction.features import measure
 from usdface.errors import InputError
@@ -23,7 +24,7 @@ from usdface.rule_design.feature_selection import single_movements
 from usdface.rule_design.marker_roles import direction_words, known_roles, marker_variables
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.labels import NEUTRAL, Label
-from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Face", "Labelled", "examples_of", "feature_noise", "pose_features"]
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import Rule, parse_rule
@@ -20,7 +21,6 @@ from usdface.rule_learning.fallback_rules import learn_hints
 from usdface.rule_learning.rules import LearnedRule, cheapest_partings, learn_rules
 from usdface.rule_learning.terms import Words, words_of
 from usdface.rule_learning.variants import Parting, partings
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["answers", "answers_to", "fit_system", "heard"]
 

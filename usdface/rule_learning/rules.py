@@ -20,12 +20,12 @@ from functools import partial
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.rule_learning.examples import Examples
 from usdface.rule_learning.redundancy import subsumes
 from usdface.rule_learning.terms import Words
 from usdface.rule_learning.training_set import AMOUNTS, Conditions, Faces
 from usdface.rule_learning.variants import Parting
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["LearnedRule", "cheapest_partings", "learn_rules"]
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.fuzzy.system import Variable
 from usdface.rule_learning.cross_validation import Holding, folds
 from usdface.rule_learning.examples import Examples
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["Separation", "pose_separations", "separations"]
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.fuzzy.system import Term
 from usdface.rule_design.marker_roles import degrees
 from usdface.rule_learning.examples import Examples
-from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
 __all__ = ["Words", "words_of"]
 

@@ -4,9 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.terms import Words
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["AMOUNTS", "Conditions", "Faces"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 
+from usdface.arrays import BoolArray
 from usdface.rule_learning.examples import Examples
-from usdface.takes import BoolArray
 
 __all__ = ["Parting", "partings"]
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray
 from usdface.rigs import CornerValues, Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["TANGENTS", "placed", "unit_rows"]
 

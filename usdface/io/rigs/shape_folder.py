@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.rigs.obj import read_obj
 from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
-from usdface.takes import FloatArray
 
 __all__ = ["mesh_files", "read_shape_folder"]
 

@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
 from usdface.io.takes.raw_take import DEFAULTS, METRES, RawTake, finish_take
 from usdface.options import TakeOptions
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["read_c3d"]
 

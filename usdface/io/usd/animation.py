@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdSkel, Vt
 
+from usdface.arrays import FloatArray
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
 from usdface.geometry.rigid_fit import Pose
@@ -18,7 +19,6 @@ from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.regions import region_residuals
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
-from usdface.takes import FloatArray
 
 __all__ = ["Animation", "apply_animation", "author", "complete_weights"]
 

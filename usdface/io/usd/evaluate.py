@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.linear_morph import Sums
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import ShownShapes
 from usdface.io.usd.stage import metrics_of, to_si
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["StagedMesh", "evaluate_usd", "keys_of_stage"]
 

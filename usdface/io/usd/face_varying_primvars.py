@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, Vt
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.io.normals import unit
 from usdface.io.usd.stage import vec2f_array, vec3f_array
 from usdface.rigs import CornerValues, Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["at_corners", "read_corners", "write_corners"]
 

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.io.transforms import compose
 from usdface.rigs import BlendShape, Mesh, Skeleton, Skin
-from usdface.takes import FloatArray
 
 __all__ = ["posed_bounds"]
 

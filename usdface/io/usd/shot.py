@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
+from usdface.arrays import FloatArray
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
 from usdface.face.layout import FaceParts
@@ -41,7 +42,7 @@ from usdface.io.usd.take import read_take_prim
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Rig
 from usdface.schemas import tokens, write_fallback_types
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotPrims", "read_shot", "write_shot"]
 

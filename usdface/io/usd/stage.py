@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.atomic import atomic_path
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
-from usdface.takes import FloatArray
 
 __all__ = [
     "Metrics",

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.io.gltf.reference_player.deformed_mesh import Sampled, ShownMesh
 from usdface.io.gltf.reference_player.gltf_file import ShownFile
 from usdface.io.gltf.reference_player.morph_targets import ShownTargets, Target
 from usdface.io.gltf.reference_player.node_motion import ShownNodes, Space
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["ShownClip", "evaluate_clips", "evaluate_gltf"]
 
