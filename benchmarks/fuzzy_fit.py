@@ -27,8 +27,8 @@ from makehuman_face import (  # noqa: E402
 )
 
 from usdface.correction.feature_extraction import features  # noqa: E402
+from usdface.expression_system import ExpressionSystem  # noqa: E402
 from usdface.fuzzy.inference import evaluate  # noqa: E402
-from usdface.fuzzy.system import FuzzySystem  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
@@ -131,9 +131,9 @@ def emotions_only(found: Validation) -> str:
     return f"{right} of {total} ({100 * right / max(total, 1):.0f} %)"
 
 
-def rules_and_hints(system: FuzzySystem) -> str:
-    hints = sum(rule.weight < 1 for rule in system.rules)
-    return f"{len(system.rules) - hints} + {hints}"
+def rules_and_hints(system: ExpressionSystem) -> str:
+    hints = sum(rule.weight < 1 for rule in system.fuzzy.rules)
+    return f"{len(system.fuzzy.rules) - hints} + {hints}"
 
 
 def summary(bodies: dict[str, tuple[Posable, Face]]) -> Table:
@@ -148,7 +148,7 @@ def summary(bodies: dict[str, tuple[Posable, Face]]) -> Table:
                 data = examples(body, face, emotions, False, space)
                 system, _ = fit_system(data, space)
                 rest = answers(system, data)[~np.array([bool(e) for e in data.emotions])]
-                longest = max(len(rule.antecedent) for rule in system.rules)
+                longest = max(len(rule.antecedent) for rule in system.fuzzy.rules)
                 table.add_row(
                     title,
                     markers,
@@ -204,7 +204,7 @@ def jitter(data: Examples, face: Face) -> str:
     setup = replace(face.setup, neutral=(0, REST), roles=face.roles)
     cleaned, weights, solution, _ = retarget(take, setup, face.mesh, face.shape_names)
     read = features(system, cleaned, face.mesh, setup, weights, solution)
-    outputs = evaluate(system, read).outputs
+    outputs = evaluate(system.fuzzy, read).outputs
     return (
         f"noisy markers at rest: every emotion at most {outputs.mean(axis=0).max():.4f} in the "
         f"mean, {outputs.max():.3f} in a frame"
@@ -233,7 +233,7 @@ def main() -> None:
         console.print(confusion(found, f"{title} emotions, 68 markers, new performer"))
         if title == "six":
             system, _ = fit_system(data)
-            for rule in system.rules:
+            for rule in system.fuzzy.rules:
                 console.print(f"{rule.text} (weight {rule.weight:g})")
             console.print(jitter(data, bodies["68"][1]))
         apart = separations(data, "recording")

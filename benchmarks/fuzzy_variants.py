@@ -21,7 +21,7 @@ from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
 from usdface.rule_design.feature_selection import single_movements  # noqa: E402
-from usdface.rule_design.marker_roles import direction_words, marker_variables  # noqa: E402
+from usdface.rule_design.marker_roles import direction_words, marker_features  # noqa: E402
 from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.rule_learning.labelled_takes import Face, feature_noise, pose_features  # noqa: E402
@@ -97,7 +97,7 @@ def world(seed: int, face: Face) -> Examples:
         for speech in SPEECH:
             spoken = {name: weight * rng.uniform(0.7, 1.3) for name, weight in speech.items()}
             show(spoken, NO_EMOTION, "speech", performer)
-    variables = marker_variables(face.roles, "signed")
+    variables = marker_features(face.roles, "signed")
     noise = feature_noise(face, "take")
     features = pose_features(np.array(weights), face, variables)
     features = features + NOISE * noise * rng.standard_normal(features.shape)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from expression_systems import changed
 from pxr import Usd
 from worlds import animation_of, make_world
 
@@ -61,7 +62,7 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
     strongest = max(facts["emotions"], key=facts["emotions"].get)
     assert f"THEN {strongest}" in fired[0]["rule"]
     names = [feature["name"] for feature in facts["features"]]
-    assert names == [variable.name for variable in explained.system.inputs]
+    assert names == [variable.name for variable in explained.system.fuzzy.inputs]
     for change in facts["weights"].values():
         assert change["corrected"] > change["solved"], "the mode is raise"
 
@@ -133,7 +134,7 @@ def test_a_neutral_frame_has_nothing_to_explain(explained: Explanation) -> None:
 
 def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> None:
     """AND is the smaller, and distances in millimetres are those between the markers."""
-    assert explained.system.and_ == "min" and explained.system.space == "character"
+    assert explained.system.fuzzy.and_ == "min" and explained.system.space == "character"
     facts = explained.frame(FRAME)
     for rule in facts["rules"]:
         assert rule["fires"] == rule["weight"] * min(c["degree"] for c in rule["conditions"])
@@ -158,9 +159,9 @@ def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> No
 
 
 def test_hedges_count_in_conditions(explained: Explanation) -> None:
-    rule = explained.system.rules[0]
+    rule = explained.system.fuzzy.rules[0]
     hedged = parse_rule(rule.text.replace(" IS ", " IS NOT VERY ", 1))
-    other = replace(explained, system=replace(explained.system, rules=(hedged,)))
+    other = replace(explained, system=changed(explained.system, rules=(hedged,)))
     other = replace(other, firing=explained.firing[:, :1], halves={})
     (plain,) = (r for r in explained.frame(FRAME)["rules"] if r["rule"] == rule.text)
     (found,) = other.frame(FRAME)["rules"]

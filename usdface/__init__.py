@@ -11,6 +11,7 @@ from usdface.lazy import lazy_names
 
 if TYPE_CHECKING:
     from usdface.errors import InputError, OutputError, SchemaError, SolveError, UsdFaceError
+    from usdface.expression_system import ExpressionSystem
     from usdface.fuzzy.system import FuzzySystem
     from usdface.pipeline import apply, process
     from usdface.retarget_setup import Binding, Expression, RetargetSetup
@@ -23,6 +24,7 @@ __all__ = [
     "Binding",
     "BlendShape",
     "Expression",
+    "ExpressionSystem",
     "FuzzySystem",
     "InputError",
     "MarkerTake",
@@ -40,6 +42,7 @@ __all__ = [
 
 _HOMES = {
     "errors": ("InputError", "OutputError", "SchemaError", "SolveError", "UsdFaceError"),
+    "expression_system": ("ExpressionSystem",),
     "fuzzy.system": ("FuzzySystem",),
     "pipeline": ("apply", "process"),
     "rigs": ("BlendShape", "Mesh", "Rig"),

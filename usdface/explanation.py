@@ -15,12 +15,12 @@ from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import respond
 from usdface.correction.temporal_blend import blend_frames
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.face.mirror import Side
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Proposition
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.shot import Shot
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
@@ -59,13 +59,13 @@ class Explanation:
 
     Attributes
     ----------
-    system : FuzzySystem
+    system : ExpressionSystem
     times : (F,) float64 [s]
     inputs : (F, I) float64
         Features, in the system's face unit; columns as `FuzzySystem.inputs`.
     firing : (F, R) float64
     outputs : (F, E) float64
-        Emotions; columns as `FuzzySystem.emotions`.
+        Emotions; columns as `ExpressionSystem.emotions`.
     shapes : tuple of str, length T
     solved, corrected : (F, T) float64
         Weights before and after.
@@ -86,7 +86,7 @@ class Explanation:
         The half of each shape that belongs to one.
     """
 
-    system: FuzzySystem
+    system: ExpressionSystem
     times: FloatArray
     inputs: FloatArray
     firing: FloatArray
@@ -158,7 +158,7 @@ class Explanation:
                 for side, half in self.halves.items()
                 if np.abs(half.shown[index] - self.shown[index]).max(initial=0.0) >= ASIDE
             },
-            "features": [self._feature(index, i) for i in range(len(self.system.inputs))],
+            "features": [self._feature(index, i) for i in range(len(self.system.fuzzy.inputs))],
             "weights": {
                 self.shapes[s]: {
                     "solved": round(float(self.solved[index, s]), 4),
@@ -184,7 +184,7 @@ class Explanation:
                 "enabled": rule.enabled,
                 "conditions": [self._condition(inputs, p) for p in rule.propositions],
             }
-            for rule, strength in zip(self.system.rules, firing, strict=True)
+            for rule, strength in zip(self.system.fuzzy.rules, firing, strict=True)
         ]
         return sorted(rules, key=lambda rule: -rule["fires"])
 
@@ -212,13 +212,14 @@ class Explanation:
         return np.asarray(np.min([half.shown for half in self.halves.values()], axis=0))
 
     def _feature(self, index: int, column: int) -> dict[str, Any]:
-        variable, value = self.system.inputs[column], self.inputs[index, column]
+        variable, feature = self.system.fuzzy.inputs[column], self.system.features[column]
+        value = self.inputs[index, column]
         return {
             "name": variable.name,
-            "marker role": variable.role,
+            "marker role": feature.role,
             "marker": self.markers[column],
             "measured to": self.nose_tip,
-            "axis": variable.axis,
+            "axis": feature.axis,
             "value": round(float(value), 5) if np.isfinite(value) else None,
             "mm": self._millimetres(value),
             "terms": {
@@ -233,8 +234,8 @@ class Explanation:
         return round(1000.0 * self.unit * float(value), 3) if np.isfinite(value) else None
 
     def _condition(self, inputs: FloatArray, asked: Proposition) -> dict[str, Any]:
-        column = [v.name for v in self.system.inputs].index(asked.variable)
-        term = self.system.inputs[column].term(asked.term)
+        column = [v.name for v in self.system.fuzzy.inputs].index(asked.variable)
+        term = self.system.fuzzy.inputs[column].term(asked.term)
         value = inputs[column : column + 1]
         degree = membership(term.kind, term.parameters, value)
         for hedge in reversed(asked.hedges):
@@ -248,13 +249,13 @@ class Explanation:
         }
 
 
-def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanation:
+def explained(shot: Shot, system: ExpressionSystem, animated: Animated) -> Explanation:
     """Return what the corrector saw and did.
 
     Parameters
     ----------
     shot : Shot
-    system : FuzzySystem
+    system : ExpressionSystem
         The shot's.
     animated : Animated
         What became of the shot.
@@ -264,7 +265,7 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
     weights = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
     read = (system, animated.take, mesh, shot.setup, weights, solution)
     inputs = sided_features(*read, shot.parts.heard)
-    heard = {side: (seen, evaluate(system, seen)) for side, seen in inputs.items()}
+    heard = {side: (seen, evaluate(system.fuzzy, seen)) for side, seen in inputs.items()}
     whole, answer = heard.pop("both")
     shown = partial(_shown, system, shot.gains, shot.expressions)
     sides: dict[str, Side] = dict.fromkeys(shot.parts.left, "left")
@@ -278,7 +279,7 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
         animated.solve.names,
         animated.solve.weights,
         animated.final.weights,
-        tuple(shot.setup.roles.get(v.role, v.role) for v in system.inputs),
+        tuple(shot.setup.roles.get(f.role, f.role) for f in system.features),
         shot.setup.nose_tip,
         _unit(system, mesh, shot.setup, solution),
         expression_poses(system, animated.solve.names, shot.expressions)[0],
@@ -292,7 +293,7 @@ def explained(shot: Shot, system: FuzzySystem, animated: Animated) -> Explanatio
 
 
 def _shown(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     gains: Gains | None,
     expressions: Sequence[Expression],
     outputs: FloatArray,
@@ -304,7 +305,7 @@ def _shown(
 
 
 def _unit(
-    system: FuzzySystem, mesh: Mesh, setup: RetargetSetup, solution: Solution | None
+    system: ExpressionSystem, mesh: Mesh, setup: RetargetSetup, solution: Solution | None
 ) -> float:
     if system.space == "take" and solution is not None:
         return face_unit(system, on_plane(solution.neutral))

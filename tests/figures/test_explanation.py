@@ -3,20 +3,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from expression_systems import changed, expression_system
 
 from usdface.errors import InputError
 from usdface.explanation import Explanation, Heard
 from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def explanation(frames: int = 9, correction: float = 0.3) -> Explanation:
     term = Term("raised", "ramp", (0.0, 1.0))
-    system = FuzzySystem(
-        (Variable("lip_y", "input", "lip", terms=(term,)), Variable("joy", "output")),
+    system = expression_system(
+        (Variable("lip_y", "input", terms=(term,)), Variable("joy", "output")),
         (parse_rule("IF lip_y IS raised THEN joy IS 1"),),
     )
     rise = np.linspace(0, 1, frames)[:, None]
@@ -41,7 +42,7 @@ def explanation(frames: int = 9, correction: float = 0.3) -> Explanation:
 
 
 def no_rules(explained: Explanation) -> Explanation:
-    system = replace(explained.system, rules=())
+    system = changed(explained.system, rules=())
     return replace(explained, system=system, firing=np.zeros((len(explained.times), 0)))
 
 
@@ -76,7 +77,7 @@ def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
     denied = parse_rule("IF lip_y IS NOT raised THEN joy IS 1")
     other = replace(
         explained,
-        system=replace(explained.system, rules=(denied,)),
+        system=changed(explained.system, rules=(denied,)),
         firing=1.0 - explained.firing,
     )
     for case, name in ((explained, "raised"), (other, "not raised")):
@@ -99,10 +100,10 @@ def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
 
 def test_of_thousands_of_rules_those_that_fire_most_have_a_row(tmp_path: Path) -> None:
     explained = explanation()
-    rules, loud = explained.system.rules * 3000, 2017
+    rules, loud = explained.system.fuzzy.rules * 3000, 2017
     firing = np.zeros((len(explained.times), len(rules)))
     firing[:, loud] = 0.7
-    system = replace(explained.system, rules=rules)
+    system = changed(explained.system, rules=rules)
     write_explanation_figure(
         replace(explained, system=system, firing=firing), 4, tmp_path / "a.svg"
     )

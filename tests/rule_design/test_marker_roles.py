@@ -6,8 +6,8 @@ from usdface.rule_design.marker_roles import (
     direction,
     direction_words,
     known_roles,
+    marker_features,
     marker_sides,
-    marker_variables,
     role_names,
 )
 
@@ -18,7 +18,7 @@ def test_roles_are_unique_identifiers():
 
 
 def test_variables_go_through_the_axes_of_each_marker():
-    names = [v.name for v in marker_variables(["a", "b"])]
+    names = [v.name for v in marker_features(["a", "b"])]
     assert names == ["a_x", "a_y", "a_z", "b_x", "b_y", "b_z"]
 
 

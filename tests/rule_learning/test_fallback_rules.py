@@ -3,6 +3,7 @@ from itertools import permutations, product
 
 import numpy as np
 import pytest
+from expression_systems import changed
 from fit_world import NOISE, VARIABLES, face, make_examples
 
 from usdface.correction.features import smooth
@@ -40,7 +41,7 @@ def system(examples):
 
 
 def without_hints(system):
-    return replace(system, rules=tuple(r for r in system.rules if r.weight == 1))
+    return changed(system, rules=tuple(r for r in system.fuzzy.rules if r.weight == 1))
 
 
 def learned(examples):
@@ -62,14 +63,14 @@ def test_a_written_system_weighs_hints_the_same(system, tmp_path):
     for kind in ("usda", "fis", "fcl", "fll"):
         write_fuzzy_file(tmp_path / f"hints.{kind}", system)
         again, _ = read_fuzzy_file(tmp_path / f"hints.{kind}")
-        assert [r.weight for r in again.rules] == [r.weight for r in system.rules]
+        assert [r.weight for r in again.fuzzy.rules] == [r.weight for r in system.fuzzy.rules]
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_whole_face_is_heard_as_before(seed):
     examples = make_examples(RULES, scatter=0.3, seed=seed)
     system, _ = fit_system(examples)
-    assert any(rule.weight < 1 for rule in system.rules)
+    assert any(rule.weight < 1 for rule in system.fuzzy.rules)
     shown = np.array(examples.emotions) != NO_EMOTION
     right = np.array(examples.emotions)[shown, None] == np.array(system.emotions)
     with_hints, bare = (answers(s, examples)[shown] for s in (system, without_hints(system)))

@@ -5,7 +5,7 @@ import pytest
 from fit_world import COLUMN, NOISE, RULES, VARIABLES, face, make_examples, without_variants
 
 from usdface.correction.features import smooth
-from usdface.fuzzy.lint import rule_findings
+from usdface.correction.rule_check import check_rules
 from usdface.options import LEARNED_SMOOTHING
 from usdface.rule_learning.examples import NO_EMOTION
 from usdface.rule_learning.learned_system import answers, answers_to, fit_system, heard
@@ -24,7 +24,7 @@ def system(examples):
 def rule_base(system):
     """Return what each rule asks for, without degrees, in any order."""
     found = []
-    for rule in system.rules:
+    for rule in system.fuzzy.rules:
         ((emotion, value),) = rule.consequents
         assert value == 1
         motions = {f"{v} {t.removeprefix('slightly_')}" for v, t in rule.antecedent}
@@ -56,7 +56,7 @@ def test_every_example_is_heard_as_what_it_is(examples, system):
 
 def test_a_neutral_face_answers_exactly_nothing(system):
     assert not answers_to(system, VARIABLES, np.zeros((1, len(VARIABLES)))).any()
-    assert not rule_findings(system)
+    assert not check_rules(system)
 
 
 def test_jitter_at_neutral_is_not_heard(system):
@@ -79,8 +79,8 @@ def test_the_answer_grows_with_the_intensity(system):
 
 
 def test_rules_are_short_and_words_are_few(system):
-    assert max(len(rule.antecedent) for rule in system.rules) <= 3
-    for variable in system.inputs:
+    assert max(len(rule.antecedent) for rule in system.fuzzy.rules) <= 3
+    for variable in system.fuzzy.inputs:
         signs = [np.sign(term.parameters[1]) for term in variable.terms]
         assert max(signs.count(1), signs.count(-1)) <= 3
 
@@ -97,8 +97,8 @@ def test_the_order_of_the_examples_does_not_matter(examples, system):
         recordings=tuple(examples.recordings[i] for i in order),
     )
     again, _ = fit_system(mixed)
-    assert [r.text for r in again.rules] == [r.text for r in system.rules]
-    for one, other in zip(again.inputs, system.inputs, strict=True):
+    assert [r.text for r in again.fuzzy.rules] == [r.text for r in system.fuzzy.rules]
+    for one, other in zip(again.fuzzy.inputs, system.fuzzy.inputs, strict=True):
         for a, b in zip(one.terms, other.terms, strict=True):
             assert a.name == b.name
             assert a.parameters == pytest.approx(b.parameters, rel=1e-12)
@@ -107,7 +107,7 @@ def test_the_order_of_the_examples_does_not_matter(examples, system):
 def test_a_face_of_twice_the_size_gives_terms_of_twice_the_size(examples, system):
     twice = replace(examples, features=2 * examples.features, noise=2 * examples.noise)
     larger, _ = fit_system(twice)
-    assert [r.text for r in larger.rules] == [r.text for r in system.rules]
+    assert [r.text for r in larger.fuzzy.rules] == [r.text for r in system.fuzzy.rules]
     assert answers(larger, twice) == pytest.approx(answers(system, examples), abs=1e-12)
 
 
@@ -130,10 +130,10 @@ def test_a_motion_as_small_as_the_noise_is_not_relied_on(examples):
     features = np.array(examples.features)
     features[:, COLUMN["nose_y"]] = 1.9 * NOISE * examples.rows("joy")
     system, _ = fit_system(replace(examples, features=features))
-    assert "nose_y" not in {v.name for v in system.inputs}
+    assert "nose_y" not in {v.name for v in system.fuzzy.inputs}
     features[:, COLUMN["corner_l_y"]] = 0.0
     deaf, findings = fit_system(replace(examples, features=features))
-    assert "joy" not in {rule.consequents[0][0] for rule in deaf.rules}
+    assert "joy" not in {rule.consequents[0][0] for rule in deaf.fuzzy.rules}
     assert [(f.code, f.where) for f in findings] == [("EXPRESSION_UNSEEN", "joy")]
 
 
@@ -144,7 +144,7 @@ def test_the_smallest_motion_that_counts_is_hardly_heard_in_jitter(examples, rat
     features[examples.rows("joy")] = 0.0
     features[:, COLUMN["nose_y"]] = 2.2 * NOISE * examples.rows("joy")
     system, _ = fit_system(replace(examples, features=features))
-    assert "joy" in {rule.consequents[0][0] for rule in system.rules}
+    assert "joy" in {rule.consequents[0][0] for rule in system.fuzzy.rules}
     jitter = NOISE * np.random.default_rng(0).standard_normal((3000, len(VARIABLES)))
     outputs = answers_to(
         system, VARIABLES, smooth(jitter, np.arange(3000) / rate, LEARNED_SMOOTHING)
@@ -156,9 +156,9 @@ def test_the_smallest_motion_that_counts_is_hardly_heard_in_jitter(examples, rat
 def test_a_hidden_feature_is_not_used(examples, system):
     features = np.array(examples.features)
     features[5, COLUMN["corner_l_y"]] = np.nan
-    assert "corner_l_y" in {v.name for v in system.inputs}
+    assert "corner_l_y" in {v.name for v in system.fuzzy.inputs}
     blind, _ = fit_system(replace(examples, features=features))
-    assert "corner_l_y" not in {v.name for v in blind.inputs}
+    assert "corner_l_y" not in {v.name for v in blind.fuzzy.inputs}
 
 
 def test_what_a_face_does_without_meaning_it_is_kept_out():

@@ -29,7 +29,7 @@ def test_a_rule_subsumes_itself_and_what_asks_for_more():
 def test_what_is_subsumed_fires_nowhere_further():
     """Every two rules of two conditions about three features, asked about random faces."""
     rng = np.random.default_rng(0)
-    faces = rng.uniform(-0.3, 0.3, size=(4000, len(EXAMPLES.variables)))
+    faces = rng.uniform(-0.3, 0.3, size=(4000, len(EXAMPLES.marker_features)))
     degree = WORDS.degrees(faces)
     degree = np.concatenate([degree, 1 - degree], axis=1)
     names = ("brow_l_y", "chin_y", "corner_l_x")

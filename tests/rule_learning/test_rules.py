@@ -17,7 +17,7 @@ def learned(examples):
     groups = [part for way in ways.values() for parts in way for part in parts]
     parts = cheapest_partings(examples, words_of(examples, groups), ways)
     words = words_of(examples, [part for way in parts.values() for part in way])
-    names = [examples.variables[i].name for i in words.feature]
+    names = [examples.marker_features[i].name for i in words.feature]
     return [
         (
             rule.emotion,

@@ -9,14 +9,14 @@ from usdface.arrays import FloatArray
 from usdface.correction.contact import Gaps, gaps_of, hold
 from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import correct, eased
+from usdface.correction.rule_check import check_rules
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.face.layout import FaceParts, find_parts, pose_parts
 from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE, CorrectionOptions
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh
@@ -78,12 +78,12 @@ def design(
     setup: RetargetSetup,
     expressions: Sequence[Expression],
     correction: CorrectionOptions,
-) -> tuple[FuzzySystem | None, RetargetSetup, list[Finding]]:
+) -> tuple[ExpressionSystem | None, RetargetSetup, list[Finding]]:
     """Design the default system from the expression poses, on the bound markers.
 
     Returns
     -------
-    FuzzySystem or None
+    ExpressionSystem or None
         None without markers or expressions.
     RetargetSetup
         With the roles that the system's variables name; those it has already win.
@@ -109,7 +109,7 @@ def design(
 
 
 def adopt(
-    system: FuzzySystem, setup: RetargetSetup, expressions: Sequence[Expression], where: str
+    system: ExpressionSystem, setup: RetargetSetup, expressions: Sequence[Expression], where: str
 ) -> tuple[RetargetSetup, list[Finding]]:
     """Give the roles that a system names to bound markers: those of the setup, or by label.
 
@@ -128,7 +128,7 @@ def adopt(
     # A marker may play several roles that are given; its label is one more for those without any.
     given = {role: name for role, name in setup.roles.items() if name in names}
     known = known_roles(names, setup.roles) | given
-    asked = dict.fromkeys(v.role for v in system.inputs)
+    asked = dict.fromkeys(feature.role for feature in system.features)
     missing = [role for role in asked if role not in known]
     if missing:
         roles = f"role{'s' if len(missing) > 1 else ''} {', '.join(map(repr, missing))}"
@@ -155,7 +155,7 @@ def parts_of(mesh: Mesh, setup: RetargetSetup, expressions: Sequence[Expression]
 
 
 def express(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     inputs: Mapping[Side, FloatArray],
     names: tuple[str, ...],
     weights: FloatArray,
@@ -177,7 +177,7 @@ def express(
         for name in parts.shapes
         if name not in names
     ]
-    answers = {side: evaluate(system, read) for side, read in inputs.items()}
+    answers = {side: evaluate(system.fuzzy, read) for side, read in inputs.items()}
     gains = character.gains or Gains.constant(system.gain, expressions)
     asked = _asked(system, answers, poses, names, parts, gains)
     how = (system.mode, gains.system, system.response)
@@ -196,11 +196,11 @@ def express(
         findings += more
     heard = answers["both"]
     emotions = dict(zip(system.emotions, heard.outputs.T, strict=True))
-    return Expressed(corrected, emotions, heard.firing, rule_findings(system) + findings)
+    return Expressed(corrected, emotions, heard.firing, check_rules(system) + findings)
 
 
 def _asked(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     answers: Mapping[Side, Evaluation],
     poses: FloatArray,
     names: tuple[str, ...],
@@ -224,7 +224,7 @@ def _asked(
 
 
 def expression_poses(
-    system: FuzzySystem, names: tuple[str, ...], expressions: Sequence[Expression]
+    system: ExpressionSystem, names: tuple[str, ...], expressions: Sequence[Expression]
 ) -> tuple[FloatArray, list[Finding]]:
     """Return the pose of each emotion (E, T) in shapes `names`; zeros where the rig has none."""
     poses, findings = np.zeros((len(system.emotions), len(names))), []

@@ -8,9 +8,9 @@ from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.correction.features import face_unit, measure, smooth
 from usdface.errors import InputError, did_you_mean
+from usdface.expression_system import ExpressionSystem
 from usdface.face.mirror import SIDES, Side, half_face, half_weights
 from usdface.face.symmetry import symmetric_pairs
-from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
@@ -25,7 +25,7 @@ _Faces = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
 
 
 def features(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     take: MarkerTake | WeightsTake,
     mesh: Mesh,
     setup: RetargetSetup,
@@ -47,7 +47,7 @@ def features(
 
 
 def sided_features(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     take: MarkerTake | WeightsTake,
     mesh: Mesh,
     setup: RetargetSetup,
@@ -70,23 +70,23 @@ def sided_features(
     read: dict[Side, FloatArray] = {}
     for side, positions in faces.items():
         measured = measure(
-            positions, neutral, names, system.inputs, setup.roles, setup.nose_tip, unit
+            positions, neutral, names, system.features, setup.roles, setup.nose_tip, unit
         )
         read[side] = smooth(measured, take.times, noise * system.smoothing)
     return read
 
 
-def _check_roles(system: FuzzySystem, names: Sequence[str], setup: RetargetSetup) -> None:
+def _check_roles(system: ExpressionSystem, names: Sequence[str], setup: RetargetSetup) -> None:
     """Refuse a system that reads a marker which is not there; name the first of its rules."""
     lacking = {
-        variable.name: variable.role
-        for variable in system.inputs
-        if setup.roles.get(variable.role, variable.role) not in names
+        variable.name: feature.role
+        for variable, feature in zip(system.fuzzy.inputs, system.features, strict=True)
+        if setup.roles.get(feature.role, feature.role) not in names
     }
     if not lacking:
         return
     name, role = next(iter(lacking.items()))
-    rules = [r for r in system.rules if any(p.variable in lacking for p in r.propositions)]
+    rules = [r for r in system.fuzzy.rules if any(p.variable in lacking for p in r.propositions)]
     others = len(rules) - 1
     by = f"{rules[0].named}{f' and {others} more' if others else ''}" if rules else "no rule"
     raise InputError(

@@ -14,7 +14,8 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.norms import AGGREGATIONS, T_NORMS
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 
 __all__ = ["defuzzify", "sample_points"]
 

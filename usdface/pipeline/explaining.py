@@ -5,7 +5,7 @@ from pathlib import Path
 from usdface.correction.neutral_check import RestingAnswer, resting_answers
 from usdface.errors import InputError
 from usdface.explanation import Explanation, explained
-from usdface.fuzzy.system import FuzzySystem
+from usdface.expression_system import ExpressionSystem
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import Shot, read_shot
 from usdface.io.usd.stage import Stage
@@ -49,7 +49,7 @@ def resting(path: Path, on_step: OnStep | None = None) -> tuple[RestingAnswer, .
         return resting_answers(shot.rig, shot.setup, system)
 
 
-def _asked(path: Path) -> tuple[Stage, Shot, FuzzySystem]:
+def _asked(path: Path) -> tuple[Stage, Shot, ExpressionSystem]:
     stage = open_shot(path)
     shot, _ = read_shot(stage, str(path))
     if shot.system is None:

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
+from usdface.correction.rule_check import check_rules
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import check_place
 from usdface.io.fuzzy_formats.files import USD, read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.stage import files_of, open_stage
@@ -33,15 +33,17 @@ def write_paper(output: Path, on_step: OnStep | None = None) -> Result:
     return _written(paper_system(), output, [], Steps(on_step))
 
 
-def _written(system: FuzzySystem, output: Path, findings: list[Finding], steps: Steps) -> Result:
-    findings = findings + rule_findings(system)
+def _written(
+    system: ExpressionSystem, output: Path, findings: list[Finding], steps: Steps
+) -> Result:
+    findings = findings + check_rules(system)
     with steps("write"):
         findings += write_fuzzy_file(output, system)
     summary = {
-        "inputs": len(system.inputs),
-        "outputs": len(system.outputs),
-        "terms": sum(len(v.terms) for v in system.variables),
-        "rules": len(system.rules),
-        "inference": system.inference,
+        "inputs": len(system.fuzzy.inputs),
+        "outputs": len(system.fuzzy.outputs),
+        "terms": sum(len(v.terms) for v in system.fuzzy.variables),
+        "rules": len(system.fuzzy.rules),
+        "inference": system.fuzzy.inference,
     }
     return Result((output,), tuple(findings), summary, steps.seconds)

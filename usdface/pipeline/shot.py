@@ -7,10 +7,10 @@ from typing import Any
 
 from usdface.binding.resolve_binding import bound_setup, proposal_summary
 from usdface.correction.expression_layer import adopt, design, parts_of
+from usdface.correction.rule_check import check_rules
+from usdface.expression_system import ExpressionSystem
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import check_place
 from usdface.io.bind_file import read_bind
 from usdface.io.calibration_file import read_calibration_file
@@ -85,7 +85,7 @@ def make_shot(
         **proposal_summary(setup),
         "blend shapes": len(character.shape_names),
         "expressions": ", ".join(e.name for e in expressions),
-        "rules": len(system.rules) if system else 0,
+        "rules": len(system.fuzzy.rules) if system else 0,
     }
     return Result((output,), tuple(findings), summary, steps.seconds), setup
 
@@ -96,12 +96,12 @@ def _corrector(
     expressions: tuple[Expression, ...],
     fuzzy: Path | None,
     told: Mapping[str, Any],
-) -> tuple[FuzzySystem | None, RetargetSetup, list[Finding]]:
+) -> tuple[ExpressionSystem | None, RetargetSetup, list[Finding]]:
     """Return the fuzzy system of a file, or one designed for the rig, and the setup with it."""
     correction = CorrectionOptions(**told)  # what cannot be is refused
     if fuzzy is None:
         return design(mesh, setup, expressions, correction)
     system, findings = read_fuzzy_file(fuzzy)
-    findings += rule_findings(system)
+    findings += check_rules(system)
     setup, more = adopt(system, setup, expressions, str(fuzzy))
     return replace(system, **told), setup, findings + more

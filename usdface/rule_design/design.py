@@ -15,9 +15,11 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
+from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.retarget_setup import Expression
 from usdface.rule_design.feature_selection import (
@@ -42,8 +44,8 @@ def design_system(
     expressions: Sequence[Expression],
     nose_tip: str,
     noise: float,
-) -> tuple[FuzzySystem, dict[str, str], list[Finding]]:
-    """Design a fuzzy system that tells a rig's expressions apart.
+) -> tuple[ExpressionSystem, dict[str, str], list[Finding]]:
+    """Design an expression system that tells a rig's expressions apart.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def design_system(
 
     Returns
     -------
-    system : FuzzySystem
+    system : ExpressionSystem
         One output for each expression, and one rule for each that the markers show.
     roles : dict of str to str
         Role that the variables name, to marker.
@@ -92,14 +94,18 @@ def design_system(
     unit = marker_spread(neutral)
     roles = role_names(names)
     sides = marker_sides(neutral, nose)
-    inputs = _inputs(choices.values(), roles, sides, unit)
+    read = _features(choices.values(), roles)
+    inputs = _inputs(choices.values(), read, sides, unit)
     rules = [
         parse_rule(_text(emotion, choice, inputs, unit))
         for emotion, choice in choices.items()
         if choice.ramps
     ]
     outputs = [Variable(emotion, "output") for emotion in choices]
-    system = FuzzySystem((*inputs.values(), *outputs), tuple(rules))
+    fuzzy = FuzzySystem(
+        (*inputs.values(), *outputs), tuple(rules), normalisation="all_rules", else_rule=True
+    )
+    system = ExpressionSystem(fuzzy, tuple(read.values()))
     used = {roles[i // 3]: names[i // 3] for i in inputs}
     return system, used, _findings(choices)
 
@@ -121,19 +127,27 @@ def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> Float
     return np.asarray(noise * np.sqrt(np.maximum(variance, 0.0)))
 
 
+def _features(choices: Iterable[Choice], roles: Sequence[str]) -> dict[int, MarkerFeature]:
+    """Return the features that conditions are about."""
+    used = {i for choice in choices for i in (*choice.ramps, *(i for i, _ in choice.excluded))}
+    return {i: MarkerFeature(roles[i // 3], AXES[i % 3]) for i in sorted(used)}
+
+
 def _inputs(
-    choices: Iterable[Choice], roles: Sequence[str], sides: Sequence[int], unit: float
+    choices: Iterable[Choice],
+    features: dict[int, MarkerFeature],
+    sides: Sequence[int],
+    unit: float,
 ) -> dict[int, Variable]:
-    """Return an input variable for each feature that is used, with a term for each use."""
+    """Return an input variable for each feature, with a term for each use."""
     ramps: dict[int, set[tuple[float, float]]] = defaultdict(set)
     for choice in choices:
         for feature, (foot, top) in (*choice.ramps.items(), *choice.excluded):
             ramps[feature].add((foot / unit, top / unit))
     inputs = {}
-    for feature in sorted(ramps):
-        role, axis = roles[feature // 3], AXES[feature % 3]
-        terms = _terms(ramps[feature], axis, sides[feature // 3])
-        inputs[feature] = Variable(f"{role}_{axis}", "input", role, axis, "signed", terms)
+    for i, read in features.items():
+        terms = _terms(ramps[i], read.axis, sides[i // 3])
+        inputs[i] = Variable(read.name, "input", terms)
     return inputs
 
 

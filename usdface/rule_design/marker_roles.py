@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.fuzzy.system import Axis, Measure, Variable
+from usdface.expression_system import Axis, MarkerFeature, Measure
 from usdface.geometry.marker_spread import marker_spread
 
 __all__ = [
@@ -15,8 +15,8 @@ __all__ = [
     "direction",
     "direction_words",
     "known_roles",
+    "marker_features",
     "marker_sides",
-    "marker_variables",
     "role_names",
 ]
 
@@ -73,11 +73,9 @@ def known_roles(names: Sequence[str], roles: Mapping[str, str]) -> dict[str, str
     return {found[name]: name for name in names}
 
 
-def marker_variables(roles: Iterable[str], measure: Measure = "signed") -> tuple[Variable, ...]:
-    """Return an input without terms for each marker and axis: (3 M,), x, y, z in turn."""
-    return tuple(
-        Variable(f"{role}_{axis}", "input", role, axis, measure) for role in roles for axis in AXES
-    )
+def marker_features(roles: Iterable[str], measure: Measure = "signed") -> tuple[MarkerFeature, ...]:
+    """Return the feature of each marker along each axis: (3 M,), x, y, z in turn."""
+    return tuple(MarkerFeature(role, axis, measure) for role in roles for axis in AXES)
 
 
 def direction_words(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:

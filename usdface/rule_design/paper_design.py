@@ -8,16 +8,18 @@ the others do not (L.-X. Wang, J. Mendel, "Generating Fuzzy Rules by Learning fr
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.findings import Finding, finding
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.rules import Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Space, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
+from usdface.options import FeatureSpace
 from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, RULES, three_terms
 
 __all__ = ["fit_paper"]
@@ -35,18 +37,18 @@ _DIGITS = 9
 
 
 def fit_paper(
-    variables: Sequence[Variable],
+    features: Sequence[MarkerFeature],
     references: FloatArray,
     emotions: Sequence[str],
     noise: FloatArray,
-    space: Space = "character",
-) -> tuple[FuzzySystem, list[Finding]]:
+    space: FeatureSpace = "character",
+) -> tuple[ExpressionSystem, list[Finding]]:
     """Design a system from reference poses.
 
     Parameters
     ----------
-    variables : sequence of Variable, length I
-        "absolute" inputs without terms.
+    features : sequence of MarkerFeature, length I
+        "absolute" ones.
     references : (R, I) float64 [face unit]
         Features of the reference poses; several may show one emotion.
     emotions : sequence of str, length R
@@ -57,8 +59,8 @@ def fit_paper(
 
     Returns
     -------
-    system : FuzzySystem
-        Without a neutral rule, as the paper's: it may answer something at neutral.
+    system : ExpressionSystem
+        Without an else rule, as the paper's: it may answer something at neutral.
     findings : list of Finding
         EXPRESSION_UNSEEN for each emotion that gets no rule.
 
@@ -73,19 +75,26 @@ def fit_paper(
     low, high = references.min(axis=0), references.max(axis=0)
     usable = high - low > np.maximum(_LEAST_RANGE * noise, _LEAST_MOTION)
     given = [
-        replace(v, terms=three_terms(*sorted(map(float, (a, np.median(column), b))))) if used else v
-        for v, a, b, column, used in zip(variables, low, high, references.T, usable, strict=True)
+        Variable(
+            feature.name,
+            "input",
+            three_terms(*sorted(map(float, (a, np.median(column), b)))) if used else (),
+        )
+        for feature, a, b, column, used in zip(
+            features, low, high, references.T, usable, strict=True
+        )
     ]
-    by_name = {v.name: v for v in given}
     if set(MEDIUM) <= {v.name for v in given if v.terms} and set(EMOTIONS) <= set(names):
         rules = tuple(parse_rule(text) for text in RULES)
     else:
         small = (noise / np.maximum(high - low, _LEAST_MOTION)) ** 2
         rules = _rules(given, references, emotions, _NOISE_COST * small)
     asked = {name for rule in rules for name, _ in rule.antecedent}
-    inputs = [by_name[v.name] for v in given if v.name in asked]
+    inputs = [v for v in given if v.name in asked]
+    read = tuple(feature for feature in features if feature.name in asked)
     outputs = [Variable(name, "output") for name in names]
-    system = FuzzySystem((*inputs, *outputs), rules, space=space, neutral_rule=False, mode="add")
+    fuzzy = FuzzySystem((*inputs, *outputs), rules, normalisation="all_rules")
+    system = ExpressionSystem(fuzzy, read, space=space, mode="add")
     said = {output for rule in rules for output, _ in rule.consequents}
     return system, [
         finding("EXPRESSION_UNSEEN", name, f"no motions are those of {name} alone; it gets no rule")

@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
-from usdface.fuzzy.system import Variable
+from usdface.expression_system import MarkerFeature
 
 __all__ = ["NO_EMOTION", "Examples"]
 
@@ -20,8 +20,8 @@ class Examples:
 
     Attributes
     ----------
-    variables : tuple of Variable, length I
-        Signed inputs without terms: what the columns of `features` measure.
+    marker_features : tuple of MarkerFeature, length I
+        The columns of `features`.
     words : tuple of (str, str), length I
         What a negative and a positive value of each is called, e.g. ("lowered", "raised").
     features : (N, I) float64 [face unit]
@@ -45,7 +45,7 @@ class Examples:
         If lengths disagree, or an intensity is not in (0, 1].
     """
 
-    variables: tuple[Variable, ...]
+    marker_features: tuple[MarkerFeature, ...]
     words: tuple[tuple[str, str], ...]
     features: FloatArray
     emotions: tuple[str, ...]
@@ -58,7 +58,7 @@ class Examples:
     def __post_init__(self) -> None:
         for field in ("features", "intensities", "noise", "movements"):
             object.__setattr__(self, field, frozen(getattr(self, field)))
-        count, width = len(self.emotions), len(self.variables)
+        count, width = len(self.emotions), len(self.marker_features)
         expected = {
             "features": (count, width),
             "variants": (count,),

@@ -8,13 +8,13 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.correction.expression_layer import design
+from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
 from usdface.options import CorrectionOptions, FitOptions
 from usdface.retarget_setup import Expression
-from usdface.rule_design.marker_roles import marker_variables
+from usdface.rule_design.marker_roles import marker_features
 from usdface.rule_design.paper_design import fit_paper
 from usdface.rule_learning.cross_validation import Validation, cross_validate, held_out
 from usdface.rule_learning.expression_poses import learned_poses
@@ -31,7 +31,7 @@ class Fitted:
 
     Attributes
     ----------
-    system : FuzzySystem
+    system : ExpressionSystem
     expressions : tuple of Expression
         A pose for each emotion.
     validation : Validation or None
@@ -43,7 +43,7 @@ class Fitted:
     findings : tuple of Finding
     """
 
-    system: FuzzySystem
+    system: ExpressionSystem
     expressions: tuple[Expression, ...]
     validation: Validation | None
     separations: tuple[Separation, ...]
@@ -55,9 +55,11 @@ class Fitted:
         """Figures for people."""
         facts: dict[str, Any] = {
             "emotions": ", ".join(self.system.emotions),
-            "rules": sum(rule.weight == 1 for rule in self.system.rules),
-            "hints (rules of less weight)": sum(rule.weight < 1 for rule in self.system.rules),
-            "inputs": len(self.system.inputs),
+            "rules": sum(rule.weight == 1 for rule in self.system.fuzzy.rules),
+            "hints (rules of less weight)": sum(
+                rule.weight < 1 for rule in self.system.fuzzy.rules
+            ),
+            "inputs": len(self.system.features),
             "largest answer at neutral": round(self.neutral, 4),
         }
         tested = self.validation
@@ -70,8 +72,8 @@ class Fitted:
     def details(self) -> dict[str, Any]:
         """All of it as plain values, for a report."""
         facts: dict[str, Any] = {
-            "rules": [rule.text for rule in self.system.rules],
-            "weights": [rule.weight for rule in self.system.rules],
+            "rules": [rule.text for rule in self.system.fuzzy.rules],
+            "weights": [rule.weight for rule in self.system.fuzzy.rules],
             "separations": [pair.as_dict() for pair in self.separations],
         }
         if self.validation is not None:
@@ -90,21 +92,23 @@ def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) 
     """
     if options.space == "take" and not options.paper:
         raise InputError('the default design reads the character; give labels for space "take"')
-    variables = marker_variables(face.roles, "absolute" if options.paper else "signed")
+    columns = marker_features(face.roles, "absolute" if options.paper else "signed")
     poses = np.array([e.pose(face.mesh.shape_names) for e in expressions])
-    seen = pose_features(poses.reshape(len(expressions), -1), face, variables)
+    seen = pose_features(poses.reshape(len(expressions), -1), face, columns)
     noise = feature_noise(face, "take" if options.paper else "character")
     emotions = [e.name for e in expressions]
     if options.paper:
-        system, findings = fit_paper(variables, seen, emotions, noise, options.space)
+        system, findings = fit_paper(columns, seen, emotions, noise, options.space)
     else:
         system, findings = _designed(face, expressions)
-    apart = tuple(pose_separations(emotions, seen, noise, variables))
+    apart = tuple(pose_separations(emotions, seen, noise, columns))
     findings = [*findings, *(f for pair in apart for f in pair.findings())]
     return _fitted(system, tuple(expressions), None, apart, findings)
 
 
-def _designed(face: Face, expressions: Sequence[Expression]) -> tuple[FuzzySystem, list[Finding]]:
+def _designed(
+    face: Face, expressions: Sequence[Expression]
+) -> tuple[ExpressionSystem, list[Finding]]:
     system, _, findings = design(face.mesh, face.setup, expressions, CorrectionOptions())
     if system is None:
         raise InputError("the rig has no expression poses to fit to; give labelled takes")
@@ -124,7 +128,9 @@ def fit_labelled(labelled: Labelled, face: Face, options: FitOptions) -> Fitted:
     if options.paper:
         references, emotions = _references(labelled)
         noise = feature_noise(face, "take")
-        system, findings = fit_paper(examples.variables, references, emotions, noise, options.space)
+        system, findings = fit_paper(
+            examples.marker_features, references, emotions, noise, options.space
+        )
         return _fitted(system, poses, None, (), findings)
     system, findings = fit_system(examples, options.space)
     holding = held_out(examples) if options.hold_out == "auto" else options.hold_out
@@ -143,12 +149,12 @@ def _references(labelled: Labelled) -> tuple[FloatArray, list[str]]:
 
 
 def _fitted(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     expressions: tuple[Expression, ...],
     validation: Validation | None,
     apart: tuple[Separation, ...],
     findings: Sequence[Finding],
 ) -> Fitted:
-    rest = answers_to(system, system.inputs, np.zeros((1, len(system.inputs))))
-    found = (*findings, *rule_findings(system))
+    rest = answers_to(system, system.features, np.zeros((1, len(system.features))))
+    found = (*findings, *check_rules(system))
     return Fitted(system, expressions, validation, apart, float(rest.max(initial=0.0)), found)

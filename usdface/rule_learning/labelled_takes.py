@@ -10,8 +10,10 @@ from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.correction.feature_extraction import features
 from usdface.correction.features import measure
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.findings import Finding
-from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.result import Steps
@@ -21,7 +23,7 @@ from usdface.retarget_take import retarget
 from usdface.rigs import Mesh
 from usdface.rule_design.design import solved_noise
 from usdface.rule_design.feature_selection import single_movements
-from usdface.rule_design.marker_roles import direction_words, known_roles, marker_variables
+from usdface.rule_design.marker_roles import direction_words, known_roles, marker_features
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.labels import NEUTRAL, Label
 from usdface.takes import MarkerTake, WeightsTake
@@ -119,19 +121,19 @@ def examples_of(
     InputError
         If a take cannot be read or solved, or does not have the labelled frames.
     """
-    variables = marker_variables(face.roles, "absolute" if options.paper else "signed")
+    columns = marker_features(face.roles, "absolute" if options.paper else "signed")
     paths = list(dict.fromkeys(label.take for label in labels))
     labels = sorted(labels, key=lambda label: paths.index(label.take))
     rows, weights, findings = [], [], []
     for path in paths:
         own = [label for label in labels if label.take == path]
         with steps(f"retarget {path.name}"):
-            seen, solved, more = _stretches(path, own, face, read, options.space, variables)
+            seen, solved, more = _stretches(path, own, face, read, options.space, columns)
         rows.append(seen)
         weights.append(solved)
         findings += more
     examples = Examples(
-        variables,
+        columns,
         direction_words(face.neutral, face.nose),
         np.concatenate(rows),
         tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
@@ -139,7 +141,7 @@ def examples_of(
         tuple(str(label.take) for label in labels),
         np.array([label.intensity for label in labels]),
         feature_noise(face, options.space),
-        pose_features(single_movements(face.mesh.shape_names), face, variables),
+        pose_features(single_movements(face.mesh.shape_names), face, columns),
     )
     if not examples.names:
         raise InputError("the labels name no emotion; without one there is nothing to learn")
@@ -152,7 +154,7 @@ def _stretches(
     face: Face,
     read: ReadTake,
     space: FeatureSpace,
-    variables: tuple[Variable, ...],
+    columns: tuple[MarkerFeature, ...],
 ) -> tuple[FloatArray, FloatArray, list[Finding]]:
     """Return features (N, I) and weights (N, S) of one take's stretches."""
     take, findings = read(path)
@@ -163,7 +165,7 @@ def _stretches(
         setup = replace(setup, neutral=(int(rest[0][0]), int(rest[0][-1])))
     take, weights, solution, more = retarget(take, setup, face.mesh, face.shape_names)
     weights = weights.reordered(face.mesh.shape_names)
-    seen = _features(take, weights, solution, replace(face, setup=setup), space, variables)
+    seen = _features(take, weights, solution, replace(face, setup=setup), space, columns)
     at_rest = [label.emotion == NEUTRAL for label in labels]
 
     def heights(values: FloatArray) -> list[FloatArray]:
@@ -184,19 +186,16 @@ def _features(
     solution: Solution | None,
     face: Face,
     space: FeatureSpace,
-    variables: tuple[Variable, ...],
+    columns: tuple[MarkerFeature, ...],
 ) -> FloatArray:
     """Measure every marker along every axis: (F, I); a marker that the take lacks is hidden."""
     setup = replace(face.setup, roles=face.roles)
     there = set(solution.markers if solution and space == "take" else setup.binding.markers)
-    known = [setup.roles[v.role] in there for v in variables]
-    everything = FuzzySystem(
-        tuple(v for v, yes in zip(variables, known, strict=True) if yes),
-        (),
-        space=space,
-        smoothing=LEARNED_SMOOTHING,
-    )
-    seen = np.full((len(take.times), len(variables)), np.nan)
+    known = [setup.roles[column.role] in there for column in columns]
+    read = tuple(column for column, yes in zip(columns, known, strict=True) if yes)
+    inputs = FuzzySystem(tuple(Variable(column.name, "input") for column in read), ())
+    everything = ExpressionSystem(inputs, read, space=space, smoothing=LEARNED_SMOOTHING)
+    seen = np.full((len(take.times), len(columns)), np.nan)
     seen[:, known] = features(everything, take, face.mesh, setup, weights, solution)
     return seen
 
@@ -230,7 +229,9 @@ def _mean(seen: FloatArray) -> FloatArray:
     return mean
 
 
-def pose_features(weights: FloatArray, face: Face, variables: tuple[Variable, ...]) -> FloatArray:
+def pose_features(
+    weights: FloatArray, face: Face, columns: tuple[MarkerFeature, ...]
+) -> FloatArray:
     """Measure poses of the rig, weights (N, S): (N, I) [face unit]."""
     neutral, offsets = face.neutral, face.offsets
     moved = (weights @ offsets.reshape(len(offsets), -1)).reshape(-1, *neutral.shape)
@@ -238,7 +239,7 @@ def pose_features(weights: FloatArray, face: Face, variables: tuple[Variable, ..
         neutral + moved,
         neutral,
         face.setup.binding.markers,
-        variables,
+        columns,
         face.roles,
         face.setup.nose_tip,
         marker_spread(neutral),

@@ -6,16 +6,17 @@ A neutral face meets none of the terms and a silent rule stands for it, so it an
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Space, Variable
-from usdface.options import LEARNED_SMOOTHING
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
+from usdface.options import LEARNED_SMOOTHING, FeatureSpace
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.fallback_rules import learn_hints
 from usdface.rule_learning.rules import LearnedRule, cheapest_partings, learn_rules
@@ -28,7 +29,9 @@ __all__ = ["answers", "answers_to", "fit_system", "heard"]
 _HEARD = 0.15
 
 
-def fit_system(examples: Examples, space: Space = "character") -> tuple[FuzzySystem, list[Finding]]:
+def fit_system(
+    examples: Examples, space: FeatureSpace = "character"
+) -> tuple[ExpressionSystem, list[Finding]]:
     """Learn terms and rules from examples.
 
     Parameters
@@ -39,7 +42,7 @@ def fit_system(examples: Examples, space: Space = "character") -> tuple[FuzzySys
 
     Returns
     -------
-    system : FuzzySystem
+    system : ExpressionSystem
         One output for each emotion of the examples.
     findings : list of Finding
         EXPRESSION_UNSEEN for each emotion that gets no rule.
@@ -51,8 +54,13 @@ def fit_system(examples: Examples, space: Space = "character") -> tuple[FuzzySys
     learned += learn_hints(examples, words, learned)
     rules = tuple(_rule(rule, words, examples) for rule in learned)
     outputs = tuple(Variable(emotion, "output") for emotion in examples.names)
-    inputs = _inputs(learned, words, examples)
-    system = FuzzySystem((*inputs, *outputs), rules, space=space, smoothing=LEARNED_SMOOTHING)
+    terms = _terms(learned, words)
+    features = tuple(examples.marker_features[i] for i in terms)
+    inputs = (
+        Variable(f.name, "input", own) for f, own in zip(features, terms.values(), strict=True)
+    )
+    fuzzy = FuzzySystem((*inputs, *outputs), rules, normalisation="all_rules", else_rule=True)
+    system = ExpressionSystem(fuzzy, features, space=space, smoothing=LEARNED_SMOOTHING)
     silent = set(examples.names) - {rule.emotion for rule in learned}
     return system, [
         finding("EXPRESSION_UNSEEN", name, f"no few marker motions show {name}; it gets no rule")
@@ -65,17 +73,16 @@ def _parts(*ways: Iterable[Parting]) -> list[BoolArray]:
     return [part for way in ways for parts in way for part in parts]
 
 
-def answers(system: FuzzySystem, examples: Examples) -> FloatArray:
+def answers(system: ExpressionSystem, examples: Examples) -> FloatArray:
     """Return the emotions that a fitted system hears in examples: (N, E)."""
-    return answers_to(system, examples.variables, examples.features)
+    return answers_to(system, examples.marker_features, examples.features)
 
 
 def answers_to(
-    system: FuzzySystem, variables: tuple[Variable, ...], features: FloatArray
+    system: ExpressionSystem, columns: tuple[MarkerFeature, ...], features: FloatArray
 ) -> FloatArray:
     """Return what a fitted system hears in features (N, I) of which it reads some columns."""
-    column = {v.name: i for i, v in enumerate(variables)}
-    return evaluate(system, features[:, [column[v.name] for v in system.inputs]]).outputs
+    return evaluate(system.fuzzy, features[:, [columns.index(f) for f in system.features]]).outputs
 
 
 def heard(outputs: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
@@ -88,29 +95,27 @@ def heard(outputs: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _rule(learned: LearnedRule, words: Words, examples: Examples) -> Rule:
+    features = examples.marker_features
     conditions = [
-        f"{examples.variables[words.feature[term]].name} IS {'NOT ' * negated}{words.names[term]}"
+        f"{features[words.feature[term]].name} IS {'NOT ' * negated}{words.names[term]}"
         for term, negated in learned.conditions
     ]
     return parse_rule(f"IF {' AND '.join(conditions)} THEN {learned.emotion} IS 1", learned.weight)
 
 
-def _inputs(learned: list[LearnedRule], words: Words, examples: Examples) -> list[Variable]:
-    """Return the features that rules ask for, with all their terms of that direction."""
+def _terms(learned: list[LearnedRule], words: Words) -> dict[int, tuple[Term, ...]]:
+    """Return the features that rules ask for, each with all its terms of that direction."""
     asked = {
         (int(words.feature[term]), int(np.sign(words.top[term])))
         for rule in learned
         for term, _ in rule.conditions
     }
-    return [
-        replace(
-            examples.variables[feature],
-            terms=tuple(
-                term
-                for sign in (1, -1)
-                if (feature, sign) in asked
-                for term in words.terms_of(feature, sign)
-            ),
+    return {
+        feature: tuple(
+            term
+            for sign in (1, -1)
+            if (feature, sign) in asked
+            for term in words.terms_of(feature, sign)
         )
         for feature in sorted({feature for feature, _ in asked})
-    ]
+    }

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.expression_system import MarkerFeature
 from usdface.findings import Finding, finding
-from usdface.fuzzy.system import Variable
 from usdface.rule_learning.cross_validation import Holding, folds
 from usdface.rule_learning.examples import Examples
 
@@ -101,7 +101,7 @@ def separations(examples: Examples, holding: Holding) -> list[Separation]:
 
 
 def pose_separations(
-    names: Sequence[str], seen: FloatArray, noise: FloatArray, variables: Sequence[Variable]
+    names: Sequence[str], seen: FloatArray, noise: FloatArray, features: Sequence[MarkerFeature]
 ) -> list[Separation]:
     """Return how every two poses of a rig lie apart, in units of the markers' noise.
 
@@ -112,12 +112,12 @@ def pose_separations(
         Features of each pose, x, y, z of each marker.
     noise : (3 M,) float64
         Of each feature, in the same unit.
-    variables : sequence of Variable, length 3 M
+    features : sequence of MarkerFeature, length 3 M
     """
     found = []
     for (one, a), (other, b) in combinations(zip(names, seen, strict=True), 2):
         best, sensitivity = _most_sensitive(a[None], b[None], noise)
-        best_names = tuple(variables[i].name for i in best)
+        best_names = tuple(features[i].name for i in best)
         found.append(Separation((one, other), best_names, sensitivity, 0, 0))
     return found
 
@@ -141,7 +141,7 @@ def _pair(
             side = sign * _side(whole[own & out], a, b, noise, chosen)
             mistaken += int((side <= 0).sum())
             tested += len(side)
-    names = tuple(examples.variables[i].name for i in best)
+    names = tuple(examples.marker_features[i].name for i in best)
     return Separation(pair, names, sensitivity, mistaken, tested)
 
 

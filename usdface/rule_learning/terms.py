@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
-from usdface.fuzzy.system import Term
+from usdface.fuzzy.variables import Term
 from usdface.rule_design.marker_roles import degrees
 from usdface.rule_learning.examples import Examples
 

@@ -10,9 +10,9 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.arrays import FloatArray
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.face.layout import FaceParts
 from usdface.findings import Finding, finding
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.face_layout import read_gains, read_parts, write_parts
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
@@ -76,7 +76,7 @@ class Shot:
     codes: FloatArray
     rig: Rig
     setup: RetargetSetup
-    system: FuzzySystem | None
+    system: ExpressionSystem | None
     expressions: tuple[Expression, ...]
     prims: ShotPrims
     metrics: Metrics
@@ -89,7 +89,7 @@ def write_shot(
     rig: Path,
     take: Path,
     setup: RetargetSetup,
-    system: FuzzySystem | None,
+    system: ExpressionSystem | None,
     expressions: Sequence[Expression],
     parts: FaceParts | None = None,
 ) -> None:
