@@ -16,12 +16,12 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
-from fuzzy_fit import emotions_only, nearest_mean, rules_and_hints  # noqa: E402
+from fuzzy_fit import emotions_only, nearest_mean, rules_and_fallback  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
 from usdface.rule_design.feature_selection import single_movements  # noqa: E402
-from usdface.rule_design.marker_roles import direction_words, marker_features  # noqa: E402
+from usdface.rule_design.marker_roles import direction_names, marker_features  # noqa: E402
 from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.rule_learning.labelled_takes import Face, feature_noise, pose_features  # noqa: E402
@@ -104,7 +104,7 @@ def world(seed: int, face: Face) -> Examples:
     emotions, variants_shown, recordings = zip(*labels, strict=True)
     return Examples(
         variables,
-        direction_words(face.neutral, face.nose),
+        direction_names(face.neutral, face.nose),
         features,
         emotions,
         variants_shown,
@@ -142,11 +142,11 @@ def main() -> None:
     face = Face(mesh, mesh.shape_names, setup)
     for seed in parser.parse_args().worlds:
         data = world(seed, face)
-        system, _ = fit_system(data)
+        learned = fit_system(data)
         performers = cross_validate(data, "recording")
         silent = performers.counts[-1]
         print(
-            f"world {seed}: {rules_and_hints(system)} rules and hints; "
+            f"world {seed}: {rules_and_fallback(learned)} rules and fallback rules; "
             f"new performer {emotions_only(performers)}, "
             f"silent {silent[-1]} of {silent.sum()}; new variant "
             f"{emotions_only(cross_validate(data, 'variant'))}, nearest mean "

@@ -19,9 +19,9 @@ from scipy.spatial import cKDTree
 from usdface.arrays import FloatArray, IntArray
 from usdface.correction.expression_layer import Character, design, express, parts_of
 from usdface.correction.feature_extraction import sided_features
+from usdface.expression_system import ExpressionSystem
 from usdface.face.expression_poses import ActionPose, expressions_for
 from usdface.face.layout import FaceParts
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
@@ -66,7 +66,7 @@ class Face:
     mesh: Mesh
     setup: RetargetSetup
     expressions: tuple[Expression, ...]
-    system: FuzzySystem
+    system: ExpressionSystem
     parts: FaceParts
 
     @property

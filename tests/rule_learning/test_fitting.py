@@ -39,11 +39,12 @@ def test_what_was_labelled_is_heard_in_the_recording_that_was_left_out(fitted):
     assert fit.system.emotions == tuple(dict.fromkeys(emotion for emotion, _ in SHOWN))
     assert fit.validation.holding == "recording"
     assert fit.validation.accuracy == 1
-    assert outcome.summary["heard right, each recording held out"] == "12 of 12 (100.0 %)"
+    assert outcome.summary["recognised, each recording held out"] == "12 of 12 (100.0 %)"
     assert all(len(rule.antecedent) <= 3 for rule in fit.system.fuzzy.rules)
     weights = fit.details["fit"]["weights"]
     assert outcome.summary["rules"] == weights.count(1.0) >= len(fit.system.emotions)
-    assert outcome.summary["hints (rules of less weight)"] == len(weights) - weights.count(1.0)
+    assert outcome.summary["fallback rules"] == len(weights) - weights.count(1.0)
+    assert [r for r in fit.system.fuzzy.rules if r.weight < 1] == list(fit.fallback_rules)
 
 
 def test_a_neutral_face_answers_nothing(fitted):

@@ -24,7 +24,7 @@ def print_fit(fitted: "Fitted") -> None:
         console.print(escape(" ".join(rule.text.split())))
     tested = fitted.validation
     if tested is not None and tested.tested:
-        title = f"shown (rows) and heard, each {tested.holding} held out"
+        title = f"shown (rows) and recognised, each {tested.holding} held out"
         table = Table(title=title, title_justify="left", box=SIMPLE)
         labels = [*tested.names, "none"]
         for label in ("", *labels, "margin: mean", "worst"):

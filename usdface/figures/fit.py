@@ -18,7 +18,7 @@ _COLUMNS = 4
 _SAMPLES = 400
 _MARGIN = 0.15
 _FACE_UNIT = "face units (the RMS distance of the neutral markers from their centre)"
-# What is heard right, and what is not.
+# Recognised, and mistaken.
 _RIGHT, _WRONG = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 
 
@@ -90,4 +90,4 @@ def _draw_confusion(axes: Any, validation: Validation) -> None:
     title = f"held out by {validation.holding}: {validation.right} of {validation.tested} right"
     untested = len(labels) - len(tested)
     title += f" ({untested} of {len(labels)} kinds without a test)" if untested else ""
-    axes.set(xlabel="heard", ylabel="shown", title=title)
+    axes.set(xlabel="recognised", ylabel="shown", title=title)

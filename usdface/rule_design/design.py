@@ -23,12 +23,18 @@ from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.retarget_setup import Expression
 from usdface.rule_design.feature_selection import (
-    Choice,
-    choose_features,
+    SelectedFeatures,
     paired_movements,
+    select_features,
     single_movements,
 )
-from usdface.rule_design.marker_roles import AXES, degrees, direction, marker_sides, role_names
+from usdface.rule_design.marker_roles import (
+    AXES,
+    degree_prefixes,
+    direction_name,
+    marker_sides,
+    role_names,
+)
 
 __all__ = ["design_system", "solved_noise"]
 
@@ -87,27 +93,27 @@ def design_system(
     paired = paired_movements(shape_names, single, features)
     jitter = solved_noise(basis.reshape(features.shape), features, noise)
     upper = np.repeat(neutral[:, 1] > neutral[nose, 1], 3)
-    choices = {
-        expression.name: choose_features(i, poses, single, paired, features, jitter, upper)
+    selections = {
+        expression.name: select_features(i, poses, single, paired, features, jitter, upper)
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)
     roles = role_names(names)
     sides = marker_sides(neutral, nose)
-    read = _features(choices.values(), roles)
-    inputs = _inputs(choices.values(), read, sides, unit)
+    read = _features(selections.values(), roles)
+    inputs = _inputs(selections.values(), read, sides, unit)
     rules = [
-        parse_rule(_text(emotion, choice, inputs, unit))
-        for emotion, choice in choices.items()
-        if choice.ramps
+        parse_rule(_rule_text(emotion, selection, inputs, unit))
+        for emotion, selection in selections.items()
+        if selection.ramps
     ]
-    outputs = [Variable(emotion, "output") for emotion in choices]
+    outputs = [Variable(emotion, "output") for emotion in selections]
     fuzzy = FuzzySystem(
         (*inputs.values(), *outputs), tuple(rules), normalisation="all_rules", else_rule=True
     )
     system = ExpressionSystem(fuzzy, tuple(read.values()))
-    used = {roles[i // 3]: names[i // 3] for i in inputs}
-    return system, used, _findings(choices)
+    roles_used = {roles[i // 3]: names[i // 3] for i in inputs}
+    return system, roles_used, _findings(selections)
 
 
 def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:
@@ -127,22 +133,28 @@ def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> Float
     return np.asarray(noise * np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _features(choices: Iterable[Choice], roles: Sequence[str]) -> dict[int, MarkerFeature]:
+def _features(
+    selections: Iterable[SelectedFeatures], roles: Sequence[str]
+) -> dict[int, MarkerFeature]:
     """Return the features that conditions are about."""
-    used = {i for choice in choices for i in (*choice.ramps, *(i for i, _ in choice.excluded))}
+    used = {
+        i
+        for selection in selections
+        for i in (*selection.ramps, *(i for i, _ in selection.negative))
+    }
     return {i: MarkerFeature(roles[i // 3], AXES[i % 3]) for i in sorted(used)}
 
 
 def _inputs(
-    choices: Iterable[Choice],
+    selections: Iterable[SelectedFeatures],
     features: dict[int, MarkerFeature],
     sides: Sequence[int],
     unit: float,
 ) -> dict[int, Variable]:
     """Return an input variable for each feature, with a term for each use."""
     ramps: dict[int, set[tuple[float, float]]] = defaultdict(set)
-    for choice in choices:
-        for feature, (foot, top) in (*choice.ramps.items(), *choice.excluded):
+    for selection in selections:
+        for feature, (foot, top) in (*selection.ramps.items(), *selection.negative):
             ramps[feature].add((foot / unit, top / unit))
     inputs = {}
     for i, read in features.items():
@@ -156,17 +168,19 @@ def _terms(ramps: set[tuple[float, float]], axis: Axis, side: int) -> tuple[Term
     terms = []
     for sign in (1, -1):
         reaching = sorted((r for r in ramps if r[1] * sign > 0), key=lambda ramp: abs(ramp[1]))
-        word = direction(axis, sign, side)
+        word = direction_name(axis, sign, side)
         terms += [
             Term(f"{degree}{word}", "ramp", ramp)
-            for degree, ramp in zip(degrees(len(reaching)), reaching, strict=True)
+            for degree, ramp in zip(degree_prefixes(len(reaching)), reaching, strict=True)
         ]
     return tuple(terms)
 
 
-def _text(emotion: str, choice: Choice, inputs: dict[int, Variable], unit: float) -> str:
+def _rule_text(
+    emotion: str, selection: SelectedFeatures, inputs: dict[int, Variable], unit: float
+) -> str:
     conditions = []
-    for word, ramps in (("IS", choice.ramps.items()), ("IS NOT", choice.excluded)):
+    for word, ramps in (("IS", selection.ramps.items()), ("IS NOT", selection.negative)):
         for feature, (foot, top) in ramps:
             ramp = (foot / unit, top / unit)
             term = next(t for t in inputs[feature].terms if t.parameters == ramp)
@@ -174,18 +188,18 @@ def _text(emotion: str, choice: Choice, inputs: dict[int, Variable], unit: float
     return f"IF {' AND '.join(conditions)} THEN {emotion} IS 1"
 
 
-def _findings(choices: dict[str, Choice]) -> list[Finding]:
-    names = list(choices)
+def _findings(selections: dict[str, SelectedFeatures]) -> list[Finding]:
+    names = list(selections)
     findings = []
-    for emotion, choice in choices.items():
-        if not choice.ramps:
+    for emotion, selection in selections.items():
+        if not selection.ramps:
             message = f"no marker shows {emotion} clearly above the noise; it gets no rule"
             findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
-        elif choice.confused:
-            rivals = ", ".join(names[i] for i in choice.confused)
+        elif selection.confused:
+            rivals = ", ".join(names[i] for i in selection.confused)
             message = f"the markers cannot tell {emotion} from {rivals}"
             findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
-        for other, degree in choice.shared:
+        for other, degree in selection.shared:
             message = f"the markers show a little of {emotion} in {names[other]}, {degree:.2f}"
             findings.append(finding("EXPRESSION_SHARED", emotion, message))
     return findings

@@ -13,9 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.rule_design.negative_conditions import FIRES, Ramp, exclude, ramp_degree
+from usdface.rule_design.negative_conditions import (
+    LEAST_FIRING,
+    Ramp,
+    negative_conditions,
+    ramp_membership,
+)
 
-__all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
+__all__ = ["SelectedFeatures", "paired_movements", "select_features", "single_movements"]
 
 # What the names of a shape on either side differ in: mouthSmileLeft, mouthSmile_L, eye-left-slit.
 _SIDE = re.compile(r"(?i)left|right|(?<=[_.\- ])[lr]$|^[lr](?=[_.\- ])")
@@ -53,7 +58,7 @@ _CONFUSED = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class SelectedFeatures:
     """The features of one expression.
 
     Attributes
@@ -61,7 +66,7 @@ class Choice:
     ramps : dict of int to (float, float)
         Feature to the signed values [m] where its term begins (the end of the dead zone around
         neutral) and where it holds fully (at the expression's pose). Empty = nothing shows it.
-    excluded : tuple of (int, (float, float))
+    negative : tuple of (int, (float, float))
         Features and the ramps that they must not meet, see
         `usdface.rule_design.negative_conditions`.
     confused : tuple of int
@@ -72,7 +77,7 @@ class Choice:
     """
 
     ramps: dict[int, Ramp]
-    excluded: tuple[tuple[int, Ramp], ...]
+    negative: tuple[tuple[int, Ramp], ...]
     confused: tuple[int, ...]
     shared: tuple[tuple[int, float], ...] = ()
 
@@ -106,7 +111,7 @@ def paired_movements(
     return np.asarray(whole[first] + whole[second])
 
 
-def choose_features(
+def select_features(
     index: int,
     poses: FloatArray,
     single: FloatArray,
@@ -114,7 +119,7 @@ def choose_features(
     features: FloatArray,
     noise: FloatArray,
     upper: BoolArray,
-) -> Choice:
+) -> SelectedFeatures:
     """Choose the features that show one expression and none of its rivals.
 
     Parameters
@@ -138,13 +143,13 @@ def choose_features(
     foot = np.sign(own) * np.maximum(_DEAD_ZONE * noise, _LEAST_DEAD_ZONE * full)
     usable = np.flatnonzero(full > np.maximum(_LEAST_SIGNAL * noise, _LEAST_MOTION))
     if not usable.size:
-        return Choice({}, (), ())
+        return SelectedFeatures({}, (), ())
     others = np.delete(np.arange(len(poses)), index)
     alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
     varied = (poses[others][:, None] + single).reshape(-1, len(features))
     varied = varied[(varied < poses[index]).any(axis=1)]
     rivals = np.concatenate([poses[others], alone, both, varied]) @ features[:, usable]
-    degrees = ramp_degree(rivals, foot[usable], _TOP * own[usable])
+    memberships = ramp_membership(rivals, foot[usable], _TOP * own[usable])
     costs = (
         _OTHER_EXPRESSION,
         _SINGLE_MOVEMENT,
@@ -153,20 +158,20 @@ def choose_features(
     )
     weights = np.repeat(costs, (len(others), len(alone), len(both), len(varied)))
     noisy = np.round(_NOISE_COST * (noise[usable] / full[usable]) ** 2, _DIGITS)
-    chosen = _cheapest(degrees, weights, noisy, usable // 3)
-    chosen += _unread_half(chosen, full[usable], noisy, upper[usable])
+    chosen = _cheapest(memberships, weights, noisy, usable // 3)
+    chosen += _missing_half(chosen, full[usable], noisy, upper[usable])
     ramps = {int(i): (float(foot[i]), _TOP * float(own[i])) for i in usable[chosen]}
-    firing = degrees[: len(others), chosen].min(axis=1)
+    firing = memberships[: len(others), chosen].min(axis=1)
     moved = poses[others] @ features
-    excluded, firing = exclude(own, moved, firing, ramps, single @ features, noise)
-    partly = (firing > FIRES) & (firing <= _CONFUSED)
+    negative, firing = negative_conditions(own, moved, firing, ramps, single @ features, noise)
+    partly = (firing > LEAST_FIRING) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
     confused = map(int, others[firing > _CONFUSED])
-    return Choice(ramps, excluded, tuple(confused), tuple(shared))
+    return SelectedFeatures(ramps, negative, tuple(confused), tuple(shared))
 
 
 def _cheapest(
-    degrees: FloatArray, weights: FloatArray, cost: FloatArray, marker: IntArray
+    memberships: FloatArray, weights: FloatArray, cost: FloatArray, marker: IntArray
 ) -> list[int]:
     """Return the features whose conjunction is met least by rival poses, at little noise.
 
@@ -174,7 +179,7 @@ def _cheapest(
 
     Parameters
     ----------
-    degrees : (P, C) float64
+    memberships : (P, C) float64
         How far each rival pose meets each candidate's term.
     weights : (P,) float64
     cost : (C,) float64
@@ -182,9 +187,9 @@ def _cheapest(
     marker : (C,) int64
         A marker is used once.
     """
-    single = _cost(degrees, weights) + cost
+    single = _cost(memberships, weights) + cost
     best = np.argsort(single, kind="stable")[:_SHORTLIST]
-    short = degrees[:, best]
+    short = memberships[:, best]
     pairs = np.array([_cost(np.minimum(short, one[:, None]), weights) for one in short.T])
     pairs += np.maximum(cost[best][:, None], cost[best])
     pairs[marker[best][:, None] == marker[best]] = np.inf
@@ -193,8 +198,8 @@ def _cheapest(
         return [int(best[0])]
     chosen, total = [int(best[a]), int(best[b])], pairs[a, b]
     while len(chosen) < _CONDITIONS:
-        met = degrees[:, chosen].min(axis=1)
-        totals = _cost(np.minimum(degrees, met[:, None]), weights)
+        met = memberships[:, chosen].min(axis=1)
+        totals = _cost(np.minimum(memberships, met[:, None]), weights)
         totals += np.maximum(cost, cost[chosen].max())
         totals[np.isin(marker, marker[chosen])] = np.inf
         following = int(np.argmin(totals))
@@ -204,7 +209,7 @@ def _cheapest(
     return chosen
 
 
-def _unread_half(
+def _missing_half(
     chosen: list[int], full: FloatArray, cost: FloatArray, upper: BoolArray
 ) -> list[int]:
     """Return the clearest feature of the half of the face that none is chosen of, if it moves much.
@@ -227,8 +232,8 @@ def _unread_half(
     return []
 
 
-def _cost(degrees: FloatArray, weights: FloatArray) -> FloatArray:
+def _cost(memberships: FloatArray, weights: FloatArray) -> FloatArray:
     """Return what the firing (P, C) of rivals costs: all together, and the worst of them."""
-    squares = degrees**2
+    squares = memberships**2
     cost = weights @ squares + _WORST * squares.max(axis=0, initial=0.0)
     return np.asarray(np.round(cost, _DIGITS))

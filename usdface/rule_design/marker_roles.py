@@ -11,9 +11,9 @@ from usdface.geometry.marker_spread import marker_spread
 
 __all__ = [
     "AXES",
-    "degrees",
-    "direction",
-    "direction_words",
+    "degree_prefixes",
+    "direction_name",
+    "direction_names",
     "known_roles",
     "marker_features",
     "marker_sides",
@@ -78,7 +78,7 @@ def marker_features(roles: Iterable[str], measure: Measure = "signed") -> tuple[
     return tuple(MarkerFeature(role, axis, measure) for role in roles for axis in AXES)
 
 
-def direction_words(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:
+def direction_names(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:
     """Return what a negative and a positive value of each feature is called: (3 M,).
 
     Parameters
@@ -89,11 +89,13 @@ def direction_words(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ..
     """
     sides = marker_sides(neutral, nose)
     return tuple(
-        (direction(axis, -1, side), direction(axis, 1, side)) for side in sides for axis in AXES
+        (direction_name(axis, -1, side), direction_name(axis, 1, side))
+        for side in sides
+        for axis in AXES
     )
 
 
-def direction(axis: Axis, sign: int, side: int) -> str:
+def direction_name(axis: Axis, sign: int, side: int) -> str:
     """Return the word for a motion along an axis, of a marker on that `side` (0 = midline)."""
     if axis == "y":
         return "raised" if sign > 0 else "lowered"
@@ -104,6 +106,6 @@ def direction(axis: Axis, sign: int, side: int) -> str:
     return "left" if sign > 0 else "right"
 
 
-def degrees(count: int) -> tuple[str, ...]:
+def degree_prefixes(count: int) -> tuple[str, ...]:
     """Return what stands before the word of a direction, for terms that reach ever farther."""
     return _DEGREES.get(count, tuple(f"step_{i + 1}_" for i in range(count)))

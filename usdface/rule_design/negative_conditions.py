@@ -11,13 +11,13 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 
-__all__ = ["FIRES", "Ramp", "exclude", "ramp_degree"]
+__all__ = ["LEAST_FIRING", "Ramp", "negative_conditions", "ramp_membership"]
 
 # Signed values of a feature [m]: where a term begins, and from where on it holds fully.
 Ramp = tuple[float, float]
 
 # Another expression that fires a rule by no more than this is let be.
-FIRES = 0.1
+LEAST_FIRING = 0.1
 # A feature excludes where the other expression moves it by this many standard deviations of noise,
 _CLEAR = 12.0
 # and by more than this [m]. Its term begins and ends at these shares of that motion: early, since
@@ -31,12 +31,12 @@ _INTENSITIES = np.linspace(0.0, 1.0, 21)
 _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
 
 
-def ramp_degree(x: FloatArray, foot: FloatArray | float, top: FloatArray | float) -> FloatArray:
+def ramp_membership(x: FloatArray, foot: FloatArray | float, top: FloatArray | float) -> FloatArray:
     """Return how far values meet a ramp, on either side of 0: 0 at the foot, 1 from the top on."""
     return np.asarray(np.clip((x - foot) / (top - foot), 0.0, 1.0))
 
 
-def exclude(
+def negative_conditions(
     own: FloatArray,
     others: FloatArray,
     firing: FloatArray,
@@ -68,13 +68,13 @@ def exclude(
     """
     excluded = []
     for loudest in np.argsort(-firing, kind="stable"):
-        if firing[loudest] <= FIRES:
+        if firing[loudest] <= LEAST_FIRING:
             break
         found = _condition(own, others[loudest], ramps, single, noise)
         if found is not None:
             feature, ramp = found
             excluded.append(found)
-            firing = np.minimum(firing, 1.0 - ramp_degree(others[:, feature], *ramp))
+            firing = np.minimum(firing, 1.0 - ramp_membership(others[:, feature], *ramp))
     return tuple(excluded), firing
 
 
@@ -96,12 +96,12 @@ def _condition(
     if not usable.size:
         return None
     foot, top = _BEGIN * other[usable], _END * other[usable]
-    fired = np.min([ramp_degree(_INTENSITIES * other[i], *r) for i, r in ramps.items()], axis=0)
-    excluded = ramp_degree(_INTENSITIES[:, None] * other[usable], foot, top)
+    fired = np.min([ramp_membership(_INTENSITIES * other[i], *r) for i, r in ramps.items()], axis=0)
+    excluded = ramp_membership(_INTENSITIES[:, None] * other[usable], foot, top)
     left = np.minimum(fired[:, None], 1.0 - excluded).max(axis=0)
     share = np.linalg.norm(single, axis=1)
     share /= max(share.sum(), _LEAST_MOTION)
-    silenced = share @ ramp_degree(own[usable] + single[:, usable], foot, top)
+    silenced = share @ ramp_membership(own[usable] + single[:, usable], foot, top)
     score = np.round(left + silenced + noise[usable] / motion[usable], _SCORE_DIGITS)
     best = np.lexsort((-np.round(motion[usable], _MOTION_DIGITS), score))[0]
     if score[best] >= fired.max():

@@ -95,11 +95,11 @@ def fit_paper(
     outputs = [Variable(name, "output") for name in names]
     fuzzy = FuzzySystem((*inputs, *outputs), rules, normalisation="all_rules")
     system = ExpressionSystem(fuzzy, read, space=space, mode="add")
-    said = {output for rule in rules for output, _ in rule.consequents}
+    concluded = {output for rule in rules for output, _ in rule.consequents}
     return system, [
         finding("EXPRESSION_UNSEEN", name, f"no motions are those of {name} alone; it gets no rule")
         for name in names
-        if name not in said
+        if name not in concluded
     ]
 
 
@@ -116,7 +116,7 @@ def _rules(
     table: list[tuple[int, Term]] = [(i, t) for i, v in enumerate(variables) for t in v.terms]
     if not table:
         raise InputError("no marker moves differently in two reference poses")
-    degrees = np.array([membership(t.kind, t.parameters, references[:, i]) for i, t in table]).T
+    memberships = np.array([membership(t.kind, t.parameters, references[:, i]) for i, t in table]).T
     marker = np.array([i // 3 for i, _ in table])
     # A neutral face is Low in everything; a rule asks for something else first.
     neutral = np.array([t.name == "low" for _, t in table])
@@ -124,15 +124,15 @@ def _rules(
     for row, emotion in enumerate(emotions):
         rivals = [k for k, other in enumerate(emotions) if other != emotion]
         noise = cost[[i for i, _ in table]]
-        chosen = _telling(degrees[row], degrees[rivals], marker, neutral, noise)
-        if degrees[row, chosen].min() < _MET:
+        chosen = _distinctive_terms(memberships[row], memberships[rivals], marker, neutral, noise)
+        if memberships[row, chosen].min() < _MET:
             continue
         conditions = (f"{variables[table[c][0]].name} IS {table[c][1].name}" for c in chosen)
         texts.append(f"IF {' AND '.join(conditions)} THEN {emotion} IS 1")
     return tuple(parse_rule(text) for text in dict.fromkeys(texts))
 
 
-def _telling(
+def _distinctive_terms(
     own: FloatArray, rivals: FloatArray, marker: IntArray, neutral: BoolArray, noise: FloatArray
 ) -> list[int]:
     """Return the terms that one pose meets and its rivals together do not, the best first."""

@@ -22,7 +22,7 @@ class Examples:
     ----------
     marker_features : tuple of MarkerFeature, length I
         The columns of `features`.
-    words : tuple of (str, str), length I
+    direction_names : tuple of (str, str), length I
         What a negative and a positive value of each is called, e.g. ("lowered", "raised").
     features : (N, I) float64 [face unit]
         Where the expression is at its height. NaN = occluded.
@@ -33,7 +33,7 @@ class Examples:
     recordings : tuple of str, length N
         Which take each comes from.
     intensities : (N,) float64
-        In (0, 1]: how strongly the emotion is shown. 1 where nobody said.
+        In (0, 1]: how strongly the emotion is shown; 1 where the labels do not say.
     noise : (I,) float64 [face unit]
         Standard deviation of each feature on a face at rest.
     movements : (P, I) float64 [face unit]
@@ -46,7 +46,7 @@ class Examples:
     """
 
     marker_features: tuple[MarkerFeature, ...]
-    words: tuple[tuple[str, str], ...]
+    direction_names: tuple[tuple[str, str], ...]
     features: FloatArray
     emotions: tuple[str, ...]
     variants: tuple[str, ...]
@@ -64,7 +64,7 @@ class Examples:
             "variants": (count,),
             "recordings": (count,),
             "intensities": (count,),
-            "words": (width, 2),
+            "direction_names": (width, 2),
             "noise": (width,),
             "movements": (len(self.movements), width),
         }

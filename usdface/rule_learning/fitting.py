@@ -12,6 +12,7 @@ from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
+from usdface.fuzzy.rules import Rule
 from usdface.options import CorrectionOptions, FitOptions
 from usdface.retarget_setup import Expression
 from usdface.rule_design.marker_roles import marker_features
@@ -19,7 +20,7 @@ from usdface.rule_design.paper_design import fit_paper
 from usdface.rule_learning.cross_validation import Validation, cross_validate, held_out
 from usdface.rule_learning.expression_poses import learned_poses
 from usdface.rule_learning.labelled_takes import Face, Labelled, feature_noise, pose_features
-from usdface.rule_learning.learned_system import answers_to, fit_system
+from usdface.rule_learning.learned_system import evaluate_features, fit_system
 from usdface.rule_learning.separation import Separation, pose_separations, separations
 
 __all__ = ["Fitted", "fit_labelled", "fit_rig"]
@@ -27,15 +28,17 @@ __all__ = ["Fitted", "fit_labelled", "fit_rig"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Fitted:
-    """A fitted system and what is known of it.
+    """A fitted system, its expression poses and its tests.
 
     Attributes
     ----------
     system : ExpressionSystem
+    fallback_rules : tuple of Rule
+        Those of its rules that only count where no other fires, see `LearnedSystem`.
     expressions : tuple of Expression
         A pose for each emotion.
     validation : Validation or None
-        What it hears in examples it was not fitted on; None where there are none.
+        None where there are no examples.
     separations : tuple of Separation
         How every two emotions lie apart.
     neutral : float
@@ -44,6 +47,7 @@ class Fitted:
     """
 
     system: ExpressionSystem
+    fallback_rules: tuple[Rule, ...]
     expressions: tuple[Expression, ...]
     validation: Validation | None
     separations: tuple[Separation, ...]
@@ -52,20 +56,18 @@ class Fitted:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures for people."""
+        """Figures for the screen."""
         facts: dict[str, Any] = {
             "emotions": ", ".join(self.system.emotions),
-            "rules": sum(rule.weight == 1 for rule in self.system.fuzzy.rules),
-            "hints (rules of less weight)": sum(
-                rule.weight < 1 for rule in self.system.fuzzy.rules
-            ),
+            "rules": len(self.system.fuzzy.rules) - len(self.fallback_rules),
+            "fallback rules": len(self.fallback_rules),
             "inputs": len(self.system.features),
             "largest answer at neutral": round(self.neutral, 4),
         }
         tested = self.validation
         if tested is not None and tested.tested:
-            heard = f"{tested.right} of {tested.tested} ({100 * tested.accuracy:.1f} %)"
-            facts[f"heard right, each {tested.holding} held out"] = heard
+            recognised = f"{tested.right} of {tested.tested} ({100 * tested.accuracy:.1f} %)"
+            facts[f"recognised, each {tested.holding} held out"] = recognised
         return facts
 
     @property
@@ -132,12 +134,17 @@ def fit_labelled(labelled: Labelled, face: Face, options: FitOptions) -> Fitted:
             examples.marker_features, references, emotions, noise, options.space
         )
         return _fitted(system, poses, None, (), findings)
-    system, findings = fit_system(examples, options.space)
+    learned = fit_system(examples, options.space)
+    system = learned.system
     holding = held_out(examples) if options.hold_out == "auto" else options.hold_out
     validation = cross_validate(examples, holding)
     apart = tuple(separations(examples, holding))
-    findings = [*findings, *validation.findings(), *(f for pair in apart for f in pair.findings())]
-    return _fitted(system, poses, validation, apart, findings)
+    findings = [
+        *learned.findings,
+        *validation.findings(),
+        *(f for pair in apart for f in pair.findings()),
+    ]
+    return _fitted(system, poses, validation, apart, findings, learned.fallback_rules)
 
 
 def _references(labelled: Labelled) -> tuple[FloatArray, list[str]]:
@@ -154,7 +161,10 @@ def _fitted(
     validation: Validation | None,
     apart: tuple[Separation, ...],
     findings: Sequence[Finding],
+    fallback_rules: tuple[Rule, ...] = (),
 ) -> Fitted:
-    rest = answers_to(system, system.features, np.zeros((1, len(system.features))))
+    rest = evaluate_features(system, system.features, np.zeros((1, len(system.features))))
     found = (*findings, *check_rules(system))
-    return Fitted(system, expressions, validation, apart, float(rest.max(initial=0.0)), found)
+    return Fitted(
+        system, fallback_rules, expressions, validation, apart, float(rest.max(initial=0.0)), found
+    )

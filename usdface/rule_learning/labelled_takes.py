@@ -23,7 +23,7 @@ from usdface.retarget_take import retarget
 from usdface.rigs import Mesh
 from usdface.rule_design.design import solved_noise
 from usdface.rule_design.feature_selection import single_movements
-from usdface.rule_design.marker_roles import direction_words, known_roles, marker_features
+from usdface.rule_design.marker_roles import direction_names, known_roles, marker_features
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.labels import NEUTRAL, Label
 from usdface.takes import MarkerTake, WeightsTake
@@ -134,7 +134,7 @@ def examples_of(
         findings += more
     examples = Examples(
         columns,
-        direction_words(face.neutral, face.nose),
+        direction_names(face.neutral, face.nose),
         np.concatenate(rows),
         tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
         tuple(label.variant for label in labels),

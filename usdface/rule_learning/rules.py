@@ -23,14 +23,16 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.rule_learning.examples import Examples
 from usdface.rule_learning.redundancy import subsumes
-from usdface.rule_learning.terms import Words
-from usdface.rule_learning.training_set import AMOUNTS, Conditions, Faces
-from usdface.rule_learning.variants import Parting
+from usdface.rule_learning.terms import LinguisticTerms
+from usdface.rule_learning.training_set import AMOUNTS, Conditions, TrainingSet
+from usdface.rule_learning.variants import Grouping
 
-__all__ = ["LearnedRule", "cheapest_partings", "learn_rules"]
+__all__ = ["FALLBACK_WEIGHT", "LearnedRule", "choose_groupings", "learn_rules"]
 
 _Cost = Callable[[FloatArray], FloatArray]
 
+# A quarter is exact in USD's float, so that a written system answers the same to the last bit.
+FALLBACK_WEIGHT = 0.25
 _CONDITIONS = 3
 _MOST_RULES = 3  # for what one emotion leaves uncovered, beyond one for each variant
 # Of one rule more.
@@ -53,29 +55,44 @@ _DIGITS = 6
 
 @dataclass(frozen=True, slots=True)
 class LearnedRule:
-    """One conjunction for one emotion: (column of `Words`, negated) for each condition."""
+    """A conjunction of conditions that concludes with one emotion.
+
+    Attributes
+    ----------
+    emotion : str
+    conditions : tuple of (int, bool)
+        Column of `LinguisticTerms`, and whether it is negated.
+    fallback : bool
+        Whether it is a rule of little weight for faces that no other rule knows, see
+        `usdface.rule_learning.fallback_rules`.
+    """
 
     emotion: str
     conditions: Conditions
-    weight: float = 1.0
+    fallback: bool = False
+
+    @property
+    def weight(self) -> float:
+        """Of the rule in the rule base."""
+        return FALLBACK_WEIGHT if self.fallback else 1.0
 
 
-def cheapest_partings(
-    examples: Examples, words: Words, ways: dict[str, list[Parting]]
-) -> dict[str, Parting]:
+def choose_groupings(
+    examples: Examples, terms: LinguisticTerms, ways: dict[str, list[Grouping]]
+) -> dict[str, Grouping]:
     """Choose for each emotion the parting of which the rules cost least.
 
     Parameters
     ----------
     examples : Examples
-    words : Words
-        Made of all parts, with `usdface.rule_learning.terms.words_of`.
-    ways : dict of str to list of Parting
-        Of `usdface.rule_learning.variants.partings`.
+    terms : LinguisticTerms
+        Made of all parts, with `usdface.rule_learning.terms.linguistic_terms`.
+    ways : dict of str to list of Grouping
+        Of `usdface.rule_learning.variants.variant_groupings`.
     """
-    search = _Search(Faces(examples, words))
+    search = _Search(TrainingSet(examples, terms))
 
-    def cost(emotion: str, parts: Parting) -> float:
+    def cost(emotion: str, parts: Grouping) -> float:
         costs = [search.best(emotion, part)[1] for part in parts]
         sizes = [part.sum() for part in parts]
         return float(np.average(costs, weights=sizes)) + _PART_COST * len(parts)
@@ -83,7 +100,9 @@ def cheapest_partings(
     return {e: min(of, key=partial(cost, e)) if len(of) > 1 else of[0] for e, of in ways.items()}
 
 
-def learn_rules(examples: Examples, words: Words, parts: dict[str, Parting]) -> list[LearnedRule]:
+def learn_rules(
+    examples: Examples, terms: LinguisticTerms, parts: dict[str, Grouping]
+) -> list[LearnedRule]:
     """Learn the rules of every emotion that the examples show.
 
     An emotion that no conjunction of terms shows better than silence gets none.
@@ -91,19 +110,21 @@ def learn_rules(examples: Examples, words: Words, parts: dict[str, Parting]) -> 
     Parameters
     ----------
     examples : Examples
-    words : Words
+    terms : LinguisticTerms
         Made of the parts.
-    parts : dict of str to Parting
+    parts : dict of str to Grouping
         Of each emotion.
     """
-    search = _Search(Faces(examples, words))
-    return [LearnedRule(e, said) for e in examples.names for said in _rules_of(e, parts[e], search)]
+    search = _Search(TrainingSet(examples, terms))
+    return [
+        LearnedRule(e, found) for e in examples.names for found in _rules_of(e, parts[e], search)
+    ]
 
 
-def _rules_of(emotion: str, parts: Parting, search: "_Search") -> list[Conditions]:
+def _rules_of(emotion: str, parts: Grouping, search: "_Search") -> list[Conditions]:
     """Return the conditions of each rule of one emotion, none of them subsumed by another."""
-    faces = search.faces
-    examples = faces.examples
+    training = search.training
+    examples = training.examples
     rules: list[Conditions] = []
     waiting = list(parts)
     left = len(waiting) - 1 + _MOST_RULES
@@ -113,11 +134,11 @@ def _rules_of(emotion: str, parts: Parting, search: "_Search") -> list[Condition
         if met[group].mean() >= _VARIANT_COVERED:
             continue
         conditions, _ = search.best(emotion, group)
-        if not conditions or any(subsumes(r, conditions, faces.words) for r in rules):
+        if not conditions or any(subsumes(r, conditions, training.terms) for r in rules):
             continue
         left -= 1
-        rules = [r for r in rules if not subsumes(conditions, r, faces.words)] + [conditions]
-        met = np.maximum(met, faces.met(conditions) / examples.intensities)
+        rules = [r for r in rules if not subsumes(conditions, r, training.terms)] + [conditions]
+        met = np.maximum(met, training.firing(conditions) / examples.intensities)
         uncovered = group & (met < _COVERED)
         if uncovered.any() and uncovered.sum() < group.sum():
             waiting.append(uncovered)
@@ -127,19 +148,19 @@ def _rules_of(emotion: str, parts: Parting, search: "_Search") -> list[Condition
 class _Search:
     """Looks for the conjunction that tells some examples from all other faces."""
 
-    def __init__(self, faces: Faces) -> None:
-        self.faces = faces
+    def __init__(self, training: TrainingSet) -> None:
+        self.training = training
 
     def best(self, emotion: str, group: BoolArray) -> tuple[Conditions, float]:
         """Return the conditions that tell some examples of an emotion from all others; their cost.
 
         None where silence costs hardly more.
         """
-        shown = self.faces.shown
+        shown = self.training.intensities
         count = len(shown)
         own = np.tile(group, len(AMOUNTS)) / (group.sum() * len(AMOUNTS))
         others = self._others(emotion)
-        moves = count + np.flatnonzero(~self.faces.alike(group))
+        moves = count + np.flatnonzero(~self.training.similar(group))
 
         def cost(degree: FloatArray) -> FloatArray:
             total = own @ (shown[:, None] - degree[:count]) ** 2
@@ -155,17 +176,17 @@ class _Search:
         chosen, least = self._search(cost)
         if least >= _WORTHWHILE * silence:
             return (), silence
-        terms = self.faces.terms
-        return tuple((c % terms, c >= terms) for c in chosen), least
+        term_count = self.training.term_count
+        return tuple((c % term_count, c >= term_count) for c in chosen), least
 
     def _others(self, emotion: str) -> FloatArray:
         """Return weights that average over the faces of each other emotion: (E - 1, faces)."""
-        examples = self.faces.examples
+        examples = self.training.examples
         rows = [np.tile(examples.rows(n), len(AMOUNTS)) for n in examples.names if n != emotion]
         return np.array([row / row.sum() for row in rows if row.any()])
 
     def _search(self, cost: _Cost) -> tuple[tuple[int, ...], float]:
-        if not self.faces.terms:
+        if not self.training.term_count:
             return (), np.inf
         least = np.inf
         best: tuple[int, ...] = ()
@@ -184,16 +205,16 @@ class _Search:
         self, chosen: tuple[int, ...], cost: _Cost
     ) -> Iterator[tuple[float, tuple[int, ...]]]:
         """Yield the best conditions to add, with the cost of all."""
-        faces = self.faces
-        columns: IntArray = np.arange(len(faces.marker))
-        columns = columns[~np.isin(faces.marker, faces.marker[list(chosen)])]
+        training = self.training
+        columns: IntArray = np.arange(len(training.marker))
+        columns = columns[~np.isin(training.marker, training.marker[list(chosen)])]
         # One term that no neutral face has must be there; it comes first.
-        columns = columns if chosen else columns[columns < faces.terms]
-        degree = faces.degree[:, columns]
-        noise = faces.noise[columns]
+        columns = columns if chosen else columns[columns < training.term_count]
+        degree = training.memberships[:, columns]
+        noise = training.noise[columns]
         if chosen:
-            degree = np.minimum(degree, faces.degree[:, chosen].min(axis=1)[:, None])
-            noise = np.maximum(noise, faces.noise[list(chosen)].max())
+            degree = np.minimum(degree, training.memberships[:, chosen].min(axis=1)[:, None])
+            noise = np.maximum(noise, training.noise[list(chosen)].max())
         total = np.round(cost(degree) + noise, _DIGITS)
         for i in np.argsort(total, kind="stable")[:_BEAM]:
             yield float(total[i]), (*chosen, int(columns[i]))

@@ -1,9 +1,9 @@
-"""The words that learned rules may use: for each feature and direction up to three terms.
+"""The terms that learned rules may use: for each feature and direction up to three terms.
 
 Their tops are the minimum, the medium and the maximum of the feature over the emotions (and
 their variants) that move it that way, the design rule of Zikky et al. 2013, section 4; a term
 is a ramp from the end of a dead zone around neutral, so that no term holds on a neutral face.
-All rules share the words: `far_raised` of one marker means the same in each of them.
+All rules share the terms: `far_raised` of one marker means the same in each of them.
 """
 
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.fuzzy.variables import Term
-from usdface.rule_design.marker_roles import degrees
+from usdface.rule_design.marker_roles import degree_prefixes
 from usdface.rule_learning.examples import Examples
 
-__all__ = ["Words", "words_of"]
+__all__ = ["LinguisticTerms", "linguistic_terms"]
 
 # In standard deviations of a feature's noise in a frame, of which smoothing over 0.15 s leaves a
 # fifth at 60 frames a second and a quarter at 30: at least eight times what is left.
@@ -35,7 +35,7 @@ _DISTINCT = 1.25
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Words:
+class LinguisticTerms:
     """Terms of many features in one table.
 
     Attributes
@@ -57,7 +57,7 @@ class Words:
         object.__setattr__(self, "foot", frozen(self.foot))
         object.__setattr__(self, "top", frozen(self.top))
 
-    def degrees(self, features: FloatArray) -> FloatArray:
+    def membership(self, features: FloatArray) -> FloatArray:
         """Return how far each row of `features` (P, I) belongs to each term: (P, T)."""
         rise = (features[:, self.feature] - self.foot) / (self.top - self.foot)
         return np.where(np.isnan(rise), 0.0, np.clip(rise, 0.0, 1.0))
@@ -70,7 +70,7 @@ class Words:
         )
 
 
-def words_of(examples: Examples, groups: Sequence[BoolArray]) -> Words:
+def linguistic_terms(examples: Examples, groups: Sequence[BoolArray]) -> LinguisticTerms:
     """Make the terms that the examples suggest; features hidden in one of them have none.
 
     Parameters
@@ -91,12 +91,12 @@ def words_of(examples: Examples, groups: Sequence[BoolArray]) -> Words:
         for feature in np.flatnonzero((reached > least).any(axis=0)):
             values = reached[reached[:, feature] > least[feature], feature]
             tops = _distinct(_TOP * np.array([values.min(), np.median(values), values.max()]))
-            word = examples.words[feature][sign > 0]
-            for degree, top in zip(degrees(len(tops)), tops, strict=True):
+            word = examples.direction_names[feature][sign > 0]
+            for degree, top in zip(degree_prefixes(len(tops)), tops, strict=True):
                 foot = max(_DEAD_ZONE * examples.noise[feature], _LEAST_DEAD_ZONE * top)
                 table.append((int(feature), sign * foot, sign * top, degree + word))
     table.sort(key=lambda row: row[0])
-    return Words(
+    return LinguisticTerms(
         np.array([row[0] for row in table], dtype=np.int64),
         np.array([row[1] for row in table]),
         np.array([row[2] for row in table]),
