@@ -72,6 +72,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF holds"),
     "TEXTURE_TILED": ("info", "each tile of a UDIM texture has a material of its own now"),
     "TEXTURE_MISSING": ("warning", "a texture file cannot be read and is left out"),
+    "ASSET_OUTSIDE": (
+        "warning",
+        "a file outside the folder of the asset is left out; --asset-root DIR allows it",
+    ),
     "INFLUENCES_MANY": ("info", "more than four joints move a point; some programs read four"),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "UsdSkel holds scales of joints as 16-bit numbers"),

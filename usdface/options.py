@@ -35,6 +35,7 @@ __all__ = [
     "FitOptions",
     "HeadMode",
     "HoldOut",
+    "ImportOptions",
     "Kernel",
     "MapOptions",
     "MarkerOptions",
@@ -141,12 +142,14 @@ class RigOptions:
     """How a rig is read where the source does not say.
 
     `meters_per_unit` and `up_axis` hold for OBJ and PLY folders (glTF and USD name their
-    own; MakeHuman's are decimetres, Y up); `neutral` names the neutral mesh of a folder.
+    own; MakeHuman's are decimetres, Y up); `neutral` names the neutral mesh of a folder;
+    `asset_root` a folder that textures may come from beside that of the asset.
     """
 
     meters_per_unit: float = 0.01
     up_axis: UpAxis = "Y"
     neutral: str = ""
+    asset_root: str = ""
 
     def __post_init__(self) -> None:
         _check_number("meters_per_unit", self.meters_per_unit, above_zero=True)
@@ -302,11 +305,24 @@ class ExportOptions:
         Write a channel of its own for each weight, too (KHR_animation_pointer).
     quantize : bool
         Store points, normals and texture coordinates as 16-bit integers (KHR_mesh_quantization).
+    asset_root : str
+        A folder that textures may come from beside those of the layers that name them.
     """
 
     clip: str = ""
     pointer: bool = False
     quantize: bool = False
+    asset_root: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImportOptions:
+    """How `usdface import` reads a glTF.
+
+    `asset_root` is a folder that its buffers and images may come from beside that of the file.
+    """
+
+    asset_root: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -348,7 +364,8 @@ class ProcessOptions:
     """What one run of `usdface process` does beyond what the shot itself says.
 
     `solve` overrides the shot's `SolveOptions.mode`; `clean` and `head` False leave the clean-up
-    of the markers and the head's motion out, whatever the shot says.
+    of the markers and the head's motion out, whatever the shot says. `asset_root` is a folder
+    that textures may come from beside those of the layers that name them.
     """
 
     output: str = ""
@@ -359,3 +376,4 @@ class ProcessOptions:
     clean: bool = True
     solve: SolveMode | None = None
     in_place: bool = False
+    asset_root: str = ""

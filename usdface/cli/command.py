@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DONE",
     "FAILED",
+    "add_asset_root",
     "add_command",
     "add_output",
     "check_figure",
@@ -41,6 +42,16 @@ def add_command(
 def add_output(command: argparse.ArgumentParser, what: str) -> None:
     """Add the required option ``--output``, a file."""
     command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=what)
+
+
+def add_asset_root(command: argparse.ArgumentParser) -> None:
+    """Add the option ``--asset-root``, a folder."""
+    command.add_argument(
+        "--asset-root",
+        default="",
+        metavar="DIR",
+        help="also read textures and buffers from DIR (default: only from the asset's own folder)",
+    )
 
 
 def settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
-from usdface.options import ExportOptions, RigOptions, TakeOptions
+from usdface.options import ExportOptions, ImportOptions, RigOptions, TakeOptions
 
 __all__ = ["add_check", "add_export", "add_import", "add_rig", "add_take"]
 
@@ -28,6 +28,7 @@ def add_rig(commands: Any) -> None:
         help="unit of OBJ and PLY files (default: %(default)s, centimetres)",
     )
     command.add_argument("--up-axis", choices=("Y", "Z"), default=default.up_axis)
+    add_asset_root(command)
 
 
 def _rig(parsed: argparse.Namespace) -> int:
@@ -78,6 +79,7 @@ def add_export(commands: Any) -> None:
         action="store_true",
         help="points, normals and texture coordinates as 16-bit integers, by KHR_mesh_quantization",
     )
+    add_asset_root(command)
 
 
 def _export(parsed: argparse.Namespace) -> int:
@@ -93,12 +95,14 @@ def add_import(commands: Any) -> None:
     command = add_command(commands, "import", _import, "write a glTF as USD")
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
+    add_asset_root(command)
 
 
 def _import(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
+    options = ImportOptions(**settings(parsed, ImportOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.import_scene(parsed.source, parsed.output, step, every)
+        outcome = pipeline.import_scene(parsed.source, parsed.output, step, every, options)
     return report(parsed, outcome)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.options import ProcessOptions
 
@@ -32,6 +32,7 @@ def add_process(commands: Any) -> None:
         choices=("take", "frame"),
         help="all frames together or each alone (default: as the shot says)",
     )
+    add_asset_root(command)
     result = command.add_mutually_exclusive_group()
     result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
     result.add_argument(

@@ -98,7 +98,7 @@ def _correction_options(group: Any) -> None:
 
 
 def _shot(parsed: argparse.Namespace) -> int:
-    from usdface.io.atomic import check_place, write_text
+    from usdface.io.atomic import all_or_none, check_place, write_text
     from usdface.io.bind_file import bind_json
 
     told = {k: v for k, v in settings(parsed, CorrectionOptions).items() if v is not None}
@@ -112,24 +112,25 @@ def _shot(parsed: argparse.Namespace) -> int:
         if place:
             check_place(place, *others)
     check_figure(parsed.bind_figure)
-    with progress(parsed.format == "text") as step:
-        outcome, setup = pipeline.make_shot(
-            parsed.rig,
-            parsed.take,
-            parsed.bind,
-            parsed.output,
-            told,
-            step,
-            parsed.fuzzy,
-            parsed.expressions,
-            binding,
-            parsed.calibration,
-        )
-    # Before the text, which somebody may read the beginning of only.
-    if parsed.write_bind:
-        write_text(parsed.write_bind, bind_json(setup))
-    if parsed.bind_figure:
-        _draw(parsed.rig, setup.binding, parsed.bind_figure)
+    # All before the text, which somebody may read the beginning of only.
+    with all_or_none():
+        with progress(parsed.format == "text") as step:
+            outcome, setup = pipeline.make_shot(
+                parsed.rig,
+                parsed.take,
+                parsed.bind,
+                parsed.output,
+                told,
+                step,
+                parsed.fuzzy,
+                parsed.expressions,
+                binding,
+                parsed.calibration,
+            )
+        if parsed.write_bind:
+            write_text(parsed.write_bind, bind_json(setup))
+        if parsed.bind_figure:
+            _draw(parsed.rig, setup.binding, parsed.bind_figure)
     status = report(parsed, outcome, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
         print(bind_json(setup), end="")
@@ -173,13 +174,16 @@ def add_markers(commands: Any) -> None:
 
 def _markers(parsed: argparse.Namespace) -> int:
     options = MarkerOptions(**settings(parsed, MarkerOptions))
+    from usdface.io.atomic import all_or_none
+
     check_figure(parsed.figure)
-    with progress(parsed.format == "text") as step:
-        outcome, binding = pipeline.make_markers(
-            parsed.rig, parsed.bind, parsed.output, options, step
-        )
-    if parsed.figure:
-        _draw(parsed.rig, binding, parsed.figure)
+    with all_or_none():
+        with progress(parsed.format == "text") as step:
+            outcome, binding = pipeline.make_markers(
+                parsed.rig, parsed.bind, parsed.output, options, step
+            )
+        if parsed.figure:
+            _draw(parsed.rig, binding, parsed.figure)
     return report(parsed, outcome)
 
 

@@ -26,7 +26,13 @@ _NEAR = 1e-6  # of a time, and of a second
 
 
 def certified(
-    stage: Stage, gltf: Path, *, exported: bool, every_frame: bool, clip: str = ""
+    stage: Stage,
+    gltf: Path,
+    *,
+    exported: bool,
+    every_frame: bool,
+    clip: str = "",
+    asset_root: Path | None = None,
 ) -> tuple[Certificate | None, list[Finding]]:
     """Compare what USD shows of a stage with what glTF shows of a file.
 
@@ -44,6 +50,8 @@ def certified(
         Compare vertices at all moments, else at as many as take a fraction of a second.
     clip : str
         The one clip that was to be converted; "" = all.
+    asset_root : Path, optional
+        A folder that buffers of the file may come from beside its own.
 
     Returns
     -------
@@ -53,7 +61,9 @@ def certified(
     """
     try:
         with usd_errors(stage.GetRootLayer().realPath):
-            certificate = _certificate(stage, gltf, exported, every_frame, clip)
+            certificate = _certificate(
+                stage, evaluate_clips(gltf, asset_root), exported, every_frame, clip
+            )
     except _UNKNOWN as error:
         message = f"not compared with its source: {one_line(str(error))}"
         return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message)]
@@ -62,9 +72,13 @@ def certified(
 
 
 def _certificate(
-    stage: Stage, gltf: Path, exported: bool, every_frame: bool, clip: str
+    stage: Stage,
+    shown: tuple[ShownClip, ...],
+    exported: bool,
+    every_frame: bool,
+    clip: str,
 ) -> Certificate:
-    shown, stages = evaluate_clips(gltf), list(playing(stage))
+    stages = list(playing(stage))
     names = [keys_of_stage(staged)[0] for staged in stages]
     if len(stages) > 1:  # as one that stands still is none of several clips
         stages = [s for s in stages if len(keys_of_stage(s)[1]) > 1] or stages[:1]

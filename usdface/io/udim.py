@@ -15,10 +15,15 @@ from usdface.findings import Finding, finding
 from usdface.materials import Material, Texture
 from usdface.rigs import MaterialSubset, Mesh, Rig
 
-__all__ = ["udim_tiles", "untiled"]
+__all__ = ["is_udim", "udim_tiles", "untiled"]
 
 _MARK = "<UDIM>"
 _FIRST, _ROW = 1001, 10
+
+
+def is_udim(path: Path) -> bool:
+    """Return whether a path stands for the tiles of a UDIM texture."""
+    return _MARK in str(path)
 
 
 def udim_tiles(texture: Texture) -> dict[int, Texture]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
-from usdface.io.atomic import check_place, write_text
+from usdface.io.atomic import all_or_none, check_place, write_text
 from usdface.io.bind_file import read_bind
 from usdface.io.expressions_file import expressions_json
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
@@ -73,7 +73,7 @@ def fit_fuzzy(
         fitted = (
             fit_labelled(labelled, face, options) if labels else fit_rig(face, expressions, options)
         )
-    with steps("write"):
+    with steps("write"), all_or_none():
         findings += write_fuzzy_file(output, fitted.system)
         if poses:
             write_text(poses, expressions_json(fitted.expressions))

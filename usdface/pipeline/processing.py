@@ -5,7 +5,8 @@ from pathlib import Path
 
 from usdface.clips import Clip
 from usdface.findings import Finding
-from usdface.io.atomic import check_place
+from usdface.io.asset_folder import asset_root
+from usdface.io.atomic import all_or_none, check_place
 from usdface.io.usd.animation import apply_animation
 from usdface.io.usd.layers import layer_paths, open_shot, write_layers
 from usdface.io.usd.shot import Shot, read_shot
@@ -47,19 +48,20 @@ def process(
         for place in (ours.root, ours.solve, gltf, figure):
             if place:
                 check_place(place, *files_of(stage))
-        shot, findings = read_shot(stage, str(path))
+        shot, findings = read_shot(stage, str(path), asset_root(options.asset_root))
     solved = animate(stage, shot, options, steps)
     findings += solved.findings
-    if gltf:
-        with steps("gltf"):
-            findings += _write_gltf(shot, solved, gltf)
-    with steps("write"):
-        written = write_layers(
-            path, stage, shot, solved.solve, solved.express, root, options.in_place
-        )
-    if figure:
-        with steps("draw"):
-            write_take_figure(solved, figure)
+    with all_or_none():
+        if gltf:
+            with steps("gltf"):
+                findings += _write_gltf(shot, solved, gltf)
+        if figure:
+            with steps("draw"):
+                write_take_figure(solved, figure)
+        with steps("write"):
+            written = write_layers(
+                path, stage, shot, solved.solve, solved.express, root, options.in_place
+            )
     written += [place for place in (gltf, figure) if place]
     return Result(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
 
@@ -89,7 +91,9 @@ def apply(
     """
     steps = Steps(on_step)
     with steps("read"):
-        shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
+        shot, findings = read_shot(
+            stage, stage.GetRootLayer().identifier, asset_root(options.asset_root)
+        )
     solved = animate(stage, shot, options, steps)
     with steps("write"):
         solve = solved.solve

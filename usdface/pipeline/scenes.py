@@ -10,8 +10,9 @@ from typing import Any
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
+from usdface.io.asset_folder import asset_root
 from usdface.io.atomic import check_place
-from usdface.options import ExportOptions
+from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.result import OnStep, Result, Steps
 from usdface.rigs import Rig
@@ -37,7 +38,8 @@ def export_scene(
         from usdface.io.usd.usdz import write_usdz
 
         with steps("write"):
-            return Result((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
+            findings = write_usdz(source, output, options)
+        return Result((output,), tuple(findings), {}, steps.seconds)
     from usdface.io.compare_conversion import certified
     from usdface.io.gltf.write import write_gltf
     from usdface.io.usd.clips import animated_rig
@@ -46,7 +48,7 @@ def export_scene(
     register_schemas()
     with steps("read"):
         stage = open_stage(source)
-        rig, clips, findings = animated_rig(stage)
+        rig, clips, findings = animated_rig(stage, asset_root(options.asset_root))
         clips = chosen_clips(clips, options.clip)
     summary = _summary(rig, clips, "morph targets")
     with steps("write"):
@@ -60,7 +62,11 @@ def export_scene(
 
 
 def import_scene(
-    source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
+    source: Path,
+    output: Path,
+    on_step: OnStep | None = None,
+    every_frame: bool = False,
+    options: ImportOptions = ImportOptions(),
 ) -> Result:
     """Write a glTF as USD: meshes, blend shapes, skin, materials and all of its animations.
 
@@ -73,15 +79,18 @@ def import_scene(
 
     steps = Steps(on_step)
     check_place(output, source)
+    root = asset_root(options.asset_root)
     with steps("read"):
-        rig, clips, findings = read_gltf(source)
+        rig, clips, findings = read_gltf(source, root)
     summary = _summary(rig, clips, "blend shapes")
     with steps("write"):
         findings += write_rig(rig, output, clips)
     del rig, clips  # their memory, for the certificate
     with steps("certify"):
         stage = open_stage(output)
-        certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
+        certificate, more = certified(
+            stage, source, exported=False, every_frame=every_frame, asset_root=root
+        )
     return _certified((output,), findings + more, summary, steps, certificate)
 
 

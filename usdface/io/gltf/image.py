@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.asset_folder import read_file
 from usdface.materials import Texture
 
 __all__ = ["GltfImage", "channels_image", "has_alpha", "image_type", "to_gltf_image"]
@@ -153,12 +154,7 @@ def _as_eight_bit(texture: Texture, data: bytes, colour: bool) -> NDArray[np.uin
 def _bytes_of(texture: Texture) -> bytes:
     if texture.data is not None:
         return texture.data
-    try:
-        if Path(texture.path).stat().st_size > _MAX_BYTES:
-            raise InputError("the image file is larger than 1 GiB")
-        return Path(texture.path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(f"the image cannot be read: {error}") from error
+    return read_file(Path(texture.path), _MAX_BYTES)
 
 
 def _pixels(texture: Texture, data: bytes) -> tuple[NDArray[np.float32], bool]:

@@ -71,11 +71,9 @@ def _read(
     def texture(info: Any, space: ColourSpace, channel: str = "") -> Texture | None:
         if info is None:
             return None
-        image, missing = read_texture(file, info, uv_names)
-        if image is None:
-            found.append(finding("TEXTURE_MISSING", where, missing))
-            return None
-        return replace(image, space=space, channel=channel)
+        image, news = read_texture(file, info, uv_names, where)
+        found.extend(news)
+        return replace(image, space=space, channel=channel) if image else None
 
     pbr = source.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
     base = _numbers(pbr.baseColorFactor, 4, name) or (1.0,) * 4

@@ -39,7 +39,9 @@ _NUMBERS_PER_BYTE = 64  # of these, for each byte of the file: sparse targets an
 _FEW_NUMBERS = 2**22  # that any file may unfold into
 
 
-def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+def read_gltf(
+    path: Path, asset_root: Path | None = None
+) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Read the default scene of a .glb or .gltf file.
 
     Node transforms are baked into meshes without a skin; skinned meshes stand as they were
@@ -51,6 +53,8 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     Parameters
     ----------
     path : Path
+    asset_root : Path, optional
+        A folder that buffers and images may come from beside that of the file.
 
     Returns
     -------
@@ -68,7 +72,7 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
         that is not decoded.
     """
     try:
-        return _read(path)
+        return _read(path, asset_root)
     except InputError as error:
         # What has no code of its own is some way or other not as the specification wants it.
         code = "SCHEMA_BROKEN" if error.code == InputError.default_code else error.code
@@ -88,8 +92,8 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
         raise InputError(message, "SCHEMA_BROKEN") from error
 
 
-def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
-    file = decompressed(load_document(path))
+def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+    file = decompressed(load_document(path, asset_root))
     document = file.document
     reader = AccessorReader(file)
     tree = node_tree(document)

@@ -19,6 +19,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
 from usdface.io.gltf.image import GltfImage, image_type
+from usdface.io.udim import is_udim
 from usdface.materials import Placement, Texture, Wrap
 
 __all__ = ["TextureBuilder", "read_texture", "uv_name", "uv_names_in", "uv_notes"]
@@ -56,8 +57,10 @@ def uv_names_in(extras: Any) -> tuple[str, ...]:
 # -- in ------------------------------------------------------------------------------------
 
 
-def read_texture(file: GltfFile, info: Any, uv_names: Sequence[str]) -> tuple[Texture | None, str]:
-    """Return the texture of a ``textureInfo``, or why there is none.
+def read_texture(
+    file: GltfFile, info: Any, uv_names: Sequence[str], where: str
+) -> tuple[Texture | None, list[Finding]]:
+    """Return the texture of a ``textureInfo``; None, with a finding at `where`, for no image.
 
     Embedded images come as bytes, images beside the file as its path.
 
@@ -68,14 +71,21 @@ def read_texture(file: GltfFile, info: Any, uv_names: Sequence[str]) -> tuple[Te
     """
     texture = item(file.document.textures or [], info.index, "texture")
     if texture.source is None:
-        return None, "its image is in a format that only an extension defines"
-    image, missing = _image(file, texture.source)
-    if image is None:
-        return None, missing
-    return replace(image, placed=_placement(file, texture, info, uv_names)), ""
+        message = "its image is in a format that only an extension defines"
+        return None, [finding("TEXTURE_MISSING", where, message)]
+    try:
+        image = _image(file, texture.source)
+    except _NoImage as error:
+        code = "ASSET_OUTSIDE" if error.code == "URI_OUTSIDE" else "TEXTURE_MISSING"
+        return None, [finding(code, where, f"{error}; the texture is left out")]
+    return replace(image, placed=_placement(file, texture, info, uv_names)), []
 
 
-def _image(file: GltfFile, index: object) -> tuple[Texture | None, str]:
+class _NoImage(InputError):
+    """An image that is left out."""
+
+
+def _image(file: GltfFile, index: object) -> Texture:
     image = item(file.document.images or [], index, "image")
     if image.bufferView is not None:
         view = item(file.document.bufferViews or [], image.bufferView, "bufferView")
@@ -85,16 +95,17 @@ def _image(file: GltfFile, index: object) -> tuple[Texture | None, str]:
             raise InputError(f"bufferView {image.bufferView} reaches beyond its buffer")
         data = buffer[start : start + length]
     elif image.uri is None:
-        return None, f"image {index} has neither a URI nor data"
+        raise _NoImage(f"image {index} has neither a URI nor data")
     else:
         try:
-            data = resource(image.uri, file.folder)
+            data = resource(image.uri, file.folder, file.asset_root)
         except InputError as error:
-            return None, str(error)
-        if not image.uri.startswith("data:"):
-            place = file.folder / unquote(image.uri)
-            return Texture(path=str(place), suffix=place.suffix), ""
-    return Texture(data=data, suffix=_SUFFIXES.get(image_type(data), "")), ""
+            raise _NoImage(str(error), error.code) from error
+        place = file.folder / unquote(image.uri)
+        # A path with a mark of UDIM would stand for other files than this one.
+        if not image.uri.startswith("data:") and not is_udim(place):
+            return Texture(path=str(place), suffix=place.suffix)
+    return Texture(data=data, suffix=_SUFFIXES.get(image_type(data), ""))
 
 
 def _placement(file: GltfFile, texture: Any, info: Any, uv_names: Sequence[str]) -> Placement:

@@ -6,6 +6,7 @@ from pathlib import Path
 from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.asset_folder import asset_root
 from usdface.io.rigs.combinations import with_combinations_of
 from usdface.io.rigs.makehuman import is_makehuman, read_makehuman
 from usdface.io.rigs.shape_folder import read_shape_folder
@@ -29,12 +30,13 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     InputError
         If it is none of these, cannot be read, or has no blend shapes.
     """
-    kind = path.suffix.lower()
+    options = options or RigOptions()
+    root, kind = asset_root(options.asset_root), path.suffix.lower()
     if path.is_dir():
         if is_makehuman(path):
             rig, findings = read_makehuman(path)
         else:
-            rig, findings = read_shape_folder(path, options or RigOptions())
+            rig, findings = read_shape_folder(path, options)
         rig, notes = with_combinations_of(path, rig)
         findings += notes
     elif not path.exists():
@@ -42,10 +44,10 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     elif kind in _GLTF:
         from usdface.io.gltf.read import read_gltf  # loads glTF's libraries only here
 
-        rig, clips, findings = read_gltf(path)
+        rig, clips, findings = read_gltf(path, root)
         findings += _dropped(clips)
     elif kind in _USD:
-        rig, findings = read_rig(path)
+        rig, findings = read_rig(path, root)
         findings += _dropped_of_stage(path, rig)
     else:
         known = ", ".join((*_GLTF, *_USD))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
@@ -27,13 +28,15 @@ _SAME_WEIGHT = 1e-6
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
-def animated_rig(stage: Usd.Stage) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+def animated_rig(
+    stage: Usd.Stage, asset_root: Path | None = None
+) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Return the meshes under all SkelRoots as one rig, and its clips.
 
     What moves as a whole, by the transform of a prim, hangs on a joint of its own.
     See `usdface.io.usd.rig.rig_of_stage` and `clips_of_stage`.
     """
-    rig, found = rig_of_stage(stage)
+    rig, found = rig_of_stage(stage, asset_root=asset_root)
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         movers = movers_of(stage, rig)
         found += _bent_differently(stage, rig)

@@ -8,10 +8,13 @@ from pathlib import Path
 
 from pxr import Gf, Sdf, Usd, UsdShade
 
+from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.asset_folder import read_file
 from usdface.io.atomic import write_bytes
 from usdface.io.prim_names import prim_names
 from usdface.io.udim import udim_tiles
+from usdface.io.usd.assets import LARGEST_ASSET
 from usdface.io.usd.conversion_metadata import note
 from usdface.io.usd.extras import write_extras
 from usdface.materials import Material, Texture
@@ -82,9 +85,9 @@ class _TextureFiles:
             if path.is_file() and path.is_relative_to(folder):
                 return f"./{path.relative_to(folder).as_posix()}"
             try:
-                data, suffix = path.read_bytes(), path.suffix
-            except OSError as error:
-                message = f"{path}: {error.strerror}; the texture is left out"
+                data, suffix = read_file(path, LARGEST_ASSET), path.suffix
+            except InputError as error:
+                message = f"{error}; the texture is left out"
                 self._findings.append(finding("TEXTURE_MISSING", name, message))
                 return ""
         key = hashlib.sha256(data).hexdigest()
@@ -107,7 +110,12 @@ class _TextureFiles:
             return f"./{path.relative_to(folder).as_posix()}"
         place = f"{self._target.stem}_textures/{name}.<UDIM>{path.suffix}"
         for number, tile in tiles.items():
-            data = Path(tile.path).read_bytes()
+            try:
+                data = read_file(Path(tile.path), LARGEST_ASSET)
+            except InputError as error:
+                message = f"{error}; the tile is left out"
+                self._findings.append(finding("TEXTURE_MISSING", name, message))
+                continue
             write_bytes(folder / place.replace("<UDIM>", str(number)), data)
         return f"./{place}"
 

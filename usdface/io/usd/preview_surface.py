@@ -4,6 +4,7 @@ Source: OpenUSD, "UsdPreviewSurface Specification" 2.6.
 """
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from pxr import Sdf, UsdShade
@@ -36,7 +37,8 @@ class Surface:
         What is lost of the inputs that were asked for so far.
     """
 
-    def __init__(self, shader: UsdShade.Shader, where: str) -> None:
+    def __init__(self, shader: UsdShade.Shader, where: str, asset_root: Path | None = None) -> None:
+        self._asset_root = asset_root
         self.findings: list[Finding] = []
         self._sources = {
             given.GetBaseName(): _source(given, where, self.findings)
@@ -54,7 +56,7 @@ class Surface:
         if shader is None:
             return None
         if shader.GetPath() not in self._images:
-            self._images[shader.GetPath()] = read_texture(shader, self.findings)
+            self._images[shader.GetPath()] = read_texture(shader, self.findings, self._asset_root)
         image = self._images[shader.GetPath()]
         return replace(image, channel="" if channel == "rgb" else channel) if image else None
 

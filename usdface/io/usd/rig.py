@@ -34,7 +34,7 @@ class _Bound:
     skinned: bool
 
 
-def read_rig(path: Path) -> tuple[Rig, list[Finding]]:
+def read_rig(path: Path, asset_root: Path | None = None) -> tuple[Rig, list[Finding]]:
     """Read the characters of a USD file (`rig_of_stage` of the whole stage).
 
     Raises
@@ -42,11 +42,11 @@ def read_rig(path: Path) -> tuple[Rig, list[Finding]]:
     InputError
         If the file cannot be read, or has no SkelRoot with a mesh.
     """
-    return rig_of_stage(open_stage(path))
+    return rig_of_stage(open_stage(path), asset_root=asset_root)
 
 
 def rig_of_stage(
-    stage: Usd.Stage, root: str = "", joints: bool = False
+    stage: Usd.Stage, root: str = "", joints: bool = False, asset_root: Path | None = None
 ) -> tuple[Rig, list[Finding]]:
     """Return all meshes under the SkelRoots of an open stage as one rig.
 
@@ -62,6 +62,8 @@ def rig_of_stage(
         Path of a prim that the meshes are under; "" = the whole stage.
     joints : bool
         Keep a skeleton that nothing moves yet.
+    asset_root : Path, optional
+        A folder that textures may come from beside those of their layers.
 
     Raises
     ------
@@ -74,14 +76,16 @@ def rig_of_stage(
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
     with usd_errors(_source(stage)):
-        return _rig(stage, root, joints)
+        return _rig(stage, root, joints, asset_root)
 
 
 def _source(stage: Usd.Stage) -> str:
     return stage.GetRootLayer().realPath or "the stage"
 
 
-def _rig(stage: Usd.Stage, root: str, joints: bool) -> tuple[Rig, list[Finding]]:
+def _rig(
+    stage: Usd.Stage, root: str, joints: bool, asset_root: Path | None
+) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
     bound, skeletons = _bindings(roots)
     si = to_si(metrics_of(stage))
@@ -104,7 +108,7 @@ def _rig(stage: Usd.Stage, root: str, joints: bool) -> tuple[Rig, list[Finding]]
         meshes += [mesh] if mesh else []
     if not meshes:
         raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
-    named, materials, notes = with_materials(stage, tuple(meshes))
+    named, materials, notes = with_materials(stage, tuple(meshes), asset_root)
     top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
     name = top.GetDisplayName() or top.GetName()
     source = stage.GetRootLayer().realPath

@@ -12,6 +12,7 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
+from usdface.io.atomic import all_or_none
 from usdface.io.normals import normals_of_faces, unit
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
@@ -75,11 +76,12 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
         raise OutputError(f"{path} is not a USD file name; use {', '.join(_SUFFIXES)}")
     if not rig.meshes:
         raise InputError(f"the rig {rig.source or rig.name!r} has no meshes to write")
-    try:
-        stage, findings = _stage_of(rig, path, clips)
-    except Tf.ErrorException as error:
-        raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
-    save_layer(stage.GetRootLayer(), path)
+    with all_or_none():  # textures and layer
+        try:
+            stage, findings = _stage_of(rig, path, clips)
+        except Tf.ErrorException as error:
+            raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+        save_layer(stage.GetRootLayer(), path)
     return findings
 
 

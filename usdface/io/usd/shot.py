@@ -175,8 +175,10 @@ def _skel_root(prim: Usd.Prim) -> str:
     return str(root.GetPath()) if root else ""
 
 
-def read_shot(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
-    """Read the one face that a stage sets up.
+def read_shot(
+    stage: Usd.Stage, where: str, asset_root: Path | None = None
+) -> tuple[Shot, list[Finding]]:
+    """Read the one face that a stage sets up; textures may also come from `asset_root`.
 
     Raises
     ------
@@ -184,10 +186,10 @@ def read_shot(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
         If there is no `UsdFaceRetarget` prim or more than one, or what it names is missing.
     """
     with usd_errors(where):
-        return _read(stage, where)
+        return _read(stage, where, asset_root)
 
 
-def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
+def _read(stage: Usd.Stage, where: str, asset_root: Path | None) -> tuple[Shot, list[Finding]]:
     found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
     if len(found) != 1:
         paths = ", ".join(str(p.GetPath()) for p in found)
@@ -201,7 +203,7 @@ def _read(stage: Usd.Stage, where: str) -> tuple[Shot, list[Finding]]:
     take_prim = _target(stage, prim, tokens.TAKE, where)
     take, codes = read_take_prim(take_prim)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
-    rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", joints=True)
+    rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", True, asset_root)
     pins, notes = read_pins(prim, rig.shape_names, codes)
     setup, findings = replace(setup, pins=pins), findings + notes + unsaid_metrics(stage)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()

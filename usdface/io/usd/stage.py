@@ -2,8 +2,8 @@
 
 import os
 from collections.abc import Collection, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
-from usdface.io.atomic import atomic_path
+from usdface.io.atomic import all_or_none, atomic_path, when_written
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
 
 __all__ = [
@@ -266,16 +266,19 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
     for path, _ in layers:
         if path.suffix not in (".usda", ".usdc", ".usd"):
             raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
-    with ExitStack() as places:
+    with all_or_none():
         for path, layer in layers:
-            temporary = places.enter_context(atomic_path(path))
-            try:
-                done = layer.Export(str(temporary))
-            except Tf.ErrorException as error:
-                raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
-            if not done:
-                raise OutputError(f"cannot write {path}")
-    for path, _ in layers:
-        opened = Sdf.Layer.Find(str(path.resolve()))
-        if opened:
-            opened.Reload(force=True)
+            with atomic_path(path) as temporary:
+                try:
+                    done = layer.Export(str(temporary))
+                except Tf.ErrorException as error:
+                    raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+                if not done:
+                    raise OutputError(f"cannot write {path}")
+            when_written(partial(_reload, path))
+
+
+def _reload(path: Path) -> None:
+    opened = Sdf.Layer.Find(str(path.resolve()))
+    if opened:
+        opened.Reload(force=True)

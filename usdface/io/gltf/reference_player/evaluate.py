@@ -58,7 +58,7 @@ def evaluate_gltf(path: Path) -> tuple[ShownMesh, ...]:
     return evaluate_clips(path)[0].meshes
 
 
-def evaluate_clips(path: Path) -> tuple[ShownClip, ...]:
+def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[ShownClip, ...]:
     """Take a .glb or .gltf apart into the meshes of its default scene, for each animation.
 
     Animations that move nothing that is shown are left out; without any there is one clip, in
@@ -70,7 +70,7 @@ def evaluate_clips(path: Path) -> tuple[ShownClip, ...]:
         If it uses what this evaluator does not know, or is broken.
     """
     try:
-        return _Scene(path).clips()
+        return _Scene(path, asset_root).clips()
     except _BROKEN as error:
         raise InputError(f"{path} cannot be evaluated: {error}") from error
     except RecursionError as error:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.errors import InputError
+from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
 from usdface.io.gltf.decompress import decompressed
 from usdface.io.gltf.document import load_document
 
@@ -21,6 +22,7 @@ __all__ = ["ShownFile"]
 
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_MAX_BYTES = 2**32 - 1
 _MOST_NUMBERS = 2**28  # in the morph targets of one file
 _COMPRESSED = {
     *("EXT_meshopt_compression", "KHR_meshopt_compression"),
@@ -35,7 +37,7 @@ class ShownFile:
     `decoded` tells whether it was compressed; then our own decoder made it plain.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, asset_root: Path | None = None) -> None:
         data = path.read_bytes()
         chunk: memoryview | None = None
         if data[:4] == b"glTF":
@@ -48,31 +50,33 @@ class ShownFile:
         if unknown := set(self.json.get("extensionsRequired", [])) - _KNOWN - _COMPRESSED:
             raise InputError(f"{path} cannot be evaluated: it needs {', '.join(sorted(unknown))}")
         if self.decoded:
-            self.buffers = self._decoded(path)
+            self.buffers = self._decoded(path, asset_root)
         else:
             buffers = self.json.get("buffers", [])
-            self.buffers = [self._buffer(buffer, path, chunk) for buffer in buffers]
+            self.buffers = [self._buffer(buffer, path, chunk, asset_root) for buffer in buffers]
         self.budget = _MOST_NUMBERS
 
-    def _decoded(self, path: Path) -> list[memoryview]:
+    def _decoded(self, path: Path, asset_root: Path | None) -> list[memoryview]:
         """Take what holds compressed data from the reader: there is no second decoder."""
-        plain = decompressed(load_document(path))
+        plain = decompressed(load_document(path, asset_root))
         stored = json.loads(plain.document.to_json())
         for name in ("accessors", "bufferViews", "meshes"):
             self.json[name] = stored[name]
         return [memoryview(data) for data in plain.buffers]
 
     @staticmethod
-    def _buffer(buffer: dict[str, Any], path: Path, chunk: memoryview | None) -> memoryview:
+    def _buffer(
+        buffer: dict[str, Any], path: Path, chunk: memoryview | None, asset_root: Path | None
+    ) -> memoryview:
         uri = buffer.get("uri")
         if uri is None:
             return memoryview(b"") if chunk is None else chunk
         if uri.startswith("data:"):
             return memoryview(base64.b64decode(uri.partition(",")[2]))
-        beside = (path.parent / unquote(uri)).resolve()
-        if not beside.is_relative_to(path.parent.resolve()):
-            raise ValueError(f"{uri} is outside the folder of the file")
-        return memoryview(beside.read_bytes())
+        beside = path.parent / unquote(uri)
+        if not is_inside(beside, (path.parent, asset_root)):
+            raise ValueError(f"{uri} {OUTSIDE}")
+        return memoryview(read_file(beside, _MAX_BYTES))
 
     def _rows(self, view: int, offset: int, dtype: str, shape: tuple[int, int]) -> NDArray[Any]:
         v = self.json["bufferViews"][view]
