@@ -133,13 +133,17 @@ def silent_nearest_mean(kept: Examples, left: Examples) -> tuple[np.ndarray, tup
     return np.where((nearer > outputs.max(axis=1)[:, None]).any(axis=1)[:, None], 0, outputs), names
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--worlds", type=int, nargs="*", default=[0, 1, 2, 3])
+def variants_face() -> Face:
     mesh, marks = ict_mesh(SHARED), landmarks(SHARED)
     names = tuple(f"landmark_{i}" for i in range(len(marks)))
     setup = RetargetSetup(Binding(names, marks), nose_tip="landmark_30")
-    face = Face(mesh, mesh.shape_names, setup)
+    return Face(mesh, mesh.shape_names, setup)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worlds", type=int, nargs="*", default=[0, 1, 2, 3])
+    face = variants_face()
     for seed in parser.parse_args().worlds:
         data = world(seed, face)
         learned = fit_system(data)

@@ -22,6 +22,7 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.retarget_setup import Expression
+from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import (
     SelectedFeatures,
     paired_movements,
@@ -36,10 +37,7 @@ from usdface.rule_design.marker_roles import (
     role_names,
 )
 
-__all__ = ["design_system", "solved_noise"]
-
-# Expected size of a weight, as the solve has it.
-_SPREAD = 0.5
+__all__ = ["design_system"]
 
 
 def design_system(
@@ -114,23 +112,6 @@ def design_system(
     system = ExpressionSystem(fuzzy, tuple(read.values()))
     roles_used = {roles[i // 3]: names[i // 3] for i in inputs}
     return system, roles_used, _findings(selections)
-
-
-def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:
-    """Return what is left of the markers' noise in each feature after the solve: (I,) [m].
-
-    The weights' covariance is that of ridge regression on the markers, for every frame alone.
-
-    Parameters
-    ----------
-    basis, features : (S, I) float64 [m]
-        Displacements as they are and relative to the nose tip.
-    noise : float [m]
-    """
-    ridge = (noise / _SPREAD) ** 2 * np.eye(len(basis))
-    inverse = np.linalg.pinv(basis @ basis.T + ridge, hermitian=True)
-    variance = np.einsum("si,st,ti->i", features, inverse, features, optimize=True)
-    return np.asarray(noise * np.sqrt(np.maximum(variance, 0.0)))
 
 
 def _features(

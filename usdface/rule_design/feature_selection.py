@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.rule_design.feature_noise import exceeds_noise
 from usdface.rule_design.negative_conditions import (
     LEAST_FIRING,
     Ramp,
@@ -24,36 +25,36 @@ __all__ = ["SelectedFeatures", "paired_movements", "select_features", "single_mo
 
 # What the names of a shape on either side differ in: mouthSmileLeft, mouthSmile_L, eye-left-slit.
 _SIDE = re.compile(r"(?i)left|right|(?<=[_.\- ])[lr]$|^[lr](?=[_.\- ])")
-# In standard deviations of a feature's noise.
-_DEAD_ZONE = 0.1
+# Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
+# docs/constants.md.
+# In standard deviations of a feature's noise: a term jitters by a quarter of its reach at most.
 _LEAST_SIGNAL = 4.0
-# A dead zone of at least this share of the value at the pose, for markers without noise.
-_LEAST_DEAD_ZONE = 0.02
-# Nor does a feature that stays below this [m] count, however quiet the markers are.
-_LEAST_MOTION = 1e-6
+# Shares of the value at the pose: where a term begins (dead zone), and where it holds fully.
+_DEAD_ZONE = 0.02
 _TOP = 0.94
+# Longest conjunction that a person reads at a glance; the search ends earlier in all but one of the
+# 48 rules of benchmarks/expressions.py.
 _CONDITIONS = 6
-# Candidates of which all pairs are tried.
+# Limits of time and memory: candidates of which all pairs are tried, and movements, the largest
+# first, that are also tried two at a time. No rule of the benchmark changes with more movements.
 _SHORTLIST = 80
-# Movements, the largest first, that are also tried two at a time.
 _PAIRED = 100
 # Costs of a full false firing: by another expression's pose, by one movement alone, by all pairs
-# of movements together, by all other expressions with one more movement (a smile with raised brows
-# is no fear), and by the worst of all these.
+# of movements together as by all other expressions with one more movement (a smile with raised
+# brows is no fear), and by the worst of all these. Only their ratios to _NOISE_COST count.
 _OTHER_EXPRESSION = 60.0
 _SINGLE_MOVEMENT = 20.0
-_PAIRED_MOVEMENTS = 40.0
-_VARIED_EXPRESSIONS = 40.0
+_COMBINED_MOVEMENTS = 40.0
 _WORST = 4.0
 # Cost of a feature whose signal is as small as its noise.
 _NOISE_COST = 250.0
-# Costs are rounded: which of two mirrored markers is taken must not hang on the last bits.
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 4
 # An additional condition has to take away this share of the cost.
 _LEAST_GAIN = 0.01
 # Half a face, above or below the nose tip, is read where it moves by this share of the other half.
 _HALF_MOVES = 0.5
-# Expressions that fire another's rule further than this cannot be told apart.
+# Threshold of EXPRESSION_UNSEEN: the other expression then fires the rule as far as its own half.
 _CONFUSED = 0.5
 
 
@@ -140,8 +141,8 @@ def select_features(
     """
     own = poses[index] @ features
     full = np.abs(own)
-    foot = np.sign(own) * np.maximum(_DEAD_ZONE * noise, _LEAST_DEAD_ZONE * full)
-    usable = np.flatnonzero(full > np.maximum(_LEAST_SIGNAL * noise, _LEAST_MOTION))
+    foot = _DEAD_ZONE * own
+    usable = np.flatnonzero(exceeds_noise(full, noise, _LEAST_SIGNAL))
     if not usable.size:
         return SelectedFeatures({}, (), ())
     others = np.delete(np.arange(len(poses)), index)
@@ -153,8 +154,8 @@ def select_features(
     costs = (
         _OTHER_EXPRESSION,
         _SINGLE_MOVEMENT,
-        _PAIRED_MOVEMENTS / max(len(both), 1),
-        _VARIED_EXPRESSIONS / max(len(varied), 1),
+        _COMBINED_MOVEMENTS / max(len(both), 1),
+        _COMBINED_MOVEMENTS / max(len(varied), 1),
     )
     weights = np.repeat(costs, (len(others), len(alone), len(both), len(varied)))
     noisy = np.round(_NOISE_COST * (noise[usable] / full[usable]) ** 2, _DIGITS)

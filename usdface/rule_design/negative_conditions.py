@@ -10,24 +10,27 @@ from collections.abc import Mapping
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.rule_design.feature_noise import exceeds_noise
 
 __all__ = ["LEAST_FIRING", "Ramp", "negative_conditions", "ramp_membership"]
 
 # Signed values of a feature [m]: where a term begins, and from where on it holds fully.
 Ramp = tuple[float, float]
 
-# Another expression that fires a rule by no more than this is let be.
+# Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
+# docs/constants.md.
+# Another expression that fires a rule by no more than this is accepted: the bound of that benchmark
+# for outputs.
 LEAST_FIRING = 0.1
-# A feature excludes where the other expression moves it by this many standard deviations of noise,
+# A feature excludes where the other expression moves it by this many standard deviations of noise.
 _CLEAR = 12.0
-# and by more than this [m]. Its term begins and ends at these shares of that motion: early, since
-# half of the other expression fires half of what is to be excluded.
-_LEAST_MOTION = 1e-6
+# Its term begins and ends at these shares of that motion: early, since half of the other expression
+# fires half of what is to be excluded.
 _BEGIN, _END = 0.1, 0.4
-# Intensities of the other expression at which what is left of it is looked at.
+# Intensities of the other expression at which the remaining firing is evaluated: steps of 5 %.
 _INTENSITIES = np.linspace(0.0, 1.0, 21)
-# Scores and motions [m] are rounded: which of two mirrored markers is taken must not hang on the
-# last bits.
+# Numerical: scores and motions [m] are rounded, as the choice between mirrored markers must not
+# hang on last bits.
 _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
 
 
@@ -91,7 +94,7 @@ def _condition(
     expression least when one more movement comes in, and is quiet. Of equals, what moves most.
     """
     motion = np.abs(other)
-    clear = motion > np.maximum(_CLEAR * noise, _LEAST_MOTION)
+    clear = exceeds_noise(motion, noise, _CLEAR)
     usable = np.flatnonzero(clear & (own * np.sign(other) <= _BEGIN * motion))
     if not usable.size:
         return None
@@ -100,7 +103,7 @@ def _condition(
     excluded = ramp_membership(_INTENSITIES[:, None] * other[usable], foot, top)
     left = np.minimum(fired[:, None], 1.0 - excluded).max(axis=0)
     share = np.linalg.norm(single, axis=1)
-    share /= max(share.sum(), _LEAST_MOTION)
+    share /= max(share.sum(), np.finfo(np.float64).tiny)
     silenced = share @ ramp_membership(own[usable] + single[:, usable], foot, top)
     score = np.round(left + silenced + noise[usable] / motion[usable], _SCORE_DIGITS)
     best = np.lexsort((-np.round(motion[usable], _MOTION_DIGITS), score))[0]

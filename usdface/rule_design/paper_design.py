@@ -24,15 +24,19 @@ from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, RULES, three_term
 
 __all__ = ["fit_paper"]
 
+# As many conditions as the paper's longest rule has.
 _CONDITIONS = 3
-# In standard deviations of a feature's noise: between the least and the largest reference.
+# In standard deviations of a feature's noise, between the least and the largest reference: as in
+# `usdface.rule_design.feature_selection`.
 _LEAST_RANGE = 4.0
-_LEAST_MOTION = 1e-5  # [face unit]
+# Numerical guard for features without noise [face unit], half a micrometre.
+_LEAST_MOTION = 1e-5
+# Chosen by hand, no experiment: least decrease of the cost by one more condition; how far a pose
+# has to meet its own rule; cost of a feature that differs between the references by its noise only.
 _LEAST_GAIN = 0.01
-# A rule that its own pose meets less far says nothing of it.
 _MET = 0.5
-# Cost of a feature that differs between the references by no more than its noise.
 _NOISE_COST = 4.0
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 9
 
 

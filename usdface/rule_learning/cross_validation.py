@@ -18,7 +18,7 @@ from usdface.rule_learning.learned_system import classify, evaluate_examples, fi
 __all__ = ["Holding", "Validation", "cross_validate", "folds", "held_out"]
 
 Holding = Literal["recording", "variant", "none"]
-# An emotion that is taken for another in this share of its examples is confused with it.
+# Threshold of FIT_CONFUSED, chosen by hand: share of an emotion's examples taken for another.
 _CONFUSED = 0.25
 
 

@@ -10,8 +10,9 @@ from usdface.rule_learning.examples import Examples
 
 __all__ = ["learned_poses"]
 
-# Weights below this are what a solve leaves on any face.
+# Smaller weights are taken for residue of the solve; chosen by hand, no experiment.
 _LEAST_WEIGHT = 0.05
+# Written weights are rounded for people.
 _DIGITS = 4
 
 

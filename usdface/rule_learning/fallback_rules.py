@@ -12,8 +12,8 @@ cosines of their motions). Fallback rules are added one at a time, each the one 
     mean of sum_e (output_e - intensity_e)^2 over faces, whole and each without one of its parts
 
 of the rule base as it stands, with a price for every condition; every emotion, and no emotion,
-weighs the same in the mean. This is stagewise fitting (J. Friedman,
-"Greedy Function Approximation: A Gradient Boosting Machine", 2001) with rules for learners.
+weighs the same in the mean. This is stagewise fitting (J. Friedman, "Greedy Function Approximation:
+A Gradient Boosting Machine", 2001) with rules for learners.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,33 +28,37 @@ from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.redundancy import subsumes
 from usdface.rule_learning.rules import FALLBACK_WEIGHT, LearnedRule
 from usdface.rule_learning.terms import LinguisticTerms
-from usdface.rule_learning.training_set import AMOUNTS, Conditions, TrainingSet
+from usdface.rule_learning.training_set import AMOUNTS, LEAST_SIGNAL, Conditions, TrainingSet
 
 __all__ = ["learn_fallback_rules"]
 
-_MOST_RULES = 3  # of one emotion
+# All but the limits of time and the rounding were tuned by hand on worlds 0 to 2 of
+# benchmarks/fuzzy_variants.py, which judges them (docs/constants.md).
+# Fallback rules of one emotion, and parts of a face.
+_MOST_RULES = 3
 _PARTS = 6
-# Of the weight of whole faces, what is theirs without a part.
+# Share of the weight of whole faces that goes to the same faces without a part.
 _PARTIAL = 0.5
 # A part counts as moved, and what is left of a face as enough, if some term is met this far.
 _MOVED = 0.25
-# Of movements that mean no emotion, when each emotion weighs 1.
+# Weight of movements without emotion, when each emotion weighs 1.
 _MOVEMENTS = 0.3
 # Largest outputs that fallback rules may give a face without emotion, and a single movement,
 # beyond those of the other rules.
 _LARGEST_NONE, _LARGEST_MOVEMENT = 0.05, 0.2
-# Price of a condition, and of one that is as small as its noise.
+# Price of a condition, and of one that is as small as its noise: without them, rules are added that
+# only fit the scatter of the examples.
 _CONDITION_COST = 0.002
 _NOISE_COST = 0.02
 # Motions that fallback rules of one emotion may ask for, and those of others that they may deny.
 _OWN, _OTHERS = 8, 6
-# What an emotion's examples meet on average: of what is asked at least, of what is denied at most.
-_LEAST_MET, _MOST_DENIED = 0.15, 0.3
-# Of motions that go together more than this (correlation) one is enough.
+# Least membership that an emotion's examples have on average in a term that its rules ask for.
+_LEAST_MET = 0.15
+# Of motions whose memberships correlate more than this, one is enough.
 _TOGETHER = 0.95
-# Candidates that are tried again after each rule, of each emotion.
+# Limit of time: candidates of each emotion that are tried again after each rule.
 _SHORTLIST = 20
-_LEAST_SIGNAL = 4.0
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 6
 
 
@@ -220,7 +224,7 @@ def _parts(training: TrainingSet) -> IntArray:
     examples = training.examples
     motions = np.nan_to_num(np.concatenate([examples.features, examples.movements]))
     reach = np.abs(motions).max(axis=0)
-    moving = np.flatnonzero(reach > _LEAST_SIGNAL * examples.noise)
+    moving = np.flatnonzero(reach > LEAST_SIGNAL * examples.noise)
     part = np.zeros(len(reach), dtype=np.int64)
     if len(moving) < 2:
         part[moving] = 1
@@ -264,7 +268,7 @@ def _motions(emotion: int, training: TrainingSet) -> tuple[list[int], list[int]]
     centred = (degree - degree.mean(axis=0)) / (spread * np.sqrt(len(degree)))
     return (
         _apart(np.where(met[emotion] > _LEAST_MET, own, -np.inf), centred, _OWN, -np.inf),
-        _apart(np.where(met[emotion] < _MOST_DENIED, denied, -np.inf), centred, _OTHERS, 0.0),
+        _apart(denied, centred, _OTHERS, 0.0),
     )
 
 

@@ -21,7 +21,7 @@ from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
 from usdface.rigs import Mesh
-from usdface.rule_design.design import solved_noise
+from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import single_movements
 from usdface.rule_design.marker_roles import direction_names, known_roles, marker_features
 from usdface.rule_learning.examples import NO_EMOTION, Examples
@@ -30,9 +30,11 @@ from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Face", "Labelled", "examples_of", "feature_noise", "pose_features"]
 
-# Of a stretch count the frames that move at least this share of the most expressive one; of a
-# face at rest all.
+# Apex: the frames of a stretch that move at least this share of the most expressive one. Chosen by
+# hand: above half, so that onset and offset are left out, and low enough to average over noise.
 _PEAK = 0.8
+# Of the noise of a marker, the least that a feature is taken to have after the solve, so that rules
+# are about motions that a person can see. Chosen by hand, no experiment (docs/constants.md).
 _LEAST_NOISE = 0.5
 
 ReadTake = Callable[[Path], tuple[MarkerTake | WeightsTake, list[Finding]]]
@@ -168,14 +170,14 @@ def _stretches(
     seen = _features(take, weights, solution, replace(face, setup=setup), space, columns)
     at_rest = [label.emotion == NEUTRAL for label in labels]
 
-    def heights(values: FloatArray) -> list[FloatArray]:
+    def at_apex(values: FloatArray) -> list[FloatArray]:
         rows = [values[f] for f in frames]
-        return [r if rest else r[_height(r)] for r, rest in zip(rows, at_rest, strict=True)]
+        return [r if rest else r[_apex(r)] for r, rest in zip(rows, at_rest, strict=True)]
 
     # Each at its own height: features are smoothed over time, weights are not.
     return (
-        np.array([_mean(rows) for rows in heights(seen)]),
-        np.array([rows.mean(axis=0) for rows in heights(weights.weights)]),
+        np.array([_mean(rows) for rows in at_apex(seen)]),
+        np.array([rows.mean(axis=0) for rows in at_apex(weights.weights)]),
         findings + more,
     )
 
@@ -215,7 +217,7 @@ def _frames(label: Label, take: MarkerTake | WeightsTake) -> IntArray:
     return found
 
 
-def _height(seen: FloatArray) -> IntArray:
+def _apex(seen: FloatArray) -> IntArray:
     """Return which rows of `seen` (F, I) are the most expressive."""
     size = np.sqrt(np.nansum(seen**2, axis=1))
     return np.flatnonzero(size >= _PEAK * size.max())

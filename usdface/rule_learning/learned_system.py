@@ -27,7 +27,8 @@ from usdface.rule_learning.variants import Grouping, variant_groupings
 
 __all__ = ["LearnedSystem", "classify", "evaluate_examples", "evaluate_features", "fit_system"]
 
-# Outputs below this are no emotion: the strongest has to lead from an intensity of 15 % on.
+# Outputs below this are no emotion: benchmarks/expressions.py asks for the right emotion to be the
+# strongest from an intensity of 15 % on, and an output is about the intensity.
 _LEAST_OUTPUT = 0.15
 
 

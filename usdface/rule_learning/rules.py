@@ -31,25 +31,30 @@ __all__ = ["FALLBACK_WEIGHT", "LearnedRule", "choose_groupings", "learn_rules"]
 
 _Cost = Callable[[FloatArray], FloatArray]
 
-# A quarter is exact in USD's float, so that a written system answers the same to the last bit.
+# Tuned by hand on benchmarks/fuzzy_variants.py (docs/constants.md). A quarter is exact in USD's
+# float, so that a written system gives the same outputs to the last bit.
 FALLBACK_WEIGHT = 0.25
+# As many conditions as the paper's longest rule has (Zikky et al. 2013).
 _CONDITIONS = 3
-_MOST_RULES = 3  # for what one emotion leaves uncovered, beyond one for each variant
-# Of one rule more.
+# Those that follow, up to _WORTHWHILE, were chosen by hand, no experiment (docs/constants.md).
+# Rules for examples of one emotion that are not covered, beyond one rule for each variant.
+_MOST_RULES = 3
+# Cost of one variant more.
 _PART_COST = 0.03
+# Limit of time: width of the beam search.
 _BEAM = 8
-_OTHER_EMOTIONS = 1.0
-_WORST_EMOTION = 1.0
+# Weights of the mean and of the worst firing on movements without emotion; those on examples and on
+# other emotions weigh 1.
 _MOVEMENTS = 0.5
 _WORST_MOVEMENT = 0.3
-# An additional condition has to take away this much, as a share and at all.
+# An additional condition has to take away this much of the cost, as a share and at all.
 _LEAST_GAIN = (0.05, 0.01)
 # An example is covered by a rule that it meets this far; a variant, if its examples do on average.
 _COVERED = 0.5
 _VARIANT_COVERED = 0.75
-# A rule must do better than this share of the cost of none.
+# A rule must do better than this share of the cost without it.
 _WORTHWHILE = 0.9
-# Costs are rounded: which of two mirrored markers is taken must not hang on the last bits.
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 6
 
 
@@ -154,7 +159,7 @@ class _Search:
     def best(self, emotion: str, group: BoolArray) -> tuple[Conditions, float]:
         """Return the conditions that tell some examples of an emotion from all others; their cost.
 
-        None where silence costs hardly more.
+        None where the cost without a rule is hardly larger.
         """
         shown = self.training.intensities
         count = len(shown)
@@ -166,7 +171,7 @@ class _Search:
             total = own @ (shown[:, None] - degree[:count]) ** 2
             if len(others):
                 fired = others @ degree[:count] ** 2
-                total += _OTHER_EMOTIONS * fired.mean(axis=0) + _WORST_EMOTION * fired.max(axis=0)
+                total += fired.mean(axis=0) + fired.max(axis=0)
             if len(moves):
                 fired = degree[moves] ** 2
                 total += _MOVEMENTS * fired.mean(axis=0) + _WORST_MOVEMENT * fired.max(axis=0)

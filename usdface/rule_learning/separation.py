@@ -22,12 +22,15 @@ from usdface.rule_learning.examples import Examples
 
 __all__ = ["Separation", "pose_separations", "separations"]
 
+# As many features as a rule has conditions.
 _FEATURES = 3
-# With less between the means a threshold half-way mistakes one in six, if they scatter normally.
+# Thresholds of MARKERS_CANNOT_SEPARATE. Below a d' of 2 a threshold half-way between the means
+# mistakes more than one in six (the normal distribution beyond d' / 2 = 1). A quarter of held-out
+# examples mistaken, as FIT_CONFUSED, and from how many on they are asked: chosen by hand.
 _LEAST_SENSITIVITY = 2.0
 _LARGEST_SHARE = 0.25
 _FEWEST_TESTED = 4
-# What examples scatter by at the least [face unit], for markers without noise.
+# Numerical guard for markers without noise: least scatter of examples [face unit].
 _LEAST_SPREAD = 1e-6
 
 

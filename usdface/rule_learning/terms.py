@@ -19,16 +19,18 @@ from usdface.rule_learning.examples import Examples
 __all__ = ["LinguisticTerms", "linguistic_terms"]
 
 # In standard deviations of a feature's noise in a frame, of which smoothing over 0.15 s leaves a
-# fifth at 60 frames a second and a quarter at 30: at least eight times what is left.
+# fifth at 60 frames a second and a quarter at 30: at least two and eight times what is left. The
+# least signal was tuned by hand on benchmarks/fuzzy_variants.py, worlds 0 to 2 (docs/constants.md);
+# those that follow it were chosen by hand, no experiment.
 _DEAD_ZONE = 0.5
 _LEAST_SIGNAL = 2.0
 # A dead zone of at least this share of the top, for markers without noise.
 _LEAST_DEAD_ZONE = 0.03
-# Nor does a feature count that stays below this [face unit], however quiet the markers are.
+# Numerical guard for features without noise [face unit], half a micrometre.
 _LEAST_MOTION = 1e-5
 # A term holds fully somewhat before the value it is made of: examples scatter.
 _TOP = 0.95
-# Of an emotion's examples, the share that reaches the value taken.
+# The value of an emotion is the lower quartile of its examples: three quarters of them reach it.
 _QUANTILE = 0.25
 # Terms whose tops are nearer than this factor are one.
 _DISTINCT = 1.25

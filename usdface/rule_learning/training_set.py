@@ -8,18 +8,20 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.terms import LinguisticTerms
 
-__all__ = ["AMOUNTS", "Conditions", "TrainingSet"]
+__all__ = ["AMOUNTS", "LEAST_SIGNAL", "Conditions", "TrainingSet"]
 
 Conditions = tuple[tuple[int, bool], ...]
 
-# Intensities at which every example counts.
+# Chosen by hand, no experiment (docs/constants.md).
+# Intensities at which every example counts: a third, two thirds, the whole.
 AMOUNTS = (0.35, 0.7, 1.0)
 # Cost of a term whose ramp is as short as the noise of a frame.
 _NOISE_COST = 0.1
 # A movement this like an example (cosine, every feature by its range) may well be the expression.
 _ALIKE = 0.9
-# ... where features count that move by more than so many deviations of their noise.
-_LEAST_SIGNAL = 4.0
+# ... where features count that move by more than so many deviations of their noise, as in
+# `usdface.rule_design.feature_selection`.
+LEAST_SIGNAL = 4.0
 
 
 class TrainingSet:
@@ -80,7 +82,7 @@ class TrainingSet:
         """
         features = np.nan_to_num(self.examples.features)
         range_ = np.abs(features).max(axis=0)
-        seen = range_ > _LEAST_SIGNAL * self.examples.noise
+        seen = range_ > LEAST_SIGNAL * self.examples.noise
         moves, own = (
             np.nan_to_num(f[:, seen]) / range_[seen] for f in (self.movements, features[group])
         )
