@@ -19,12 +19,17 @@ sys.path.insert(0, str(ROOT / "tests"))
 from fuzzy_fit import emotions_only, nearest_mean, rules_and_fallback  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
+from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
 from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
 from usdface.rule_design.feature_selection import single_movements  # noqa: E402
-from usdface.rule_design.marker_roles import direction_names, marker_features  # noqa: E402
+from usdface.rule_design.marker_roles import (  # noqa: E402
+    direction_names,
+    known_roles,
+    marker_features,
+)
 from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
-from usdface.rule_learning.labelled_takes import Face, feature_noise, pose_features  # noqa: E402
+from usdface.rule_learning.labelled_takes import feature_noise, pose_features  # noqa: E402
 from usdface.rule_learning.learned_system import fit_system  # noqa: E402
 
 PERFORMERS = 6
@@ -65,14 +70,14 @@ UNITS: dict[int, tuple[str, ...]] = {
 STRENGTH = {26: 0.45}
 
 
-def world(seed: int, face: Face) -> Examples:
+def world(seed: int, face: BoundFace) -> Examples:
     """Return what six performers show of the variants that the seed draws."""
     rng = np.random.default_rng(1000 + seed)
     drawn = {
         emotion: [known[i] for i in sorted(rng.permutation(len(known))[: rng.integers(2, 4)])]
         for emotion, known in VARIANTS.items()
     }
-    index = {name: i for i, name in enumerate(face.mesh.shape_names)}
+    index = {name: i for i, name in enumerate(face.shape_names)}
     weights: list[np.ndarray] = []
     labels: list[tuple[str, str, str]] = []
 
@@ -97,7 +102,7 @@ def world(seed: int, face: Face) -> Examples:
         for speech in SPEECH:
             spoken = {name: weight * rng.uniform(0.7, 1.3) for name, weight in speech.items()}
             show(spoken, NO_EMOTION, "speech", performer)
-    variables = marker_features(face.roles, "signed")
+    variables = marker_features(known_roles(face.markers, face.roles), "signed")
     noise = feature_noise(face, "take")
     features = pose_features(np.array(weights), face, variables)
     features = features + NOISE * noise * rng.standard_normal(features.shape)
@@ -111,7 +116,7 @@ def world(seed: int, face: Face) -> Examples:
         recordings,
         np.ones(len(labels)),
         noise,
-        pose_features(single_movements(face.mesh.shape_names), face, variables),
+        pose_features(single_movements(face.shape_names), face, variables),
     )
 
 
@@ -133,11 +138,22 @@ def silent_nearest_mean(kept: Examples, left: Examples) -> tuple[np.ndarray, tup
     return np.where((nearer > outputs.max(axis=1)[:, None]).any(axis=1)[:, None], 0, outputs), names
 
 
-def variants_face() -> Face:
+def variants_face() -> BoundFace:
     mesh, marks = ict_mesh(SHARED), landmarks(SHARED)
     names = tuple(f"landmark_{i}" for i in range(len(marks)))
     setup = RetargetSetup(Binding(names, marks), nose_tip="landmark_30")
-    return Face(mesh, mesh.shape_names, setup)
+    return bound_face(mesh, setup)
+
+
+def figures() -> dict[str, float]:
+    """Return what `benchmarks/sensitivity.py` judges rule learning by, on worlds 0 and 1."""
+    face, found = variants_face(), {"rules": 0.0, "new performers": 0.0, "new variants": 0.0}
+    for seed in (0, 1):
+        data = world(seed, face)
+        found["rules"] += len(fit_system(data).system.fuzzy.rules)
+        for name, holding in (("new performers", "recording"), ("new variants", "variant")):
+            found[name] += float(np.trace(cross_validate(data, holding).counts[:-1]))
+    return found
 
 
 def main() -> None:

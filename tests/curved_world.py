@@ -42,7 +42,7 @@ def make_curved_world(*, head_moves: bool = True) -> World:
     at = np.array(list(plain.points.values()))
     model, _ = evaluator_of(bent, at)
     weights = model.complete(plain.weights)
-    positions = bent.points[at] + model.explained(weights).reshape(len(weights), -1, 3)
+    positions = bent.points[at] + model.displacements(weights).reshape(len(weights), -1, 3)
     if head_moves:
         still = make_world(head_moves=False).take.positions
         pose, _ = rigid_fit(still, plain.take.positions)

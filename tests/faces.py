@@ -17,11 +17,11 @@ from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.correction.expression_layer import Character, design, express, parts_of
+from usdface.correction.expression_layer import design, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.expression_system import ExpressionSystem
+from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
-from usdface.face.layout import FaceParts
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
@@ -67,7 +67,7 @@ class Face:
     setup: RetargetSetup
     expressions: tuple[Expression, ...]
     system: ExpressionSystem
-    parts: FaceParts
+    bound: BoundFace
 
     @property
     def poses(self) -> FloatArray:
@@ -105,18 +105,17 @@ class Face:
 
     def judge(self, take, weights: WeightsTake, solution=None, skip: int = 0) -> Played:
         """Read emotions off the weights and correct them; leave out the first frames."""
-        read = (self.system, take, self.mesh, self.setup, weights, solution)
-        names, solved = weights.names, weights.weights
+        solved = weights.weights
         said = express(
             self.system,
-            sided_features(*read),
-            names,
-            solved,
-            self.expressions,
-            Character(self.mesh, self.parts),
-            take.times if solution else None,
+            sided_features(self.system, self.bound, take, weights=weights, solution=solution),
+            self.bound,
+            names=weights.names,
+            weights=solved,
+            expressions=self.expressions,
+            times=take.times if solution else None,
         )
-        answers = np.stack([said.emotions[e.name] for e in self.expressions], axis=1)
+        answers = np.stack([said.trace.emotions[e.name] for e in self.expressions], axis=1)
         return Played(solved[skip:], said.weights[skip:], answers[skip:])
 
     def hear(self, weights: FloatArray) -> FloatArray:
@@ -147,11 +146,10 @@ def make_face(kind: str, shared: Path, given: Given = MappingProxyType({})) -> F
     }
     mesh, setup = made[kind](shared)
     expressions, _ = expressions_for(mesh.shape_names, given)
-    system, designed, _ = design(mesh, setup, expressions, CorrectionOptions())
+    system, roles, _ = design(bound_face(mesh, setup), expressions, CorrectionOptions())
     assert system is not None
-    parts = parts_of(mesh, designed, expressions)
-    setup = replace(designed, neutral=(0, 29), head="solve")
-    return Face(mesh, setup, expressions, system, parts)
+    setup = replace(setup, roles=roles, neutral=(0, 29), head="solve")
+    return Face(mesh, setup, expressions, system, bound_face(mesh, setup).with_layout(expressions))
 
 
 def _ict_landmarks(shared: Path) -> tuple[Mesh, RetargetSetup]:

@@ -11,6 +11,7 @@ from worlds import animation_of, make_world
 from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.explanation import Explanation
+from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
@@ -35,23 +36,25 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def explained(shot: Path) -> Explanation:
-    return explain(shot)
+    return explain(shot).value
 
 
 def test_it_explains_what_process_writes(shot: Path, explained: Explanation) -> None:
     assert main(["process", str(shot)]) == 0
     root = shot.with_name("shot.usdface.usda")
     stage = Usd.Stage.Open(str(root))
-    played = animation_of(root).reordered(explained.shapes)
-    np.testing.assert_allclose(explained.corrected, played.weights, atol=1e-6)
+    played = animation_of(root).reordered(explained.result.solved.names)
+    np.testing.assert_allclose(explained.result.weights.weights, played.weights, atol=1e-6)
     system = stage.GetPrimAtPath("/Shot/Fuzzy")
-    for name, curve in zip(explained.system.emotions, explained.outputs.T, strict=True):
+    for name, curve in zip(
+        explained.system.emotions, explained.whole.evaluation.outputs.T, strict=True
+    ):
         attribute = system.GetAttribute(tokens.EMOTION_PREFIX + name)
         authored = [attribute.Get(code) for code in attribute.GetTimeSamples()]
         np.testing.assert_allclose(curve, authored, atol=1e-6)
     fired = system.GetAttribute(tokens.FIRING)
     authored = [fired.Get(code) for code in fired.GetTimeSamples()]
-    np.testing.assert_allclose(explained.firing, authored, atol=1e-6)
+    np.testing.assert_allclose(explained.trace.firing, authored, atol=1e-6)
 
 
 def test_a_frame_adds_up(explained: Explanation) -> None:
@@ -69,11 +72,11 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
 
 def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Explanation) -> None:
     """What is shown, times the pose, is what each emotion asks for."""
-    change = np.abs(explained.corrected - explained.solved).max(axis=1)
+    change = np.abs(explained.result.weights.weights - explained.result.solved.weights).max(axis=1)
     facts = explained.frame(int(change.argmax()))
     assert change.max() > 0.02 and facts["weights"]
     poses = {e.name: dict(zip(e.shapes, e.weights, strict=True)) for e in poses_of(shot)}
-    shown = facts["poses shown"]
+    shown = facts["poses_shown"]
     for shape, weight in facts["weights"].items():
         asked = {e: shown[e] * poses[e].get(shape, 0.0) for e in poses}
         if any(asked.values()):
@@ -86,8 +89,8 @@ def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Expl
     loudest = max(facts["emotions"], key=facts["emotions"].get)
     heard, (onset, full) = facts["emotions"][loudest], explained.system.response
     x = min((heard - onset) / (full - onset), 1.0)
-    assert facts["poses shown"][loudest] == pytest.approx(x * x * (3 - 2 * x), abs=1e-3)
-    assert set(explained.frame(0)["poses shown"].values()) == {0.0}
+    assert facts["poses_shown"][loudest] == pytest.approx(x * x * (3 - 2 * x), abs=1e-3)
+    assert set(explained.frame(0)["poses_shown"].values()) == {0.0}
 
 
 @pytest.fixture(scope="module")
@@ -108,9 +111,9 @@ def test_what_half_a_face_does_explains_what_its_shapes_do(
     half_smile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """No rule fires on the whole face, and yet half of it is raised."""
-    half = explain(half_smile)
+    half = explain(half_smile).value
     facts = half.frame(30)
-    assert facts["nothing fires"] and facts["weights"]
+    assert facts["nothing_fires"] and facts["weights"]
     assert all(w["by"] == "joy" and name.endswith("Left") for name, w in facts["weights"].items())
     assert list(facts["halves"]) == ["left"], "the right half says what the whole face says"
     assert facts["halves"]["left"]["emotions"]["joy"] > 0.5
@@ -119,17 +122,17 @@ def test_what_half_a_face_does_explains_what_its_shapes_do(
     assert half.peak == 30, "the strongest emotion of a half counts where the face has none"
     figure = tmp_path / "why.svg"
     assert main(["fuzzy", "explain", str(half_smile), "--figure", str(figure)]) == 0
-    assert "the left half, as if the right did the same" in capsys.readouterr().out
+    assert "the left half, mirrored to the right" in capsys.readouterr().out
 
 
 def poses_of(shot: Path) -> tuple[Expression, ...]:
-    return read_shot(open_shot(shot), str(shot))[0].expressions
+    return read_shot(open_shot(shot), str(shot))[0].shot.expressions
 
 
 def test_a_neutral_frame_has_nothing_to_explain(explained: Explanation) -> None:
     facts = explained.frame(0)
     assert not any(facts["emotions"].values()) and not facts["weights"]
-    assert facts["nothing fires"] and not any(rule["fires"] for rule in facts["rules"])
+    assert facts["nothing_fires"] and not any(rule["fires"] for rule in facts["rules"])
 
 
 def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> None:
@@ -141,13 +144,15 @@ def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> No
     world = make_world()
     names = list(world.take.names)
     for feature in facts["features"]:
-        assert feature["measured to"] == "nose" and feature["marker"] in names
+        assert feature["measured_to"] == "nose" and feature["marker"] in names
     moved = {f["name"]: f["mm"] for f in facts["features"]}
     for condition in facts["rules"][0]["conditions"]:
         assert condition["mm"] == moved[condition["variable"]] != 0
     # What the solved weights do to the vertices where the markers sit, without noise.
     mesh = world.rig.meshes[0]
-    pose = dict(zip(explained.shapes, explained.solved[FRAME], strict=True))
+    pose = dict(
+        zip(explained.result.solved.names, explained.result.solved.weights[FRAME], strict=True)
+    )
     weights = np.array([pose[name] for name in mesh.shape_names])
 
     def offset(marker: str) -> FloatArray:
@@ -161,10 +166,13 @@ def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> No
 def test_hedges_count_in_conditions(explained: Explanation) -> None:
     rule = explained.system.fuzzy.rules[0]
     hedged = parse_rule(rule.text.replace(" IS ", " IS NOT VERY ", 1))
-    other = replace(explained, system=changed(explained.system, rules=(hedged,)))
-    other = replace(other, firing=explained.firing[:, :1], halves={})
+    whole, system = explained.whole, changed(explained.system, rules=(hedged,))
+    evaluation = evaluate(system.fuzzy, whole.inputs, memberships=True)
+    trace = replace(
+        explained.trace, system=system, sides={"both": replace(whole, evaluation=evaluation)}
+    )
     (plain,) = (r for r in explained.frame(FRAME)["rules"] if r["rule"] == rule.text)
-    (found,) = other.frame(FRAME)["rules"]
+    (found,) = replace(explained, trace=trace).frame(FRAME)["rules"]
     assert found["conditions"][0]["is"].startswith("not very ")
     degree = plain["conditions"][0]["degree"]
     assert found["conditions"][0]["degree"] == pytest.approx(1 - degree**2, abs=1e-3)
@@ -182,7 +190,9 @@ def test_a_time_is_a_frame(
     assert main(arguments) == 0
     loudest = json.loads(capsys.readouterr().out)
     assert loudest["frame"] == explained.peak
-    assert max(loudest["emotions"].values()) == pytest.approx(explained.outputs.max(), abs=1e-4)
+    assert max(loudest["emotions"].values()) == pytest.approx(
+        explained.whole.evaluation.outputs.max(), abs=1e-4
+    )
     for wrong in ("-1", "1e9", "nan"):
         assert main(["fuzzy", "explain", str(shot), f"--time={wrong}"]) == 1
         assert "the take goes from 0 to" in capsys.readouterr().err
@@ -224,7 +234,7 @@ def test_a_figure_is_written_though_nobody_reads_the_text_to_its_end(
     def closed(*_: object) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr("usdface.cli.fuzzy_tables.print_explanation", closed)
+    monkeypatch.setattr("usdface.cli.print_fuzzy.print_explanation", closed)
     figure = tmp_path / "why.png"
     assert main(["fuzzy", "explain", str(shot), "--figure", str(figure)]) == 1
     assert figure.read_bytes().startswith(b"\x89PNG")

@@ -6,7 +6,8 @@
     |- InputError     a file, prim or setting from outside cannot be used
     |- SchemaError    the USD schemas cannot be registered or are not there
     |- SolveError     the numbers do not determine an answer
-    `- OutputError    a result cannot be written
+    |- OutputError    a result cannot be written
+    `- Cancelled      the caller ended the job
 
 Each carries a stable `code`, as findings do (`usdface.findings`), for programs and reports;
 one code has one meaning for ever. Nothing else leaves the library: errors of the libraries
@@ -18,6 +19,7 @@ from collections.abc import Iterable
 
 __all__ = [
     "ERROR_CODES",
+    "Cancelled",
     "InputError",
     "OutputError",
     "SchemaError",
@@ -74,6 +76,7 @@ ERROR_CODES: dict[str, str] = {
     "SOLVE_UNDETERMINED": "the numbers do not determine an answer",
     # the program
     "SCHEMAS_LATE": "the usdface schemas are missing or come too late",
+    "CANCELLED": "the caller ended the job; nothing is written",
     "OUTPUT_UNWRITABLE": "a result cannot be written; what was there is still there",
 }
 
@@ -116,6 +119,15 @@ class OutputError(UsdFaceError):
     """A result cannot be written; what was there before is still there."""
 
     default_code = "OUTPUT_UNWRITABLE"
+
+
+class Cancelled(UsdFaceError):
+    """The caller ended the job: raise it in the callback `on_progress`. Nothing is written."""
+
+    default_code = "CANCELLED"
+
+    def __init__(self, message: str = "cancelled", code: str = "") -> None:
+        super().__init__(message, code)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

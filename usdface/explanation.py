@@ -1,106 +1,62 @@
-"""Why the corrector answers what it answers: features, memberships, rules, emotions, weights."""
+"""The explanation of a correction: features, memberships, rules, emotions and weights of a frame.
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+Everything is read from the trace that the expression layer kept; nothing is evaluated again.
+"""
+
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.correction.expression_layer import expression_poses
-from usdface.correction.feature_extraction import sided_features
-from usdface.correction.features import face_unit
-from usdface.correction.gains import Gains
-from usdface.correction.pose_blend import respond
+from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.correction.temporal_blend import blend_frames
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
-from usdface.face.mirror import Side
-from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.membership import membership
-from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Proposition
-from usdface.io.usd.shot import Shot
-from usdface.retarget.neutral import on_plane
-from usdface.retarget.solution import Solution
-from usdface.retarget_setup import Expression, RetargetSetup
-from usdface.retarget_shot import Animated
-from usdface.rigs import Mesh
-from usdface.takes import WeightsTake
+from usdface.shot import ShotResult
 
-__all__ = ["ASIDE", "Explanation", "Heard", "explained"]
+__all__ = ["HALF_SHOWN_APART", "Explanation", "explain_result"]
 
-# Weights that the corrector moves by less are not worth a line.
+# A weight that moves by less is not seen: half of what a percent slider of a host shows.
 _VISIBLE = 0.005
-# A half of the face is spoken of where it is shown this much more or less of a pose than the whole.
-ASIDE = 0.1
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Heard:
-    """What the system hears of one half of the face, as if the other did the same.
-
-    Attributes
-    ----------
-    inputs, firing, outputs, shown
-        As those of `Explanation`, which are of the face as it is.
-    """
-
-    inputs: FloatArray
-    firing: FloatArray
-    outputs: FloatArray
-    shown: FloatArray
+# A half of the face is listed where it is given this much more or less of a pose than the whole.
+HALF_SHOWN_APART = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Explanation:
-    """What the corrector saw and did over a take.
+    """A retargeted shot with the trace of its correction, frame by frame.
 
     Attributes
     ----------
-    system : ExpressionSystem
-    times : (F,) float64 [s]
-    inputs : (F, I) float64
-        Features, in the system's face unit; columns as `FuzzySystem.inputs`.
-    firing : (F, R) float64
-    outputs : (F, E) float64
-        Emotions; columns as `ExpressionSystem.emotions`.
-    shapes : tuple of str, length T
-    solved, corrected : (F, T) float64
-        Weights before and after.
-    markers : tuple of str, length I
-        The marker that each input reads.
-    nose_tip : str
-        The marker that distances are measured to.
-    unit : float [m]
-        What the inputs are divided by.
-    poses : (E, T) float64
-        Weights of each emotion's pose.
-    shown : (F, E) float64
-        How much of its pose each emotion of the whole face is given; gains of regions are left out.
-    halves : mapping of "left", "right" to Heard
-        What shapes of that half follow; those of neither follow what both say. Empty where the
-        shot has no sides: then all follow the whole face.
-    sides : mapping of str to "left" or "right"
-        The half of each shape that belongs to one.
+    result : ShotResult
+    trace : ExpressionTrace
+        Of `result`, with memberships.
     """
 
-    system: ExpressionSystem
-    times: FloatArray
-    inputs: FloatArray
-    firing: FloatArray
-    outputs: FloatArray
-    shapes: tuple[str, ...]
-    solved: FloatArray
-    corrected: FloatArray
-    markers: tuple[str, ...]
-    nose_tip: str
-    unit: float
-    poses: FloatArray
-    shown: FloatArray
-    halves: Mapping[Side, Heard] = field(default_factory=dict)
-    sides: Mapping[str, Side] = field(default_factory=dict)
+    result: ShotResult
+    trace: ExpressionTrace
+
+    @property
+    def system(self) -> ExpressionSystem:
+        """The fuzzy system."""
+        return self.trace.system
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the frames: (F,) [s]."""
+        return self.result.solved.times
+
+    @property
+    def whole(self) -> SideTrace:
+        """The evaluation of the whole face."""
+        return self.trace.sides["both"]
+
+    @property
+    def halves(self) -> dict[str, SideTrace]:
+        """The evaluation of each half; empty where no blend shape belongs to one."""
+        return {side: traced for side, traced in self.trace.sides.items() if side != "both"}
 
     @property
     def peak(self) -> int:
@@ -108,8 +64,8 @@ class Explanation:
 
         0 where there is none.
         """
-        heard = (self.outputs, *(half.outputs for half in self.halves.values()))
-        return int(np.max([each.max(axis=1, initial=0.0) for each in heard], axis=0).argmax())
+        outputs = [traced.evaluation.outputs for traced in self.trace.sides.values()]
+        return int(np.max([each.max(axis=1, initial=0.0) for each in outputs], axis=0).argmax())
 
     def frame_at(self, seconds: float) -> int:
         """Return the frame nearest to a time of the take.
@@ -140,33 +96,41 @@ class Explanation:
         count = len(self.times)
         if not 0 <= index < count:
             raise InputError(f"there is no frame {index}; the take has frames 0 to {count - 1}")
-        change = self.corrected[index] - self.solved[index]
-        moved = sorted(np.flatnonzero(np.abs(change) >= _VISIBLE), key=lambda s: -abs(change[s]))
+        shown = self.whole.shown[index]
         return {
             "frame": index,
-            "seconds": round(float(self.times[index]), 4),
-            "emotions": self._by_emotion(self.outputs[index]),
-            "poses shown": self._by_emotion(self.shown[index]),
-            "nothing fires": not self.firing[index].any(),
-            "rules": self._rules(self.firing[index], self.inputs[index]),
+            "time_s": round(float(self.times[index]), 4),
+            **self._side(self.whole, index),
+            "nothing_fires": not self.trace.firing[index].any(),
             "halves": {
-                side: {
-                    "emotions": self._by_emotion(half.outputs[index]),
-                    "poses shown": self._by_emotion(half.shown[index]),
-                    "rules": self._rules(half.firing[index], half.inputs[index]),
-                }
+                side: self._side(half, index)
                 for side, half in self.halves.items()
-                if np.abs(half.shown[index] - self.shown[index]).max(initial=0.0) >= ASIDE
+                if np.abs(half.shown[index] - shown).max(initial=0.0) >= HALF_SHOWN_APART
             },
             "features": [self._feature(index, i) for i in range(len(self.system.fuzzy.inputs))],
-            "weights": {
-                self.shapes[s]: {
-                    "solved": round(float(self.solved[index, s]), 4),
-                    "corrected": round(float(self.corrected[index, s]), 4),
-                    "by": self._cause(index, int(s)),
-                }
-                for s in moved
-            },
+            "weights": self._weights(index),
+        }
+
+    def _side(self, traced: SideTrace, index: int) -> dict[str, Any]:
+        """Return emotions, shares of their poses, and rules of the whole face or of a half."""
+        return {
+            "emotions": self._by_emotion(traced.evaluation.outputs[index]),
+            "poses_shown": self._by_emotion(traced.shown[index]),
+            "rules": self._rules(traced, index),
+        }
+
+    def _weights(self, index: int) -> dict[str, dict[str, Any]]:
+        """Return the weights that the correction moves, the largest change first."""
+        solved, corrected = self.result.solved, self.result.weights
+        change = corrected.weights[index] - solved.weights[index]
+        moved = sorted(np.flatnonzero(np.abs(change) >= _VISIBLE), key=lambda s: -abs(change[s]))
+        return {
+            solved.names[s]: {
+                "solved": round(float(solved.weights[index, s]), 4),
+                "corrected": round(float(corrected.weights[index, s]), 4),
+                "by": self._cause(index, int(s)),
+            }
+            for s in moved
         }
 
     def _by_emotion(self, values: FloatArray) -> dict[str, float]:
@@ -174,17 +138,19 @@ class Explanation:
         pairs = zip(self.system.emotions, values, strict=True)
         return {name: round(float(value), 4) for name, value in pairs}
 
-    def _rules(self, firing: FloatArray, inputs: FloatArray) -> list[dict[str, Any]]:
-        """Return the rules with what they ask for, the strongest of a frame first."""
+    def _rules(self, traced: SideTrace, index: int) -> list[dict[str, Any]]:
+        """Return the rules with their conditions, the strongest of a frame first."""
         rules = [
             {
                 "rule": " ".join(rule.text.split()),
                 "fires": round(float(strength), 4),
                 "weight": rule.weight,
                 "enabled": rule.enabled,
-                "conditions": [self._condition(inputs, p) for p in rule.propositions],
+                "conditions": [self._condition(traced, index, p) for p in rule.propositions],
             }
-            for rule, strength in zip(self.system.fuzzy.rules, firing, strict=True)
+            for rule, strength in zip(
+                self.system.fuzzy.rules, traced.evaluation.firing[index], strict=True
+            )
         ]
         return sorted(rules, key=lambda rule: -rule["fires"])
 
@@ -197,116 +163,69 @@ class Explanation:
         near = slice(max(0, index - reach), index + reach + 1)
         followed = self._followed(shape)
         for shown in (followed[index], followed[near].max(axis=0)):
-            asked = shown * self.poses[:, shape]
-            if asked.any():
-                return self.system.emotions[int(asked.argmax())]
+            requested = shown * self.trace.poses[:, shape]
+            if requested.any():
+                return self.system.emotions[int(requested.argmax())]
         return None
 
     def _followed(self, shape: int) -> FloatArray:
         """Return how much of each pose a shape is given (F, E): its half's, or what both say."""
         if not self.halves:
-            return self.shown
-        half = self.halves.get(self.sides.get(self.shapes[shape], "both"))
-        if half is not None:
-            return half.shown
+            return self.whole.shown
+        name, layout = self.result.solved.names[shape], self.result.shot.layout
+        if name in layout.left:
+            return self.halves["left"].shown
+        if name in layout.right:
+            return self.halves["right"].shown
         return np.asarray(np.min([half.shown for half in self.halves.values()], axis=0))
 
     def _feature(self, index: int, column: int) -> dict[str, Any]:
         variable, feature = self.system.fuzzy.inputs[column], self.system.features[column]
-        value = self.inputs[index, column]
+        value = self.whole.inputs[index, column]
+        memberships = self.whole.evaluation.memberships
         return {
             "name": variable.name,
-            "marker role": feature.role,
-            "marker": self.markers[column],
-            "measured to": self.nose_tip,
+            "role": feature.role,
+            "marker": self.trace.markers[column],
+            "measured_to": self.result.shot.setup.nose_tip,
             "axis": feature.axis,
             "value": round(float(value), 5) if np.isfinite(value) else None,
             "mm": self._millimetres(value),
             "terms": {
                 term.name: round(
-                    float(membership(term.kind, term.parameters, np.array([value]))[0]), 4
+                    float(memberships[Proposition(variable.name, term.name)][index]), 4
                 )
                 for term in variable.terms
             },
         }
 
     def _millimetres(self, value: float) -> float | None:
-        return round(1000.0 * self.unit * float(value), 3) if np.isfinite(value) else None
+        return round(1000.0 * self.trace.unit * float(value), 3) if np.isfinite(value) else None
 
-    def _condition(self, inputs: FloatArray, asked: Proposition) -> dict[str, Any]:
-        column = [v.name for v in self.system.fuzzy.inputs].index(asked.variable)
-        term = self.system.fuzzy.inputs[column].term(asked.term)
-        value = inputs[column : column + 1]
-        degree = membership(term.kind, term.parameters, value)
-        for hedge in reversed(asked.hedges):
-            degree = HEDGES[hedge](degree)
+    def _condition(self, traced: SideTrace, index: int, proposition: Proposition) -> dict[str, Any]:
+        column = [v.name for v in self.system.fuzzy.inputs].index(proposition.variable)
         return {
-            "variable": asked.variable,
-            "marker": self.markers[column],
-            "mm": self._millimetres(value[0]),
-            "is": " ".join((*asked.hedges, asked.term)),
-            "degree": round(float(degree[0]), 4) if np.isfinite(value[0]) else 0.0,
+            "variable": proposition.variable,
+            "marker": self.trace.markers[column],
+            "mm": self._millimetres(traced.inputs[index, column]),
+            "is": " ".join((*proposition.hedges, proposition.term)),
+            "degree": round(float(traced.evaluation.memberships[proposition][index]), 4),
         }
 
 
-def explained(shot: Shot, system: ExpressionSystem, animated: Animated) -> Explanation:
-    """Return what the corrector saw and did.
+def explain_result(result: ShotResult) -> Explanation:
+    """Return the explanation of a shot that was retargeted with ``ProcessOptions(trace=True)``.
 
-    Parameters
-    ----------
-    shot : Shot
-    system : ExpressionSystem
-        The shot's.
-    animated : Animated
-        What became of the shot.
+    Raises
+    ------
+    InputError
+        If the shot has no expression layer, or no trace was kept.
     """
-    mesh = shot.rig.mesh(shot.setup.binding.mesh)
-    solution = animated.solve.solution
-    weights = WeightsTake(animated.solve.names, shot.take.times, animated.solve.weights)
-    read = (system, animated.take, mesh, shot.setup, weights, solution)
-    inputs = sided_features(*read, shot.parts.heard)
-    heard = {side: (seen, evaluate(system.fuzzy, seen)) for side, seen in inputs.items()}
-    whole, answer = heard.pop("both")
-    shown = partial(_shown, system, shot.gains, shot.expressions)
-    sides: dict[str, Side] = dict.fromkeys(shot.parts.left, "left")
-    sides |= dict.fromkeys(shot.parts.right, "right")
-    return Explanation(
-        system,
-        shot.take.times,
-        whole,
-        answer.firing,
-        answer.outputs,
-        animated.solve.names,
-        animated.solve.weights,
-        animated.final.weights,
-        tuple(shot.setup.roles.get(f.role, f.role) for f in system.features),
-        shot.setup.nose_tip,
-        _unit(system, mesh, shot.setup, solution),
-        expression_poses(system, animated.solve.names, shot.expressions)[0],
-        shown(answer.outputs),
-        {
-            side: Heard(seen, said.firing, said.outputs, shown(said.outputs))
-            for side, (seen, said) in heard.items()
-        },
-        sides,
-    )
-
-
-def _shown(
-    system: ExpressionSystem,
-    gains: Gains | None,
-    expressions: Sequence[Expression],
-    outputs: FloatArray,
-) -> FloatArray:
-    known = gains or Gains.constant(system.gain, expressions)
-    driven = outputs if system.mode == "add" else respond(outputs, system.response)
-    own = known.of([(emotion, None) for emotion in system.emotions], len(outputs))
-    return driven * own * known.system[:, None]
-
-
-def _unit(
-    system: ExpressionSystem, mesh: Mesh, setup: RetargetSetup, solution: Solution | None
-) -> float:
-    if system.space == "take" and solution is not None:
-        return face_unit(system, on_plane(solution.neutral))
-    return face_unit(system, mesh.points[setup.binding.points])
+    trace = result.trace
+    if trace is None:
+        raise InputError(
+            "the shot has no expression layer to explain; give it a fuzzy system and expressions"
+        )
+    if trace.system.fuzzy.rules and not trace.sides["both"].evaluation.memberships:
+        raise InputError("the memberships were not kept; retarget with ProcessOptions(trace=True)")
+    return Explanation(result, trace)

@@ -24,7 +24,6 @@ __all__ = [
     "NEXT_MARKERS",
     "OFFSET_SPREAD",
     "PIN_REACH",
-    "REGIONS",
     "RESPONSE",
     "BindOptions",
     "CleanOptions",
@@ -40,7 +39,6 @@ __all__ = [
     "MapOptions",
     "MarkerOptions",
     "ProcessOptions",
-    "Region",
     "RigOptions",
     "SolveLimits",
     "SolveMode",
@@ -61,8 +59,6 @@ HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
 HoldOut = Literal["auto", "recording", "variant"]
-Region = Literal["brows", "eyes", "mouth"]
-REGIONS: tuple[Region, ...] = get_args(Region)
 
 # Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
 # expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
@@ -361,19 +357,28 @@ class MarkerOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessOptions:
-    """What one run of `usdface process` does beyond what the shot itself says.
+    """Options of one run, which go before the shot's own.
 
-    `solve` overrides the shot's `SolveOptions.mode`; `clean` and `head` False leave the clean-up
-    of the markers and the head's motion out, whatever the shot says. `asset_root` is a folder
-    that textures may come from beside those of the layers that name them.
+    Attributes
+    ----------
+    express : bool
+        Correct the solved weights by the expression layer.
+    head : bool
+        Move the character's head as the performer's moves, if the shot says so.
+    clean : bool
+        Clean the markers as the shot says; False solves them as recorded.
+    solve : {"take", "frame"} or None
+        In place of the shot's `SolveOptions.mode`.
+    trace : bool
+        Keep the memberships of all terms in `ShotResult.trace`, for an explanation.
     """
 
-    output: str = ""
-    gltf: str = ""
-    figure: str = ""
     express: bool = True
     head: bool = True
     clean: bool = True
     solve: SolveMode | None = None
-    in_place: bool = False
-    asset_root: str = ""
+    trace: bool = False
+
+    def __post_init__(self) -> None:
+        if self.solve is not None:
+            _check_choice("solve", self.solve, SolveMode)

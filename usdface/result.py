@@ -1,64 +1,46 @@
-"""What a command has to say for itself: files, findings, figures, time."""
+"""The result of a job: the value made, files written, findings, figures, times."""
 
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from usdface.findings import Finding
 
-__all__ = ["OnStep", "Result", "Steps"]
+__all__ = ["Result", "peak_memory"]
 
-OnStep = Callable[[str], None]
-
-
-class Steps:
-    """Times the named steps of a command and tells a listener when each begins."""
-
-    def __init__(self, on_step: OnStep | None = None) -> None:
-        self.seconds: dict[str, float] = {}
-        self._on_step = on_step
-
-    @contextmanager
-    def __call__(self, name: str) -> Iterator[None]:
-        """Time a block [s], as the step `name`."""
-        if self._on_step:
-            self._on_step(name)
-        begin = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+ValueT = TypeVar("ValueT")
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
-    """The result of a command.
+class Result(Generic[ValueT]):
+    """The result of a job.
 
     Attributes
     ----------
+    value : ValueT
+        The value that the job is there for: a `ShotResult` of `process`, the `RetargetSetup` of
+        `make_shot`, ...; None of a job that only writes.
     written : tuple of Path
         Files that were written, the one to open first.
     findings : tuple of Finding
     summary : mapping of str to value
-        Figures for people and reports, each name with its unit.
+        Numbers and names under stable keys; a key ends in its unit (``residual_mean_mm``).
+    details : mapping of str to value
+        The same, too long for a screen: residual of each frame, deviation of each weight.
     seconds : mapping of str to float [s]
         Time of each step.
-    details : mapping of str to value
-        What is too long for the screen, for reports only.
     """
 
+    value: ValueT
     written: tuple[Path, ...] = ()
     findings: tuple[Finding, ...] = ()
     summary: dict[str, Any] = field(default_factory=dict)
-    seconds: dict[str, float] = field(default_factory=dict)
     details: dict[str, Any] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as plain values for JSON."""
+        """Return all but the value as plain values for JSON."""
         return {
             "written": [str(path) for path in self.written],
             "findings": [finding.as_dict() for finding in self.findings],

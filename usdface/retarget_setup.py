@@ -178,6 +178,8 @@ class RetargetSetup:
     neutral : (int, int) or None
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
+    neutral_assumed : bool
+        `neutral` stands in for frames that nobody has named or looked for.
     neutral_weights : mapping of str to float
         Blend shape weights of the character that the performer shows in the neutral frames, a
         little open mouth say; those not named are 0, or as `calibration` says.
@@ -199,6 +201,7 @@ class RetargetSetup:
     move_head: bool = True
     head_joint: str = ""
     neutral: tuple[int, int] | None = (0, 0)
+    neutral_assumed: bool = False
     neutral_weights: Mapping[str, float] = field(default_factory=dict)
     peaks: tuple[int, ...] = ()
     nose_tip: str = ""
@@ -262,7 +265,7 @@ def fit_setup(
     """
     setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
     binding = setup.binding
-    findings = _uncalibrated(setup, mesh)
+    findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
     if not binding.markers:
         return setup, findings
     outside = (binding.points < 0) | (binding.points >= len(mesh.points))
@@ -302,6 +305,13 @@ def fit_setup(
         *findings,
         finding("NOSE_TIP_ASSUMED", foremost, "no nose tip is named; the foremost marker is taken"),
     ]
+
+
+def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None) -> list[Finding]:
+    if not setup.neutral_assumed:
+        return []
+    message = "no neutral frames are named; the first frame is taken"
+    return [finding("NEUTRAL_ASSUMED", take.source if take else setup.binding.mesh, message)]
 
 
 def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:

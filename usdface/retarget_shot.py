@@ -1,111 +1,100 @@
-"""A shot's animation: the retarget, then the corrector over it."""
+"""The main job on arrays: a shot cleaned, solved and corrected."""
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from usdface.binding.marker_places import FreePlaces, free_places
+from usdface.arrays import BoolArray
 from usdface.blend_shape_evaluator import with_combinations
-from usdface.correction.expression_layer import Character, express
+from usdface.correction.expression_layer import Expressed, express
 from usdface.correction.feature_extraction import sided_features
-from usdface.errors import InputError
-from usdface.findings import Finding, finding
+from usdface.face.bound_face import BoundFace
+from usdface.findings import finding
 from usdface.geometry.rigid_fit import Pose
-from usdface.io.usd.animation import Animation, complete_weights
-from usdface.io.usd.shot import Shot
-from usdface.io.usd.stage import Stage
 from usdface.options import CleanOptions, ProcessOptions
-from usdface.result import Steps
+from usdface.progress import OnProgress, Progress
 from usdface.retarget.head_motion import head_motion
-from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
 from usdface.retarget.solution import Solution
-from usdface.retarget.solve_report import solve_report
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
-from usdface.rigs import Mesh
+from usdface.shot import Shot, ShotResult
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["Animated", "animate"]
+__all__ = ["retarget"]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Animated:
-    """What `animate` made.
+def retarget(
+    shot: Shot,
+    *,
+    options: ProcessOptions = ProcessOptions(),
+    on_progress: OnProgress | Progress | None = None,
+) -> ShotResult:
+    """Clean a shot's markers, solve its weights and correct them: no file, no stage.
 
-    Attributes
+    Parameters
     ----------
-    solve : Animation
-        For the solve layer.
-    express : Animation or None
-        For the express layer; None where nothing corrects.
-    take : MarkerTake or WeightsTake
-        The shot's take, its markers cleaned.
-    findings : list of Finding
-    summary : mapping of str to value
-    details : mapping of str to value
-        What is too long for the screen.
+    shot : Shot
+    options : ProcessOptions
+        What this run does otherwise than the shot says.
+    on_progress : callable, optional
+        Called with a `Step` at each step; what it raises ends the job.
+
+    Returns
+    -------
+    ShotResult
+
+    Raises
+    ------
+    InputError
+        If set-up, take and rig do not belong together.
+    SolveError
+        If the markers do not determine an answer.
+
+    Examples
+    --------
+    >>> rig, _ = usdface.read_rig("examples/head.usdc")
+    >>> take, _ = usdface.read_take("examples/take.usdc")
+    >>> shot, _ = usdface.assemble_shot(rig, take, bind="examples/bind.json")
+    >>> result = usdface.retarget(shot)
+    >>> result.weights.weights.shape == (len(take.times), len(rig.shape_names))
+    True
+    >>> max(result.emotions, key=lambda name: result.emotions[name].max())
+    'joy'
     """
-
-    solve: Animation
-    express: Animation | None
-    take: MarkerTake | WeightsTake
-    findings: list[Finding]
-    summary: dict[str, Any]
-    details: dict[str, Any]
-
-    @property
-    def final(self) -> Animation:
-        """The stronger of the two."""
-        return self.express or self.solve
-
-    @property
-    def weights(self) -> WeightsTake:
-        """The final weights over time [s]."""
-        return WeightsTake(self.final.names, self.take.times, self.final.weights)
-
-
-def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> Animated:
-    """Solve the take's weights on the shot's rig, and correct them unless told not to."""
-    mesh = shot.rig.mesh(shot.setup.binding.mesh)
-    shot = replace(shot, setup=_as_told(shot.setup, options))
-    with steps("clean"):
+    progress = Progress.of(on_progress)
+    shot = replace(shot, setup=_with_overrides(shot.setup, options))
+    with progress.step("clean"):
         take, cleaned, findings = clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
-    with steps("solve"):
-        weights, solution, more = solve(take, shot.setup, mesh, shot.rig.shape_names, cleaned)
+    face = shot.face
+    with progress.step("solve"):
+        weights, solution, more = solve(take, face, shot.setup, cleaned=cleaned)
         findings += more
-        names, complete = complete_weights(stage, shot, weights.names, weights.weights)
-        others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
-        complete = bent_to_pins(others, names, take.times, complete)
-        repairs = cleaned.repairs if cleaned else ()
-        solved = Animation(
-            names, complete, solution, {}, repairs, _motion(shot, mesh, solution, options)
+        result = ShotResult(
+            shot,
+            _with_pinned_base(shot, weights),
+            solution=solution,
+            head_motion=_head_motion(shot, face, solution) if options.head else None,
+            repairs=cleaned.repairs if cleaned else (),
         )
     if not options.express:
-        return _animated(shot, solved, None, findings)
+        return replace(result, findings=tuple(findings))
     if shot.system is None or not shot.expressions:
-        return _animated(shot, solved, None, [*findings, finding("EXPRESS_SKIPPED", "")])
-    with steps("express"):
-        read = (shot.system, take, mesh, shot.setup, weights, solution)
-        said = express(
-            shot.system,
-            sided_features(*read, shot.parts.heard),
-            names,
-            complete,
-            shot.expressions,
-            Character(mesh, shot.parts, shot.gains),
-            take.times,
+        return replace(result, findings=(*findings, finding("EXPRESS_SKIPPED", "")))
+    with progress.step("express"):
+        expressed = _express(face, weights, result, trace=options.trace)
+        findings += expressed.findings
+        solved = result.solved
+        corrected = kept_at_pins(
+            shot.setup.pins, solved.names, take.times, solved.weights, expressed.weights
         )
-        corrected = kept_at_pins(shot.setup.pins, names, take.times, complete, said.weights)
-        corrected = with_combinations(mesh, names, corrected)
-    expressed = Animation(names, corrected, None, said.emotions, firing=said.firing)
-    return _animated(shot, solved, expressed, findings + said.findings)
+        corrected = with_combinations(shot.mesh, solved.names, corrected)
+    return replace(result, corrected=corrected, trace=expressed.trace, findings=tuple(findings))
 
 
-def _as_told(setup: RetargetSetup, options: ProcessOptions) -> RetargetSetup:
-    """Return the setup with what the run says otherwise."""
+def _with_overrides(setup: RetargetSetup, options: ProcessOptions) -> RetargetSetup:
+    """Return the setup with the options of this run."""
     if not options.clean:
         setup = replace(setup, clean=CleanOptions(swaps=False, spikes=False, gaps=False))
     if options.solve is not None:
@@ -113,75 +102,61 @@ def _as_told(setup: RetargetSetup, options: ProcessOptions) -> RetargetSetup:
     return setup
 
 
-def _motion(
-    shot: Shot, mesh: Mesh, solution: Solution | None, options: ProcessOptions
-) -> Pose | None:
+def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:
+    """Return solved weights over the base, whose pins are kept, too."""
+    complete = shot.with_base(weights.names, weights.weights)
+    others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
+    pinned = bent_to_pins(others, complete.names, complete.times, complete.weights)
+    return replace(complete, weights=pinned)
+
+
+def _express(
+    face: BoundFace, weights: WeightsTake, result: ShotResult, *, trace: bool
+) -> Expressed:
+    shot = result.shot
+    assert shot.system is not None
+    features = sided_features(
+        shot.system,
+        face,
+        shot.take,
+        weights=weights,
+        solution=result.solution,
+        sides=face.layout.sides,
+    )
+    return express(
+        shot.system,
+        features,
+        face,
+        names=result.solved.names,
+        weights=result.solved.weights,
+        expressions=shot.expressions,
+        gains=shot.gains,
+        times=shot.take.times,
+        trace=trace,
+    )
+
+
+def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:
     setup = shot.setup
-    wanted = options.head and setup.move_head and setup.head != "stabilised"
-    if solution is None or not (wanted and solution.in_space):
+    if solution is None or not solution.in_space:
         return None
-    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    target = mesh.points[[vertex[name] for name in solution.markers]]
-    times = solution.weights.times
+    if not setup.move_head or setup.head == "stabilised":
+        return None
+    target = face.mesh.points[face.vertices_of(solution.markers)]
+    return head_motion(
+        solution.pose,
+        solution.weights.times,
+        solution.neutral,
+        target,
+        solution.noise,
+        _head_seen(shot, solution),
+    )
+
+
+def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
+    """Return where markers tell the head's pose: (F, M) bool."""
     seen = ~np.isnan(solution.distances)
-    if setup.head == "markers" and isinstance(shot.take, MarkerTake):
-        rigid = visible(shot.take.select(setup.head_markers)).sum(axis=1) >= 3
+    if shot.setup.head == "markers" and isinstance(shot.take, MarkerTake):
+        rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= 3
         seen = np.broadcast_to(rigid[:, None], seen.shape)
-    return head_motion(solution.pose, times, solution.neutral, target, solution.noise, seen)
-
-
-def _animated(
-    shot: Shot, solve: Animation, express: Animation | None, findings: list[Finding]
-) -> Animated:
-    summary: dict[str, Any] = {
-        "frames": len(shot.codes),
-        "rate Hz": round(shot.take.rate, 3),
-        "blend shapes": solve.weights.shape[1],
-    }
-    if solve.motion is not None and shot.prims.head is not None:
-        summary["head moves"] = shot.prims.head.name
-    details: dict[str, Any] = {}
-    if solve.solution is not None:
-        mesh = shot.rig.mesh(shot.setup.binding.mesh)
-        free = _free_places(mesh, shot.setup, solve.solution)
-        report = solve_report(mesh, shot.setup, solve.solution, free.vertices, free.room)
-        findings, details = findings + report.findings, report.details
-        residual = 1000.0 * solve.solution.residual
-        summary |= {
-            "markers used": len(solve.solution.markers),
-            **_map_summary(solve.solution.choice),
-            "marker noise mm": round(1000.0 * solve.solution.noise, 4),
-            "misfit mm": round(1000.0 * solve.solution.misfit, 3),
-            "residual mm, mean": round(float(residual.mean()), 3),
-            "residual mm, 95 %": round(float(np.percentile(residual, 95)), 3),
-            "residual mm, worst": round(float(residual.max()), 3),
-            "worst frame": int(residual.argmax()),
-            **report.summary,
-        }
-    if express is not None:
-        change = np.abs(express.weights - solve.weights)
-        summary |= {
-            f"{name}, peak": round(float(curve.max()), 3)
-            for name, curve in express.emotions.items()
-        }
-        summary["correction, largest"] = round(float(change.max()), 3)
-    return Animated(solve, express, shot.take, findings, summary, details)
-
-
-def _free_places(mesh: Mesh, setup: RetargetSetup, solution: Solution) -> FreePlaces:
-    bound = zip(setup.binding.markers, setup.binding.points.tolist(), strict=True)
-    used = [vertex for name, vertex in bound if name in solution.markers]
-    try:
-        return free_places(mesh, np.array(used, dtype=np.int64))
-    except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
-        return FreePlaces(np.zeros(0, dtype=np.int64), 0.0)
-
-
-def _map_summary(choice: MapChoice) -> dict[str, Any]:
-    if not np.isfinite(choice.error):
-        return {"space map": choice.name}
-    return {
-        "space map": choice.name,
-        "left-out marker mm": round(1000.0 * choice.error, 3),
-        "left-out marker mm, similarity": round(1000.0 * choice.similarity_error, 3),
-    }
+    return seen

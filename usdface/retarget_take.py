@@ -6,12 +6,11 @@ import numpy as np
 
 from usdface.blend_shape_evaluator import (
     BlendShapeEvaluator,
-    combinations_of,
-    evaluator_of,
     with_combinations,
 )
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
@@ -20,25 +19,22 @@ from usdface.retarget.pins import bent_to_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import RetargetSetup, fit_setup
-from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["calibrate", "clean", "retarget", "solve"]
 
 
 def retarget(
-    take: MarkerTake | WeightsTake, setup: RetargetSetup, mesh: Mesh, shape_names: tuple[str, ...]
+    take: MarkerTake | WeightsTake, face: BoundFace, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
     """Clean a take and solve its weights on the bound mesh.
 
     Parameters
     ----------
     take : MarkerTake or WeightsTake
+    face : BoundFace
+        Of the setup's binding.
     setup : RetargetSetup
-    mesh : Mesh
-        The one that the markers are bound to.
-    shape_names : tuple of str
-        Blend shapes of the whole rig, for a take of weights.
 
     Returns
     -------
@@ -50,7 +46,7 @@ def retarget(
     findings : list of Finding
     """
     take, cleaned, findings = clean(take, setup)
-    weights, solution, more = solve(take, setup, mesh, shape_names, cleaned)
+    weights, solution, more = solve(take, face, setup, cleaned=cleaned)
     return take, weights, solution, findings + more
 
 
@@ -70,15 +66,15 @@ def clean(
         return take, None, []
     on_the_face = (*setup.binding.markers, *setup.head_markers)
     moving = setup.head != "stabilised"
-    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving)
+    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving=moving)
     return cleaned.take, cleaned, findings
 
 
 def solve(
     take: MarkerTake | WeightsTake,
+    face: BoundFace,
     setup: RetargetSetup,
-    mesh: Mesh,
-    shape_names: tuple[str, ...],
+    *,
     cleaned: Cleaned | None,
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
@@ -91,29 +87,30 @@ def solve(
     findings : list of Finding
     """
     if isinstance(take, WeightsTake):
-        weights, findings = rename_weights(take, shape_names)
+        weights, findings = rename_weights(take, face.rig_shapes)
         bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
-        combined = with_combinations(mesh, weights.names, bent)
+        combined = with_combinations(face.mesh, weights.names, bent)
         return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = _prepared(take, setup, mesh, cleaned)
-    points = setup.binding.points
-    solution, more = solve_take(
-        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup, model
-    )
+    take, setup, model, findings = _prepared(take, face, setup, cleaned)
+    solution, more = solve_take(take, face.neutral, face.offsets, face.shape_names, setup, model)
     return solution.weights, solution, findings + more
 
 
 def calibrate(
-    take: MarkerTake | WeightsTake, setup: RetargetSetup, mesh: Mesh, extremes: bool = False
+    take: MarkerTake | WeightsTake,
+    face: BoundFace,
+    setup: RetargetSetup,
+    *,
+    extremes: bool = False,
 ) -> tuple[Calibrated, list[Finding]]:
     """Clean a take and find its performer's gains and offsets.
 
     Parameters
     ----------
     take : MarkerTake
+    face : BoundFace
+        Of the setup's binding.
     setup : RetargetSetup
-    mesh : Mesh
-        The one that the markers are bound to.
     extremes : bool
         The take goes through the whole range of motion, each movement to its extreme.
 
@@ -130,37 +127,31 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, model, more = _prepared(take, setup, mesh, cleaned)
-    points = setup.binding.points
+    take, setup, model, more = _prepared(take, face, setup, cleaned)
     calibrated, notes = calibrate_take(
-        take,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
-        setup,
-        model,
-        extremes,
+        take, face.neutral, face.offsets, face.shape_names, setup, model, extremes
     )
     return calibrated, findings + more + notes
 
 
 def _prepared(
-    take: MarkerTake, setup: RetargetSetup, mesh: Mesh, cleaned: Cleaned | None
+    take: MarkerTake, face: BoundFace, setup: RetargetSetup, cleaned: Cleaned | None
 ) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
-    """Return the take as observed, the setup as fitted to the mesh, and what the shapes do."""
-    setup, findings = fit_setup(setup, mesh, take)
-    points = setup.binding.points
+    """Return the take as observed, the setup as fitted to the mesh, and the evaluator."""
+    setup, findings = fit_setup(setup, face.mesh, take)
     if cleaned is not None:
         # What was filled in is no observation: the rig knows better what is hidden.
         take = replace(
             take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
         )
-    model, notes = evaluator_of(mesh, points)
+    evaluator, names = face.evaluator, face.shape_names
     if setup.solve.limits == "known":
-        model = with_known_limits(model, mesh.shape_names)
-    notes += [
+        evaluator = with_known_limits(evaluator, names)
+    combined = {names[combination.shape] for combination in evaluator.combinations}
+    findings += face.findings
+    findings += [
         finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
         for pin in setup.pins
-        if pin.shape in combinations_of(model, mesh.shape_names)
+        if pin.shape in combined
     ]
-    return take, setup, model, findings + notes
+    return take, setup, evaluator, findings

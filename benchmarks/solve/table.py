@@ -27,7 +27,8 @@ USED = 0.01
 def ours(world: World) -> tuple[FloatArray, FloatArray]:
     """Return weights (F, S), and the standard deviations that are said of them (S,)."""
     setup, face = world.setup, world.target
-    cleaned, _ = clean_take(world.take, world.take.names, setup.clean, world.head_moves)
+    names, moves = world.take.names, world.head_moves
+    cleaned, _ = clean_take(world.take, names, setup.clean, moving=moves)
     take = cleaned.take
     # As the program does: what was filled in is not observed.
     positions = np.where(cleaned.measured[..., None], take.positions, np.nan)

@@ -40,8 +40,8 @@ def test_lips_that_touch_are_far_apart_along_the_skin() -> None:
     assert np.linalg.norm(mesh.points[upper] - mesh.points[lower]) < 0.0011
     column = int(np.flatnonzero(skin.vertices == lower)[0])
     # Back to the joined corner, and out again: 7 columns of 10 mm each way.
-    assert skin.reach(np.array([upper]))[0, column] == pytest.approx(0.14, rel=0.01)
-    assert skin.reach(np.array([upper]), limit=0.05)[0, column] == np.inf
+    assert skin.distances(np.array([upper]))[0, column] == pytest.approx(0.14, rel=0.01)
+    assert skin.distances(np.array([upper]), limit=0.05)[0, column] == np.inf
 
 
 def test_what_lies_behind_the_skin_is_none() -> None:
@@ -70,8 +70,8 @@ def test_split_vertices_do_not_tear_the_skin() -> None:
         "torn", mesh.points[corners], mesh.face_counts, np.arange(len(corners)), shapes=shapes
     )
     skin, other = face_surface(mesh), face_surface(torn)
-    far = skin.reach(np.array([0]))[0][corners]
-    np.testing.assert_allclose(other.reach(np.array([0]))[0], far, atol=1e-6)
+    far = skin.distances(np.array([0]))[0][corners]
+    np.testing.assert_allclose(other.distances(np.array([0]))[0], far, atol=1e-6)
 
 
 def test_a_shell_that_touches_the_skin_is_none() -> None:

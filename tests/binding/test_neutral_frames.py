@@ -1,7 +1,7 @@
 import numpy as np
 from worlds import make_world
 
-from usdface.binding.neutral_frames import peak_frames, rest_frames, still_face
+from usdface.binding.neutral_frames import distant_frames, held_poses, stabilised_take
 from usdface.geometry.rigid_fit import rigid_fit
 
 TIMES = np.arange(120) / 30.0
@@ -19,22 +19,22 @@ def breathing(hold: slice) -> np.ndarray:
 
 def test_the_face_rests_where_it_stays() -> None:
     positions = breathing(slice(40, 60))
-    first, last = rest_frames(still_face(positions), TIMES)
+    first, last = held_poses(stabilised_take(positions), TIMES, 1)[0]
     assert 40 <= first <= last < 60 and last - first >= 10
 
 
 def test_a_face_that_never_moves_rests_throughout() -> None:
     positions = np.repeat(breathing(slice(0, 1))[:1], len(TIMES), axis=0)
-    performance = still_face(positions)
-    rest = rest_frames(performance, TIMES)
+    stabilised = stabilised_take(positions)
+    rest = held_poses(stabilised, TIMES, 1)[0]
     assert rest[0] == 0 or rest[1] == len(TIMES) - 1 or rest[1] > rest[0]
-    assert len(peak_frames(performance, rest, 8)) == 0
+    assert len(distant_frames(stabilised, rest, 8)) == 0
 
 
 def test_the_head_is_held_still_by_what_is_calm() -> None:
     world = make_world()
     unmoved = make_world(head_moves=False).take.positions
-    still = still_face(world.take.positions).still
+    still = stabilised_take(world.take.positions).positions
     pose, _ = rigid_fit(unmoved[0], still[:1])
     back = pose.to_head(still[:1])
     np.testing.assert_allclose(back[0], unmoved[0], atol=1e-9)
@@ -47,10 +47,10 @@ def test_the_head_is_held_still_by_what_is_calm() -> None:
 
 def test_peaks_are_far_from_rest_and_from_each_other() -> None:
     positions = breathing(slice(40, 60))
-    performance = still_face(positions)
-    rest = rest_frames(performance, TIMES)
-    peaks = peak_frames(performance, rest, 4)
-    scores = performance.scores
+    stabilised = stabilised_take(positions)
+    rest = held_poses(stabilised, TIMES, 1)[0]
+    peaks = distant_frames(stabilised, rest, 4)
+    scores = stabilised.scores
     far = np.linalg.norm(scores - scores[rest[0]], axis=1)
     assert far[peaks[0]] == far.max()
     assert not set(peaks.tolist()) & set(range(42, 58))

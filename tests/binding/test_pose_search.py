@@ -3,18 +3,18 @@ from dataclasses import replace
 import numpy as np
 from worlds import make_world
 
-from usdface.binding.candidates import domain_of
+from usdface.binding.candidates import candidate_vertices
 from usdface.binding.face_surface import face_surface
-from usdface.binding.observations import Evidence
-from usdface.binding.pose_search import _directions, search
+from usdface.binding.observations import Observations
+from usdface.binding.pose_search import _start_poses, search_pose
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()
-SKIN = face_surface(MESH)
+SURFACE = face_surface(MESH)
 AT = np.array(list(WORLD.points.values()))
 REST, MOVES = MESH.points[AT], MESH.offsets_at(AT)
 COUNT = len(AT)
-NAMELESS = Evidence(
+NAMELESS = Observations(
     REST,
     MOVES,
     np.ones(MOVES.shape[:2], dtype=bool),
@@ -30,8 +30,8 @@ def upright(linear: np.ndarray) -> bool:
 
 def test_names_say_which_way_up_the_search_starts() -> None:
     """A face that is still below its brows looks the same upside down."""
-    domain = domain_of(SKIN, 0.1)
-    free, told = _directions(domain, NAMELESS), _directions(domain, NAMED)
+    candidates = candidate_vertices(SURFACE, 0.1)
+    free, told = _start_poses(candidates, NAMELESS), _start_poses(candidates, NAMED)
     assert {upright(linear) for linear in free} == {True, False}
     assert {upright(linear) for linear in told} == {True} and len(told) >= len(free) / 3
 
@@ -39,7 +39,8 @@ def test_names_say_which_way_up_the_search_starts() -> None:
 def test_a_face_in_any_pose_is_found_by_its_names_too() -> None:
     """The performer lies on the floor; what is higher by name is higher on the face."""
     lying = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
-    turned = replace(NAMED, rest=REST @ lying, moves=MOVES @ lying)
-    full, (best, *_) = search(SKIN, turned)
-    found = MESH.points[SKIN.vertices[full.places[best.places]]]
+    turned = replace(NAMED, neutral=REST @ lying, displacements=MOVES @ lying)
+    registered = search_pose(SURFACE, turned)
+    found = registered.candidates.indices[registered.best.assigned]
+    found = MESH.points[SURFACE.vertices[found]]
     assert np.median(np.linalg.norm(found - REST, axis=1)) < 0.012  # less than a cell of the mesh

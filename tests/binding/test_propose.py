@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
-from usdface.binding.propose import neutral_frames, propose
+from usdface.binding.neutral_frames import neutral_frames
+from usdface.binding.propose import proposal_findings
+from usdface.binding.propose import propose as proposed
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
 
 NO_BINDING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))
@@ -41,6 +44,13 @@ def with_positions(take: MarkerTake, positions: np.ndarray, *more: str) -> Marke
 def found(world: World, take: MarkerTake, setup: RetargetSetup = NO_BINDING) -> dict[str, int]:
     binding = propose(take, world.rig.meshes[0], setup)[0].binding
     return dict(zip(binding.markers, binding.points.tolist(), strict=True))
+
+
+def propose(
+    take: MarkerTake, mesh: Mesh, setup: RetargetSetup, *, find_neutral: bool = False
+) -> tuple[RetargetSetup, list[Finding]]:
+    proposal = proposed(take, mesh, setup, find_neutral=find_neutral)
+    return proposal.setup, proposal_findings(proposal, take.source)
 
 
 def codes(findings: list[Finding], code: str) -> list[str]:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from worlds import World, make_world
 
-from usdface.binding.resolve_binding import shown_at_rest
+from usdface.binding.resolve_binding import neutral_weights
+from usdface.blend_shapes import Inbetween
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
@@ -50,8 +51,8 @@ def test_without_a_binding_one_is_proposed_and_the_shot_can_be_processed(
     assert bind["head"] == "solve" and bind["nose_tip"] == "nose"
     assert {"BIND_PROPOSED", "NEUTRAL_FOUND"} <= codes(report)
     summary = report["summary"]
-    assert summary["markers bound"] == len(world.points) and summary["confidence, least"] > 0.5
-    assert bind["neutral"]["start"] == 0 and f"0 to {bind['neutral']['end']}" in str(summary)
+    assert summary["markers_bound"] == len(world.points) and summary["confidence_min"] > 0.5
+    assert summary["neutral_frames"] == [0, bind["neutral"]["end"]]
     assert main(["process", str(folder / "shot.usda")]) == 0
     # The binding that was written makes the same shot.
     first = (folder / "shot.usda").read_bytes()
@@ -65,7 +66,9 @@ def test_a_partial_binding_is_completed_only_when_asked(folder: Path, world: Wor
     bind, report = written(folder, "--bind", folder / "some.json")
     assert set(bind["markers"]) == set(some) and "BIND_PROPOSED" not in codes(report)
     unbound = len(world.points) - len(some)
-    assert f"{unbound} of {len(world.points)} markers have no place" in str(report["findings"])
+    assert f"{unbound} of {len(world.points)} markers are bound to no vertex" in str(
+        report["findings"]
+    )
     bind, report = written(folder, "--bind", folder / "some.json", "--propose")
     assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
     assert [bind["markers"][name]["confidence"] for name in some] == [1.0] * 6
@@ -96,7 +99,7 @@ def test_weights_of_the_neutral_reach_the_shot(folder: Path, world: World) -> No
     (folder / "rest.json").write_text(json.dumps(world.bind | {"neutral": neutral}))
     assert written(folder, "--bind", folder / "rest.json")[0]["neutral"] == neutral
     read, _ = read_shot(open_stage(folder / "shot.usda"), "shot")
-    assert dict(read.setup.neutral_weights) == weights
+    assert dict(read.shot.setup.neutral_weights) == weights
     # Frames that are named instead show nothing but what is said of them.
     bind, _ = written(folder, "--bind", folder / "rest.json", "--neutral", 1, 2)
     assert bind["neutral"] == {"start": 1, "end": 2}
@@ -112,9 +115,15 @@ def test_what_a_rest_shows_is_said(folder: Path, world: World) -> None:
     times = np.arange(len(positions)) / world.take.rate
     take = replace(world.take, positions=positions, times=times)
     setup = RetargetSetup(Binding(take.names, np.array(points)), neutral=(0, 20))
-    found = shown_at_rest(take, mesh, setup)
+    found = neutral_weights(take, mesh, setup)
     assert max(found, key=lambda name: found[name]) == mesh.shape_names[0]
     assert 0.1 < found[mesh.shape_names[0]] <= 0.4
+    # With an inbetween that is at 0.6 of it at weight 0.2, 0.3 is shown at weight 0.1 already.
+    first = mesh.shapes[0]
+    early = Inbetween("early", 0.2, 0.6 * first.offsets)
+    bent = replace(mesh, shapes=(replace(first, inbetweens=(early,)), *mesh.shapes[1:]))
+    weight = neutral_weights(take, bent, setup)[first.name]
+    assert weight == pytest.approx(found[first.name] / 3, abs=1e-3)
 
 
 def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> None:
@@ -123,7 +132,7 @@ def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> N
     assert written(folder, *given, "--peaks", 30, 12)[0]["peaks"] == [30, 12]
     bind, report = written(folder, *given, "--peaks", "auto")
     frames = bind["peaks"]
-    assert len(frames) > 4 and report["summary"]["peak frames"].startswith(f"{frames[0]}, ")
+    assert len(frames) > 4 and report["summary"]["peak_frames"] == frames
     # The farthest from neutral comes first.
     away = np.linalg.norm(world.weights, axis=1)
     assert away[frames[0]] > 0.7 * away.max()
@@ -148,7 +157,7 @@ def test_the_shot_says_how_sure_each_place_is(folder: Path) -> None:
     first["confidence"], second["confidence"] = 0.25, 1
     given.write_text(json.dumps(document | {"peaks": [7]}))
     assert shot(folder, "--bind", given) == 0
-    read = read_shot(open_stage(folder / "shot.usda"), "shot")[0].setup
+    read = read_shot(open_stage(folder / "shot.usda"), "shot")[0].shot.setup
     assert read.binding.confidence is not None
     np.testing.assert_array_equal(read.binding.confidence[:2], [0.25, 1.0])
     assert np.isnan(read.binding.confidence[2:]).all() and read.peaks == (7,)

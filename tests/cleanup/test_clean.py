@@ -17,7 +17,7 @@ from usdface.takes import MarkerTake, WeightsTake
 
 
 def clean(take: MarkerTake, moving: bool = True, **steps: bool) -> Cleaned:
-    return clean_take(take, take.names, CleanOptions(**steps), moving)[0]
+    return clean_take(take, take.names, CleanOptions(**steps), moving=moving)[0]
 
 
 def entries(cleaned: Cleaned, kind: str) -> np.ndarray:

@@ -7,16 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chin_system import chin
+from deformed import deformed
 from expression_systems import expression_system
+from marker_face import marker_face
 from pxr import Sdf, Usd
 from slits import EXPRESSIONS, slit_face
 from worlds import World, animation_of, make_world
 
 from usdface.cli import main
-from usdface.correction.expression_layer import Character, Expressed, design, express, parts_of
-from usdface.correction.feature_extraction import sided_features
+from usdface.correction.expression_layer import Expressed, design, express
+from usdface.correction.feature_extraction import Features, sided_features
 from usdface.correction.gains import Gains
 from usdface.expression_system import ExpressionSystem
+from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.variables import Term, Variable
@@ -57,24 +60,27 @@ def test_express_raises_the_pose_by_what_the_rule_says() -> None:
     joy = Expression("joy", ("smile", "squint"), np.array([0.8, 0.4]), gain=0.5)
     said = express(
         chin("take", normalisation="all_rules", else_rule=True),
-        {"both": inputs},
-        ("smile", "jaw"),
-        weights,
-        [joy],
+        Features({"both": inputs}),
+        marker_face(),
+        names=("smile", "jaw"),
+        weights=weights,
+        expressions=[joy],
     )
     # 0.25: half-way through the response
-    np.testing.assert_allclose(said.emotions["joy"], [0.0, 0.25, 1.0])
-    np.testing.assert_allclose(said.firing, [[0.0], [0.25], [1.0]])
+    np.testing.assert_allclose(said.trace.emotions["joy"], [0.0, 0.25, 1.0])
+    np.testing.assert_allclose(said.trace.firing, [[0.0], [0.25], [1.0]])
     np.testing.assert_allclose(said.weights, [[0.0, 0.3], [0.2, 0.3], [0.9, 0.3]])
     assert [(f.code, f.where) for f in said.findings] == [("SHAPE_UNKNOWN", "squint")]
 
 
 def test_an_emotion_without_a_pose_is_said_and_changes_nothing() -> None:
     weights = np.full((2, 1), 0.25)
-    inputs = {"both": np.array([[0.0], [-40.0]])}
-    said = express(chin("take"), inputs, ("smile",), weights, [])
+    inputs = Features({"both": np.array([[0.0], [-40.0]])})
+    said = express(
+        chin("take"), inputs, marker_face(), names=("smile",), weights=weights, expressions=[]
+    )
     np.testing.assert_array_equal(said.weights, weights)
-    assert said.emotions["joy"].max() == 1
+    assert said.trace.emotions["joy"].max() == 1
     assert [(f.code, f.where) for f in said.findings] == [("EXPRESSION_UNKNOWN", "joy")]
 
 
@@ -83,12 +89,16 @@ def test_the_designed_system_hears_each_expression_it_has_a_rule_for(
 ) -> None:
     mesh = world.rig.meshes[0]
     expressions, _ = expressions_for(mesh.shape_names)
-    system, playing, _ = design(mesh, setup, expressions, CorrectionOptions())
+    face = bound_face(mesh, setup)
+    system, roles, _ = design(face, expressions, CorrectionOptions())
     assert system is not None
+    face = replace(face, roles=roles)
     poses = np.array([e.pose(mesh.shape_names) for e in expressions])
     take = WeightsTake(mesh.shape_names, np.arange(len(poses), dtype=float), poses)
-    inputs = sided_features(system, take, mesh, playing, take, None, ["both"])
-    emotions = express(system, inputs, mesh.shape_names, poses, expressions).emotions
+    inputs = sided_features(system, face, take, weights=take, solution=None, sides=["both"])
+    emotions = express(
+        system, inputs, face, names=mesh.shape_names, weights=poses, expressions=expressions
+    ).trace.emotions
     for row, expression in enumerate(expressions):
         assert emotions[expression.name][row] > 0.4, expression.name
 
@@ -131,26 +141,46 @@ MIRROR = [
 
 
 @pytest.fixture(scope="module")
-def slits() -> tuple[ExpressionSystem, RetargetSetup, Character]:
+def slits() -> tuple[ExpressionSystem, BoundFace]:
     """The system designed for the face of slits, on the vertices of its front."""
     front = np.flatnonzero(SLITS.points[:, 2] > 0.009)
     x = SLITS.points[front, 0]
     nose = int(front[np.argmin(np.abs(x) + np.abs(SLITS.points[front, 1] - 0.015))])
     names = tuple("nose" if p == nose else f"m{p}" for p in front)
     setup = RetargetSetup(Binding(names, front), nose_tip="nose")
-    system, setup, _ = design(SLITS, setup, EXPRESSIONS, CorrectionOptions())
+    face = bound_face(SLITS, setup).with_layout(EXPRESSIONS)
+    system, roles, _ = design(face, EXPRESSIONS, CorrectionOptions())
     assert system is not None
-    return system, setup, Character(SLITS, parts_of(SLITS, setup, EXPRESSIONS))
+    return system, replace(face, roles=roles)
 
 
-def played(slits, weights, **changes) -> Expressed:
+def loose(face: BoundFace) -> BoundFace:
+    """The same without lips and lids that touch."""
+    none = np.zeros((0, 2), int)
+    return replace(face, layout=replace(face.layout, lips=none, lids=none))
+
+
+def played(slits, weights, ease: float | None = None, gains: Gains | None = None) -> Expressed:
     """Correct weights (F, S) of the face of slits."""
-    system, setup, character = slits
-    system = replace(system, **{k: v for k, v in changes.items() if k == "ease"})
-    character = replace(character, **{k: v for k, v in changes.items() if k != "ease"})
+    system, face = slits
+    system = system if ease is None else replace(system, ease=ease)
     take = WeightsTake(SLITS.shape_names, np.arange(len(weights)) / 60, weights)
-    inputs = sided_features(system, take, SLITS, setup, take, None, character.parts.heard)
-    return express(system, inputs, SLITS.shape_names, weights, EXPRESSIONS, character)
+    inputs = sided_features(
+        system, face, take, weights=take, solution=None, sides=face.layout.sides
+    )
+    return corrected(system, inputs, face, weights, gains)
+
+
+def corrected(system, inputs, face: BoundFace, weights, gains: Gains | None = None) -> Expressed:
+    return express(
+        system,
+        inputs,
+        face,
+        names=SLITS.shape_names,
+        weights=weights,
+        expressions=EXPRESSIONS,
+        gains=gains,
+    )
 
 
 def shown(**shapes: float) -> np.ndarray:
@@ -182,11 +212,11 @@ def test_a_one_sided_smile_is_corrected_on_its_side_alone(slits) -> None:
 
 def test_a_mirrored_performance_is_corrected_in_mirror_image(slits) -> None:
     weights = performances(120)
-    corrected = played(slits, weights).weights
-    assert np.abs(corrected - weights).max() > 0.3
-    assert np.abs(corrected - corrected[:, MIRROR]).max() > 0.1  # they are not symmetric
+    after = played(slits, weights).weights
+    assert np.abs(after - weights).max() > 0.3
+    assert np.abs(after - after[:, MIRROR]).max() > 0.1  # they are not symmetric
     mirrored = played(slits, weights[:, MIRROR]).weights
-    np.testing.assert_allclose(mirrored, corrected[:, MIRROR], atol=1e-6)
+    np.testing.assert_allclose(mirrored, after[:, MIRROR], atol=1e-6)
 
 
 def test_contact_is_kept_and_said(slits) -> None:
@@ -196,17 +226,17 @@ def test_contact_is_kept_and_said(slits) -> None:
     names = SLITS.shape_names
     weights = np.repeat(shown(mouthPressLeft=0.2), 3, axis=0)
     weights[2] = shown(jawOpen=0.5)[0]
-    inputs = {"both": np.array([[0.0], [1.0], [1.0]])}
-    given = system, inputs, names, weights, EXPRESSIONS
-    loose, kept = express(*given, replace(slits[2], mesh=None)), express(*given, slits[2])
-    free, held = loose.weights, kept.weights
-    assert "CONTACT_KEPT" not in {f.code for f in loose.findings}
+    inputs = Features({"both": np.array([[0.0], [1.0], [1.0]])})
+    face = slits[1]
+    parted, kept = (corrected(system, inputs, one, weights) for one in (loose(face), face))
+    free, held = parted.weights, kept.weights
+    assert "CONTACT_KEPT" not in {f.code for f in parted.findings}
     (said,) = [f for f in kept.findings if f.code == "CONTACT_KEPT"]
     assert said.where == "lips" and "1 frames (1 to 1)" in said.message and "mm" in said.message
-    lips = slits[2].parts.lips
+    lips = face.layout.lips
 
     def gap(row: np.ndarray) -> float:
-        upper, lower = SLITS.deformed(row)[lips].swapaxes(0, 1)
+        upper, lower = deformed(SLITS, row)[lips].swapaxes(0, 1)
         return float((upper[:, 1] - lower[:, 1]).mean())
 
     assert gap(free[1]) - gap(weights[1]) > 0.003
@@ -219,11 +249,11 @@ def test_contact_is_kept_and_said(slits) -> None:
 @pytest.mark.parametrize("region", ["brows", "eyes", "mouth"])
 def test_the_gain_of_a_region_is_of_its_shapes_alone(slits, region) -> None:
     weights = performances(60)
-    free = {"mesh": None}
-    plain = played(slits, weights, **free).weights - weights
+    free = slits[0], loose(slits[1])
+    plain = played(free, weights).weights - weights
     none = Gains(regions={region: np.zeros(1)})
-    muted = played(slits, weights, gains=none, **free).weights - weights
-    own = np.isin(SLITS.shape_names, slits[2].parts.regions[region])
+    muted = played(free, weights, gains=none).weights - weights
+    own = np.isin(SLITS.shape_names, slits[1].layout.regions[region])
     assert plain[:, own].max() > 0.1 and not muted[:, own].any()
     np.testing.assert_array_equal(muted[:, ~own], plain[:, ~own])
 
@@ -253,23 +283,23 @@ def test_a_frown_goes_back_where_a_smile_is_raised_if_that_is_wanted(slits) -> N
     ],
 )
 def test_a_part_that_names_no_shape_of_the_rig_is_said(slits, named) -> None:
-    parts = replace(slits[2].parts, **named)
-    findings = played(slits, shown(jawOpen=0.5), parts=parts).findings
+    system, face = slits
+    face = replace(face, layout=replace(face.layout, **named))
+    findings = played((system, face), shown(jawOpen=0.5)).findings
     said = {(f.code, f.where) for f in findings if f.code == "SHAPE_UNKNOWN"}
     assert ("SHAPE_UNKNOWN", "nope") in said
     assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, shown(jawOpen=0.5)).findings}
 
 
 def test_correcting_twice_is_correcting_once(slits) -> None:
-    system, setup, character = slits
+    system, face = slits
     weights = performances(80)
     take = WeightsTake(SLITS.shape_names, np.arange(80) / 60, weights)
-    heard = sided_features(system, take, SLITS, setup, take, None)
-    free = replace(character, mesh=None)
+    inputs = sided_features(system, face, take, weights=take, solution=None)
 
     def once(solved: np.ndarray, ease: float) -> np.ndarray:
         easing = replace(system, ease=ease)
-        return express(easing, heard, SLITS.shape_names, solved, EXPRESSIONS, free).weights
+        return corrected(easing, inputs, loose(face), solved).weights
 
     for ease in (0.0, 0.6):
         first = once(weights, ease)

@@ -12,6 +12,7 @@ from usdface.correction.feature_extraction import features, sided_features
 from usdface.correction.features import MILLIMETRE, smooth
 from usdface.errors import InputError
 from usdface.expression_system import MarkerFeature
+from usdface.face.bound_face import bound_face
 from usdface.face.mirror import SIDES
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.variables import Term, Variable
@@ -51,8 +52,9 @@ def test_both_spaces_agree_where_performer_and_character_are_one(
     world: World, setup: RetargetSetup, solution: Solution
 ) -> None:
     mesh = world.rig.meshes[0]
-    given = (world.take, mesh, setup, solution.weights, solution)
-    taken, drawn = (features(chin(space), *given) for space in ("take", "character"))
+    given = (bound_face(mesh, setup), world.take)
+    solved = {"weights": solution.weights, "solution": solution}
+    taken, drawn = (features(chin(space), *given, **solved) for space in ("take", "character"))
     np.testing.assert_allclose(taken, drawn, atol=1e-4)
     markers = setup.binding.markers
     moves = mesh.offsets_at(setup.binding.points)[..., 1]
@@ -60,7 +62,7 @@ def test_both_spaces_agree_where_performer_and_character_are_one(
     np.testing.assert_allclose(drawn[:, 0], lowered / MILLIMETRE, atol=1e-4)
     noisy = replace(solution, noise=1.0)  # then, and only then, they are smoothed
     expected = smooth(drawn, world.take.times, FEATURE_SMOOTHING)
-    found = features(chin("character"), *given[:-1], noisy)
+    found = features(chin("character"), *given, weights=solution.weights, solution=noisy)
     np.testing.assert_allclose(found, expected, atol=1e-9)
     assert np.abs(expected - drawn).max() > 1.0
     assert lowered.min() < -0.01
@@ -76,17 +78,20 @@ def test_the_head_does_not_move_the_features(
     calm, _ = solve_take(
         still.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, steady
     )
-    nodding = features(chin("take"), world.take, mesh, setup, solution.weights, solution)
-    resting = features(chin("take"), still.take, mesh, steady, calm.weights, calm)
+    face = bound_face(mesh, setup)
+    nodding, resting = (
+        features(chin("take"), face, take, weights=found.weights, solution=found)
+        for take, found in ((world.take, solution), (still.take, calm))
+    )
     np.testing.assert_allclose(nodding, resting, atol=1e-3)
 
 
 def test_a_weights_take_has_no_markers_of_its_own(world: World, setup: RetargetSetup) -> None:
     take = WeightsTake(world.rig.shape_names, world.take.times, world.weights)
-    mesh = world.rig.meshes[0]
+    face = bound_face(world.rig.meshes[0], setup)
     with pytest.raises(InputError, match='"character"'):
-        features(chin("take"), take, mesh, setup, take, None)
-    assert features(chin("character"), take, mesh, setup, take, None).shape == (40, 1)
+        features(chin("take"), face, take, weights=take, solution=None)
+    assert features(chin("character"), face, take, weights=take, solution=None).shape == (40, 1)
 
 
 def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
@@ -96,9 +101,9 @@ def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
     names = world.rig.shape_names
     take = WeightsTake(names, world.take.times, world.weights)
     whole = take.reordered(("tongueOut", *reversed(names)))
-    mesh = world.rig.meshes[0]
+    face = bound_face(world.rig.meshes[0], setup)
     found, expected = (
-        sided_features(chin("character"), played, mesh, setup, played, None)
+        sided_features(chin("character"), face, played, weights=played, solution=None).sides
         for played in (whole, take)
     )
     for side in SIDES:
@@ -109,11 +114,12 @@ def test_weights_of_the_whole_rig_in_any_order_move_the_bound_mesh_alike(
 def test_of_both_sides_they_are_the_features_of_the_face(
     world: World, setup: RetargetSetup, solution: Solution
 ) -> None:
-    given = (world.take, world.rig.meshes[0], setup, solution.weights, solution)
+    given = (bound_face(world.rig.meshes[0], setup), world.take)
+    solved = {"weights": solution.weights, "solution": solution}
     for space in ("take", "character"):
-        sided = sided_features(chin(space), *given)
+        sided = sided_features(chin(space), *given, **solved).sides
         assert tuple(sided) == SIDES
-        np.testing.assert_array_equal(sided["both"], features(chin(space), *given))
+        np.testing.assert_array_equal(sided["both"], features(chin(space), *given, **solved))
         # The chin is in the middle, where its height is that of either half.
         np.testing.assert_allclose(sided["left"], sided["right"], atol=0.2)
 
@@ -133,7 +139,7 @@ def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(
     mesh = world.rig.meshes[0]
     take = WeightsTake(mesh.shape_names, np.arange(2.0), np.zeros((2, len(mesh.shapes))), 1.0)
     with pytest.raises(InputError) as refused:
-        features(system, take, mesh, setup, take, None)
+        features(system, bound_face(mesh, setup), take, weights=take, solution=None)
     assert refused.value.code == "MARKER_UNKNOWN"
     for said in ("'chinn'", "did you mean chin?", "mine.fis, line 7: rule"):
         assert said in str(refused.value)

@@ -3,15 +3,15 @@ import pytest
 from slits import EXPRESSIONS, slit_face
 
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts, find_parts, pose_parts
+from usdface.face.layout import FaceLayout, find_layout, split_poses
 
 FACE = slit_face()
-PARTS = find_parts(FACE, EXPRESSIONS, 0.0)
+PARTS = find_layout(FACE, EXPRESSIONS, 0.0)
 POSES = np.array([e.pose(FACE.shape_names) for e in EXPRESSIONS])
 
 
 def test_the_parts_of_a_pose_add_up_to_it():
-    cut = pose_parts(POSES, FACE.shape_names, PARTS)
+    cut = split_poses(POSES, FACE.shape_names, PARTS)
     whole = np.zeros(POSES.shape)
     for row, _, _, part in cut:
         assert part.any() and not (whole[row] * part).any()
@@ -22,7 +22,7 @@ def test_the_parts_of_a_pose_add_up_to_it():
 def test_each_part_is_of_one_side_and_one_region():
     kinds = {
         (EXPRESSIONS[row].name, side, region)
-        for row, side, region, _ in pose_parts(POSES, FACE.shape_names, PARTS)
+        for row, side, region, _ in split_poses(POSES, FACE.shape_names, PARTS)
     }
     assert {k for k in kinds if k[0] == "surprise"} == {
         ("surprise", "both", "mouth"),
@@ -32,13 +32,13 @@ def test_each_part_is_of_one_side_and_one_region():
     }
 
 
-def test_halves_are_heard_where_a_shape_belongs_to_one():
-    assert FaceParts().heard == ("both",)
-    assert FaceParts(right=("b",)).heard == ("both", "left", "right")
+def test_halves_are_asked_for_where_a_shape_belongs_to_one():
+    assert FaceLayout().sides == ("both",)
+    assert FaceLayout(right=("b",)).sides == ("both", "left", "right")
 
 
 def test_without_parts_a_pose_is_one():
-    cut = pose_parts(POSES, FACE.shape_names, FaceParts())
+    cut = split_poses(POSES, FACE.shape_names, FaceLayout())
     assert [(row, side, region) for row, side, region, _ in cut] == [
         (row, "both", None) for row in range(len(POSES))
     ]
@@ -55,4 +55,4 @@ def test_without_parts_a_pose_is_one():
 )
 def test_what_cannot_be_is_refused(wrong):
     with pytest.raises(InputError):
-        FaceParts(**wrong)
+        FaceLayout(**wrong)

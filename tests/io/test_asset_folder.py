@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from usdface.errors import InputError
-from usdface.io.asset_folder import asset_root, is_inside, read_file
+from usdface.io.asset_folder import asset_folder, is_inside, read_file
 
 
 def test_what_lies_inside_after_all_links(tmp_path: Path) -> None:
@@ -35,6 +35,6 @@ def test_only_regular_files_of_a_size_are_read(tmp_path: Path) -> None:
 
 
 def test_the_root_is_a_folder(tmp_path: Path) -> None:
-    assert asset_root("") is None and asset_root(str(tmp_path)) == tmp_path
+    assert asset_folder("") is None and asset_folder(str(tmp_path)) == tmp_path
     with pytest.raises(InputError, match="is no folder"):
-        asset_root(str(tmp_path / "none"))
+        asset_folder(str(tmp_path / "none"))

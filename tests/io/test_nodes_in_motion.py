@@ -95,7 +95,7 @@ def test_lines_and_steps_are_exact(tmp_path: Path, write_glb, seed: int) -> None
     forest = Forest(seed, ["LINEAR", "STEP"])
     path = write_glb(tmp_path / "a.glb", forest.document(), forest.arrays)
     assert off_by(path, tmp_path) < 1e-5
-    back = export_scene(tmp_path / "b.usdc", tmp_path / "c.glb", None, True)
+    back = export_scene(tmp_path / "b.usdc", tmp_path / "c.glb", every_frame=True)
     assert [f for f in back.findings if f.severity != "info"] == []
     names = {clip.name: clip.joints for clip in read_gltf(tmp_path / "c.glb")[1]}
     for clip in read_gltf(path)[1]:

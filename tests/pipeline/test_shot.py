@@ -6,7 +6,7 @@ from worlds import make_world
 
 from usdface.cli import main
 from usdface.errors import InputError
-from usdface.fuzzy.system import FuzzySystem
+from usdface.expression_system import ExpressionSystem
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.pipeline import make_shot
 
@@ -26,7 +26,7 @@ def shot(folder: Path, name: str, *options: str) -> int:
     return main(["shot", *files, f"--bind={folder}/bind.json", f"-o={folder / name}", *options])
 
 
-def correction_of(folder: Path, name: str) -> FuzzySystem:
+def correction_of(folder: Path, name: str) -> ExpressionSystem:
     return read_fuzzy_file(folder / name)[0]
 
 
@@ -54,8 +54,9 @@ def test_a_designed_system_has_the_defaults_but_for_what_is_told(folder: Path) -
 
 
 def test_a_correction_that_cannot_be_is_refused(folder: Path) -> None:
-    files = (folder / "rig.usda", folder / "take.usda", folder / "bind.json", folder / "no.usda")
+    files = (folder / "rig.usda", folder / "take.usda", folder / "no.usda")
+    bind = folder / "bind.json"
     for system in (None, folder / "own.usda"):
         with pytest.raises(InputError, match="'gain' is -1"):
-            make_shot(*files, {"gain": -1.0}, fuzzy=system)
+            make_shot(*files, bind=bind, correction={"gain": -1.0}, fuzzy=system)
     assert not (folder / "no.usda").exists()

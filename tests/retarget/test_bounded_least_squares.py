@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear, nnls
 
-import usdface.retarget.bounded_least_squares as box
 from usdface.errors import SolveError
+from usdface.retarget import bounded_least_squares as box
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import Bounds
 

@@ -5,6 +5,7 @@ import pytest
 
 pytest.importorskip("numba", reason="the extra `fast` is not installed")
 
+from usdface.retarget import bounded_least_squares, temporal_solve
 from usdface.retarget import kernels as compiled
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import UNIT, Bounds
@@ -14,11 +15,11 @@ from usdface.retarget.temporal_solve import Iterate, solve_temporal
 
 def both_ways(monkeypatch: pytest.MonkeyPatch, solve):
     """Solve in numpy, then compiled."""
-    monkeypatch.setattr("usdface.retarget.bounded_least_squares.kernels", lambda *_: None)
-    monkeypatch.setattr("usdface.retarget.temporal_solve.kernels", lambda *_: None)
+    monkeypatch.setattr(bounded_least_squares, "kernels", lambda *_: None)
+    monkeypatch.setattr(temporal_solve, "kernels", lambda *_: None)
     plain = solve()
-    monkeypatch.setattr("usdface.retarget.bounded_least_squares.kernels", lambda *_: compiled)
-    monkeypatch.setattr("usdface.retarget.temporal_solve.kernels", lambda *_: compiled)
+    monkeypatch.setattr(bounded_least_squares, "kernels", lambda *_: compiled)
+    monkeypatch.setattr(temporal_solve, "kernels", lambda *_: compiled)
     return plain, solve()
 
 
@@ -77,7 +78,7 @@ def test_rows_that_the_tableau_cannot_settle_go_to_numpy(monkeypatch: pytest.Mon
             solution, settled = arguments[-2:]
             solution[::3], settled[::3] = np.nan, False
 
-    monkeypatch.setattr("usdface.retarget.bounded_least_squares.kernels", lambda *_: Lazy)
+    monkeypatch.setattr(bounded_least_squares, "kernels", lambda *_: Lazy)
     np.testing.assert_allclose(solve_bounded(normal, right), plain, rtol=0, atol=1e-9)
 
 

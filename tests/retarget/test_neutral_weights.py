@@ -65,7 +65,7 @@ def test_taking_the_rest_off_is_what_it_shows(world: World) -> None:
     turn *= np.sign(np.linalg.det(turn))
     rest = 2.0 * (points + np.tensordot(shown, offsets, axes=1)) @ turn.T + [1.0, 2.0, 3.0]
     neutral = 2.0 * points @ turn.T + [1.0, 2.0, 3.0]
-    back = without_weights(rest, points, offsets, shown)
+    back = without_weights(rest, points, np.tensordot(shown, offsets, axes=1))
     assert np.abs(back - neutral).max() < 0.1 * np.abs(rest - neutral).max()
 
 

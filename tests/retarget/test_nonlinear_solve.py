@@ -15,7 +15,7 @@ RNG = np.random.default_rng(6)
 WORLD = make_curved_world(head_moves=False)
 MODEL, _ = evaluator_of(WORLD.rig.meshes[0], np.array(list(WORLD.points.values())))
 TRUTH = WORLD.weights[:, MODEL.free]
-SEEN = MODEL.explained(WORLD.weights)
+SEEN = MODEL.displacements(WORLD.weights)
 NO_HEAD = np.zeros((SEEN.shape[1], 0))
 
 
@@ -29,7 +29,7 @@ def solved(seen: FloatArray, noise: float = 0.0, bounds: Bounds = UNIT, **option
 def test_bent_paths_and_combinations_are_solved_back() -> None:
     assert np.abs(solved(SEEN) - TRUTH).max() < 1e-3
     # As if they were straight the weights are far off.
-    straight = MODEL.shapes[MODEL.free]
+    straight = MODEL.offsets[MODEL.free]
     times = np.arange(len(SEEN)) / 30
     normal, right = straight @ straight.T, SEEN @ straight.T
     exact = Regularisation(0.0, 0.0, SolveOptions())
@@ -41,7 +41,7 @@ def test_bent_paths_and_combinations_are_solved_back() -> None:
 def test_each_frame_alone(mode: str) -> None:
     """Poses that have nothing to do with each other, as a rig sheet."""
     poses = RNG.random((60, len(MODEL.free))) * (RNG.random((60, len(MODEL.free))) < 0.4)
-    found = solved(MODEL.explained(MODEL.complete(poses)), mode=mode)
+    found = solved(MODEL.displacements(MODEL.complete(poses)), mode=mode)
     assert np.median(np.abs(found - poses).max(axis=1)) < 1e-5
     assert (np.abs(found - poses).max(axis=1) < 1e-3).mean() > 0.95
 
@@ -50,7 +50,7 @@ def test_under_noise_it_is_nearer_than_straight_and_smooth() -> None:
     noisy = SEEN + 2e-4 * RNG.standard_normal(SEEN.shape)
     ours = solved(noisy, noise=2e-4)
     alone = solved(noisy, noise=2e-4, mode="frame")
-    straight = MODEL.shapes[MODEL.free]
+    straight = MODEL.offsets[MODEL.free]
     times = np.arange(len(SEEN)) / 30
     normal, right = straight @ straight.T, noisy @ straight.T
     plain = solve_weights(normal, right, times, Regularisation(2e-4, 0.0, SolveOptions())).weights

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from marker_face import marker_face
 
 from usdface.correction.features import face_unit, measure, smooth
 from usdface.correction.pose_blend import correct
@@ -28,15 +29,8 @@ class World:
     nose: str = "nose"
 
     def __post_init__(self):
-        self.system, self.roles, self.findings = design_system(
-            self.names,
-            self.neutral,
-            self.basis,
-            self.shapes,
-            self.expressions,
-            self.nose,
-            NOISE,
-        )
+        face = marker_face(self.names, self.neutral, self.basis, self.shapes, self.nose)
+        self.system, self.roles, self.findings = design_system(face, self.expressions, NOISE)
         self.poses = np.array([e.pose(self.shapes) for e in self.expressions])
 
     def answer(self, weights, jitter=0.0):
@@ -287,12 +281,11 @@ def test_any_marker_label_gives_a_role(names):
 
 
 def test_no_expressions_give_an_empty_system():
-    system, roles, findings = design_system(
-        ("nose", "a"), np.eye(3)[:2], np.zeros((0, 2, 3)), (), (), "nose", NOISE
-    )
+    face = marker_face(("nose", "a"), np.eye(3)[:2], nose="nose")
+    system, roles, findings = design_system(face, (), NOISE)
     assert (system.fuzzy.rules, roles, findings) == ((), {}, [])
 
 
 def test_no_nose_tip_is_refused():
     with pytest.raises(InputError, match="no nose tip"):
-        design_system(("a",), np.zeros((1, 3)), np.zeros((0, 1, 3)), (), (), "", NOISE)
+        design_system(marker_face(("a",), np.zeros((1, 3))), (), NOISE)

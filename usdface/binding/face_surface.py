@@ -1,8 +1,8 @@
-"""The skin of a face that markers can be glued to, and distances along it.
+"""The surface of a face that markers can be glued to, and distances along it.
 
-A rig's mesh also has what no marker sits on: eyes, teeth, the inside of the mouth, a body.
-FaceSurface is what a beholder in front of the face sees of the largest connected surface that the
-blend shapes move. Distances run along the surface, because the upper and the lower lip touch
+No marker sits on the eyes, the teeth, the inside of the mouth or the body of a rig. A `FaceSurface`
+is the part of the largest connected surface moved by blend shapes that is visible from the front.
+Distances run along the surface, because the upper and the lower lip touch
 without being near each other.
 """
 
@@ -17,15 +17,22 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.rigs import Mesh
 
-__all__ = ["MOVES", "FaceSurface", "face_surface"]
+__all__ = ["MOVING_SHARE", "FaceSurface", "face_surface"]
 
-# Of the height of the moving part: how far beyond it skin still counts as face.
+# The face reaches beyond its moving part by so much of that part's height, to temples and jaw line.
+# As the next: set by hand; judge: `python benchmarks/binding.py`; docs/constants.md lists them.
 _MARGIN = 0.2
 # A vertex that moves by this share of the largest offset belongs to the moving part.
-MOVES = 0.1
-# Cells of the depth images across the face.
+MOVING_SHARE = 0.1
+# Cells of the depth images across the face, some 2 mm: narrower than a lip.
 _CELLS = 120
-# From where the face is looked at: yaw and pitch [degrees]; first those on its own height.
+# A vertex this many cells behind the foremost sample of its cell is hidden: a surface turned away
+# by 63 degrees, atan 2, is that deep in one cell.
+_DEPTH = 2.0
+# Least cosine between a vertex's normal and a view in which it is visible: 84 degrees.
+_FACING = 0.1
+# Views of the face, yaw and pitch [degrees]; first those from its own height, which are those of a
+# capture volume's cameras.
 _VIEWS = ((0, 0), (-50, 0), (50, 0), (0, 45), (0, -45))
 _LEVEL = 3
 
@@ -40,13 +47,13 @@ class FaceSurface:
         Of the mesh.
     points : (N, 3) float64 [m]
     offsets : (S, N, 3) float64 [m]
-        What the blend shapes do there.
+        Of the blend shapes.
     moving : (N,) bool
-        Where they do much.
+        Moved by a blend shape by `MOVING_SHARE` of the largest offset or more.
     normals : (N, 3) float64
         Outwards, of length 1.
     level : (N,) bool
-        What is seen from the height of the face, and not from below or above alone.
+        Visible from the height of the face, not from below or above alone.
     graph : (V, V) sparse float64 [m]
         Lengths of the edges and diagonals of the mesh's faces.
     """
@@ -59,8 +66,8 @@ class FaceSurface:
     level: BoolArray
     graph: csr_array
 
-    def reach(self, vertices: IntArray, limit: float = np.inf) -> FloatArray:
-        """Return distances along the surface from mesh vertices to the skin: (len, N) [m].
+    def distances(self, vertices: IntArray, limit: float = np.inf) -> FloatArray:
+        """Return distances along the surface from vertices of the mesh to its own: (len, N) [m].
 
         Infinite beyond `limit`.
         """
@@ -70,19 +77,19 @@ class FaceSurface:
 
 
 def face_surface(mesh: Mesh) -> FaceSurface:
-    """Find the skin of a face.
+    """Find the surface of a face that markers can be glued to.
 
     Raises
     ------
     InputError
-        If the blend shapes move no visible skin.
+        If the blend shapes move no visible surface.
     """
     triangles, graph = _triangles(mesh), _graph(mesh)
     strength = np.zeros(len(mesh.points))
     for shape in mesh.shapes:
         size = np.linalg.norm(shape.offsets, axis=1)
         strength[shape.indices] = np.maximum(strength[shape.indices], size)
-    moving = strength > MOVES * strength.max(initial=0.0)
+    moving = strength > MOVING_SHARE * strength.max(initial=0.0)
     if not moving.any():
         raise InputError(
             f"the blend shapes of mesh {mesh.name!r} move nothing; no marker can bind",
@@ -100,7 +107,7 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     vertices = np.flatnonzero(seen & (part == amount.argmax()))
     if amount.max() < 4:
         raise InputError(
-            f"the blend shapes of mesh {mesh.name!r} move no skin that can be seen", "SKIN_MISSING"
+            f"the blend shapes of mesh {mesh.name!r} move no visible surface", "SKIN_MISSING"
         )
     return FaceSurface(
         vertices,
@@ -124,7 +131,7 @@ def _triangles(mesh: Mesh) -> IntArray:
 
 
 def _graph(mesh: Mesh) -> csr_array:
-    """Return the lengths of edges and quads' diagonals, and join what a seam has split."""
+    """Return the lengths of edges and quads' diagonals, vertices split by a texture seam joined."""
     pairs, edges = [], []
     counts, first = mesh.face_counts, np.cumsum(mesh.face_counts) - mesh.face_counts
     for size in np.unique(counts).tolist():
@@ -181,13 +188,13 @@ def _seen(
         width, height = np.maximum(place.max(axis=1), own.max(axis=1)) + 1
         depth = np.full(width * height, -np.inf)
         np.maximum.at(depth, place[0] + width * place[1], surface[2])
-        front = here[2] > depth[own[0] + width * own[1]] - 2.0 * cell
-        seen.append(front & (normals @ turn[2] > 0.1))
+        front = here[2] > depth[own[0] + width * own[1]] - _DEPTH * cell
+        seen.append(front & (normals @ turn[2] > _FACING))
     return np.array(seen)
 
 
 def _view(yaw: float, pitch: float) -> FloatArray:
-    """Return the rotation into a view whose z axis points at the beholder."""
+    """Return the rotation into a view whose z axis points at the camera."""
     a, b = np.radians([yaw, pitch])
     around = np.array([[np.cos(a), 0, -np.sin(a)], [0, 1, 0], [np.sin(a), 0, np.cos(a)]])
     up = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])

@@ -1,7 +1,7 @@
-"""What marker names tell of a face: how high on it a marker is.
+"""Heights on a face by marker names.
 
-Up and down are all that is asked of names. Left and right follow from up and front, and are
-told as the performer's by some and as the beholder's by others.
+Only up and down are read from names. Left and right follow from up and front, and are the
+performer's to some and the camera's to others.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,8 @@ from usdface.arrays import FloatArray
 
 __all__ = ["named_heights"]
 
-# Words in names, the more telling first, and how high they are between chin (-1) and forehead (1).
+# Words in names, the more specific first, and their height between chin (-1) and forehead (1), read
+# off a face; only the correlation with them counts, so that tenths do not matter.
 _HEIGHTS = {
     "forehead": 1.0,
     "brow": 0.7,
@@ -27,13 +28,14 @@ _HEIGHTS = {
     "jaw": -0.8,
     "chin": -1.0,
 }
-_FEWEST = 5
+# Fewer named markers or heights determine no direction: three heights, with two names to spare.
+_FEWEST, _FEWEST_HEIGHTS = 5, 3
 
 
 def named_heights(names: Sequence[str]) -> FloatArray:
-    """Return how high each marker is by its name: (M,), NaN where the name does not say.
+    """Return how high each marker is by its name: (M,), NaN where it has no known word.
 
-    All NaN where the names say too little to be believed.
+    All NaN where too few names have one.
 
     >>> named_heights(("ForeHead_M", "Chin_R1", "Leyebrow_M", "m4", "Mouth_Up", "NoseTop"))
     array([ 1.  , -1.  ,  0.7 ,   nan, -0.45,  0.1 ])
@@ -43,6 +45,6 @@ def named_heights(names: Sequence[str]) -> FloatArray:
     ]
     heights = np.array(found, dtype=np.float64)
     known = heights[~np.isnan(heights)]
-    if len(known) < _FEWEST or len(np.unique(known)) < 3:
+    if len(known) < _FEWEST or len(np.unique(known)) < _FEWEST_HEIGHTS:
         return np.full(len(names), np.nan)
     return heights

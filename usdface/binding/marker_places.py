@@ -1,4 +1,4 @@
-"""Where markers on a face would tell most about its blend shapes: before a capture, or the next."""
+"""Optimal places for the markers of a capture, or for the next ones: greedy D-optimal design."""
 
 from dataclasses import dataclass, replace
 
@@ -8,38 +8,41 @@ from scipy.spatial import cKDTree
 from usdface.arrays import BoolArray, IntArray, frozen
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.face.place_names import place_names
 from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
-from usdface.retarget.regions import place_names
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
 
 __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 
-# Vertices of the skin that are tried; more of them are thinned out evenly.
+# Vertices that are tried, of more every n-th: bounds the time.
 _TRIED = 2000
-# A marker is worth its place where some shape does this share of the most that it does anywhere:
-# the neck goes along with the jaw, too.
+# A place is useful where some shape moves it by this share of its largest offset: the neck follows
+# the jaw, too. Set by hand.
 _SHOWS = 0.5
-# Between two markers, and from a marker to skin that faces it, as lips do [share of the face's
-# size, the RMS radius of such skin; ICT: 6 and 3 mm].
+# Distance between two markers, and from a marker to a surface that faces it, as lips do [share of
+# the face's size, the RMS radius of the useful surface; ICT: 6 and 3 mm]. Set by
+# hand.
 _APART, _FACING = 0.1, 0.05
+# Frame rate of the capture that the design is for [Hz].
 _RATE = 30.0
-# What another face than the rig's is off by, as on real takes [m].
+# Misfit of another face than the rig's, as on real takes [m].
 _MISFIT = 5e-4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FreePlaces:
-    """Where more markers could be glued.
+    """Vertices to which more markers can be glued.
 
     Attributes
     ----------
     vertices : (N,) int64
     room : float [m]
-        How far two markers must be apart.
+        Least distance between two markers.
     """
 
     vertices: IntArray
@@ -57,11 +60,11 @@ class MarkerPlaces:
     ----------
     vertices : (K,) int64
     where : tuple of str, length K
-        In words.
+        Descriptions, such as "left cheek, 14 mm from marker m7".
     unseen_before : tuple of str
-        Shapes that the present markers say little or nothing about.
+        Shapes that the present markers do not determine.
     unseen : tuple of tuple of str, length K
-        What remains of these with the first 1, 2, ... new markers.
+        Shapes still not determined with the first 1, 2, ... new markers.
     """
 
     vertices: IntArray
@@ -84,10 +87,10 @@ class MarkerPlaces:
 
 
 def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
-    """Find the skin on which one more marker would be of use, thinned out.
+    """Find the vertices on which one more marker is useful, decimated.
 
-    Cameras on the height of the face see it, some blend shape shows well there, and there is room
-    for a marker: none is near, and no skin faces it as the other lip does.
+    Visible from the height of the face, well moved by some blend shape, with room for a marker:
+    none is near, and no surface faces it as the other lip does.
 
     Parameters
     ----------
@@ -98,44 +101,44 @@ def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
     Raises
     ------
     InputError
-        If the mesh has no skin.
+        If the blend shapes of the mesh move no visible surface.
     """
-    skin = face_surface(mesh)
-    useful = skin.level & _shown(mesh, skin)
-    points = skin.points[useful]
+    surface = face_surface(mesh)
+    useful = surface.level & _shown(mesh, surface)
+    points = surface.points[useful]
     if not len(points):
         return FreePlaces(np.zeros(0, np.int64), 0.0)
     size = rms_radius(points)
-    useful &= ~_faced(skin, _FACING * size)
+    useful &= ~_faced(surface, _FACING * size)
     if len(bound):
-        away = cKDTree(mesh.points[bound]).query(skin.points)[0]
+        away = cKDTree(mesh.points[bound]).query(surface.points)[0]
         useful &= away >= _APART * size
-    free = skin.vertices[useful]
+    free = surface.vertices[useful]
     return FreePlaces(free[:: max(1, -(-len(free) // _TRIED))], _APART * size)
 
 
-def _shown(mesh: Mesh, skin: FaceSurface) -> BoolArray:
-    """Return where on the skin some shape does much of the most that it does on the mesh."""
-    own = np.linalg.norm(skin.offsets, axis=2)
+def _shown(mesh: Mesh, surface: FaceSurface) -> BoolArray:
+    """Return (N,) where some shape moves the surface by much of its largest offset."""
+    own = np.linalg.norm(surface.offsets, axis=2)
     most = [np.linalg.norm(s.offsets, axis=1).max(initial=0.0) for s in mesh.shapes]
     least = np.maximum(_SHOWS * np.array(most), 1e-12)[:, None]
     return np.asarray((own >= least).any(axis=0))
 
 
-def _faced(skin: FaceSurface, reach: float) -> BoolArray:
-    """Return which places have skin before them that looks back at them, within reach."""
-    a, b = cKDTree(skin.points).query_pairs(reach, output_type="ndarray").T
-    between = skin.points[b] - skin.points[a]
-    ahead = (skin.normals[a] * between).sum(axis=1) > 0.0
-    back = (skin.normals[b] * between).sum(axis=1) < 0.0
-    turned = (skin.normals[a] * skin.normals[b]).sum(axis=1) < 0.0
-    faced = np.zeros(len(skin.points), dtype=bool)
+def _faced(surface: FaceSurface, reach: float) -> BoolArray:
+    """Return (N,) which vertices have a surface within `reach` [m] that faces them."""
+    a, b = cKDTree(surface.points).query_pairs(reach, output_type="ndarray").T
+    between = surface.points[b] - surface.points[a]
+    ahead = (surface.normals[a] * between).sum(axis=1) > 0.0
+    back = (surface.normals[b] * between).sum(axis=1) < 0.0
+    turned = (surface.normals[a] * surface.normals[b]).sum(axis=1) < 0.0
+    faced = np.zeros(len(surface.points), dtype=bool)
     faced[np.concatenate([a, b])[np.tile(ahead & back & turned, 2)]] = True
     return faced
 
 
-def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> MarkerPlaces:
-    """Find the best places for the next markers: greedy D-optimal, where `free_places` are.
+def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> MarkerPlaces:
+    """Choose the best places for the next markers among `free_places`: greedy D-optimal design.
 
     Parameters
     ----------
@@ -150,12 +153,15 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
     Raises
     ------
     InputError
-        If `count` is less than 1 or more than there is room for, or the mesh has no skin.
+        If `count` is less than 1 or more than there is room for, or its
+        blend shapes move no visible surface.
     """
     free = free_places(mesh, binding.points)
     places = np.concatenate([binding.points, free.vertices])
     present = len(binding.points)
-    shown = _confidence(mesh, places, present, max(count, 0), noise, free.room)
+    shown = _confidence(
+        mesh, places, bound=present, wanted=max(count, 0), noise=noise, room=free.room
+    )
     if not 1 <= count <= len(shown.places):
         most = len(shown.places) if count > 0 else len(free.vertices)
         raise InputError(
@@ -163,16 +169,25 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
         )
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
-    unseen = [_confidence(mesh, bound, present + k, 0, noise).hidden for k in range(count + 1)]
+    unseen = [
+        _confidence(mesh, bound, bound=present + k, wanted=0, noise=noise).hidden
+        for k in range(count + 1)
+    ]
     named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
-    where = place_names(mesh, vertices, binding)
+    where = place_names(BoundFace(mesh, binding.markers, binding.points), vertices)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 
 def _confidence(
-    mesh: Mesh, places: IntArray, bound: int, wanted: int, noise: float, room: float = 0.0
+    mesh: Mesh,
+    places: IntArray,
+    *,
+    bound: int,
+    wanted: int,
+    noise: float,
+    room: float = 0.0,
 ) -> Confidence:
-    """Say how sure a solve with markers on the first `bound` places is."""
+    """Return the confidence of a solve with markers on the first `bound` places."""
     return confidence_of(
         mesh.points[places],
         mesh.offsets_at(places),

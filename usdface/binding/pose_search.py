@@ -1,81 +1,115 @@
-"""From every pose a face can have to the few answers that explain the markers best."""
+"""Global search for the registration: from all poses of a head to the few that fit best."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.binding.candidates import Domain, domain_of
+from usdface.binding.candidates import CandidateVertices, candidate_vertices
 from usdface.binding.face_surface import FaceSurface
-from usdface.binding.observations import Evidence
+from usdface.binding.observations import Observations
 from usdface.binding.registration import (
     MOTION_ERROR,
     SHAPE_ERROR,
     Registration,
-    against_names,
-    improve,
-    scale_of,
+    align,
+    expected_scale,
+    name_disagreement,
 )
 from usdface.geometry.rigid_fit import similarity_fit
 
-__all__ = ["released", "search"]
+__all__ = ["RegisteredMarkers", "refine", "search_pose"]
 
+# Numbers without another source were set by hand; judge: `python benchmarks/binding.py`;
+# docs/constants.md lists them.
+
+# Poses of the starts: rotations [degrees], and scales about the expected one, whose logarithms are
+# within a deviation of it (`registration._SPREAD`).
 _ROLLS, _TILTS, _SCALES = range(0, 360, 30), (-25.0, 0.0, 25.0), (0.9, 1.13)
-# How many starts, answers and final answers are followed.
+# How many starts, and then registrations, are followed.
 _FOLLOWED, _FINAL = 8, 2
+# Cells of the decimated face [share of its size]: those of the starts, and of what follows.
 _COARSE, _MIDDLE = 0.1, 0.05
-# Of the peak frames, how many the starts look at.
+# Peak frames that the starts use; they are ordered, the most different ones first.
 _FIRST_PEAKS = 12
-# Answers that share more of their places are one.
+# Registrations that share more of their vertices are one.
 _SAME = 0.7
-# Errors that are tolerated at first: shape [share of the face's size], motion [of the last].
-_WIDE, _LOOSE = 0.2, 5.0
+# Expected errors at first: of shape [share of the face's size], of motion [multiple of the last].
+_FIRST_SHAPE_ERROR, _FIRST_MOTION_ERROR = 0.2, 5.0
+# Steps of the registration, from the first errors to the last: of a start, of one that is followed,
+# and at the end.
 _START_STEPS, _STEPS, _LAST_STEPS = 6, 18, 3
+# Share of its first error down to which a start anneals.
+_START_ANNEALED = 0.7
+# Starts without weights: in them the rig stands still, and motion says nothing.
+_WITHOUT_MOTION = 2
+# Anchors lie on a line where their second singular value is below this share of the first: then
+# they leave a turn open.
+_LINE = 0.1
 
 
-def search(skin: FaceSurface, evidence: Evidence) -> tuple[Domain, tuple[Registration, ...]]:
-    """Register markers to a skin from many starts.
+@dataclass(frozen=True, eq=False, slots=True)
+class RegisteredMarkers:
+    """Observed markers, their candidates on a face, and the registrations between them.
 
-    Returns
-    -------
-    Domain
-        All of the skin.
-    tuple of Registration
-        Different answers, the best first.
+    Attributes
+    ----------
+    candidates : CandidateVertices
+        All vertices of the face surface.
+    observations : Observations
+    registrations : tuple of Registration
+        Different ones, the best first; one at least.
     """
-    anchors = evidence.anchors[evidence.anchors >= 0]
-    coarse = domain_of(skin, _COARSE, anchors)
-    count, shapes = len(evidence.moves), len(skin.offsets)
-    few = replace(evidence, moves=evidence.moves[:_FIRST_PEAKS], seen=evidence.seen[:_FIRST_PEAKS])
-    states = [_state(linear, coarse, few, shapes) for linear in _directions(coarse, evidence)]
-    if len(anchors) >= 3 and (known := _anchored(coarse, evidence)) is not None:
-        states = [_state(known, coarse, few, shapes)]
-    started = [_start(coarse, few, state) for state in states]
-    middle = domain_of(skin, _MIDDLE, anchors)
-    calm = np.zeros((count, shapes)), np.zeros((count, 6))
+
+    candidates: CandidateVertices
+    observations: Observations
+    registrations: tuple[Registration, ...]
+
+    @property
+    def best(self) -> Registration:
+        """The registration of least cost."""
+        return self.registrations[0]
+
+
+def search_pose(surface: FaceSurface, observations: Observations) -> RegisteredMarkers:
+    """Register markers to a face from many starts."""
+    anchors = observations.anchors[observations.anchored]
+    coarse = candidate_vertices(surface, _COARSE, anchors)
+    count, shapes = len(observations.displacements), len(surface.offsets)
+    few = replace(
+        observations,
+        displacements=observations.displacements[:_FIRST_PEAKS],
+        visible=observations.visible[:_FIRST_PEAKS],
+    )
+    linears = _start_poses(coarse, observations)
+    if len(anchors) >= 3 and (known := _anchored_pose(coarse, observations)) is not None:
+        linears = [known]
+    started = [_start(coarse, few, _initial(linear, coarse, few)) for linear in linears]
+    middle = candidate_vertices(surface, _MIDDLE, anchors)
+    still = np.zeros((count, shapes)), np.zeros((count, 6))
     followed = [
-        _follow(middle, evidence, replace(state, weights=calm[0], turns=calm[1]))
-        for state in _different(started, _FOLLOWED)
+        _follow(middle, observations, replace(start, weights=still[0], rigid=still[1]))
+        for start in _distinct(started, _FOLLOWED)
     ]
-    full = domain_of(skin)
-    final = [_finish(full, evidence, state) for state in _different(followed, _FINAL)]
-    return full, tuple(_different(final, _FINAL))
+    full = candidate_vertices(surface)
+    final = [_finish(full, observations, one) for one in _distinct(followed, _FINAL)]
+    return RegisteredMarkers(full, observations, tuple(_distinct(final, _FINAL)))
 
 
-def released(
-    skin: FaceSurface, full: Domain, evidence: Evidence, answer: Registration
-) -> Registration:
-    """Return what an answer on all of the skin becomes with other evidence, from nearby."""
-    return _finish(full, evidence, _follow(domain_of(skin, _MIDDLE), evidence, answer))
+def refine(registered: RegisteredMarkers, observations: Observations) -> Registration:
+    """Return the best registration adapted to other observations, from nearby."""
+    full = registered.candidates
+    middle = candidate_vertices(full.surface, _MIDDLE)
+    return _finish(full, observations, _follow(middle, observations, registered.best))
 
 
-def _directions(domain: Domain, evidence: Evidence) -> list[FloatArray]:
-    """Return scaled rotations that bring the flat side of the markers to face the beholder."""
-    rest = evidence.rest[evidence.central]
-    _, _, axes = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=False)
+def _start_poses(candidates: CandidateVertices, observations: Observations) -> list[FloatArray]:
+    """Return scaled rotations (3, 3) that turn the flat side of the markers to the front."""
+    neutral = observations.neutral[observations.central]
+    _, _, axes = np.linalg.svd(neutral - neutral.mean(axis=0), full_matrices=False)
     axes[2] *= np.linalg.det(axes)
-    size = scale_of(domain, evidence)
+    size = expected_scale(candidates, observations)
     found = []
     for flip in (1.0, -1.0):
         upright = axes.T * [1.0, flip, flip]
@@ -83,8 +117,12 @@ def _directions(domain: Domain, evidence: Evidence) -> list[FloatArray]:
             for roll in _ROLLS:
                 turned = upright @ _rotation(tilt, roll).T
                 found += [scale * size * turned for scale in _SCALES]
-    # Where the names say which markers are higher, they say which way up the face is.
-    named = [linear for linear in found if against_names(evidence.rest @ linear, evidence) < 1.0]
+    # Names that say which markers are higher say which way up the face is.
+    named = [
+        linear
+        for linear in found
+        if name_disagreement(observations.neutral @ linear, observations) < 1.0
+    ]
     return named or found
 
 
@@ -95,66 +133,85 @@ def _rotation(tilt: float, roll: float) -> FloatArray:
     return np.asarray(nod @ spin)
 
 
-def _anchored(domain: Domain, evidence: Evidence) -> FloatArray | None:
-    """Return the scaled rotation that the anchors fix; None where they lie on a line."""
-    fixed = evidence.anchors >= 0
-    target = domain.points[np.searchsorted(domain.places, evidence.anchors[fixed])]
-    source = evidence.rest[fixed]
+def _anchor_points(candidates: CandidateVertices, observations: Observations) -> FloatArray:
+    anchors = observations.anchors[observations.anchored]
+    return np.asarray(candidates.points[np.searchsorted(candidates.indices, anchors)])
+
+
+def _anchored_pose(candidates: CandidateVertices, observations: Observations) -> FloatArray | None:
+    """Return the scaled rotation that the anchors determine; None where they lie on a line."""
+    target = _anchor_points(candidates, observations)
+    source = observations.neutral[observations.anchored]
     for points in (source, target):
         _, lengths, _ = np.linalg.svd(points - points.mean(axis=0))
-        if lengths[1] < 0.1 * lengths[0]:
+        if lengths[1] < _LINE * lengths[0]:
             return None
     return similarity_fit(source, target)[0]
 
 
-def _state(linear: FloatArray, domain: Domain, evidence: Evidence, shapes: int) -> Registration:
-    markers, count = len(evidence.rest), len(evidence.moves)
-    fixed = evidence.anchors >= 0
+def _initial(
+    linear: FloatArray, candidates: CandidateVertices, observations: Observations
+) -> Registration:
+    markers, peaks = len(observations.neutral), len(observations.displacements)
+    fixed = observations.anchored
     if fixed.any():
-        middle = domain.points[np.searchsorted(domain.places, evidence.anchors[fixed])].mean(axis=0)
-        offset = middle - evidence.rest[fixed].mean(axis=0) @ linear
+        middle = _anchor_points(candidates, observations).mean(axis=0)
+        offset = middle - observations.neutral[fixed].mean(axis=0) @ linear
     else:
-        offset = -evidence.rest[evidence.moving].mean(axis=0) @ linear
+        offset = -observations.neutral[observations.moving].mean(axis=0) @ linear
     return Registration(
-        linear,
-        offset,
-        np.zeros((markers, 3)),
-        np.zeros((count, shapes)),
-        np.zeros((count, 6)),
-        np.zeros(markers, dtype=np.int64),
-        np.zeros(markers),
-        np.inf,
+        linear=linear,
+        offset=offset,
+        bend=np.zeros((markers, 3)),
+        weights=np.zeros((peaks, len(candidates.offsets))),
+        rigid=np.zeros((peaks, 6)),
+        assigned=np.zeros(markers, dtype=np.int64),
+        marker_costs=np.zeros(markers),
+        cost=np.inf,
     )
 
 
-def _start(domain: Domain, evidence: Evidence, state: Registration) -> Registration:
-    for step, error in enumerate(np.geomspace(_WIDE, 0.7 * _WIDE, _START_STEPS)):
-        # Without weights the rig stands still, and motion says nothing.
-        motion = np.inf if step < 2 else MOTION_ERROR
-        state = improve(domain, evidence, state, error, motion, soft=False, rough=True)
-    return state
+def _start(
+    candidates: CandidateVertices, observations: Observations, start: Registration
+) -> Registration:
+    last = _START_ANNEALED * _FIRST_SHAPE_ERROR
+    for step, error in enumerate(np.geomspace(_FIRST_SHAPE_ERROR, last, _START_STEPS)):
+        start = align(
+            candidates,
+            observations,
+            start,
+            shape_error=error,
+            motion_error=np.inf if step < _WITHOUT_MOTION else MOTION_ERROR,
+            soft=False,
+            clipped=True,
+        )
+    return start
 
 
-def _follow(domain: Domain, evidence: Evidence, state: Registration) -> Registration:
-    errors = np.geomspace(_WIDE, SHAPE_ERROR, _STEPS)
-    motions = MOTION_ERROR * np.geomspace(_LOOSE, 1.0, _STEPS)
+def _follow(
+    candidates: CandidateVertices, observations: Observations, start: Registration
+) -> Registration:
+    errors = np.geomspace(_FIRST_SHAPE_ERROR, SHAPE_ERROR, _STEPS)
+    motions = MOTION_ERROR * np.geomspace(_FIRST_MOTION_ERROR, 1.0, _STEPS)
     for error, motion in zip(errors, motions, strict=True):
-        state = improve(domain, evidence, state, error, motion)
-    return _finish(domain, evidence, state)
+        start = align(candidates, observations, start, shape_error=error, motion_error=motion)
+    return _finish(candidates, observations, start)
 
 
-def _finish(domain: Domain, evidence: Evidence, state: Registration) -> Registration:
+def _finish(
+    candidates: CandidateVertices, observations: Observations, start: Registration
+) -> Registration:
     for _ in range(_LAST_STEPS):
-        state = improve(domain, evidence, state, soft=False)
-    return state
+        start = align(candidates, observations, start, soft=False)
+    return start
 
 
-def _different(states: Sequence[Registration], count: int) -> list[Registration]:
-    """Return the best answers that are not nearly the same."""
+def _distinct(registrations: Sequence[Registration], count: int) -> list[Registration]:
+    """Return the best registrations that are not nearly the same."""
     best: list[Registration] = []
-    for state in sorted(states, key=lambda state: state.cost):
+    for one in sorted(registrations, key=lambda one: one.cost):
         if len(best) < count and all(
-            (state.places == other.places).mean() <= _SAME for other in best
+            (one.assigned == other.assigned).mean() <= _SAME for other in best
         ):
-            best.append(state)
+            best.append(one)
     return best

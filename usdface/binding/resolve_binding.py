@@ -1,12 +1,13 @@
-"""Where the markers of a shot sit: read from a binding file, proposed, or some of each."""
+"""The binding of a shot: read from a file, proposed, or completed by a proposal."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from usdface.binding.propose import check_frames, neutral_frames, propose, strong_frames
+from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
+from usdface.binding.propose import Proposal, proposal_findings, propose
+from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
 from usdface.options import BindOptions
@@ -16,121 +17,166 @@ from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["bound_setup", "proposal_summary", "shown_at_rest"]
+__all__ = [
+    "ResolvedBinding",
+    "binding_findings",
+    "neutral_weights",
+    "proposal_summary",
+    "resolve_binding",
+]
 
 
-def bound_setup(
+@dataclass(frozen=True, eq=False, slots=True)
+class ResolvedBinding:
+    """A bound mesh, and the setup with binding, neutral and peak frames.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The bound one.
+    setup : RetargetSetup
+        Peak frames are in it where they are named, requested or used to propose vertices.
+    proposal : Proposal or None
+        None where all vertices are given.
+    missing : tuple of str
+        Bound markers that the take does not have.
+    unbound : tuple of str
+        Markers of the take that the binding leaves out; () where a proposal was made.
+    neutral_found : bool
+        The neutral frames were looked for.
+    """
+
+    mesh: Mesh
+    setup: RetargetSetup
+    proposal: Proposal | None = None
+    missing: tuple[str, ...] = ()
+    unbound: tuple[str, ...] = ()
+    neutral_found: bool = False
+
+
+def resolve_binding(
     character: Rig,
     take: MarkerTake | WeightsTake,
-    read: RetargetSetup | None,
-    notes: Sequence[Finding],
+    given: RetargetSetup | None,
+    *,
     options: BindOptions,
-) -> tuple[Mesh, RetargetSetup, list[Finding]]:
-    """Find what the binding file leaves out: places, neutral and peak frames.
+) -> ResolvedBinding:
+    """Complete a binding: vertices, neutral and peak frames.
 
     Parameters
     ----------
     character : Rig
     take : MarkerTake or WeightsTake
-    read : RetargetSetup or None
-        As the binding file has it; without one all places are proposed.
-    notes : sequence of Finding
-        What was found in the file.
+    given : RetargetSetup or None
+        As the binding file has it; without one all vertices are proposed.
     options : BindOptions
-
-    Returns
-    -------
-    Mesh
-        The bound one.
-    RetargetSetup
-        Peak frames are in it where they are named, asked for or used to propose places.
-    list of Finding
-        Those of `notes` that still hold, and more.
 
     Raises
     ------
     InputError
-        If no places can be proposed, or no curve of a take of weights has a shape's name.
+        If no vertices can be proposed, or no curve of a take of weights has a shape's name.
     """
-    findings = list(notes)
-    mesh = character.mesh(read.binding.mesh) if read else character.face()
+    mesh = character.mesh(given.binding.mesh) if given else character.face()
     if not isinstance(take, MarkerTake):
         rename_weights(take, character.shape_names)  # refused now, and not when it is played
-        return mesh, read or unbound(take), findings
-    proposing = read is None or options.propose
-    named = read is not None and not any(f.code == "NEUTRAL_ASSUMED" for f in findings)
-    setup = read or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+        return ResolvedBinding(mesh, given or unbound(take))
+    proposing = given is None or options.propose
+    named = given is not None and not given.neutral_assumed
     find_neutral = options.neutral == "auto" or (proposing and not (named or options.neutral))
-    if find_neutral or options.neutral:
-        findings = [f for f in findings if f.code != "NEUTRAL_ASSUMED"]
-    if isinstance(options.neutral, tuple):
-        setup = replace(setup, neutral=options.neutral, neutral_weights={})
-    if options.peaks is not None:
-        setup = replace(setup, peaks=() if options.peaks == "auto" else options.peaks)
+    setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+    setup = _requested(setup, options)
     check_frames(take, setup.neutral, setup.peaks)
+    resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral)
     if proposing:
-        setup, more = propose(take, mesh, setup, find_neutral)
-        findings += more
+        proposal = propose(take, mesh, setup, find_neutral=find_neutral)
+        setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
     else:
-        findings += _unmatched(take, setup)
+        resolved = _compared(resolved, take)
         if find_neutral:
             setup = replace(setup, neutral=neutral_frames(take))
-    if options.peaks == "auto" and not proposing:
-        setup = replace(setup, peaks=strong_frames(take, setup.neutral or neutral_frames(take)))
+        if options.peaks == "auto":
+            setup = replace(setup, peaks=peak_frames(take, setup.neutral or neutral_frames(take)))
     if find_neutral:
-        setup = replace(setup, neutral_weights=shown_at_rest(take, mesh, setup))
-        findings.append(_neutral_found(take, setup))
-    return mesh, setup, findings
+        setup = replace(setup, neutral_assumed=False)
+        setup = replace(setup, neutral_weights=neutral_weights(take, mesh, setup))
+    return replace(resolved, setup=setup)
 
 
-def _unmatched(take: MarkerTake, setup: RetargetSetup) -> list[Finding]:
-    """Say which markers of the binding the take lacks, and how many of its own have no place."""
-    named = setup.binding.markers
+def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) -> list[Finding]:
+    """Report how a binding was completed for a take."""
     findings = [
         finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}")
-        for name in named
-        if name not in take.names
+        for name in resolved.missing
     ]
-    count = len(set(take.names) - {*named, *setup.head_markers})
-    if count:  # that may be meant, or an unfinished file
-        message = f"{count} of {len(take.names)} markers have no place; --propose finds them some"
+    if resolved.unbound:  # intended, or an unfinished file
+        message = (
+            f"{len(resolved.unbound)} of {len(take.names)} markers are bound to no vertex; "
+            "--propose finds vertices for them"
+        )
         findings.append(finding("MARKER_UNBOUND", take.source, message))
+    if resolved.proposal:
+        findings += proposal_findings(resolved.proposal, take.source)
+    if resolved.neutral_found:
+        findings.append(finding("NEUTRAL_FOUND", take.source, _neutral_message(resolved.setup)))
     return findings
 
 
-def shown_at_rest(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[str, float]:
-    """Return the blend shapes, and their weights, that the face shows where it rests."""
-    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
+def neutral_weights(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[str, float]:
+    """Estimate the blend shape weights that the performer shows in the neutral frames.
+
+    Weights of 0 are left out; {} where the take's neutral is the rig's or no marker is bound.
+    """
+    vertex = bound_face(mesh, setup).vertex_of
     names = tuple(n for n in take.names if 0 <= vertex.get(n, -1) < len(mesh.points))
     if not names or setup.neutral is None:
         return {}
-    points, positions = np.array([vertex[name] for name in names]), take.select(names)
+    face = BoundFace(mesh, names, np.array([vertex[name] for name in names]))
+    positions = take.select(names)
     neutral = neutral_markers(positions, setup.neutral)
-    found = rest_weights(positions, neutral, mesh.points[points], mesh.offsets_at(points))
+    linear = rest_weights(positions, neutral, face.neutral, face.offsets)
+    found = face.evaluator.from_linear(linear[None])[0]
+    found[[c.shape for c in face.evaluator.combinations]] = 0.0  # their parents' weights say it
     pairs = zip(mesh.shape_names, found.round(3).tolist(), strict=True)
     return {name: weight for name, weight in pairs if weight > 0.0}
 
 
-def _neutral_found(take: MarkerTake, setup: RetargetSetup) -> Finding:
+def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:
+    """Return neutral and peak frames, and the confidence of proposed vertices, for a report."""
+    summary: dict[str, Any] = {}
+    confidence = setup.binding.confidence
+    if setup.peaks:
+        summary["neutral_frames"] = "rig" if setup.neutral is None else list(setup.neutral)
+        summary["peak_frames"] = list(setup.peaks)
+    if confidence is not None and not np.isnan(confidence).all():
+        summary["confidence_mean"] = round(float(np.nanmean(confidence)), 3)
+        summary["confidence_min"] = round(float(np.nanmin(confidence)), 3)
+    return summary
+
+
+def _requested(setup: RetargetSetup, options: BindOptions) -> RetargetSetup:
+    """Return the setup with the neutral and peak frames that the options name."""
+    if isinstance(options.neutral, tuple):
+        setup = replace(setup, neutral=options.neutral, neutral_weights={}, neutral_assumed=False)
+    if options.peaks is not None:
+        setup = replace(setup, peaks=() if options.peaks == "auto" else options.peaks)
+    return setup
+
+
+def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
+    """Compare the markers of binding and take."""
+    bound, head = resolved.setup.binding.markers, resolved.setup.head_markers
+    return replace(
+        resolved,
+        missing=tuple(name for name in bound if name not in take.names),
+        unbound=tuple(name for name in take.names if name not in {*bound, *head}),
+    )
+
+
+def _neutral_message(setup: RetargetSetup) -> str:
     frames = "{} to {}".format(*setup.neutral or (0, 0))
     message = f"the face rests in frames {frames}: taken as neutral"
     shown = sorted(setup.neutral_weights.items(), key=lambda item: -item[1])
     if shown:
         most = ", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3])
-        message += f", without what it shows there ({len(shown)} blend shapes, most {most})"
-    return finding("NEUTRAL_FOUND", take.source, message)
-
-
-def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:
-    """Return what the report says of neutral and peak frames, and how sure proposed places are."""
-    said: dict[str, Any] = {}
-    sure = setup.binding.confidence
-    if setup.peaks:
-        said["neutral frames"] = (
-            "rig" if setup.neutral is None else "{} to {}".format(*setup.neutral)
-        )
-        said["peak frames"] = ", ".join(map(str, setup.peaks[:6]))
-    if sure is not None and not np.isnan(sure).all():
-        said["confidence, mean"] = round(float(np.nanmean(sure)), 3)
-        said["confidence, least"] = round(float(np.nanmin(sure)), 3)
-    return said
+        message += f", less the {len(shown)} blend shapes that show there (most: {most})"
+    return message

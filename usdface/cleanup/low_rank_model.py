@@ -1,9 +1,9 @@
-"""A low-rank model of a face's markers: what the others say about one of them.
+"""A low-rank model of a face's markers, which predicts one from the others.
 
 Most of a face's motion is a few modes (Tipping and Bishop 1999, probabilistic principal
 components): still markers are mean + scores @ modes + white noise, the scores Gaussian with the
-powers of the modes. The scores of a frame follow from whichever markers it shows, and what a
-marker should be without its own say is a closed form.
+powers of the modes. The scores of a frame follow from whichever markers it shows, and the
+prediction of a marker from all others has a closed form.
 """
 
 from collections.abc import Iterator
@@ -13,19 +13,27 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["FaceModel", "fit_model", "predict", "restore"]
+__all__ = [
+    "FRAMES_PER_MODE",
+    "LowRankModel",
+    "fit_low_rank_model",
+    "predict_from_others",
+    "reconstruct",
+]
 
-# 95 % of a real face's motion are 3 to 7; with 8 long gaps come back best.
+# 95 % of a real face's motion are 3 to 7; 8 fill gaps of a second best, 4 those of four seconds.
+# As the next two: set by hand; judge: `python benchmarks/cleanup.py`; docs/constants.md lists them.
 _MODES = 8
-# As many frames for each mode, or it follows them instead of the face.
-_FRAMES_PER_MODE = 8
+# Frames for each mode at least, or the modes follow single frames instead of the face.
+FRAMES_PER_MODE = 8
+# Rounds of expectation and maximisation.
 _ROUNDS = 6
-# Frames that are worked on together: bounds the memory.
+# Frames in one batch: bounds the memory.
 _TOGETHER = 4096
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class FaceModel:
+class LowRankModel:
     """Still markers = mean + scores @ modes + noise.
 
     Attributes
@@ -45,9 +53,9 @@ class FaceModel:
     variance: float
 
 
-def fit_model(
+def fit_low_rank_model(
     still: FloatArray, seen: BoolArray, filled: FloatArray, rounds: int = _ROUNDS
-) -> tuple[FaceModel, FloatArray]:
+) -> tuple[LowRankModel, FloatArray]:
     """Fit the model to the entries that are `seen`.
 
     Parameters
@@ -63,9 +71,9 @@ def fit_model(
 
     Returns
     -------
-    FaceModel
+    LowRankModel
     filled : (F, M, D) float64
-        `still`, and where it is not seen what the model says.
+        `still`, and the model's reconstruction where it is not seen.
     """
     shape, entries = still.shape, seen[..., None]
     filled = np.where(entries, still, filled)
@@ -81,61 +89,63 @@ def fit_model(
         mean = place + shift
         covariance = (squares + part.T @ part) / len(flat) - np.outer(shift, shift)
         values, vectors = np.linalg.eigh(covariance)
-        count = min(_MODES, len(flat) // _FRAMES_PER_MODE, len(values) - 1)
+        count = min(_MODES, len(flat) // FRAMES_PER_MODE, len(values) - 1)
         rest = float(values[: len(values) - count].clip(min=0.0).mean())
         floor = max(rest, 1e-12 * float(values[-1]), 1e-300)
         keep = slice(len(values) - count, None)
         powers = np.maximum(values[keep] - floor, 1e-3 * floor)
         modes = vectors[:, keep].T.reshape(-1, *shape[1:])
-        model = FaceModel(mean.reshape(shape[1:]), modes, powers, floor)
+        model = LowRankModel(mean.reshape(shape[1:]), modes, powers, floor)
         if len(gappy):
-            told = restore(model, filled[gappy], seen[gappy])
-            filled[gappy] = np.where(entries[gappy], still[gappy], told)
+            predicted = reconstruct(model, filled[gappy], seen[gappy])
+            filled[gappy] = np.where(entries[gappy], still[gappy], predicted)
     return model, filled
 
 
-def restore(model: FaceModel, still: FloatArray, seen: BoolArray) -> FloatArray:
-    """Say where each marker should be, from all that are seen.
+def reconstruct(model: LowRankModel, still: FloatArray, seen: BoolArray) -> FloatArray:
+    """Reconstruct each marker from all that are visible.
 
     Parameters
     ----------
-    model : FaceModel
+    model : LowRankModel
     still : (F, M, D) float64
     seen : (F, M) bool
-        Whose say counts.
+        Markers to reconstruct from.
 
     Returns
     -------
     (F, M, D) float64
         The markers of the most probable scores.
     """
-    told = np.empty_like(still)
+    predicted = np.empty_like(still)
     for rows, spread, mine in _spreads(model, seen):
-        told[rows] = model.mean + _said(model, still[rows], seen[rows], spread[mine])
-    return told
+        predicted[rows] = model.mean + _explained(model, still[rows], seen[rows], spread[mine])
+    return predicted
 
 
-def predict(model: FaceModel, still: FloatArray, seen: BoolArray) -> FloatArray:
-    """Say where each marker should be, from all others that are seen.
+def predict_from_others(model: LowRankModel, still: FloatArray, seen: BoolArray) -> FloatArray:
+    """Predict each marker from all others that are visible.
 
-    Parameters and result are those of `restore`.
+    Parameters and result are those of `reconstruct`.
     """
-    told = np.empty_like(still)
+    predicted = np.empty_like(still)
     eye = np.eye(still.shape[2])
     for rows, spread, mine in _spreads(model, seen):
         here = seen[rows][..., None]
         away = np.where(here, still[rows] - model.mean, 0.0)
-        said = _said(model, still[rows], seen[rows], spread[mine])
-        # (I - H)^-1 of the residual is the residual without the marker's own say.
+        explained = _explained(model, still[rows], seen[rows], spread[mine])
+        # (I - H)^-1 of the residual is that of the leave-one-out prediction (H the hat matrix).
         part = np.einsum("ukl,lme->ukme", spread, model.modes)
         own = np.einsum("kmd,ukme->umde", model.modes, part) / model.variance
         factor = np.linalg.inv(eye - own)
-        left = np.einsum("fmde,fme->fmd", factor[mine], away - said)
-        told[rows] = model.mean + np.where(here, away - left, said)
-    return told
+        left = np.einsum("fmde,fme->fmd", factor[mine], away - explained)
+        predicted[rows] = model.mean + np.where(here, away - left, explained)
+    return predicted
 
 
-def _said(model: FaceModel, still: FloatArray, seen: BoolArray, spread: FloatArray) -> FloatArray:
+def _explained(
+    model: LowRankModel, still: FloatArray, seen: BoolArray, spread: FloatArray
+) -> FloatArray:
     away = np.where(seen[..., None], still - model.mean, 0.0).reshape(len(still), -1)
     modes = model.modes.reshape(len(model.modes), away.shape[1])
     pulls = away @ modes.T / model.variance
@@ -143,8 +153,10 @@ def _said(model: FaceModel, still: FloatArray, seen: BoolArray, spread: FloatArr
     return np.asarray((scores @ modes).reshape(still.shape))
 
 
-def _spreads(model: FaceModel, seen: BoolArray) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
-    """Yield frames, the covariances of scores that their markers leave, and which is whose."""
+def _spreads(
+    model: LowRankModel, seen: BoolArray
+) -> Iterator[tuple[IntArray, FloatArray, IntArray]]:
+    """Yield frames, posterior covariances of scores by visible markers, and each frame's."""
     says = np.einsum("kmd,lmd->mkl", model.modes, model.modes) / model.variance
     order, which = _by_pattern(seen)
     for start in range(0, len(order), _TOGETHER):

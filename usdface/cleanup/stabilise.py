@@ -1,47 +1,53 @@
-"""Markers without the head's motion, and the model of the face that they show."""
+"""Markers without head motion, and a low-rank model of the face in them."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.cleanup.low_rank_model import FaceModel, fit_model, restore
+from usdface.cleanup.low_rank_model import LowRankModel, fit_low_rank_model, reconstruct
+from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import Pose, rigid_fit
 
-__all__ = ["Steady", "steady"]
+__all__ = ["ROUNDS", "StabilisedMarkers", "stabilise"]
+
+# Rounds of pose and model. As all numbers of the clean-up without another source: set by hand;
+# judge: `python benchmarks/cleanup.py`; docs/constants.md lists them.
+ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Steady:
-    """A take that is held still.
+class StabilisedMarkers:
+    """Markers without head motion.
 
     Attributes
     ----------
     pose : Pose
-    still : (F, M, 3) float64
-        Markers without the head's motion, NaN where the take has none.
-    filled : (F, M, 3) float64
-        The same, and what the model says where entries are not believed.
-    model : FaceModel
+    positions : (F, M, 3) float64 [m]
+        NaN where the take has none.
+    filled : (F, M, 3) float64 [m]
+        The same, reconstructed by the model where entries are not believed.
+    model : LowRankModel
     """
 
     pose: Pose
-    still: FloatArray
+    positions: FloatArray
     filled: FloatArray
-    model: FaceModel
+    model: LowRankModel
 
 
-def steady(
+def stabilise(
     markers: FloatArray,
     believed: BoolArray,
+    *,
     moving: bool,
     start: Pose | None = None,
-    rounds: int = 4,
-) -> Steady:
-    """Find the head's pose and the model of the face together.
+    rounds: int = ROUNDS,
+) -> StabilisedMarkers:
+    """Fit the head pose and the low-rank model of the face in turns.
 
-    The pose of a frame is fitted to what the model makes of that frame's face, so that it does
-    not move when a marker of an expressive face is lost.
+    The pose of a frame is fitted to the model's face of that frame, so that it does not move when
+    a marker of an expressive face is lost.
 
     Parameters
     ----------
@@ -50,32 +56,31 @@ def steady(
     believed : (F, M) bool
         The entries that count; none where occluded.
     moving : bool
-        False where the head is still already.
+        False where the head motion has been removed.
     start : Pose, optional
-        A pose to start from.
+        Initial pose; else that of a rigid fit.
     rounds : int
+        Of model and pose.
     """
     known = np.where(believed[..., None], markers, np.nan)
     pose = start or Pose.identity(len(markers))
     if moving and start is None:
         pose, _ = rigid_fit(known[int(believed.sum(axis=1).argmax())], known)
-    filled = _bridged(pose.to_head(known), believed)
+    filled = _initial(pose.to_head(known), believed)
     for _ in range(rounds if moving else 1):
-        model, filled = fit_model(pose.to_head(known), believed, filled)
+        model, filled = fit_low_rank_model(pose.to_head(known), believed, filled)
         if moving:
-            pose, _ = rigid_fit(restore(model, filled, believed), known)
-    return Steady(pose, pose.to_head(markers), filled, model)
+            pose, _ = rigid_fit(reconstruct(model, filled, believed), known)
+    return StabilisedMarkers(pose, pose.to_head(markers), filled, model)
 
 
-def _bridged(still: FloatArray, believed: BoolArray) -> FloatArray:
-    """Join the ends of all gaps by straight lines, for a start."""
-    filled = still.copy()
-    frames = np.arange(len(still))
-    for m in np.flatnonzero(~believed.all(axis=0)):
-        gap = ~believed[:, m]
-        if gap.all():
-            filled[:, m] = np.nanmean(still[believed], axis=0)
-            continue
-        for d in range(still.shape[2]):
-            filled[gap, m, d] = np.interp(frames[gap], frames[~gap], still[~gap, m, d])
-    return filled
+def _initial(positions: FloatArray, believed: BoolArray) -> FloatArray:
+    """Fill all gaps by straight lines, a marker that is never believed by the others' mean."""
+    frames, axes = len(positions), positions.shape[2]
+    filled = positions.copy()
+    never = ~believed.any(axis=0)
+    if never.any():
+        filled[:, never] = np.nanmean(positions[believed], axis=0)
+    hidden = np.repeat(~believed, axes, axis=1)
+    flat = interpolate_gaps(filled.reshape(frames, -1), hidden, np.arange(frames, dtype=np.float64))
+    return flat.reshape(positions.shape)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from usdface import __version__
 from usdface.cli.bench import add_bench
-from usdface.cli.command import FAILED, check_report
+from usdface.cli.command import FAILED, check_files
 from usdface.cli.convert import add_check, add_export, add_import, add_rig, add_take
 from usdface.cli.fuzzy import add_fuzzy
 from usdface.cli.process import add_calibrate, add_process
@@ -40,8 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     one_blas_thread()
     parsed = _parser().parse_args(arguments)
     try:
-        if parsed.report:
-            check_report(parsed)
+        check_files(parsed)
         status: int = parsed.run(parsed)
         return status
     except BrokenPipeError:

@@ -34,8 +34,8 @@ def add_rig(commands: Any) -> None:
 def _rig(parsed: argparse.Namespace) -> int:
     options = RigOptions(**settings(parsed, RigOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.make_rig(parsed.source, parsed.output, options, step)
-    return report(parsed, outcome)
+        result = pipeline.make_rig(parsed.source, parsed.output, options=options, on_progress=step)
+    return report(parsed, result)
 
 
 def add_take(commands: Any) -> None:
@@ -59,8 +59,8 @@ def _take(parsed: argparse.Namespace) -> int:
         parsed.image_size = tuple(parsed.image_size)
     options = TakeOptions(**settings(parsed, TakeOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.make_take(parsed.source, parsed.output, options, step)
-    return report(parsed, outcome)
+        result = pipeline.make_take(parsed.source, parsed.output, options=options, on_progress=step)
+    return report(parsed, result)
 
 
 def add_export(commands: Any) -> None:
@@ -86,8 +86,10 @@ def _export(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
     options = ExportOptions(**settings(parsed, ExportOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.export_scene(parsed.scene, parsed.output, step, every, options)
-    return report(parsed, outcome)
+        result = pipeline.export_scene(
+            parsed.scene, parsed.output, every_frame=every, options=options, on_progress=step
+        )
+    return report(parsed, result)
 
 
 def add_import(commands: Any) -> None:
@@ -102,8 +104,10 @@ def _import(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
     options = ImportOptions(**settings(parsed, ImportOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.import_scene(parsed.source, parsed.output, step, every, options)
-    return report(parsed, outcome)
+        result = pipeline.import_scene(
+            parsed.source, parsed.output, every_frame=every, options=options, on_progress=step
+        )
+    return report(parsed, result)
 
 
 def add_check(commands: Any) -> None:
@@ -114,5 +118,5 @@ def add_check(commands: Any) -> None:
 
 def _check(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.check(parsed.files, step)
-    return report(parsed, outcome, fail_on=("error",))
+        result = pipeline.check(parsed.files, on_progress=step)
+    return report(parsed, result, fail_on=("error",))

@@ -1,111 +1,127 @@
 """The expression layer over solved weights: designed for a rig, and at work."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.correction.contact import Gaps, gaps_of, hold
+from usdface.correction.contact import hold
+from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
-from usdface.correction.pose_blend import correct, eased
+from usdface.correction.gaps import Gaps, gaps_of
+from usdface.correction.pose_blend import correct, eased, pose_shares
 from usdface.correction.rule_check import check_rules
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
-from usdface.face.layout import FaceParts, find_parts, pose_parts
+from usdface.face.bound_face import BoundFace
+from usdface.face.layout import FaceLayout, split_poses
 from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
 from usdface.options import MARKER_NOISE, CorrectionOptions
 from usdface.retarget_setup import Expression, RetargetSetup
-from usdface.rigs import Mesh
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
 
 __all__ = [
-    "Character",
     "Expressed",
+    "ExpressionTrace",
+    "SideTrace",
     "adopt",
     "design",
     "express",
     "expression_poses",
-    "parts_of",
 ]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Character:
-    """What a correction respects on a character besides its weights.
+class SideTrace:
+    """The evaluation of the whole face, or of one half as if the other did the same.
 
     Attributes
     ----------
-    mesh : Mesh or None
-        None: contact is not looked at.
-    parts : FaceParts
-    gains : Gains or None
-        None: those of the system and of the expressions, at all times.
+    inputs : (F, I) float64
+        Features, in units of `ExpressionTrace.unit`; columns as `ExpressionSystem.inputs`.
+    evaluation : Evaluation
+        Emotions, firing strengths, and memberships if they were asked for.
+    shown : (F, E) float64
+        How much of its pose each emotion is given; gains of regions are left out.
     """
 
-    mesh: Mesh | None = None
-    parts: FaceParts = field(default_factory=FaceParts)
-    gains: Gains | None = None
+    inputs: FloatArray
+    evaluation: Evaluation
+    shown: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExpressionTrace:
+    """Everything that the correction follows from, as it was computed.
+
+    Attributes
+    ----------
+    system : ExpressionSystem
+    markers : tuple of str, length I
+        The marker that each input reads.
+    unit : float [m]
+        The length that features are divided by.
+    poses : (E, T) float64
+        Weights of each emotion's pose.
+    sides : mapping of "both", "left", "right" to SideTrace
+        Halves only where a blend shape belongs to one. Blend shapes of neither half follow the
+        smaller answer of the two halves.
+    """
+
+    system: ExpressionSystem
+    markers: tuple[str, ...]
+    unit: float
+    poses: FloatArray
+    sides: Mapping[Side, SideTrace]
+
+    @property
+    def emotions(self) -> dict[str, FloatArray]:
+        """The curve (F,) of each emotion, of the whole face."""
+        outputs = self.sides["both"].evaluation.outputs
+        return dict(zip(self.system.emotions, outputs.T, strict=True))
+
+    @property
+    def firing(self) -> FloatArray:
+        """The firing strength of each rule, of the whole face: (F, R)."""
+        return self.sides["both"].evaluation.firing
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Expressed:
-    """What the expression layer made of solved weights.
-
-    Attributes
-    ----------
-    weights : (F, T) float64 in [0, 1]
-        Corrected.
-    emotions : mapping of str to (F,) float64
-        Of the whole face.
-    firing : (F, R) float64
-        How far each rule fires, of the whole face.
-    findings : list of Finding
-    """
+    """The corrected weights (F, T) in [0, 1], how they came about, and findings."""
 
     weights: FloatArray
-    emotions: dict[str, FloatArray]
-    firing: FloatArray
+    trace: ExpressionTrace
     findings: list[Finding]
 
 
 def design(
-    mesh: Mesh,
-    setup: RetargetSetup,
-    expressions: Sequence[Expression],
-    correction: CorrectionOptions,
-) -> tuple[ExpressionSystem | None, RetargetSetup, list[Finding]]:
+    face: BoundFace, expressions: Sequence[Expression], correction: CorrectionOptions
+) -> tuple[ExpressionSystem | None, dict[str, str], list[Finding]]:
     """Design the default system from the expression poses, on the bound markers.
 
     Returns
     -------
     ExpressionSystem or None
         None without markers or expressions.
-    RetargetSetup
-        With the roles that the system's variables name; those it has already win.
+    dict of str to str
+        Role to marker: those of the face, and those that the system's variables name besides.
     list of Finding
         EXPRESS_SKIPPED where there is no system.
     """
-    points = setup.binding.points
-    if not len(points) or not expressions:
-        reason = "the rig's shapes make no expression" if len(points) else "no marker is bound"
+    roles = dict(face.roles)
+    if not face.markers or not expressions:
+        reason = "the rig's shapes make no expression" if face.markers else "no marker is bound"
         message = f"{reason}, so there are no rules and no express layer"
-        return None, setup, [finding("EXPRESS_SKIPPED", mesh.path, message)]
-    system, roles, findings = design_system(
-        setup.binding.markers,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
-        expressions,
-        setup.nose_tip,
-        MARKER_NOISE,
-    )
+        return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message)]
+    system, read, findings = design_system(face, expressions, MARKER_NOISE)
     system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
-    return system, replace(setup, roles=roles | dict(setup.roles)), findings
+    return system, read | roles, findings
 
 
 def adopt(
@@ -147,56 +163,73 @@ def adopt(
     return setup, findings
 
 
-def parts_of(mesh: Mesh, setup: RetargetSetup, expressions: Sequence[Expression]) -> FaceParts:
-    """Find the parts of a bound face; the nose tip is on its midline."""
-    place = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    nose = place.get(setup.nose_tip)
-    return find_parts(mesh, expressions, 0.0 if nose is None else float(mesh.points[nose, 0]))
-
-
 def express(
     system: ExpressionSystem,
-    inputs: Mapping[Side, FloatArray],
+    features: Features,
+    face: BoundFace,
+    *,
     names: tuple[str, ...],
     weights: FloatArray,
     expressions: Sequence[Expression],
-    character: Character = Character(),
+    gains: Gains | None = None,
     times: FloatArray | None = None,
+    trace: bool = False,
 ) -> Expressed:
-    """Correct weights (F, T) of shapes `names` by what the system reads off a face.
+    """Correct weights by the features of a face.
 
-    The `inputs` (F, I) are those of "both" sides (`usdface.correction.feature_extraction`). Shapes
-    of the left and the right half follow the inputs of theirs, if there are any. What is raised is
-    blended in over the system's blend time if the frames have `times` (F,) [s]; otherwise each
-    frame is corrected on its own.
+    Parameters
+    ----------
+    system : ExpressionSystem
+    features : Features
+        Of "both" sides, and of each half if its shapes are to follow them.
+    face : BoundFace
+        Sides and regions of its layout say which shapes follow which answer; contact is kept
+        where it has lips and lids.
+    names : tuple of str, length T
+    weights : (F, T) float64
+        Solved weights of shapes `names`.
+    expressions : sequence of Expression
+    gains : Gains, optional
+        Without them those of the system and of the expressions, at all times.
+    times : (F,) float64 [s], optional
+        With them the correction is blended in over the system's blend time; otherwise each frame
+        is corrected on its own.
+    trace : bool
+        Keep the memberships of all terms.
     """
-    parts = character.parts
+    layout = face.layout
     poses, findings = expression_poses(system, names, expressions)
     findings += [
         finding("SHAPE_UNKNOWN", name, "a side, region or antagonist of the shot names it")
-        for name in parts.shapes
+        for name in layout.shapes
         if name not in names
     ]
-    answers = {side: evaluate(system.fuzzy, read) for side, read in inputs.items()}
-    gains = character.gains or Gains.constant(system.gain, expressions)
-    asked = _asked(system, answers, poses, names, parts, gains)
+    answers = {
+        side: evaluate(system.fuzzy, inputs, memberships=trace)
+        for side, inputs in features.sides.items()
+    }
+    gains = gains or Gains.constant(system.gain, expressions)
+    asked = _asked(system, answers, poses, names, layout, gains)
     how = (system.mode, gains.system, system.response)
     begun = weights
     if system.ease > 0:
         raised = correct(np.zeros(weights.shape), *asked, *how)
-        begun = eased(weights, raised, names, parts.antagonists, system.ease)
+        begun = eased(weights, raised, names, layout.antagonists, system.ease)
     corrected = correct(begun, *asked, *how)
     over = 0
     if system.mode == "raise" and times is not None:
         over = blend_frames(times, system.blend_time)
         corrected = blended_in(begun, corrected, over)
-    if character.mesh is not None:
-        gaps = gaps_of(character.mesh, parts, names, poses)
-        corrected, more = _in_contact(weights, corrected, gaps, over)
-        findings += more
-    heard = answers["both"]
-    emotions = dict(zip(system.emotions, heard.outputs.T, strict=True))
-    return Expressed(corrected, emotions, heard.firing, check_rules(system) + findings)
+    gaps = gaps_of(face, names, poses)
+    corrected, more = _in_contact(weights, corrected, gaps, over)
+    findings += more
+    own = gains.of_emotions(system.emotions, len(weights))
+    sides = {
+        side: SideTrace(features.sides[side], answer, pose_shares(answer.outputs, own, *how))
+        for side, answer in answers.items()
+    }
+    traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
+    return Expressed(corrected, traced, check_rules(system) + findings)
 
 
 def _asked(
@@ -204,11 +237,11 @@ def _asked(
     answers: Mapping[Side, Evaluation],
     poses: FloatArray,
     names: tuple[str, ...],
-    parts: FaceParts,
+    layout: FaceLayout,
     gains: Gains,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return how strong each part of a pose is asked for (F, P), it (P, T), and its gain (F, P)."""
-    cut = pose_parts(poses, names, parts)
+    cut = split_poses(poses, names, layout)
     drive = {side: answer.outputs for side, answer in answers.items()}
     heard = drive["both"]
     if len(drive) > 1:
@@ -249,8 +282,8 @@ def _in_contact(
         # Of a sum of motions, less of each may be more in all; then it is held once more.
         held = hold(weights, blended_out(weights, corrected, held, blend), gaps)[0]
     findings = []
-    for seam in dict.fromkeys(gaps.seam):
-        own = np.array([name == seam for name in gaps.seam])
+    for contact in dict.fromkeys(gaps.contact):
+        own = np.array([name == contact for name in gaps.contact])
         frames = np.flatnonzero(limited[:, own].any(axis=1))
         if len(frames):
             message = (
@@ -258,5 +291,5 @@ def _in_contact(
                 f"{frames[-1]}); it would have moved what touches by up to "
                 f"{1000 * excess[:, own].max():.1f} mm more"
             )
-            findings.append(finding("CONTACT_KEPT", seam, message))
+            findings.append(finding("CONTACT_KEPT", contact, message))
     return held, findings

@@ -1,24 +1,41 @@
 """What a fuzzy system reads off a face: its features, of the whole and of either half."""
 
-from collections.abc import Sequence
-
-import numpy as np
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import evaluator_of
-from usdface.correction.features import face_unit, measure, smooth
+from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
+from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import SIDES, Side, half_face, half_weights
 from usdface.face.symmetry import symmetric_pairs
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import RetargetSetup
-from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["features", "sided_features"]
+__all__ = ["Features", "features", "sided_features"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Features:
+    """The inputs of a fuzzy system, read off a face.
+
+    Attributes
+    ----------
+    sides : mapping of "both", "left", "right" to (F, I) float64
+        Of the face as it is, and as each half would have it if the other did the same.
+    markers : tuple of str, length I
+        The marker that each input reads.
+    unit : float [m]
+        The length that inputs are divided by.
+    """
+
+    sides: Mapping[Side, FloatArray]
+    markers: tuple[str, ...] = ()
+    unit: float = MILLIMETRE
+
 
 # Names of markers, where they rest (M, 3), and where they are by the word of each side (F, M, 3).
 _Faces = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
@@ -26,9 +43,9 @@ _Faces = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
 
 def features(
     system: ExpressionSystem,
+    face: BoundFace,
     take: MarkerTake | WeightsTake,
-    mesh: Mesh,
-    setup: RetargetSetup,
+    *,
     weights: WeightsTake,
     solution: Solution | None,
 ) -> FloatArray:
@@ -43,45 +60,47 @@ def features(
         If the space is the take's and the take has no markers, or the system reads a marker
         that is not there.
     """
-    return sided_features(system, take, mesh, setup, weights, solution, ("both",))["both"]
+    read = sided_features(system, face, take, weights=weights, solution=solution, sides=("both",))
+    return read.sides["both"]
 
 
 def sided_features(
     system: ExpressionSystem,
+    face: BoundFace,
     take: MarkerTake | WeightsTake,
-    mesh: Mesh,
-    setup: RetargetSetup,
+    *,
     weights: WeightsTake,
     solution: Solution | None,
     sides: Sequence[Side] = SIDES,
-) -> dict[Side, FloatArray]:
-    """Measure the inputs of each side as they would be if the other did the same: (F, I) each.
+) -> Features:
+    """Measure the inputs of each side as they would be if the other did the same.
 
     Of "both" as they are; errors as those of `features`.
     """
     if system.space == "take":
-        names, neutral, faces = _recorded(take, mesh, setup, solution, sides)
+        names, neutral, faces = _recorded(face, take, solution, sides)
     else:
-        names, neutral, faces = _drawn(mesh, setup, weights, sides)
-    _check_roles(system, names, setup)
+        names, neutral, faces = _drawn(face, weights, sides)
+    _check_roles(system, names, face.roles)
     unit = face_unit(system, neutral)
     # As in the solve: what was recorded without noise is read frame by frame.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
     read: dict[Side, FloatArray] = {}
     for side, positions in faces.items():
         measured = measure(
-            positions, neutral, names, system.features, setup.roles, setup.nose_tip, unit
+            positions, neutral, names, system.features, face.roles, face.nose_tip, unit
         )
         read[side] = smooth(measured, take.times, noise * system.smoothing)
-    return read
+    markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
+    return Features(read, markers, unit)
 
 
-def _check_roles(system: ExpressionSystem, names: Sequence[str], setup: RetargetSetup) -> None:
+def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:
     """Refuse a system that reads a marker which is not there; name the first of its rules."""
     lacking = {
         variable.name: feature.role
         for variable, feature in zip(system.fuzzy.inputs, system.features, strict=True)
-        if setup.roles.get(feature.role, feature.role) not in names
+        if roles.get(feature.role, feature.role) not in names
     }
     if not lacking:
         return
@@ -91,16 +110,15 @@ def _check_roles(system: ExpressionSystem, names: Sequence[str], setup: Retarget
     by = f"{rules[0].named}{f' and {others} more' if others else ''}" if rules else "no rule"
     raise InputError(
         f"fuzzy variable {name!r} reads the role {role!r}, but there is no marker "
-        f"{setup.roles.get(role, role)!r}{did_you_mean(role, names)} (asked for "
+        f"{roles.get(role, role)!r}{did_you_mean(role, names)} (asked for "
         f'by {by}); name its marker in the binding, "roles": {{"{role}": ...}}',
         code="MARKER_UNKNOWN",
     )
 
 
 def _recorded(
+    face: BoundFace,
     take: MarkerTake | WeightsTake,
-    mesh: Mesh,
-    setup: RetargetSetup,
     solution: Solution | None,
     sides: Sequence[Side],
 ) -> _Faces:
@@ -112,26 +130,21 @@ def _recorded(
         )
     names, neutral = solution.markers, on_plane(solution.neutral)
     positions = solution.pose.to_head(on_plane(take.select(names)))
-    bound = [setup.binding.markers.index(name) for name in names]
-    at_rest = mesh.points[setup.binding.points[bound]]
-    return names, neutral, _halves(positions, neutral, at_rest, names, setup.nose_tip, sides)
+    at_rest = face.mesh.points[face.vertices_of(names)]
+    return names, neutral, _halves(positions, neutral, at_rest, names, face.nose_tip, sides)
 
 
-def _drawn(mesh: Mesh, setup: RetargetSetup, weights: WeightsTake, sides: Sequence[Side]) -> _Faces:
+def _drawn(face: BoundFace, weights: WeightsTake, sides: Sequence[Side]) -> _Faces:
     """Return the markers as they are on the character."""
-    names, points = setup.binding.markers, setup.binding.points
-    neutral, model = mesh.points[points], evaluator_of(mesh, points)[0]
-    solved = weights.reordered(mesh.shape_names).weights
-    pairs = symmetric_pairs(mesh.shape_names)
-
-    def drawn(shown: FloatArray) -> FloatArray:
-        return np.asarray(neutral + model.explained(shown).reshape(-1, *neutral.shape))
-
+    names, neutral = face.markers, face.neutral
+    solved = weights.reordered(face.shape_names).weights
+    pairs = symmetric_pairs(face.shape_names)
     if not len(pairs):
-        faces = _halves(drawn(solved), neutral, neutral, names, setup.nose_tip, sides)
+        positions = neutral + face.displacements(solved)
+        faces = _halves(positions, neutral, neutral, names, face.nose_tip, sides)
         return names, neutral, faces
     shown = {s: solved if s == "both" else half_weights(solved, pairs, s) for s in sides}
-    return names, neutral, {side: drawn(own) for side, own in shown.items()}
+    return names, neutral, {side: neutral + face.displacements(w) for side, w in shown.items()}
 
 
 def _halves(

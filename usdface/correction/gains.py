@@ -8,7 +8,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
-from usdface.options import Region
+from usdface.face.regions import GainRegion
 from usdface.retarget_setup import Expression
 
 __all__ = ["Gains"]
@@ -31,7 +31,7 @@ class Gains:
 
     system: FloatArray = field(default_factory=_ONE.copy)
     emotions: Mapping[str, FloatArray] = field(default_factory=dict)
-    regions: Mapping[Region, FloatArray] = field(default_factory=dict)
+    regions: Mapping[GainRegion, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "system", frozen(self.system))
@@ -47,7 +47,11 @@ class Gains:
         """Return the gains of a system and of expressions as they are at all times."""
         return cls(np.array([system]), {e.name: np.array([e.gain]) for e in expressions})
 
-    def of(self, parts: Sequence[tuple[str, Region | None]], frames: int) -> FloatArray:
+    def of_emotions(self, emotions: Sequence[str], frames: int) -> FloatArray:
+        """Return the gain of each emotion over the take, without the system's: (frames, E)."""
+        return self.of([(emotion, None) for emotion in emotions], frames)
+
+    def of(self, parts: Sequence[tuple[str, GainRegion | None]], frames: int) -> FloatArray:
         """Return the gain of each emotion in each region over the take: (frames, len(parts)).
 
         The system's own is left out.

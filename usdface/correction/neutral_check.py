@@ -9,6 +9,7 @@ from usdface.arrays import FloatArray
 from usdface.correction.feature_extraction import features
 from usdface.correction.rule_check import fires_at_neutral
 from usdface.expression_system import ExpressionSystem
+from usdface.face.bound_face import bound_face
 from usdface.fuzzy.inference import evaluate
 from usdface.options import MARKER_NOISE
 from usdface.retarget_setup import RetargetSetup
@@ -94,6 +95,7 @@ def _jitter(rig: Rig, setup: RetargetSetup, system: ExpressionSystem) -> FloatAr
     # What a performer showed in the neutral frames, and how large, is no matter of this face.
     setup = replace(setup, neutral_weights={}, calibration=None, pins=())
     setup = replace(setup, neutral=(0, first - 1), head="solve")
-    taken, weights, solution, _ = retarget(take, setup, mesh, rig.shape_names)
-    inputs = features(system, taken, mesh, setup, weights, solution)
+    face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
+    taken, weights, solution, _ = retarget(take, face, setup)
+    inputs = features(system, face, taken, weights=weights, solution=solution)
     return evaluate(system.fuzzy, inputs).outputs[first:]

@@ -9,7 +9,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.options import RESPONSE, CorrectionMode
 
-__all__ = ["correct", "eased", "respond"]
+__all__ = ["correct", "eased", "pose_shares", "respond"]
 
 
 def correct(
@@ -63,8 +63,7 @@ def correct(
         raise InputError(f"gains have shape {gains.shape} for {len(poses)} emotions")
     if mode not in get_args(CorrectionMode):
         raise InputError(f"correction mode is {mode!r}; expected raise or add")
-    driven = emotions if mode == "add" else respond(emotions, response)
-    driven = driven * (gains * np.reshape(gain, (-1, 1)))
+    driven = pose_shares(emotions, gains, mode, gain, response)
     corrected = np.array(weights, dtype=np.float64)
     for drive, pose in zip(driven.T, poses, strict=True):
         moved = np.flatnonzero(pose)
@@ -74,6 +73,18 @@ def correct(
         else:
             corrected[:, moved] = np.maximum(corrected[:, moved], shown)
     return np.clip(corrected, 0.0, 1.0)
+
+
+def pose_shares(
+    emotions: FloatArray,
+    gains: FloatArray,
+    mode: CorrectionMode,
+    gain: float | FloatArray,
+    response: tuple[float, float],
+) -> FloatArray:
+    """Return how much of its pose each emotion is given (F, E); parameters as `correct`."""
+    driven = emotions if mode == "add" else respond(emotions, response)
+    return np.asarray(driven * (gains * np.reshape(gain, (-1, 1))))
 
 
 def respond(emotions: FloatArray, response: tuple[float, float]) -> FloatArray:

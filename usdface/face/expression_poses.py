@@ -73,9 +73,9 @@ def expressions_for(
 ) -> tuple[tuple[Expression, ...], list[Finding]]:
     """Make the expression poses that a rig can show.
 
-    What is `given` goes first. A shape named after the emotion (`NAMED`, in any case) is the pose;
-    otherwise it is put together from action units, in the family that most of the rig's names
-    belong to.
+    Poses that are `given` go first. A shape named after the emotion (`NAMED`, in any case) is the
+    pose; otherwise it is put together from action units, in the family that most of the rig's
+    names belong to.
 
     Parameters
     ----------

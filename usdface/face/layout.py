@@ -1,4 +1,4 @@
-"""Parts of a face: which shapes belong where, and where lips and lids touch.
+"""The layout of a face: which shapes belong where, and where lips and lids touch.
 
 `usdface shot` finds them on the rig and authors them, so that a shot can say otherwise.
 """
@@ -14,18 +14,18 @@ from usdface.errors import InputError
 from usdface.face.antagonists import antagonists
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.mirror import SIDES, Side, sided_shapes
-from usdface.face.regions import shape_regions
-from usdface.options import CONTACT_TOLERANCE, REGIONS, Region
+from usdface.face.regions import GAIN_REGIONS, GainRegion, shape_regions
+from usdface.options import CONTACT_TOLERANCE
 from usdface.retarget_setup import Expression
 from usdface.rigs import Mesh
 
-__all__ = ["FaceParts", "find_parts", "pose_parts"]
+__all__ = ["FaceLayout", "find_layout", "split_poses"]
 
 _NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class FaceParts:
+class FaceLayout:
     """Where the shapes of a rig are on its face.
 
     Attributes
@@ -40,12 +40,12 @@ class FaceParts:
         Pairs of vertices of the bound mesh, upper and lower, that touch where the lips (on the
         neutral face) or the lids (closed) do.
     tolerance : float [m]
-        By how much a correction may part what touches.
+        By how much a correction may part lips or lids that touch.
     """
 
     left: tuple[str, ...] = ()
     right: tuple[str, ...] = ()
-    regions: Mapping[Region, tuple[str, ...]] = field(default_factory=dict)
+    regions: Mapping[GainRegion, tuple[str, ...]] = field(default_factory=dict)
     antagonists: tuple[tuple[str, str], ...] = ()
     lips: IntArray = field(default_factory=_NO_PAIRS.copy)
     lids: IntArray = field(default_factory=_NO_PAIRS.copy)
@@ -61,8 +61,8 @@ class FaceParts:
             raise InputError(f"the contact tolerance is {self.tolerance}; expected 0 or more")
 
     @property
-    def heard(self) -> tuple[Side, ...]:
-        """The sides that a system is asked about: halves only where a shape belongs to one."""
+    def sides(self) -> tuple[Side, ...]:
+        """The sides that a system is evaluated for: halves only where a shape belongs to one."""
         return SIDES if self.left or self.right else ("both",)
 
     @property
@@ -80,30 +80,30 @@ def _check_once(where: str, lists: Sequence[tuple[str, ...]]) -> None:
         raise InputError(f"blend shape {twice[0]!r} is in {where}; name it in one")
 
 
-def find_parts(mesh: Mesh, expressions: Sequence[Expression], middle: float) -> FaceParts:
-    """Find the parts of a face on its rig; `middle` [m] is x of the midline."""
-    seams = find_lip_lid_contacts(mesh)
+def find_layout(mesh: Mesh, expressions: Sequence[Expression], middle: float) -> FaceLayout:
+    """Find the layout of a face on its mesh; `middle` [m] is x of the midline."""
+    contacts = find_lip_lid_contacts(mesh)
     left, right = sided_shapes(mesh, middle)
-    return FaceParts(
+    return FaceLayout(
         left,
         right,
-        shape_regions(mesh, seams),
+        shape_regions(mesh, contacts),
         antagonists(mesh, expressions),
-        seams.lips,
-        seams.lids,
+        contacts.lips,
+        contacts.lids,
     )
 
 
-def pose_parts(
-    poses: FloatArray, names: Sequence[str], parts: FaceParts
-) -> list[tuple[int, Side, Region | None, FloatArray]]:
+def split_poses(
+    poses: FloatArray, names: Sequence[str], parts: FaceLayout
+) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
     """Cut expression poses into the parts that are driven on their own.
 
     Parameters
     ----------
     poses : (E, S) float64
     names : sequence of str, length S
-    parts : FaceParts
+    parts : FaceLayout
 
     Returns
     -------
@@ -118,7 +118,7 @@ def pose_parts(
     cut = []
     for row, pose in enumerate(poses):
         for half in SIDES:
-            for where in (None, *REGIONS):
+            for where in (None, *GAIN_REGIONS):
                 part = np.where((of_side == half) & (of_region == (where or "")), pose, 0.0)
                 if part.any():
                     cut.append((row, half, where, part))

@@ -1,9 +1,10 @@
-"""Left and right: what one half of a face would say if the other did the same.
+"""Left and right of a face: sides of its midline, mirror images, and faces made of one half.
 
 A rule reads markers of both sides, and often of one side only. So that a one-sided smile is
-answered on its side alone, the system is asked three times: about the face as it is, and about
+answered on its side alone, the system is evaluated three times: for the face as it is, and for
 the faces that the left and the right half make with their own mirror images. Shapes of a side
-follow the answer of that side.
+follow the answer of that side. Which shapes are each other's mirror image their names say
+(`usdface.face.symmetry`).
 """
 
 from typing import Literal
@@ -23,19 +24,36 @@ __all__ = [
     "midline",
     "mirrored_markers",
     "sided_shapes",
+    "sides_of",
 ]
 
 Side = Literal["both", "left", "right"]
 SIDES: tuple[Side, ...] = ("both", "left", "right")
-_SIGN = {"left": 1.0, "right": -1.0}
+_SIGN = {"left": 1, "right": -1}
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _ROUNDS = 3
 # In face units: how far from its mirror image a marker may sit, and how near the midline it has
 # no other side.
 _REACH = 0.2
 _MIDLINE = 0.03
-# A shape of whose motion this share is on one side belongs to it.
+# A shape of whose motion this share is on one side belongs to it. On the faces of ICT, MakeHuman
+# and the example shapes of one side have 0.83 and more there, others 0.77 at most.
 _ONE_SIDED = 0.8
+
+
+def sides_of(points: FloatArray, middle: float, reach: float = 0.0) -> IntArray:
+    """Return 1 for points on the character's left, -1 on its right, 0 on the midline: (N,) int64.
+
+    Parameters
+    ----------
+    points : (N, 3) float64 [m]
+    middle : float [m]
+        x of the midline, ...
+    reach : float [m]
+        ... and how far from it a point may be and still is on it.
+    """
+    beside = points[:, 0] - middle
+    return np.where(np.abs(beside) < reach, 0, np.sign(beside)).astype(np.int64)
 
 
 def midline(neutral: FloatArray, start: float) -> float:
@@ -75,7 +93,7 @@ def mirrored_markers(neutral: FloatArray, middle: float) -> IntArray:
     each = np.arange(len(neutral))
     mutual = (other[other] == each) & (distance < _REACH * unit)
     found = np.where(mutual, other, -1)
-    return np.where(np.abs(neutral[:, 0] - middle) < _MIDLINE * unit, each, found)
+    return np.where(sides_of(neutral, middle, _MIDLINE * unit) == 0, each, found)
 
 
 def half_face(
@@ -99,7 +117,7 @@ def half_face(
     """
     middle = midline(at_rest, float(at_rest[nose, 0]))
     other = mirrored_markers(at_rest, middle)
-    away = (at_rest[:, 0] - middle) * _SIGN[side] < 0
+    away = sides_of(at_rest, middle) == -_SIGN[side]
     each = np.arange(len(at_rest))
     half = positions.copy()
     mirrored = np.flatnonzero(away & (other >= 0) & (other != each))
@@ -111,7 +129,7 @@ def half_face(
 
 
 def half_weights(weights: FloatArray, pairs: IntArray, side: Side) -> FloatArray:
-    """Return the weights of the face on which the other half does what one half does: (F, S).
+    """Return the weights of the face on which the other half does the same as one half: (F, S).
 
     Parameters
     ----------
@@ -141,10 +159,10 @@ def sided_shapes(mesh: Mesh, middle: float) -> tuple[tuple[str, ...], tuple[str,
     left, right = [], []
     for shape in mesh.shapes:
         energy = (shape.offsets**2).sum(axis=1)
-        x = mesh.points[shape.indices, 0] - middle
+        side = sides_of(mesh.points[shape.indices], middle)
         whole = energy.sum()
-        if energy[x > 0].sum() > _ONE_SIDED * whole:
+        if energy[side > 0].sum() > _ONE_SIDED * whole:
             left.append(shape.name)
-        elif energy[x < 0].sum() > _ONE_SIDED * whole:
+        elif energy[side < 0].sum() > _ONE_SIDED * whole:
             right.append(shape.name)
     return tuple(left), tuple(right)

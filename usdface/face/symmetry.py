@@ -5,23 +5,33 @@ import numpy as np
 from usdface.arrays import IntArray
 from usdface.face.shape_names import shape_key
 
-__all__ = ["symmetric_pairs"]
+__all__ = ["mirrored_pairs", "symmetric_pairs"]
 
 # Left and right of these are directions, not sides: nobody does both at once.
-_DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose"))
+_DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose", "eyelookin", "eyelookout"))
+
+
+def mirrored_pairs(names: tuple[str, ...]) -> IntArray:
+    """Return the left and the right shape of each pair: (P, 2) int64 into `names`.
+
+    Names are read in any spelling: ``mouthSmileLeft``, ``mouthSmile_L``, ``eye-left-slit``.
+    """
+    return np.array([pair for _, pair in _pairs(names)], dtype=np.int64).reshape(-1, 2)
 
 
 def symmetric_pairs(names: tuple[str, ...]) -> IntArray:
-    """Return the left and the right shape of each pair: (P, 2) int64 into `names`.
+    """Return the `mirrored_pairs` that a face shows together: (P, 2) int64 into `names`.
 
-    Names are read in any spelling: ``mouthSmileLeft``, ``mouthSmile_L``. Directions as in
-    ``jawLeft``, and of the eyes' look inwards and outwards, are no pairs.
+    Directions as in ``jawLeft``, and of the eyes' look inwards and outwards, are left out.
     """
+    sides = [pair for base, pair in _pairs(names) if base not in _DIRECTIONS]
+    return np.array(sides, dtype=np.int64).reshape(-1, 2)
+
+
+def _pairs(names: tuple[str, ...]) -> list[tuple[str, tuple[int, int]]]:
     sides: dict[str, dict[str, int]] = {}
     for i, name in enumerate(names):
         base, side = shape_key(name)
-        directed = base in _DIRECTIONS or base in ("eyelookin", "eyelookout")
-        if side and not directed:
+        if side:
             sides.setdefault(base, {}).setdefault(side, i)
-    pairs = [(pair["left"], pair["right"]) for pair in sides.values() if len(pair) == 2]
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    return [(b, (own["left"], own["right"])) for b, own in sides.items() if len(own) == 2]

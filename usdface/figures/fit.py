@@ -1,4 +1,4 @@
-"""A fitted system as a picture: its memberships, and what it confuses (matplotlib)."""
+"""Figure of a fitted system: memberships and confusion matrix (matplotlib)."""
 
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,12 @@ from usdface.rule_learning.cross_validation import Validation
 
 __all__ = ["write_fit_figure"]
 
+# Layout: panels in a row, samples of a curve, margin as a share of the range.
 _COLUMNS = 4
 _SAMPLES = 400
 _MARGIN = 0.15
 _FACE_UNIT = "face units (the RMS distance of the neutral markers from their centre)"
-# Recognised, and mistaken.
+# Colours of right and wrong predictions.
 _RIGHT, _WRONG = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 
 
@@ -90,4 +91,4 @@ def _draw_confusion(axes: Any, validation: Validation) -> None:
     title = f"held out by {validation.holding}: {validation.right} of {validation.tested} right"
     untested = len(labels) - len(tested)
     title += f" ({untested} of {len(labels)} kinds without a test)" if untested else ""
-    axes.set(xlabel="recognised", ylabel="shown", title=title)
+    axes.set(xlabel="heard", ylabel="shown", title=title)

@@ -1,26 +1,33 @@
-"""Small rigid motions: what a head does to its markers, as directions."""
+"""Infinitesimal rigid motions: the displacement fields of a head's translations and rotations."""
 
 import numpy as np
 
 from usdface.arrays import FloatArray
 
-__all__ = ["motion_basis", "small_motions"]
+__all__ = ["infinitesimal_motions", "motion_basis", "small_motions"]
+
+
+def infinitesimal_motions(points: FloatArray) -> FloatArray:
+    """Return three translations and three rotations about the origin: (6, M, 3).
+
+    `points` are (M, 3).
+    """
+    rotations = np.cross(np.eye(3)[:, None], points)
+    translations = np.broadcast_to(np.eye(3)[:, None], rotations.shape)
+    return np.concatenate([translations, rotations])
 
 
 def small_motions(points: FloatArray, image: bool) -> FloatArray:
     """Return small rigid motions of `points` (M, 3): (6, M, 3).
 
-    Three translations and three rotations; seen in an image, moving along the view is a
-    change of size instead.
+    Three translations and three rotations about their centroid; in an image, translation along
+    the view is a change of size instead.
     """
     centred = points - points.mean(axis=0)
-    columns = np.zeros((6, *points.shape))
-    for axis in range(3):
-        columns[axis, :, axis] = 1.0
-        columns[3 + axis] = np.cross(np.eye(3)[axis], centred)
+    motions = infinitesimal_motions(centred)
     if image:
-        columns[2] = centred
-    return columns
+        motions[2] = centred
+    return motions
 
 
 def motion_basis(points: FloatArray, axes: int) -> FloatArray:

@@ -10,14 +10,15 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from usdface.errors import InputError
+from usdface.io.atomic import StrPath
 
-__all__ = ["OUTSIDE", "asset_root", "is_inside", "read_file"]
+__all__ = ["OUTSIDE", "asset_folder", "is_inside", "read_file"]
 
 OUTSIDE = "is outside the folder of the asset; --asset-root DIR of a folder above both allows it"
 
 
-def asset_root(name: str) -> Path | None:
-    """Return the folder that an option ``asset_root`` names, None for "".
+def asset_folder(name: StrPath | None) -> Path | None:
+    """Return the folder that an option ``asset_root`` names, None where it names none.
 
     Raises
     ------

@@ -10,6 +10,7 @@ from pathlib import Path
 from usdface.errors import OutputError
 
 __all__ = [
+    "StrPath",
     "all_or_none",
     "atomic_path",
     "check_place",
@@ -19,17 +20,17 @@ __all__ = [
 ]
 
 
-def check_place(path: Path, *inputs: Path) -> None:
+StrPath = str | os.PathLike[str]
+
+
+def check_place(path: Path) -> None:
     """Fail before the work rather than after it where `path` cannot be written.
 
     Raises
     ------
     OutputError
-        If it is a folder or one of the `inputs`, or the folder that it would go to is none or
-        is read-only.
+        If it is a folder, or the folder that it would go to is none or is read-only.
     """
-    if path.resolve() in (source.resolve() for source in inputs):
-        raise OutputError(f"{path} is an input and would be overwritten; choose another place")
     folder = path.parent
     while not folder.exists():
         folder = folder.parent

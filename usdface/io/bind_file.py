@@ -28,7 +28,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
 from usdface.retarget_setup import Binding, RetargetSetup
 
@@ -60,8 +60,9 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
     Returns
     -------
     RetargetSetup
+        If it names no neutral frames, the first is taken as neutral (`neutral_assumed`).
     list of Finding
-        NEUTRAL_ASSUMED if it names no neutral frames: then the first frame counts as neutral.
+        Empty: `usdface.retarget_setup.fit_setup` reports assumptions that were not resolved.
 
     Raises
     ------
@@ -82,11 +83,7 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
         raise InputError(
             f"the binding {path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
         ) from error
-    setup = setup_of_json(document, str(path))
-    if "neutral" in document:
-        return setup, []
-    message = "no neutral frames are named; the first frame is taken"
-    return setup, [finding("NEUTRAL_ASSUMED", str(path), message)]
+    return setup_of_json(document, str(path)), []
 
 
 def setup_of_json(document: object, where: str) -> RetargetSetup:
@@ -112,6 +109,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         move_head=expect(document.get("move_head", True), bool, '"move_head" as true or false'),
         head_joint=expect(document.get("head_joint", ""), str, '"head_joint" as a joint\'s name'),
         neutral=_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
+        neutral_assumed="neutral" not in document,
         neutral_weights=_neutral_weights(document.get("neutral"), where),
         peaks=_peaks(document.get("peaks", []), where),
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),

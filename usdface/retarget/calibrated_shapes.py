@@ -41,6 +41,9 @@ def performed(
     free = np.isin(np.arange(len(names)), model.free)
     told = np.array([name in rested for name in names], dtype=bool)
     gains, offsets = np.where(free, gains, 1.0), np.where(free & ~told, offsets, 0.0)
-    curves = tuple(replace(c, values=gains[c.shape] * c.values) for c in model.curves)
-    shapes = gains[:, None] * model.shapes
-    return replace(model, shapes=shapes, curves=curves), offsets @ model.shapes
+    paths = tuple(
+        replace(p, displacements=gains[p.shape] * p.displacements) for p in model.inbetweens
+    )
+    scaled = gains[:, None] * model.offsets
+    # Offsets are shares of the whole shapes, as they are found: no weights on a path.
+    return replace(model, offsets=scaled, inbetweens=paths), offsets @ model.offsets

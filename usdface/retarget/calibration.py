@@ -69,11 +69,11 @@ class Calibrated:
         object.__setattr__(self, "deviations", frozen(self.deviations))
         object.__setattr__(self, "peaks", frozen(self.peaks))
 
-    def summary(self) -> dict[str, str]:
-        """Return the gains that are known and differ most from 1, for people."""
+    def summary(self) -> dict[str, dict[str, float]]:
+        """Return the gains that are known and differ most from 1, under the key ``gains``."""
         gains = dict(zip(self.calibration.shapes, self.calibration.gains.tolist(), strict=True))
         most = sorted(self.known, key=lambda name: (-abs(gains[name] - 1.0), name))[:_SHOWN]
-        return {"gains": ", ".join(f"{name} {gains[name]:.2f}" for name in most) or "all 1"}
+        return {"gains": {name: round(gains[name], 2) for name in most}}
 
     @property
     def known(self) -> tuple[str, ...]:

@@ -112,13 +112,11 @@ def _in_errors(
     return flat[: len(moved)], flat[len(moved) :]
 
 
-def without_weights(
-    neutral: FloatArray, points: FloatArray, offsets: FloatArray, weights: FloatArray
-) -> FloatArray:
-    """Return the performer's neutral (M, 3) without the weights (S,) that the rest shows.
+def without_weights(neutral: FloatArray, points: FloatArray, shown: FloatArray) -> FloatArray:
+    """Return the performer's neutral (M, 3) without the displacements that the rest shows.
 
-    `neutral`, `points` and `offsets` are as in `rest_weights`, without NaN.
+    `neutral` and `points` are as in `rest_weights`, without NaN; `shown` (M, 3) [m] is the rest's
+    displacement on the character.
     """
     linear, _ = similarity_fit(neutral, points)
-    shown = np.tensordot(weights, offsets, axes=1)
     return np.asarray(neutral - shown @ np.linalg.inv(linear))

@@ -65,7 +65,7 @@ def solve_nonlinear(
     steps : int
         How many at most.
     """
-    straight = model.shapes[model.free]
+    straight = model.offsets[model.free]
     straight = straight - (straight @ rigid) @ rigid.T
     normal = straight @ straight.T
     sums = _Sums(model, rigid, observed, times, regularisation)
@@ -113,13 +113,16 @@ def first_guess(
 ) -> Iterate:
     """Return the free weights (F, P) of the wider linear problem; see `solve_nonlinear`."""
     inner = [
-        (c, k) for c in model.curves for k in range(len(c.places)) if c.places[k] not in (0, 1)
+        (p, k)
+        for p in model.inbetweens
+        for k in range(len(p.weights))
+        if p.weights[k] not in (0, 1)
     ]
     wide = np.vstack(
         [
-            model.shapes[model.free],
-            *(c.values[k : k + 1] for c, k in inner),
-            *(model.shapes[p.shape : p.shape + 1] for p in model.products),
+            model.offsets[model.free],
+            *(p.displacements[k : k + 1] for p, k in inner),
+            *(model.offsets[c.shape : c.shape + 1] for c in model.combinations),
         ]
     )
     wide = wide - (wide @ rigid) @ rigid.T
@@ -132,9 +135,9 @@ def first_guess(
     count = len(model.free)
     weights = found.weights[:, :count].copy()
     place = {shape: column for column, shape in enumerate(model.free.tolist())}
-    for column, (curve, k) in enumerate(inner, count):
-        if curve.shape in place:
-            weights[:, place[curve.shape]] += curve.places[k] * found.weights[:, column]
+    for column, (path, k) in enumerate(inner, count):
+        if path.shape in place:
+            weights[:, place[path.shape]] += path.weights[k] * found.weights[:, column]
     return Iterate(np.clip(weights, 0.0, 1.0))
 
 
@@ -156,7 +159,7 @@ class _Sums:
 
     def _forces(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         full = self._model.complete(weights)
-        forces = self._model.explained(full) - self._observed
+        forces = self._model.displacements(full) - self._observed
         return full, forces - (forces @ self._rigid) @ self._rigid.T
 
     def value(self, weights: FloatArray) -> FloatArray:
@@ -178,7 +181,7 @@ class _Sums:
 
     def gradient(self, weights: FloatArray) -> FloatArray:
         """Return the gradient of the squares alone: (F, P)."""
-        return self._model.pulled(*self._forces(weights))
+        return self._model.gradient(*self._forces(weights))
 
 
 def _extrapolated(past: list[tuple[FloatArray, FloatArray]]) -> FloatArray:

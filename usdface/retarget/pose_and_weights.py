@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.symmetry import symmetric_pairs
+from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.bounds import Bounds
@@ -76,9 +77,9 @@ class _Rows:
     model: BlendShapeEvaluator
     rigid: FloatArray
 
-    def explained(self, weights: FloatArray) -> FloatArray:
+    def displacements(self, weights: FloatArray) -> FloatArray:
         """Return what free weights (F, P) do to the markers: (F, M * axes)."""
-        return self.model.explained(self.model.complete(weights))
+        return self.model.displacements(self.model.complete(weights))
 
 
 def solve_pose_and_weights(
@@ -132,7 +133,7 @@ def solve_pose_and_weights(
         if not fit_pose and seen.all():
             break
         iterate = _step(rows, observed, times, regularisation, iterate)
-        leftover = (observed - rows.explained(iterate.weights)).reshape(*seen.shape, -1)
+        leftover = (observed - rows.displacements(iterate.weights)).reshape(*seen.shape, -1)
         moved = _rms(leftover[~seen])
         if fit_pose:
             pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
@@ -147,16 +148,16 @@ def solve_pose_and_weights(
     displaced, observed = _displaced(here, space, rows, iterate, times)
     if regularisation.covariance is None:
         regularisation = _learned(rows, observed, times, regularisation, iterate)
-    bounds = Bounds(rows=rows.model.rows, limits=np.zeros(len(rows.model.rows)))
+    bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
     final = _step(rows, observed, times, regularisation, iterate, bounds)
     if setup.pins:
-        bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.rows)
+        bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.limit_rows)
         final = _step(rows, observed, times, regularisation, final, bounds)
     weights = final.weights
     if rows.axes == 2:
         # What a turning head does to a flat image cannot be undone in depth: its small part
         # is taken out of the markers on the character instead.
-        leftover = (observed - rows.explained(weights)) @ rows.rigid @ rows.rigid.T
+        leftover = (observed - rows.displacements(weights)) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
     return PoseAndWeights(model.complete(weights), pose, displaced, regularisation, done)
 
@@ -164,7 +165,7 @@ def solve_pose_and_weights(
 def _rows(target: FloatArray, model: BlendShapeEvaluator, axes: int, moving_head: bool) -> _Rows:
     seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
     rigid = motion_basis(target, axes) if moving_head else np.zeros((axes * len(target), 0))
-    return _Rows(axes, model.at(seen), rigid)
+    return _Rows(axes, model.select(seen), rigid)
 
 
 def _step(
@@ -180,8 +181,8 @@ def _step(
     Without `final` bounds a few steps are taken only.
     """
     model, rigid, rough = rows.model, rows.rigid, final is None
-    bounds = final or Bounds(rows=model.rows, limits=np.zeros(len(model.rows)))
-    if model.straight:
+    bounds = final or Bounds(rows=model.limit_rows, limits=np.zeros(len(model.limit_rows)))
+    if model.linear:
         normal, right = _equations(rows, observed)
         return solve_weights(normal, right, times, regularisation, start, rough, bounds)
     start = start or first_guess(model, rigid, observed, times, regularisation)
@@ -197,14 +198,14 @@ def _learned(
     start: Iterate | None,
 ) -> Regularisation:
     """Learn how the free weights move in this take; without a covariance if it cannot be told."""
-    if not rows.model.straight:
+    if not rows.model.linear:
         return regularisation
     return with_learned_covariance(*_equations(rows, observed), times, regularisation, start)
 
 
 def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return normal matrix (S, S) and right-hand sides (F, S), whatever the head does."""
-    shapes = rows.model.shapes - (rows.model.shapes @ rows.rigid) @ rows.rigid.T
+    shapes = rows.model.offsets - (rows.model.offsets @ rows.rigid) @ rows.rigid.T
     return shapes @ shapes.T, observed @ shapes.T
 
 
@@ -225,17 +226,8 @@ def _displaced(
     if not hidden.any():
         return displaced, observed
     if iterate is None:
-        return displaced, _bridged(observed, hidden, times)
-    return displaced, np.where(hidden, rows.explained(iterate.weights), observed)
-
-
-def _bridged(observed: FloatArray, hidden: BoolArray, times: FloatArray) -> FloatArray:
-    """Fill the gaps of each column (F,) by straight lines in time."""
-    filled = observed.copy()
-    for column in np.flatnonzero(hidden.any(axis=0)):
-        gap = hidden[:, column]
-        filled[gap, column] = np.interp(times[gap], times[~gap], observed[~gap, column])
-    return filled
+        return displaced, interpolate_gaps(observed, hidden, times)
+    return displaced, np.where(hidden, rows.displacements(iterate.weights), observed)
 
 
 def _rms(values: FloatArray) -> float:

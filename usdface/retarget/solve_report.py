@@ -6,10 +6,12 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.face.bound_face import BoundFace
+from usdface.face.place_names import place_names
+from usdface.face.region_residuals import region_errors
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.noise import MOST
-from usdface.retarget.regions import place_names, region_errors
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
@@ -30,53 +32,57 @@ class SolveReport:
 
 
 def solve_report(
-    mesh: Mesh, setup: RetargetSetup, solution: Solution, free: IntArray, room: float = 0.0
+    face: BoundFace,
+    setup: RetargetSetup,
+    solution: Solution,
+    *,
+    free: IntArray,
+    room: float = 0.0,
 ) -> SolveReport:
     """Say how far markers are from the solved face, and how far its weights can be off.
 
     Parameters
     ----------
-    mesh : Mesh
+    face : BoundFace
+        Of the setup's binding.
     setup : RetargetSetup
-        Fitted to the mesh (`usdface.retarget_setup.fit_setup`).
     solution : Solution
     free : (N,) int64
         Vertices where more markers could be glued, so far apart as
     room : float [m]
     """
-    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    bound = np.array([vertex[name] for name in solution.markers])
+    bound = face.vertices_of(solution.markers)
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
-    sure = _confidence(mesh, setup, solution, places, room)
+    sure = _confidence(face.mesh, setup, solution, places, room)
     deviations = within_bounds(sure.deviations, solution.weights.weights)
-    names = mesh.shape_names
+    names = face.shape_names
     hidden = {names[shape]: sure.unseen.get(shape) for shape in sure.hidden.tolist()}
     unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
     wanted = [int(places[place]) for place in sure.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
-    regions = region_errors(mesh, setup.binding, solution)
+    regions = region_errors(face, solution.markers, solution.distances)
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
-    named = dict(zip(there.tolist(), place_names(mesh, there, setup.binding), strict=True))
+    named = dict(zip(there.tolist(), place_names(face, there), strict=True))
     summary = {
-        "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items()),
-        "weights, standard deviation": round(float(np.median(deviations)), 3),
-        "least sure": ", ".join(f"{names[s]} {deviations[s]:.2f}" for s in least),
+        "residual_by_region_mm": {region: errors["rms"] for region, errors in regions.items()},
+        "weight_deviation_median": round(float(np.median(deviations)), 3),
+        "least_certain": {names[s]: round(float(deviations[s]), 2) for s in least.tolist()},
     }
     if wanted:
-        summary["next markers"] = "; ".join(named[vertex] for vertex in wanted)
+        summary["next_markers"] = [named[vertex] for vertex in wanted]
     details = {
         "residual": {
-            "markers mm": _of_markers(solution),
-            "regions mm": regions,
-            "frames mm": np.round(1000.0 * solution.residual, 3).tolist(),
+            "markers_mm": _of_markers(solution),
+            "regions_mm": regions,
+            "frames_mm": np.round(1000.0 * solution.residual, 3).tolist(),
         },
         "confidence": {
-            "standard deviation": {
+            "standard_deviation": {
                 name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)
             },
-            "hardly seen, and the vertex that would show it": {**dict.fromkeys(hidden), **unseen},
-            "next markers, vertices": wanted,
-            "where these are": {str(vertex): where for vertex, where in named.items()},
+            "hardly_seen": {**dict.fromkeys(hidden), **unseen},
+            "next_marker_vertices": wanted,
+            "places": {str(vertex): where for vertex, where in named.items()},
         },
     }
     found = [
@@ -125,7 +131,7 @@ def _of_markers(solution: Solution) -> dict[str, dict[str, float]]:
         name: {
             "rms": round(float(mean[m]), 3),
             "worst": round(float(distances[worst[m], m]), 3),
-            "worst frame": int(worst[m]),
+            "worst_frame": int(worst[m]),
         }
         for m, name in enumerate(solution.markers)
     }

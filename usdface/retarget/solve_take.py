@@ -65,13 +65,13 @@ def solve_take(
     basis = offsets[:, used]
     setup, notes = _determined(setup, take, positions, basis)
     findings += notes + _unseen_shapes(basis[..., : take.dimension], shape_names)
-    neutral = _without_weights(neutral, target, basis, shape_names, take, setup)
+    model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
+    model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
+    neutral = _without_weights(neutral, target, model, shape_names, take, setup)
     space, choice = choose_map(neutral, target, setup.map)
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
 
-    model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
-    model = model.at((3 * np.array(used)[:, None] + np.arange(3)).ravel())
     if setup.calibration is not None:
         # The rig's own neutral is at rest, whatever the performer's is.
         rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
@@ -81,7 +81,7 @@ def solve_take(
         take.times, positions, target, model, space, pose, setup, shape_names
     )
     weights, displaced = joint.weights, joint.displaced
-    predicted = model.explained(weights).reshape(displaced.shape)
+    predicted = model.displacements(weights).reshape(displaced.shape)
     misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
     if take.dimension == 2:
         misfit[..., 2] = 0.0
@@ -164,7 +164,7 @@ def _usable_markers(
 def _without_weights(
     neutral: FloatArray,
     target: FloatArray,
-    basis: FloatArray,
+    model: BlendShapeEvaluator,
     shape_names: tuple[str, ...],
     take: MarkerTake,
     setup: RetargetSetup,
@@ -178,8 +178,9 @@ def _without_weights(
         raise InputError(
             f"a neutral weight is of {unknown[0]!r}, a blend shape the rig has not", "SHAPE_UNKNOWN"
         )
-    weights = np.array([setup.neutral_weights.get(name, 0.0) for name in shape_names])
-    return without_weights(neutral, target, basis, weights)
+    weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
+    shown = model.displacements(model.combined(weights)).reshape(target.shape)
+    return without_weights(neutral, target, shown)
 
 
 def _determined(

@@ -14,8 +14,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.errors import InputError
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
+from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem
@@ -37,32 +38,18 @@ from usdface.rule_design.marker_roles import (
     role_names,
 )
 
-__all__ = ["design_system"]
+__all__ = ["design_system", "face_features"]
 
 
 def design_system(
-    names: Sequence[str],
-    neutral: FloatArray,
-    basis: FloatArray,
-    shape_names: Sequence[str],
-    expressions: Sequence[Expression],
-    nose_tip: str,
-    noise: float,
+    face: BoundFace, expressions: Sequence[Expression], noise: float
 ) -> tuple[ExpressionSystem, dict[str, str], list[Finding]]:
-    """Design an expression system that tells a rig's expressions apart.
+    """Design an expression system that tells a face's expressions apart.
 
     Parameters
     ----------
-    names : sequence of str, length M
-        Markers on the character.
-    neutral : (M, 3) float64 [m]
-        Their places on the neutral mesh.
-    basis : (S, M, 3) float64 [m]
-        Their displacement by each blend shape at weight 1.
-    shape_names : sequence of str, length S
+    face : BoundFace
     expressions : sequence of Expression
-    nose_tip : str
-        Marker that distances are measured to.
     noise : float [m]
         Standard deviation of a marker's position along an axis, e.g. 0.0003.
 
@@ -81,24 +68,22 @@ def design_system(
     InputError
         If there is no such nose tip, or the markers have no extent.
     """
-    if nose_tip not in names:
-        raise InputError(f"no nose tip: there is no marker {nose_tip!r} among {', '.join(names)}")
-    nose = list(names).index(nose_tip)
-    features = (basis - basis[:, nose : nose + 1]).reshape(len(basis), 3 * len(names))
-    poses = np.array([e.pose(tuple(shape_names)) for e in expressions])
-    poses = poses.reshape(len(expressions), len(basis))
+    names, neutral, shape_names = face.markers, face.neutral, face.shape_names
+    poses = np.array([e.pose(shape_names) for e in expressions])
+    poses = poses.reshape(len(expressions), len(shape_names))
+    features = face_features(face)
     single = single_movements(shape_names)
     paired = paired_movements(shape_names, single, features)
-    jitter = solved_noise(basis.reshape(features.shape), features, noise)
-    upper = np.repeat(neutral[:, 1] > neutral[nose, 1], 3)
+    jitter = solved_noise(face.evaluator.offsets, features.offsets, noise)
+    upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
     selections = {
         expression.name: select_features(i, poses, single, paired, features, jitter, upper)
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)
     roles = role_names(names)
-    sides = marker_sides(neutral, nose)
-    read = _features(selections.values(), roles)
+    sides = marker_sides(neutral, face.nose)
+    read = _marker_features(selections.values(), roles)
     inputs = _inputs(selections.values(), read, sides, unit)
     rules = [
         parse_rule(_rule_text(emotion, selection, inputs, unit))
@@ -114,7 +99,18 @@ def design_system(
     return system, roles_used, _findings(selections)
 
 
-def _features(
+def face_features(face: BoundFace) -> BlendShapeEvaluator:
+    """Return the evaluator of the features of a face, relative to its nose tip: N = 3 B."""
+    nose = face.nose
+
+    def relative(values: FloatArray) -> FloatArray:
+        moved = values.reshape(*values.shape[:-1], len(face.markers), 3)
+        return np.asarray((moved - moved[..., nose, None, :]).reshape(values.shape))
+
+    return face.evaluator.mapped(relative)
+
+
+def _marker_features(
     selections: Iterable[SelectedFeatures], roles: Sequence[str]
 ) -> dict[int, MarkerFeature]:
     """Return the features that conditions are about."""

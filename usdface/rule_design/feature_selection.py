@@ -5,14 +5,14 @@ A feature is one marker's displacement along one axis, relative to the nose tip;
 look like the expression: another expression, or a movement that means none.
 """
 
-import re
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.symmetry import mirrored_pairs
 from usdface.rule_design.feature_noise import exceeds_noise
 from usdface.rule_design.negative_conditions import (
     LEAST_FIRING,
@@ -23,8 +23,6 @@ from usdface.rule_design.negative_conditions import (
 
 __all__ = ["SelectedFeatures", "paired_movements", "select_features", "single_movements"]
 
-# What the names of a shape on either side differ in: mouthSmileLeft, mouthSmile_L, eye-left-slit.
-_SIDE = re.compile(r"(?i)left|right|(?<=[_.\- ])[lr]$|^[lr](?=[_.\- ])")
 # Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
 # docs/constants.md.
 # In standard deviations of a feature's noise: a term jitters by a quarter of its reach at most.
@@ -84,17 +82,14 @@ class SelectedFeatures:
 
 
 def single_movements(shape_names: Sequence[str]) -> FloatArray:
-    """Return each blend shape alone, and those that differ only in their side together: (N, S)."""
+    """Return each blend shape alone, and those of both sides together: (N, S)."""
     alone = np.eye(len(shape_names))
-    groups: dict[str, list[int]] = defaultdict(list)
-    for i, name in enumerate(shape_names):
-        groups[_SIDE.sub("*", name)].append(i)
-    both = [alone[group].sum(axis=0) for group in groups.values() if len(group) > 1]
-    return np.concatenate([alone, np.reshape(both, (len(both), len(alone)))])
+    both = alone[mirrored_pairs(tuple(shape_names))].sum(axis=1)
+    return np.concatenate([alone, both])
 
 
 def paired_movements(
-    shape_names: Sequence[str], single: FloatArray, features: FloatArray
+    shape_names: Sequence[str], single: FloatArray, features: BlendShapeEvaluator
 ) -> FloatArray:
     """Return two of the `single_movements` at a time, of those that move the markers most: (P, S).
 
@@ -102,12 +97,12 @@ def paired_movements(
     ----------
     shape_names : sequence of str, length S
     single : (N, S) float64
-    features : (S, I) float64 [m]
-        Of each blend shape at weight 1.
+    features : BlendShapeEvaluator
+        Of the features, N = I.
     """
     sided = (single[len(shape_names) :] > 0).any(axis=0)
     whole = single[~((single.sum(axis=1) == 1) & (single @ sided > 0))]
-    paired = np.argsort(-np.abs(whole @ features).sum(axis=1), kind="stable")[:_PAIRED]
+    paired = np.argsort(-np.abs(_shown(features, whole)).sum(axis=1), kind="stable")[:_PAIRED]
     first, second = (paired[i] for i in np.triu_indices(len(paired), k=1))
     return np.asarray(whole[first] + whole[second])
 
@@ -117,7 +112,7 @@ def select_features(
     poses: FloatArray,
     single: FloatArray,
     paired: FloatArray,
-    features: FloatArray,
+    features: BlendShapeEvaluator,
     noise: FloatArray,
     upper: BoolArray,
 ) -> SelectedFeatures:
@@ -132,14 +127,14 @@ def select_features(
     single, paired : (N, S), (P, S) float64
         What a face may do without meaning an emotion, see `single_movements` and
         `paired_movements`. What contains the whole expression is no rival.
-    features : (S, I) float64 [m]
-        Of each blend shape at weight 1.
+    features : BlendShapeEvaluator
+        Of the features, N = I.
     noise : (I,) float64 [m]
         Standard deviation of each feature.
     upper : (I,) bool
         Features of markers above the nose tip.
     """
-    own = poses[index] @ features
+    own = _shown(features, poses[index : index + 1])[0]
     full = np.abs(own)
     foot = _DEAD_ZONE * own
     usable = np.flatnonzero(exceeds_noise(full, noise, _LEAST_SIGNAL))
@@ -147,9 +142,9 @@ def select_features(
         return SelectedFeatures({}, (), ())
     others = np.delete(np.arange(len(poses)), index)
     alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
-    varied = (poses[others][:, None] + single).reshape(-1, len(features))
+    varied = (poses[others][:, None] + single).reshape(-1, poses.shape[1])
     varied = varied[(varied < poses[index]).any(axis=1)]
-    rivals = np.concatenate([poses[others], alone, both, varied]) @ features[:, usable]
+    rivals = _shown(features.select(usable), np.concatenate([poses[others], alone, both, varied]))
     memberships = ramp_membership(rivals, foot[usable], _TOP * own[usable])
     costs = (
         _OTHER_EXPRESSION,
@@ -163,12 +158,17 @@ def select_features(
     chosen += _missing_half(chosen, full[usable], noisy, upper[usable])
     ramps = {int(i): (float(foot[i]), _TOP * float(own[i])) for i in usable[chosen]}
     firing = memberships[: len(others), chosen].min(axis=1)
-    moved = poses[others] @ features
-    negative, firing = negative_conditions(own, moved, firing, ramps, single @ features, noise)
+    moved, movements = _shown(features, poses[others]), _shown(features, single)
+    negative, firing = negative_conditions(own, moved, firing, ramps, movements, noise)
     partly = (firing > LEAST_FIRING) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
     confused = map(int, others[firing > _CONFUSED])
     return SelectedFeatures(ramps, negative, tuple(confused), tuple(shared))
+
+
+def _shown(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:
+    """Return the features of faces with some weights (N, S): (N, I) [m]."""
+    return features.displacements(features.combined(weights))
 
 
 def _cheapest(

@@ -3,10 +3,9 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-import numpy as np
-
 from usdface.arrays import FloatArray
 from usdface.expression_system import Axis, MarkerFeature, Measure
+from usdface.face.mirror import sides_of
 from usdface.geometry.marker_spread import marker_spread
 
 __all__ = [
@@ -48,9 +47,8 @@ def marker_sides(neutral: FloatArray, nose: int) -> list[int]:
     nose : int
         Which of them is the nose tip.
     """
-    offsets = neutral[:, 0] - neutral[nose, 0]
-    beside = np.abs(offsets) > _MIDLINE * marker_spread(neutral)
-    return [int(s) for s in np.sign(np.where(beside, offsets, 0.0))]
+    reach = _MIDLINE * marker_spread(neutral)
+    return [int(side) for side in sides_of(neutral, float(neutral[nose, 0]), reach)]
 
 
 def known_roles(names: Sequence[str], roles: Mapping[str, str]) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""The system of the fuzzy paper, as printed, and its published table computed again.
+"""The fuzzy system of the paper, as printed, and its published cases.
 
 M. Zikky, M. Hariadi, Muhtadin, "Semi Automatic Retargeting for Facial Expressions of 3D
 Characters with Fuzzy Logic Based on Blendshape Interpolation", EMITTER International Journal
@@ -25,9 +25,8 @@ from typing import cast
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray
 from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
-from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
@@ -36,9 +35,9 @@ __all__ = [
     "EMOTIONS",
     "MEDIUM",
     "RULES",
-    "PublishedTable",
+    "PublishedCases",
     "paper_system",
-    "published_table",
+    "published_cases",
     "three_terms",
 ]
 
@@ -63,8 +62,9 @@ RULES = (
     "IF l_eyelid_upper_z IS high AND middle_chin_z IS medium THEN surprise IS 1",
 )
 
-# Least squares over the published outputs. Four do not matter to them (`middle_chin_y` below
-# 1.1, both other eyebrow_middle and eyebrow_end_x anywhere); those are the middle of the range.
+# Least squares over the published outputs (`python benchmarks/paper_fit.py`). Four do not affect
+# them (`middle_chin_y` below 1.1, both other eyebrow_middle and eyebrow_end_x anywhere): these are
+# the middle of the range.
 MEDIUM = {
     "l_eyebrow_middle_x": 0.90,
     "l_eyebrow_middle_y": 0.68,
@@ -83,44 +83,21 @@ MEDIUM = {
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PublishedTable:
-    """The paper's table beside ours.
+class PublishedCases:
+    """The paper's six reference poses.
 
     Attributes
     ----------
-    poses, outputs : tuple of str
-        The six reference poses (rows) and the six emotions (columns).
+    poses : tuple of str, length 6
     inputs : (6, 13) float64
         Features of the poses, columns as `MEDIUM`.
-    published : (6, 6) float64
-        NaN = illegible in print.
-    computed : (6, 6) float64
+    outputs : (6, 6) float64
+        Columns as `EMOTIONS`; NaN = illegible in print.
     """
 
     poses: tuple[str, ...]
-    outputs: tuple[str, ...]
     inputs: FloatArray
-    published: FloatArray
-    computed: FloatArray
-
-    def __post_init__(self) -> None:
-        for field in ("inputs", "published", "computed"):
-            object.__setattr__(self, field, frozen(getattr(self, field)))
-
-    @property
-    def difference(self) -> FloatArray:
-        """Computed minus published: (6, 6), NaN where print is illegible."""
-        return self.computed - self.published
-
-    @property
-    def rms(self) -> float:
-        """Root of the mean squared difference over the legible outputs."""
-        return float(np.sqrt(np.nanmean(self.difference**2)))
-
-    @property
-    def largest(self) -> float:
-        """Largest absolute difference."""
-        return float(np.nanmax(np.abs(self.difference)))
+    outputs: FloatArray
 
 
 def paper_system() -> ExpressionSystem:
@@ -129,7 +106,8 @@ def paper_system() -> ExpressionSystem:
     Features stay undivided (`face_unit` "none"): the paper names no unit for its figures, so
     on another recording its terms fit only after the features are brought to the same scale.
     """
-    low, high = np.min(_cases()[1], axis=0), np.max(_cases()[1], axis=0)
+    printed = published_cases().inputs
+    low, high = printed.min(axis=0), printed.max(axis=0)
     inputs = tuple(
         Variable(name, "input", three_terms(float(low[i]), medium, float(high[i])))
         for i, (name, medium) in enumerate(MEDIUM.items())
@@ -142,13 +120,6 @@ def paper_system() -> ExpressionSystem:
     rules = tuple(parse_rule(text) for text in RULES)
     fuzzy = FuzzySystem(inputs + outputs, rules, normalisation="all_rules")
     return ExpressionSystem(fuzzy, features, space="take", face_unit="none", mode="add")
-
-
-def published_table(system: FuzzySystem | None = None) -> PublishedTable:
-    """Compute the paper's table again, with the paper's system or another of the same inputs."""
-    poses, inputs, published = _cases()
-    computed = evaluate(system or paper_system().fuzzy, inputs).outputs
-    return PublishedTable(poses, EMOTIONS, inputs, published, computed)
 
 
 def three_terms(low: float, medium: float, high: float) -> tuple[Term, ...]:
@@ -164,10 +135,10 @@ def three_terms(low: float, medium: float, high: float) -> tuple[Term, ...]:
     )
 
 
-def _cases() -> tuple[tuple[str, ...], FloatArray, FloatArray]:
-    """Read the published figures: poses, inputs (6, 13), outputs (6, 6)."""
+def published_cases() -> PublishedCases:
+    """Read the published figures."""
     text = files("usdface").joinpath("papers", "fuzzy_published_cases.csv").read_text("utf-8")
     rows = list(csv.DictReader(text.splitlines()))
     inputs = [[float(row[name]) for name in MEDIUM] for row in rows]
-    published = [[float(row[f"published_{e}"] or "nan") for e in EMOTIONS] for row in rows]
-    return tuple(row["pose"] for row in rows), np.array(inputs), np.array(published)
+    outputs = [[float(row[f"published_{e}"] or "nan") for e in EMOTIONS] for row in rows]
+    return PublishedCases(tuple(row["pose"] for row in rows), np.array(inputs), np.array(outputs))

@@ -11,15 +11,16 @@ from usdface.correction.expression_layer import design
 from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
+from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.fuzzy.rules import Rule
 from usdface.options import CorrectionOptions, FitOptions
 from usdface.retarget_setup import Expression
-from usdface.rule_design.marker_roles import marker_features
+from usdface.rule_design.marker_roles import known_roles, marker_features
 from usdface.rule_design.paper_design import fit_paper
 from usdface.rule_learning.cross_validation import Validation, cross_validate, held_out
 from usdface.rule_learning.expression_poses import learned_poses
-from usdface.rule_learning.labelled_takes import Face, Labelled, feature_noise, pose_features
+from usdface.rule_learning.labelled_takes import Labelled, feature_noise, pose_features
 from usdface.rule_learning.learned_system import evaluate_features, fit_system
 from usdface.rule_learning.separation import Separation, pose_separations, separations
 
@@ -56,18 +57,21 @@ class Fitted:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures for the screen."""
+        """A few numbers, under stable keys."""
         facts: dict[str, Any] = {
-            "emotions": ", ".join(self.system.emotions),
+            "emotions": list(self.system.emotions),
             "rules": len(self.system.fuzzy.rules) - len(self.fallback_rules),
-            "fallback rules": len(self.fallback_rules),
+            "fallback_rules": len(self.fallback_rules),
             "inputs": len(self.system.features),
-            "largest answer at neutral": round(self.neutral, 4),
+            "neutral_output_max": round(self.neutral, 4),
         }
         tested = self.validation
         if tested is not None and tested.tested:
-            recognised = f"{tested.right} of {tested.tested} ({100 * tested.accuracy:.1f} %)"
-            facts[f"recognised, each {tested.holding} held out"] = recognised
+            facts["cross_validation"] = {
+                "held_out": tested.holding,
+                "correct": tested.right,
+                "tested": tested.tested,
+            }
         return facts
 
     @property
@@ -83,7 +87,7 @@ class Fitted:
         return {"fit": facts}
 
 
-def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) -> Fitted:
+def fit_rig(face: BoundFace, expressions: Sequence[Expression], options: FitOptions) -> Fitted:
     """Fit to the rig's own expression poses: the default design, or the paper's way.
 
     Raises
@@ -94,8 +98,9 @@ def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) 
     """
     if options.space == "take" and not options.paper:
         raise InputError('the default design reads the character; give labels for space "take"')
-    columns = marker_features(face.roles, "absolute" if options.paper else "signed")
-    poses = np.array([e.pose(face.mesh.shape_names) for e in expressions])
+    roles = known_roles(face.markers, face.roles)
+    columns = marker_features(roles, "absolute" if options.paper else "signed")
+    poses = np.array([e.pose(face.shape_names) for e in expressions])
     seen = pose_features(poses.reshape(len(expressions), -1), face, columns)
     noise = feature_noise(face, "take" if options.paper else "character")
     emotions = [e.name for e in expressions]
@@ -109,15 +114,15 @@ def fit_rig(face: Face, expressions: Sequence[Expression], options: FitOptions) 
 
 
 def _designed(
-    face: Face, expressions: Sequence[Expression]
+    face: BoundFace, expressions: Sequence[Expression]
 ) -> tuple[ExpressionSystem, list[Finding]]:
-    system, _, findings = design(face.mesh, face.setup, expressions, CorrectionOptions())
+    system, _, findings = design(face, expressions, CorrectionOptions())
     if system is None:
         raise InputError("the rig has no expression poses to fit to; give labelled takes")
     return system, findings
 
 
-def fit_labelled(labelled: Labelled, face: Face, options: FitOptions) -> Fitted:
+def fit_labelled(labelled: Labelled, face: BoundFace, options: FitOptions) -> Fitted:
     """Fit to labelled examples, and test the fit on what is left out in turn.
 
     Raises

@@ -11,16 +11,17 @@ from usdface.correction.feature_extraction import features
 from usdface.correction.features import measure
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem, MarkerFeature
+from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
-from usdface.result import Steps
+from usdface.progress import Progress
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
-from usdface.rigs import Mesh
+from usdface.rule_design.design import face_features
 from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import single_movements
 from usdface.rule_design.marker_roles import direction_names, known_roles, marker_features
@@ -28,7 +29,7 @@ from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.labels import NEUTRAL, Label
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["Face", "Labelled", "examples_of", "feature_noise", "pose_features"]
+__all__ = ["Labelled", "examples_of", "feature_noise", "pose_features"]
 
 # Apex: the frames of a stretch that move at least this share of the most expressive one. Chosen by
 # hand: above half, so that onset and offset are left out, and low enough to average over noise.
@@ -38,43 +39,6 @@ _PEAK = 0.8
 _LEAST_NOISE = 0.5
 
 ReadTake = Callable[[Path], tuple[MarkerTake | WeightsTake, list[Finding]]]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Face:
-    """A rig's face with markers on it.
-
-    Attributes
-    ----------
-    mesh : Mesh
-    shape_names : tuple of str
-        Blend shapes of the whole rig.
-    setup : RetargetSetup
-    """
-
-    mesh: Mesh
-    shape_names: tuple[str, ...]
-    setup: RetargetSetup
-
-    @property
-    def roles(self) -> dict[str, str]:
-        """Role to marker, for every bound marker."""
-        return known_roles(self.setup.binding.markers, self.setup.roles)
-
-    @property
-    def nose(self) -> int:
-        """Which bound marker is the nose tip."""
-        return self.setup.binding.markers.index(self.setup.nose_tip)
-
-    @property
-    def neutral(self) -> FloatArray:
-        """Where the markers rest on the character: (M, 3) [m]."""
-        return np.asarray(self.mesh.points[self.setup.binding.points])
-
-    @property
-    def offsets(self) -> FloatArray:
-        """What each blend shape adds to the markers at weight 1: (S, M, 3) [m]."""
-        return self.mesh.offsets_at(self.setup.binding.points)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,10 +63,12 @@ class Labelled:
 
 def examples_of(
     labels: Sequence[Label],
-    face: Face,
+    face: BoundFace,
+    setup: RetargetSetup,
+    *,
     read: ReadTake,
     options: FitOptions,
-    steps: Steps,
+    progress: Progress,
 ) -> tuple[Labelled, list[Finding]]:
     """Retarget every take that is labelled, and measure its stretches at their height.
 
@@ -111,26 +77,30 @@ def examples_of(
     Parameters
     ----------
     labels : sequence of Label
-    face : Face
+    face : BoundFace
+    setup : RetargetSetup
+        How the takes are retargeted.
     read : callable
         From a path to a take.
     options : FitOptions
         Where features are measured, and whether they are the paper's, without sign.
-    steps : Steps
+    progress : Progress
 
     Raises
     ------
     InputError
         If a take cannot be read or solved, or does not have the labelled frames.
     """
-    columns = marker_features(face.roles, "absolute" if options.paper else "signed")
+    columns = marker_features(_roles(face), "absolute" if options.paper else "signed")
     paths = list(dict.fromkeys(label.take for label in labels))
     labels = sorted(labels, key=lambda label: paths.index(label.take))
     rows, weights, findings = [], [], []
     for path in paths:
         own = [label for label in labels if label.take == path]
-        with steps(f"retarget {path.name}"):
-            seen, solved, more = _stretches(path, own, face, read, options.space, columns)
+        with progress.step(f"retarget {path.name}"):
+            take, more = read(path)
+            findings += more
+            seen, solved, more = _stretches(take, own, face, setup, options.space, columns)
         rows.append(seen)
         weights.append(solved)
         findings += more
@@ -143,31 +113,29 @@ def examples_of(
         tuple(str(label.take) for label in labels),
         np.array([label.intensity for label in labels]),
         feature_noise(face, options.space),
-        pose_features(single_movements(face.mesh.shape_names), face, columns),
+        pose_features(single_movements(face.shape_names), face, columns),
     )
     if not examples.names:
         raise InputError("the labels name no emotion; without one there is nothing to learn")
-    return Labelled(examples, np.concatenate(weights), face.mesh.shape_names), findings
+    return Labelled(examples, np.concatenate(weights), face.shape_names), findings
 
 
 def _stretches(
-    path: Path,
+    take: MarkerTake | WeightsTake,
     labels: Sequence[Label],
-    face: Face,
-    read: ReadTake,
+    face: BoundFace,
+    setup: RetargetSetup,
     space: FeatureSpace,
     columns: tuple[MarkerFeature, ...],
 ) -> tuple[FloatArray, FloatArray, list[Finding]]:
     """Return features (N, I) and weights (N, S) of one take's stretches."""
-    take, findings = read(path)
     frames = [_frames(label, take) for label in labels]
     rest = [f for f, label in zip(frames, labels, strict=True) if label.emotion == NEUTRAL]
-    setup = face.setup
     if rest:
         setup = replace(setup, neutral=(int(rest[0][0]), int(rest[0][-1])))
-    take, weights, solution, more = retarget(take, setup, face.mesh, face.shape_names)
-    weights = weights.reordered(face.mesh.shape_names)
-    seen = _features(take, weights, solution, replace(face, setup=setup), space, columns)
+    take, weights, solution, findings = retarget(take, face, setup)
+    weights = weights.reordered(face.shape_names)
+    seen = _features(take, weights, solution, face, space, columns)
     at_rest = [label.emotion == NEUTRAL for label in labels]
 
     def at_apex(values: FloatArray) -> list[FloatArray]:
@@ -178,7 +146,7 @@ def _stretches(
     return (
         np.array([_mean(rows) for rows in at_apex(seen)]),
         np.array([rows.mean(axis=0) for rows in at_apex(weights.weights)]),
-        findings + more,
+        findings,
     )
 
 
@@ -186,19 +154,19 @@ def _features(
     take: MarkerTake | WeightsTake,
     weights: WeightsTake,
     solution: Solution | None,
-    face: Face,
+    face: BoundFace,
     space: FeatureSpace,
     columns: tuple[MarkerFeature, ...],
 ) -> FloatArray:
     """Measure every marker along every axis: (F, I); a marker that the take lacks is hidden."""
-    setup = replace(face.setup, roles=face.roles)
-    there = set(solution.markers if solution and space == "take" else setup.binding.markers)
-    known = [setup.roles[column.role] in there for column in columns]
+    face = replace(face, roles=_roles(face))
+    there = set(solution.markers if solution and space == "take" else face.markers)
+    known = [face.roles[column.role] in there for column in columns]
     read = tuple(column for column, yes in zip(columns, known, strict=True) if yes)
     inputs = FuzzySystem(tuple(Variable(column.name, "input") for column in read), ())
     everything = ExpressionSystem(inputs, read, space=space, smoothing=LEARNED_SMOOTHING)
     seen = np.full((len(take.times), len(columns)), np.nan)
-    seen[:, known] = features(everything, take, face.mesh, setup, weights, solution)
+    seen[:, known] = features(everything, face, take, weights=weights, solution=solution)
     return seen
 
 
@@ -232,32 +200,33 @@ def _mean(seen: FloatArray) -> FloatArray:
 
 
 def pose_features(
-    weights: FloatArray, face: Face, columns: tuple[MarkerFeature, ...]
+    weights: FloatArray, face: BoundFace, columns: tuple[MarkerFeature, ...]
 ) -> FloatArray:
     """Measure poses of the rig, weights (N, S): (N, I) [face unit]."""
-    neutral, offsets = face.neutral, face.offsets
-    moved = (weights @ offsets.reshape(len(offsets), -1)).reshape(-1, *neutral.shape)
     return measure(
-        neutral + moved,
-        neutral,
-        face.setup.binding.markers,
+        face.neutral + face.displacements(weights),
+        face.neutral,
+        face.markers,
         columns,
-        face.roles,
-        face.setup.nose_tip,
-        marker_spread(neutral),
+        _roles(face),
+        face.nose_tip,
+        marker_spread(face.neutral),
     )
 
 
-def feature_noise(face: Face, space: FeatureSpace) -> FloatArray:
+def _roles(face: BoundFace) -> dict[str, str]:
+    """Return role to marker, for every bound marker."""
+    return known_roles(face.markers, face.roles)
+
+
+def feature_noise(face: BoundFace, space: FeatureSpace) -> FloatArray:
     """Return what optical markers' noise is in every feature: (3 M,) [face unit].
 
     On the take it is that of two markers, on the character what the solve leaves of it, though
     not less than a share: rules are to be about motions that a person can see.
     """
-    offsets = face.offsets
     unit = marker_spread(face.neutral)
     if space == "take":
         return np.full(3 * len(face.neutral), np.sqrt(2.0) * MARKER_NOISE / unit)
-    relative = (offsets - offsets[:, [face.nose]]).reshape(len(offsets), -1)
-    solved = solved_noise(offsets.reshape(len(offsets), -1), relative, MARKER_NOISE)
+    solved = solved_noise(face.evaluator.offsets, face_features(face).offsets, MARKER_NOISE)
     return np.maximum(solved, _LEAST_NOISE * MARKER_NOISE) / unit

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from deformed import deformed
 
 from usdface.io.gltf.bake_transform import placed
 from usdface.rigs import BlendShape, Mesh
@@ -13,8 +14,8 @@ def test_placing_commutes_with_deforming() -> None:
     matrix = np.eye(4)
     matrix[:, :3] = rng.normal(size=(4, 3))
     weights = np.array([0.7])
-    moved = np.c_[mesh.deformed(weights), np.ones(6)] @ matrix
-    np.testing.assert_allclose(placed(mesh, matrix).deformed(weights), moved[:, :3])
+    moved = np.c_[deformed(mesh, weights), np.ones(6)] @ matrix
+    np.testing.assert_allclose(deformed(placed(mesh, matrix), weights), moved[:, :3])
 
 
 @pytest.mark.parametrize("mirror", [1.0, -1.0])

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clips import plays, read_one
+from deformed import deformed
 
 from usdface.io.gltf.inbetweens import (
     Step,
@@ -37,7 +38,7 @@ def test_flat_targets_are_the_line_through_the_inbetweens(posed, places) -> None
     assert found == [] and len(notes) == len(places)
     weights = np.linspace(-2, 3, 101)[:, None]
     for weight, row in zip(weights, flat_weights(mesh, weights), strict=True):
-        np.testing.assert_allclose(flat.deformed(row), posed(mesh, weight), atol=1e-12)
+        np.testing.assert_allclose(deformed(flat, row), posed(mesh, weight), atol=1e-12)
 
 
 def test_flat_weights_are_linear_between_crossings() -> None:

@@ -6,11 +6,11 @@ from pxr import Gf, Sdf, Usd, Vt
 from slits import EXPRESSIONS, slit_face
 
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts, find_parts
-from usdface.io.usd.face_layout import read_gains, read_parts, write_parts
+from usdface.face.layout import FaceLayout, find_layout
+from usdface.io.usd.face_layout import read_gains, read_layout, write_layout
 from usdface.schemas import tokens
 
-PARTS = find_parts(slit_face(), EXPRESSIONS, 0.0)
+PARTS = find_layout(slit_face(), EXPRESSIONS, 0.0)
 CODES = np.arange(5.0)
 
 
@@ -27,7 +27,7 @@ def author(prim, name, kind, value):
     Sdf.AttributeSpec(spec, name, getattr(Sdf.ValueTypeNames, kind)).default = value
 
 
-def same(one: FaceParts, other: FaceParts) -> bool:
+def same(one: FaceLayout, other: FaceLayout) -> bool:
     names = ("left", "right", "antagonists", "tolerance")
     return (
         all(getattr(one, n) == getattr(other, n) for n in names)
@@ -39,22 +39,22 @@ def same(one: FaceParts, other: FaceParts) -> bool:
 
 @pytest.mark.parametrize("unit", [1.0, 0.01, 0.001])
 def test_what_is_written_is_read(prim, unit):
-    write_parts(prim, PARTS, unit)
-    assert same(read_parts(prim, unit), PARTS)
+    write_layout(prim, PARTS, unit)
+    assert same(read_layout(prim, unit), PARTS)
     # In stage units, as everything on the stage.
     assert prim.GetAttribute(tokens.CONTACT_TOLERANCE).Get() == pytest.approx(0.0005 / unit)
 
 
 def test_what_is_not_authored_is_empty(prim):
-    nothing = FaceParts(regions={"brows": (), "eyes": (), "mouth": ()})
-    assert same(read_parts(prim, 0.01), nothing)
+    nothing = FaceLayout(regions={"brows": (), "eyes": (), "mouth": ()})
+    assert same(read_layout(prim, 0.01), nothing)
 
 
 def test_a_shot_can_say_otherwise(prim):
-    write_parts(prim, PARTS, 1.0)
+    write_layout(prim, PARTS, 1.0)
     prim.GetAttribute(tokens.CONTACT_LIPS).Set(Vt.Vec2iArray())
     prim.GetAttribute(tokens.BROWS_SHAPES).Set(Vt.TokenArray(["forehead"]))
-    read = read_parts(prim, 1.0)
+    read = read_layout(prim, 1.0)
     assert read.lips.shape == (0, 2) and read.regions["brows"] == ("forehead",)
 
 
@@ -69,10 +69,10 @@ def test_a_shot_can_say_otherwise(prim):
     ],
 )
 def test_what_cannot_be_is_refused_with_the_prim(prim, name, kind, value, said):
-    write_parts(prim, PARTS, 1.0)
+    write_layout(prim, PARTS, 1.0)
     author(prim, name, kind, value)
     with pytest.raises(InputError, match=said) as error:
-        read_parts(prim, 1.0)
+        read_layout(prim, 1.0)
     assert "/Shot/Retarget" in str(error.value)
 
 

@@ -5,8 +5,9 @@ that of the implementations (KhronosGroup/glTF#1563): counter-clockwise where v 
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
@@ -19,6 +20,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
 from usdface.io.gltf.image import GltfImage, image_type
+from usdface.io.inputs import first_free
 from usdface.io.udim import is_udim
 from usdface.materials import Placement, Texture, Wrap
 
@@ -189,19 +191,27 @@ class TextureBuilder:
         return self._samplers.setdefault(key, len(self._samplers))
 
     def into(
-        self, document: pygltflib.GLTF2, builder: BufferBuilder, path: Path
+        self,
+        document: pygltflib.GLTF2,
+        builder: BufferBuilder,
+        path: Path,
+        taken: Callable[[Path], bool],
     ) -> dict[str, bytes]:
         """Put all into a document at `path`; return the files that belong beside it.
 
-        Images go into a GLB, beside a .gltf.
+        Images go into a GLB, beside a .gltf. Where a place is `taken`, by a file that was read,
+        the image goes to the next one; if that file is the image itself, it serves as it is.
         """
         beside = {}
-        for number, (data, mime) in enumerate(self._images):
+        numbers = count()
+        for data, mime in self._images:
             if path.suffix.lower() == ".glb":
                 image = pygltflib.Image(mimeType=mime, bufferView=builder.view(data))
             else:
-                name = f"{path.stem}_textures/{number}{_SUFFIXES[mime]}"
-                beside[name] = data
+                names = (f"{path.stem}_textures/{n}{_SUFFIXES[mime]}" for n in numbers)
+                name, there = first_free(path.parent, names, data, taken)
+                if not there:
+                    beside[name] = data
                 image = pygltflib.Image(uri=quote(name))
             document.images.append(image)
         document.samplers = [

@@ -1,6 +1,6 @@
 """A rig and its clips to glTF 2.0."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -23,8 +23,9 @@ from usdface.io.gltf.vertex_split import uv_order
 from usdface.io.gltf.write_animation import written_clip
 from usdface.io.gltf.write_materials import written_materials
 from usdface.io.gltf.write_mesh import written_mesh
+from usdface.io.inputs import among
 from usdface.io.transforms import compose, decompose
-from usdface.io.udim import untiled
+from usdface.io.udim import texture_files, untiled
 from usdface.rigs import Mesh, Rig, Skeleton
 from usdface.takes import WeightsTake
 
@@ -37,6 +38,7 @@ def write_gltf(
     clips: Sequence[Clip] = (),
     pointer: bool = False,
     quantize: bool = False,
+    read: Iterable[Path] = (),
 ) -> list[Finding]:
     """Write a rig and its clips as .glb or .gltf with a .bin.
 
@@ -57,6 +59,8 @@ def write_gltf(
     quantize : bool
         Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
         much they are off at most.
+    read : iterable of Path
+        Files that textures beside a .gltf must not replace; those of the rig's own never are.
 
     Returns
     -------
@@ -88,7 +92,8 @@ def write_gltf(
         scene=0,
         extensionsUsed=sorted({key for material in materials for key in material.extensions}),
     )
-    beside = textures.into(document, builder, path)
+    kept = [*read, *texture_files(rig.materials)]
+    beside = textures.into(document, builder, path, among(kept))
     skeleton = _moving(rig, clips)
     held = len(skeleton.joints) if skeleton else 0
     carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)

@@ -6,17 +6,17 @@ from pathlib import Path
 from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.asset_folder import asset_root
-from usdface.io.rigs.combinations import with_combinations_of
-from usdface.io.rigs.makehuman import is_makehuman, read_makehuman
-from usdface.io.rigs.shape_folder import read_shape_folder
+from usdface.io.asset_folder import asset_folder
+from usdface.io.rigs.combinations import combinations_file, with_combinations_of
+from usdface.io.rigs.makehuman import is_makehuman, makehuman_files, read_makehuman
+from usdface.io.rigs.shape_folder import mesh_files, read_shape_folder
 from usdface.io.usd.clips import clips_of_stage
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.stage import open_stage
 from usdface.options import RigOptions
 from usdface.rigs import Rig
 
-__all__ = ["read_rig_file"]
+__all__ = ["folder_files", "read_rig_file"]
 
 _GLTF = (".glb", ".gltf")
 _USD = (".usd", ".usda", ".usdc", ".usdz")
@@ -31,7 +31,7 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
         If it is none of these, cannot be read, or has no blend shapes.
     """
     options = options or RigOptions()
-    root, kind = asset_root(options.asset_root), path.suffix.lower()
+    root, kind = asset_folder(options.asset_root), path.suffix.lower()
     if path.is_dir():
         if is_makehuman(path):
             rig, findings = read_makehuman(path)
@@ -57,6 +57,13 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     if not rig.shape_names:
         raise InputError(f"{path} has no blend shapes; a rig needs at least one", "SHAPES_MISSING")
     return rig, findings
+
+
+def folder_files(folder: Path) -> list[Path]:
+    """Return the files of a folder that reading it as a rig reads."""
+    meshes = makehuman_files(folder) if is_makehuman(folder) else mesh_files(folder)
+    combinations = combinations_file(folder)
+    return [*meshes, *([combinations] if combinations.is_file() else [])]
 
 
 def _dropped_of_stage(path: Path, rig: Rig) -> list[Finding]:

@@ -10,7 +10,7 @@ from usdface.findings import Finding, finding
 from usdface.io.rigs.obj import ObjMesh, read_obj
 from usdface.rigs import BlendShape, Mesh, Rig
 
-__all__ = ["is_makehuman", "read_makehuman"]
+__all__ = ["is_makehuman", "makehuman_files", "read_makehuman"]
 
 _METERS_PER_UNIT = 0.1
 _BODY = "body"
@@ -19,6 +19,12 @@ _BODY = "body"
 def is_makehuman(folder: Path) -> bool:
     """Return whether `folder` has a base mesh, or is below one, and has targets."""
     return _base(folder) is not None and bool(_targets(folder)[1])
+
+
+def makehuman_files(folder: Path) -> list[Path]:
+    """Return the base mesh and the targets of `folder`."""
+    base = _base(folder)
+    return [*([base] if base else []), *_targets(folder)[1]]
 
 
 def read_makehuman(folder: Path) -> tuple[Rig, list[Finding]]:

@@ -8,27 +8,28 @@ from pxr import Sdf, Usd, Vt
 from usdface.arrays import FloatArray, IntArray
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
-from usdface.face.layout import FaceParts
+from usdface.face.layout import FaceLayout
+from usdface.face.regions import GainRegion
 from usdface.io.usd.attributes import author, value_of
-from usdface.options import CONTACT_TOLERANCE, Region
+from usdface.options import CONTACT_TOLERANCE
 from usdface.schemas import tokens
 
-__all__ = ["read_gains", "read_parts", "write_parts"]
+__all__ = ["read_gains", "read_layout", "write_layout"]
 
 _NAMES = Sdf.ValueTypeNames
-_REGION_SHAPES: dict[Region, str] = {
+_REGION_SHAPES: dict[GainRegion, str] = {
     "brows": tokens.BROWS_SHAPES,
     "eyes": tokens.EYES_SHAPES,
     "mouth": tokens.MOUTH_SHAPES,
 }
-_REGION_GAINS: dict[Region, str] = {
+_REGION_GAINS: dict[GainRegion, str] = {
     "brows": tokens.BROWS_GAIN,
     "eyes": tokens.EYES_GAIN,
     "mouth": tokens.MOUTH_GAIN,
 }
 
 
-def write_parts(prim: Usd.Prim, parts: FaceParts, meters_per_unit: float) -> None:
+def write_layout(prim: Usd.Prim, parts: FaceLayout, meters_per_unit: float) -> None:
     """Author the parts of a face on its `UsdFaceRetarget` prim."""
     names = {tokens.LEFT_SHAPES: parts.left, tokens.RIGHT_SHAPES: parts.right}
     names |= {token: parts.regions.get(r, ()) for r, token in _REGION_SHAPES.items()}
@@ -42,7 +43,7 @@ def write_parts(prim: Usd.Prim, parts: FaceParts, meters_per_unit: float) -> Non
     author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
 
 
-def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
+def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
     """Read the parts of a face off its `UsdFaceRetarget` prim; what is not authored is empty.
 
     Raises
@@ -55,7 +56,7 @@ def read_parts(prim: Usd.Prim, meters_per_unit: float) -> FaceParts:
         if len(opposed) % 2:
             raise InputError(f"{tokens.ANTAGONISTS} has {len(opposed)} entries; expected pairs")
         tolerance = value_of(prim, tokens.CONTACT_TOLERANCE, float)
-        return FaceParts(
+        return FaceLayout(
             _names(prim, tokens.LEFT_SHAPES),
             _names(prim, tokens.RIGHT_SHAPES),
             {region: _names(prim, token) for region, token in _REGION_SHAPES.items()},
@@ -78,7 +79,7 @@ def read_gains(
     InputError
         If a gain is not a number, or below 0; the message names the prim.
     """
-    regions: dict[Region, FloatArray] = {}
+    regions: dict[GainRegion, FloatArray] = {}
     overall = np.ones(1)
     if system is not None:
         overall = _curve(system, tokens.GAIN, codes)

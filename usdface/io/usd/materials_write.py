@@ -3,7 +3,9 @@
 import hashlib
 import math
 import re
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 
 from pxr import Gf, Sdf, Usd, UsdShade
@@ -12,8 +14,9 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import read_file
 from usdface.io.atomic import write_bytes
+from usdface.io.inputs import among, first_free
 from usdface.io.prim_names import prim_names
-from usdface.io.udim import udim_tiles
+from usdface.io.udim import texture_files, udim_tiles
 from usdface.io.usd.assets import LARGEST_ASSET
 from usdface.io.usd.conversion_metadata import note
 from usdface.io.usd.extras import write_extras
@@ -39,13 +42,18 @@ class _Node:
 
 
 def write_materials(
-    stage: Usd.Stage, scope: str, materials: tuple[Material, ...], target: Path
+    stage: Usd.Stage,
+    scope: str,
+    materials: tuple[Material, ...],
+    target: Path,
+    read: Iterable[Path] = (),
 ) -> tuple[dict[str, UsdShade.Material], list[Finding]]:
     """Define `materials` below the prim path `scope`; return them by original name.
 
     Textures inside the folder of `target` (the file that the stage will be saved to) are
     referenced relative to it; others, and those held as bytes, are copied to
-    `<stem>_textures` beside it, so that the result can be moved as one.
+    `<stem>_textures` beside it, so that the result can be moved as one. None of them replaces one
+    of the materials' own files, or of those that were `read`.
 
     Raises
     ------
@@ -53,7 +61,7 @@ def write_materials(
         If a texture cannot be written.
     """
     findings: list[Finding] = []
-    files = _TextureFiles(target, findings)
+    files = _TextureFiles(target, findings, among([*read, *texture_files(materials)]))
     made: dict[str, UsdShade.Material] = {}
     for name, material in zip(prim_names(m.name for m in materials), materials, strict=True):
         prim = UsdShade.Material.Define(stage, f"{scope}/{name}")
@@ -69,9 +77,12 @@ def write_materials(
 class _TextureFiles:
     """Where the textures of one stage lie, as asset paths; equal bytes are one file."""
 
-    def __init__(self, target: Path, findings: list[Finding]) -> None:
+    def __init__(
+        self, target: Path, findings: list[Finding], taken: Callable[[Path], bool]
+    ) -> None:
         self._target = target
         self._findings = findings
+        self._taken = taken
         self._written: dict[str, str] = {}
 
     def asset(self, texture: Texture, name: str) -> str:
@@ -93,8 +104,11 @@ class _TextureFiles:
         key = hashlib.sha256(data).hexdigest()
         if key not in self._written:
             kind = "." + re.sub("[^a-z0-9]", "", suffix.lower())
-            place = f"{self._target.stem}_textures/{name}{kind if len(kind) > 1 else ''}"
-            write_bytes(folder / place, data)
+            ending = kind if len(kind) > 1 else ""
+            names = (f"{stem}{ending}" for stem in self._stems(name))
+            place, there = first_free(folder, names, data, self._taken)
+            if not there:
+                write_bytes(folder / place, data)
             self._written[key] = f"./{place}"
         return self._written[key]
 
@@ -108,7 +122,11 @@ class _TextureFiles:
             return ""
         if path.is_relative_to(folder):
             return f"./{path.relative_to(folder).as_posix()}"
-        place = f"{self._target.stem}_textures/{name}.<UDIM>{path.suffix}"
+        for stem in self._stems(name):
+            place = f"{stem}.<UDIM>{path.suffix}"
+            targets = {n: folder / place.replace("<UDIM>", str(n)) for n in tiles}
+            if not any(map(self._taken, targets.values())):
+                break
         for number, tile in tiles.items():
             try:
                 data = read_file(Path(tile.path), LARGEST_ASSET)
@@ -116,8 +134,13 @@ class _TextureFiles:
                 message = f"{error}; the tile is left out"
                 self._findings.append(finding("TEXTURE_MISSING", name, message))
                 continue
-            write_bytes(folder / place.replace("<UDIM>", str(number)), data)
+            write_bytes(targets[number], data)
         return f"./{place}"
+
+    def _stems(self, name: str) -> Iterator[str]:
+        """Yield endless places for a texture, without ending: its name, then with a number."""
+        first = f"{self._target.stem}_textures/{name}"
+        return (f"{first}_{n}" if n else first for n in count())
 
 
 def _write_surface(

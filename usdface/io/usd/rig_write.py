@@ -1,6 +1,6 @@
 """A rig as UsdSkel: one stage that usdview, Blender, Maya and AR viewers play."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -42,7 +42,9 @@ _SUFFIXES = (".usd", ".usda", ".usdc")
 _DUMMY = Skeleton(("root",), ("root",), np.eye(4)[None], np.eye(4)[None])
 
 
-def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]:
+def write_rig(
+    rig: Rig, path: Path, clips: Sequence[Clip] = (), read: Iterable[Path] = ()
+) -> list[Finding]:
     """Write `rig` as UsdSkel, in metres, Y up, with its clips.
 
     Layout: `/Asset` (default prim) holds the SkelRoot `Face` with `Skel`, `Anim` and the
@@ -59,6 +61,8 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
         `.usda` text, `.usdc` or `.usd` binary; replaced only when all is written.
     clips : sequence of Clip
         Time code = time * rate, and the stage's timeCodesPerSecond is the highest of their rates.
+    read : iterable of Path
+        Files that textures beside the stage must not replace; those of the rig's own never are.
 
     Raises
     ------
@@ -78,14 +82,16 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
         raise InputError(f"the rig {rig.source or rig.name!r} has no meshes to write")
     with all_or_none():  # textures and layer
         try:
-            stage, findings = _stage_of(rig, path, clips)
+            stage, findings = _stage_of(rig, path, clips, read)
         except Tf.ErrorException as error:
             raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
         save_layer(stage.GetRootLayer(), path)
     return findings
 
 
-def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, list[Finding]]:
+def _stage_of(
+    rig: Rig, path: Path, clips: Sequence[Clip], read: Iterable[Path]
+) -> tuple[Usd.Stage, list[Finding]]:
     skeleton, clips, findings = unit_scaled(rig.skeleton or _DUMMY, clips)
     rig = replace(rig, skeleton=skeleton if rig.skeleton else None)
     rate = clock_of(clips)
@@ -98,7 +104,7 @@ def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, l
     findings += write_extras(asset, rig.extras) + write_asset(asset, rig.asset)
     findings += write_scene(stage, rig.cameras, rig.lights)
     if rig.materials:
-        materials, news = write_materials(stage, _scope(stage), rig.materials, path)
+        materials, news = write_materials(stage, _scope(stage), rig.materials, path, read)
         findings += news
     else:
         materials = {}

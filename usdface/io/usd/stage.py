@@ -22,7 +22,6 @@ __all__ = [
     "author_metrics",
     "codes_of",
     "default_prim",
-    "files_of",
     "matrices",
     "metrics_of",
     "new_layer",
@@ -89,11 +88,6 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
     return stage
-
-
-def files_of(stage: Usd.Stage) -> list[Path]:
-    """Return the files that a stage is composed of."""
-    return [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
 
 
 def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:

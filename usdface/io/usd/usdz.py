@@ -8,7 +8,7 @@ from pxr import Sdf, Tf, Usd, UsdSkel
 from usdface.clips import check_clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
-from usdface.io.asset_folder import asset_root
+from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import atomic_path
 from usdface.io.usd.clip_variants import bound, playing
 from usdface.io.usd.errors import usd_errors, usd_message
@@ -52,7 +52,7 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
         if getattr(options, name):
             message = f"--{name} is an extension of glTF, which USDZ does not have; leave it out"
             raise InputError(message, "SETTING_WRONG")
-    root = asset_root(options.asset_root)
+    root = asset_folder(options.asset_root)
     stage = open_stage(source)
     with usd_errors(str(source)):
         flat, findings = _flattened(stage, options.clip)
