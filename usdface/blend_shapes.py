@@ -5,8 +5,8 @@ from typing import Literal
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween"]
 

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.options import (
@@ -17,7 +18,7 @@ from usdface.options import (
     SolveOptions,
 )
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "fit_setup", "unbound"]
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.correction.expression_layer import Expressed, express
@@ -19,7 +20,7 @@ from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
-from usdface.takes import BoolArray, MarkerTake, WeightsTake, visible
+from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["retarget"]
 

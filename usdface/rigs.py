@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shapes import BlendShape, Combination, CombinationRule, Inbetween
 from usdface.errors import InputError
 from usdface.materials import Material, Texture
 from usdface.scene import Camera, Extras, Light
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = [
     "BlendShape",

@@ -5,27 +5,13 @@ D dimensions (2 or 3), R rules.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 
-__all__ = ["BoolArray", "FloatArray", "IntArray", "MarkerTake", "WeightsTake", "frozen", "visible"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
-
-def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
-    """Return a read-only, C-contiguous array of `values`; a read-only input is not copied."""
-    array = np.ascontiguousarray(values, dtype=dtype)
-    if array.flags.writeable:
-        array = array.copy() if array is values or array.base is not None else array
-        array.setflags(write=False)
-    return array
+__all__ = ["MarkerTake", "WeightsTake", "visible"]
 
 
 def visible(positions: FloatArray) -> BoolArray:

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
-from usdface.takes import BoolArray, FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
 

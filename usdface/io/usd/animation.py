@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
+from usdface.arrays import FloatArray
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
 from usdface.face.region_residuals import region_residuals
@@ -20,7 +21,6 @@ from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
 from usdface.shot import ShotResult
-from usdface.takes import FloatArray
 
 __all__ = [
     "Animation",
