@@ -32,6 +32,7 @@ GROUPS = {
         "Calibration",
         "Expression",
         "Pin",
+        "ExpressionSystem",
         "FuzzySystem",
     ),
     "Results and progress": ("Result", "Explanation", "Finding", "finding", "Step"),
@@ -82,7 +83,7 @@ def page() -> str:
 def _entry(name: str) -> str:
     public = getattr(usdface, name)
     text = inspect.getdoc(public) or ""
-    lines = [f"\n### {name}\n", "```python", _signature(name, public), "```\n"]
+    lines = [f"\n### {name}\n", "```text", _signature(name, public), "```\n"]
     for section in griffe.parse_numpy(griffe.Docstring(text), warnings=False):
         kind = section.kind.value
         if kind == "text":

@@ -90,6 +90,14 @@ class ExpressionSystem:
     ------
     InputError
         If there are not as many features as inputs, or a setting cannot be used.
+
+    Examples
+    --------
+    >>> shot = usdface.make_shot(
+    ...     "examples/head.usdc", "examples/take.usdc", "shot.usda", bind="examples/bind.json"
+    ... ).value
+    >>> shot.system.emotions[:3], shot.system.mode
+    (('joy', 'sadness', 'anger'), 'raise')
     """
 
     fuzzy: FuzzySystem

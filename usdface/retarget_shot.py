@@ -60,7 +60,7 @@ def retarget(
     >>> setup, _ = usdface.read_bind("examples/bind.json")
     >>> shot, _ = usdface.assemble_shot(rig, take, setup=setup)
     >>> result = usdface.retarget(shot)
-    >>> result.weights.weights.shape == (len(take.times), len(rig.shape_names))
+    >>> result.weights.weights.shape == (len(take.times), len(shot.mesh.shape_names))
     True
     >>> peaks = {name: float(curve.max()) for name, curve in result.emotions.items()}
     >>> max(peaks, key=peaks.get)

@@ -63,6 +63,14 @@ class FuzzySystem:
     ------
     InputError
         If a rule names something that is not there, or a setting is not one of its choices.
+
+    Examples
+    --------
+    >>> from usdface.fuzzy import Term, Variable, parse_rule
+    >>> load = Variable("load", "input", (Term("high", "ramp", (0.5, 1.0)),))
+    >>> rule = parse_rule("IF load IS high THEN alarm IS 1")
+    >>> usdface.FuzzySystem((load, Variable("alarm", "output")), (rule,)).inference
+    'sugeno'
     """
 
     variables: tuple[Variable, ...]
