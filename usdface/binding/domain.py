@@ -61,7 +61,7 @@ def domain_of(skin: Skin, cell: float = 0.0, keep: IntArray | None = None) -> Do
     if keep is not None:
         places = np.union1d(places, keep)
     points = skin.points[places] - centre
-    return Domain(places, points, _GAIN * skin.offsets[:, places], turning_motions(points), size)
+    return Domain(places, points, _GAIN * skin.offsets(places), turning_motions(points), size)
 
 
 def turning_motions(points: FloatArray) -> FloatArray:

@@ -17,8 +17,12 @@ from usdface.takes import BoolArray, IntArray, frozen
 
 __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 
-# Vertices of the skin that are tried; more of them are thinned out evenly.
-_TRIED = 2000
+# Vertices of the skin that are looked at, and of these tried; more of them are thinned out evenly.
+_LOOKED, _TRIED = 20_000, 2000
+# To try a place takes work with the square of the number of shapes: of many fewer places are tried.
+_WORK, _LEAST_TRIED = 1_000_000_000, 100
+# So many neighbours of a place say whether skin faces it.
+_NEIGHBOURS = 64
 # A marker is worth its place where some shape does this share of the most that it does anywhere:
 # the neck goes along with the jaw, too.
 _SHOWS = 0.5
@@ -100,36 +104,49 @@ def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
         If the mesh has no skin.
     """
     skin = skin_of(mesh)
-    useful = skin.level & _shown(mesh, skin)
-    points = skin.points[useful]
-    if not len(points):
+    useful = np.flatnonzero(skin.level & _shown(mesh)[skin.vertices])
+    if not len(useful):
         return FreePlaces(np.zeros(0, np.int64), 0.0)
+    points = skin.points[useful]
     size = float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    useful &= ~_faced(skin, _FACING * size)
+    looked = np.zeros(len(skin.points), dtype=bool)
+    looked[_thinned(np.arange(len(looked)), _LOOKED)] = True
+    free = np.intersect1d(useful, np.flatnonzero(looked)[~_faced(skin, looked, _FACING * size)])
     if len(bound):
-        away = cKDTree(mesh.points[bound]).query(skin.points)[0]
-        useful &= away >= _APART * size
-    free = skin.vertices[useful]
-    return FreePlaces(free[:: max(1, -(-len(free) // _TRIED))], _APART * size)
+        away = cKDTree(mesh.points[bound]).query(skin.points[free])[0]
+        free = free[away >= _APART * size]
+    tried = max(_LEAST_TRIED, min(_TRIED, _WORK // len(mesh.shapes) ** 2))
+    return FreePlaces(_thinned(skin.vertices[free], tried), _APART * size)
 
 
-def _shown(mesh: Mesh, skin: Skin) -> BoolArray:
-    """Return where on the skin some shape does much of the most that it does on the mesh."""
-    own = np.linalg.norm(skin.offsets, axis=2)
-    most = [np.linalg.norm(s.offsets, axis=1).max(initial=0.0) for s in mesh.shapes]
-    least = np.maximum(_SHOWS * np.array(most), 1e-12)[:, None]
-    return np.asarray((own >= least).any(axis=0))
+def _thinned(values: IntArray, most: int) -> IntArray:
+    """Return each n-th of some values, so that there are no more than `most`."""
+    return values[:: max(1, -(-len(values) // most))]
 
 
-def _faced(skin: Skin, reach: float) -> BoolArray:
-    """Return which places have skin before them that looks back at them, within reach."""
-    a, b = cKDTree(skin.points).query_pairs(reach, output_type="ndarray").T
-    between = skin.points[b] - skin.points[a]
-    ahead = (skin.normals[a] * between).sum(axis=1) > 0.0
-    back = (skin.normals[b] * between).sum(axis=1) < 0.0
-    turned = (skin.normals[a] * skin.normals[b]).sum(axis=1) < 0.0
-    faced = np.zeros(len(skin.points), dtype=bool)
-    faced[np.concatenate([a, b])[np.tile(ahead & back & turned, 2)]] = True
+def _shown(mesh: Mesh) -> BoolArray:
+    """Return where on the mesh some shape does much of the most that it does: (V,)."""
+    shown = np.zeros(len(mesh.points), dtype=bool)
+    for shape in mesh.shapes:
+        size = np.linalg.norm(shape.offsets, axis=1)
+        shown[shape.indices[size >= max(_SHOWS * size.max(initial=0.0), 1e-12)]] = True
+    return shown
+
+
+def _faced(skin: Skin, looked: BoolArray, reach: float) -> BoolArray:
+    """Return which of the places looked at have skin before them that looks back at them."""
+    points, normals = skin.points[looked], skin.normals[looked]
+    count = min(_NEIGHBOURS, len(points))
+    _, near = cKDTree(points).query(points, k=[*range(1, count + 1)], distance_upper_bound=reach)
+    faced = np.zeros(len(points), dtype=bool)
+    for other in near.T:
+        a = np.flatnonzero(other < len(points))
+        b = other[a]
+        between = points[b] - points[a]
+        ahead = (normals[a] * between).sum(axis=1) > 0.0
+        back = (normals[b] * between).sum(axis=1) < 0.0
+        turned = (normals[a] * normals[b]).sum(axis=1) < 0.0
+        faced[a[ahead & back & turned]] = True
     return faced
 
 

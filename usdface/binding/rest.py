@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.spatial.distance import cdist
 
 from usdface.retarget.align import rigid_fit
 from usdface.takes import FloatArray, IntArray, visible
@@ -80,7 +81,7 @@ def resting_poses(performance: Performance, times: FloatArray, count: int) -> li
     if spread == 0.0 or len(scores) == 1:
         return [(0, len(scores) - 1)]
     size = _SAME_POSE * spread
-    apart = ((some[:, None] - some) ** 2).sum(axis=2)
+    apart = cdist(some, some, "sqeuclidean")
     usual = np.exp(-apart / (2 * size**2)).mean(axis=1)
     speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
     # A turning point is slow for a moment, a resting face for longer.

@@ -46,7 +46,7 @@ def search(skin: Skin, evidence: Evidence) -> tuple[Domain, tuple[Registration, 
     """
     anchors = evidence.anchors[evidence.anchors >= 0]
     coarse = domain_of(skin, _COARSE, anchors)
-    count, shapes = len(evidence.moves), len(skin.offsets)
+    count, shapes = len(evidence.moves), len(skin.mesh.shapes)
     few = replace(evidence, moves=evidence.moves[:_FIRST_PEAKS], seen=evidence.seen[:_FIRST_PEAKS])
     states = [_state(linear, coarse, few, shapes) for linear in _directions(coarse, evidence)]
     if len(anchors) >= 3 and (known := _anchored(coarse, evidence)) is not None:

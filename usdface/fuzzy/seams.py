@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from usdface.rigs import BlendShape, Mesh
+from usdface.strays import stray_points
 from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["Seams", "find_seams"]
@@ -84,6 +85,7 @@ def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     edges = coo_matrix((np.ones(len(corners)), (corners, following)), shape=(count, count))
     piece = connected_components(edges, directed=False)[1]
     seen = mesh.points[moving]
+    seen = seen[~stray_points(seen)]
     spread = float(np.sqrt(((seen - seen.mean(axis=0)) ** 2).sum(axis=1).mean()))
     return _Skin(mesh.points, normals, piece, spread)
 
