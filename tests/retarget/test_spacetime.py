@@ -33,6 +33,7 @@ BOUNDS = Bounds(
 )
 
 
+@pytest.mark.filterwarnings("ignore:Values in x were outside bounds")  # old SciPy, of its own steps
 @pytest.mark.parametrize("pairs", [np.zeros((0, 2), np.int64), np.array([[0, 2]])])
 def test_scipy_finds_the_same_minimum_within_bounds_and_rows(pairs: np.ndarray) -> None:
     times, normal, right = take(1)

@@ -19,9 +19,10 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
-from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.cluster.hierarchy import linkage
 from scipy.spatial.distance import squareform
 
+from usdface.fuzzy.fit.clusters import clusters
 from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
 from usdface.fuzzy.fit.faces import AMOUNTS, Conditions, Faces
 from usdface.fuzzy.fit.rules import LearnedRule
@@ -230,7 +231,7 @@ def _parts(faces: Faces) -> IntArray:
     np.fill_diagonal(apart, 0.0)
     apart = np.round((apart + apart.T) / 2, _DIGITS)
     tree = linkage(squareform(apart, checks=False), "average")
-    part[moving] = fcluster(tree, _PARTS, "maxclust")
+    part[moving] = clusters(tree, _PARTS)
     return part
 
 

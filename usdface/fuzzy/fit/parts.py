@@ -1,8 +1,9 @@
 """Ways to part an emotion's examples into variants: as they are named, or as they lie together."""
 
 import numpy as np
-from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.cluster.hierarchy import linkage
 
+from usdface.fuzzy.fit.clusters import clusters
 from usdface.fuzzy.fit.examples import Examples
 from usdface.takes import BoolArray
 
@@ -33,7 +34,7 @@ def _partings_of(emotion: str, examples: Examples) -> list[Parting]:
     tree = linkage(np.nan_to_num(scaled), "ward")
     found: list[Parting] = []
     for count in range(1, min(_MOST_PARTS, len(own)) + 1):
-        of = fcluster(tree, count, "maxclust")
+        of = clusters(tree, count)
         parts = [np.isin(np.arange(len(named[0])), own[of == i]) for i in np.unique(of)]
         found.append(sorted(parts, key=lambda part: (-part.sum(), part.argmax())))
     return found
