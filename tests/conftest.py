@@ -1,18 +1,27 @@
 import json
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from usdface.advice import RAISING
 from usdface.cli import main
 from usdface.cli.threads import one_blas_thread
 
 one_blas_thread()  # before numpy is loaded
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def advice_fails_aloud() -> Iterator[None]:
+    """A mistake in what only advises is no finding here."""
+    token = RAISING.set(True)
+    yield
+    RAISING.reset(token)
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.advice import advice
 from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.clean_solve import clean, solve
 from usdface.errors import InputError
@@ -20,12 +21,13 @@ from usdface.retarget.align import Pose
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.pins import bent_to_pins, kept_at_pins
+from usdface.retarget.regions import region_residuals
 from usdface.retarget.shape_model import with_combinations
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
 from usdface.rigs import Mesh
 from usdface.setup import Setup
-from usdface.takes import MarkerTake, WeightsTake, visible
+from usdface.takes import FloatArray, MarkerTake, WeightsTake, visible
 
 __all__ = ["Animated", "animate"]
 
@@ -80,9 +82,10 @@ def animate(stage: Stage, shot: Shot, options: ProcessOptions, steps: Steps) -> 
         others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
         complete = bent_to_pins(others, names, take.times, complete)
         repairs = cleaned.repairs if cleaned else ()
-        solved = Animation(
-            names, complete, solution, {}, repairs, _motion(shot, mesh, solution, options)
-        )
+        motion = _motion(shot, mesh, solution, options)
+        regions, more = _regions(mesh, shot.setup, solution)
+        findings += more
+        solved = Animation(names, complete, solution, {}, repairs, motion, regions=regions)
     if not options.express:
         return _animated(shot, solved, None, findings)
     if shot.system is None or not shot.expressions:
@@ -143,9 +146,9 @@ def _animated(
     details: dict[str, Any] = {}
     if solve.solution is not None:
         mesh = shot.rig.mesh(shot.setup.binding.mesh)
-        free = _free_places(mesh, shot.setup, solve.solution)
+        free, failed = _free_places(mesh, shot.setup, solve.solution)
         report = solve_report(mesh, shot.setup, solve.solution, free.vertices, free.room)
-        findings, details = findings + report.findings, report.details
+        findings, details = findings + report.findings + failed, report.details
         residual = 1000.0 * solve.solution.residual
         summary |= {
             "markers used": len(solve.solution.markers),
@@ -168,13 +171,29 @@ def _animated(
     return Animated(solve, express, shot.take, findings, summary, details)
 
 
-def _free_places(mesh: Mesh, setup: Setup, solution: Solution) -> FreePlaces:
+def _regions(
+    mesh: Mesh, setup: Setup, solution: Solution | None
+) -> tuple[dict[str, FloatArray], list[Finding]]:
+    """Return the residual of each region, for those who look at the result."""
+    if solution is None:
+        return {}, []
+    return advice(
+        "residual of each region", lambda: region_residuals(mesh, setup.binding, solution), {}
+    )
+
+
+def _free_places(mesh: Mesh, setup: Setup, solution: Solution) -> tuple[FreePlaces, list[Finding]]:
     bound = zip(setup.binding.markers, setup.binding.points.tolist(), strict=True)
-    used = [vertex for name, vertex in bound if name in solution.markers]
-    try:
-        return free_places(mesh, np.array(used, dtype=np.int64))
-    except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
-        return FreePlaces(np.zeros(0, dtype=np.int64), 0.0)
+    used = np.array([vertex for name, vertex in bound if name in solution.markers], dtype=np.int64)
+    nowhere = FreePlaces(np.zeros(0, dtype=np.int64), 0.0)
+
+    def found() -> FreePlaces:
+        try:
+            return free_places(mesh, used)
+        except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
+            return nowhere
+
+    return advice("next markers", found, nowhere)
 
 
 def _map_summary(choice: MapChoice) -> dict[str, Any]:

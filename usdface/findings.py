@@ -42,6 +42,10 @@ CODES: dict[str, tuple[Severity, str]] = {
         "a point index is repeated; its offsets add up in UsdSkel",
     ),
     "POINT_INDICES_OUTSIDE": ("error", "a point index is outside the mesh"),
+    "POINT_STRAY": (
+        "warning",
+        "a point lies or is moved far off from all others",
+    ),
     "OFFSETS_LENGTH_WRONG": ("error", "offsets, normals or indices of a shape differ in number"),
     "SHAPE_NAMES_MISMATCH": ("error", "names and targets of blend shapes differ in number"),
     "SHAPE_NAME_REPEATED": ("warning", "two blend shapes of a mesh share one name"),
@@ -127,6 +131,11 @@ CODES: dict[str, tuple[Severity, str]] = {
     "MEANING_DIFFERS": ("warning", "another program computes something else from the file"),
     "CONTACT_KEPT": ("info", "a correction was taken back where lips or lids touch"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
+    # every job
+    "ADVICE_FAILED": (
+        "info",
+        "advice could not be given; the result does not depend on it",
+    ),
 }
 
 

@@ -104,7 +104,7 @@ def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
         If the mesh has no skin.
     """
     skin = skin_of(mesh)
-    useful = np.flatnonzero(skin.level & _shown(mesh)[skin.vertices])
+    useful = np.flatnonzero(skin.level & _shown(skin)[skin.vertices])
     if not len(useful):
         return FreePlaces(np.zeros(0, np.int64), 0.0)
     points = skin.points[useful]
@@ -124,11 +124,11 @@ def _thinned(values: IntArray, most: int) -> IntArray:
     return values[:: max(1, -(-len(values) // most))]
 
 
-def _shown(mesh: Mesh) -> BoolArray:
+def _shown(skin: Skin) -> BoolArray:
     """Return where on the mesh some shape does much of the most that it does: (V,)."""
-    shown = np.zeros(len(mesh.points), dtype=bool)
-    for shape in mesh.shapes:
-        size = np.linalg.norm(shape.offsets, axis=1)
+    shown = np.zeros(len(skin.torn), dtype=bool)
+    for shape in skin.mesh.shapes:
+        size = np.where(skin.torn[shape.indices], 0.0, np.linalg.norm(shape.offsets, axis=1))
         shown[shape.indices[size >= max(_SHOWS * size.max(initial=0.0), 1e-12)]] = True
     return shown
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from usdface.advice import advice
 from usdface.binding.confidence import confidence
 from usdface.binding.domain import Domain
 from usdface.binding.evidence import Evidence
@@ -123,7 +124,12 @@ def propose(
             neutral = resting[int(left.argmin())]
         setup = replace(setup, neutral=neutral)
     places = _one_each(domain, evidence, answers[0])
-    sure = np.round(confidence(skin, domain, evidence, answers, places), 3)
+    sure, failed = advice(
+        "confidence of the proposed places",
+        lambda: np.round(confidence(skin, domain, evidence, answers, places), 3),
+        np.full(len(places), np.nan),
+    )
+    findings += failed
     off = _off_the_face(domain, evidence, answers[0])
     findings += [
         finding("MARKER_OFF_FACE", names[i], "it lies off the face and is left out")

@@ -31,6 +31,8 @@ _TORN = 5.0
 _CELLS, _MOST_CELLS = 120, 480
 # Samples of triangles in a depth image: of larger ones fewer are taken before there are more.
 _SAMPLES, _AT_ONCE, _FINEST = 2_000_000, 200_000, 6
+# Distances along the surface that are held at once.
+_DISTANCES = 20_000_000
 # From where the face is looked at: yaw and pitch [degrees]; first those on its own height.
 _VIEWS = ((0, 0), (-50, 0), (50, 0), (0, 45), (0, -45))
 _LEVEL = 3
@@ -52,6 +54,8 @@ class Skin:
         Outwards, of length 1.
     level : (N,) bool
         What is seen from the height of the face, and not from below or above alone.
+    torn : (V,) bool
+        Vertices of the mesh that some shape tears off the surface.
     graph : (V, V) sparse float64 [m]
         Lengths of the edges and diagonals of the mesh's faces.
     """
@@ -62,6 +66,7 @@ class Skin:
     moving: BoolArray
     normals: FloatArray
     level: BoolArray
+    torn: BoolArray
     graph: csr_array
 
     def offsets(self, places: IntArray) -> FloatArray:
@@ -74,8 +79,14 @@ class Skin:
         Infinite beyond `limit`.
         """
         unique, back = np.unique(vertices, return_inverse=True)
-        far: FloatArray = dijkstra(self.graph, directed=False, indices=unique, limit=limit)
-        return far[back][:, self.vertices]
+        some = max(1, _DISTANCES // self.graph.shape[0])  # dijkstra fills in all of the mesh
+        far = [
+            dijkstra(self.graph, directed=False, indices=unique[k : k + some], limit=limit)[
+                :, self.vertices
+            ]
+            for k in range(0, len(unique), some)
+        ]
+        return np.asarray(np.concatenate(far)[back])
 
 
 def skin_of(mesh: Mesh) -> Skin:
@@ -122,6 +133,7 @@ def skin_of(mesh: Mesh) -> Skin:
         moving[vertices],
         normals[vertices],
         np.asarray(views[:_LEVEL, vertices].any(axis=0)),
+        torn,
         graph,
     )
 

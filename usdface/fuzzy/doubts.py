@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from usdface.advice import advice
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import fires_at_neutral
 from usdface.fuzzy.membership import membership, places
@@ -12,8 +13,9 @@ from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["rule_findings"]
 
-# A condition with more alternatives than this is taken to hold somewhere.
-_ALTERNATIVES = 256
+# A condition with more alternatives than this is taken to hold somewhere, as is one of parts that
+# would have to be put together in more ways.
+_ALTERNATIVES, _PAIRS = 256, 4096
 _SAMPLES = 1001
 
 
@@ -21,8 +23,14 @@ def rule_findings(system: FuzzySystem) -> list[Finding]:
     """Return what is doubtful: rules that fire at neutral, never, or against one another, gaps.
 
     RULE_FIRES_AT_NEUTRAL, RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED
-    (only inputs that have a range).
+    (only inputs that have a range); ADVICE_FAILED where that cannot be said.
     """
+    nothing: list[Finding] = []
+    found, failed = advice("fuzzy rules", lambda: _doubtful(system), nothing)
+    return found + failed
+
+
+def _doubtful(system: FuzzySystem) -> list[Finding]:
     neutral = [
         finding(
             "RULE_FIRES_AT_NEUTRAL",
@@ -78,6 +86,9 @@ def _alternatives(
         return ways if len(ways) <= _ALTERNATIVES else [{}]
     ways = [{}]
     for part in parts:
+        if len(ways) * len(part) > _PAIRS:
+            ways = [{}]
+            continue
         joined = [_together(a, b) for a in ways for b in part]
         ways = [way for way in joined if all(at.any() for at in way.values())]
         ways = ways if len(ways) <= _ALTERNATIVES else [{}]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.advice import RAISING
 from usdface.certificate.certificate import Certificate
 from usdface.certificate.compare import EvaluatedMesh, certify, paired, some_frames
 from usdface.certificate.joined import joined
@@ -54,7 +55,9 @@ def certified(
     try:
         with usd_errors(stage.GetRootLayer().realPath):
             certificate = _certificate(stage, gltf, exported, every_frame, clip)
-    except _UNKNOWN as error:
+    except Exception as error:  # of any kind: what was written does not depend on it
+        if RAISING.get() and not isinstance(error, _UNKNOWN):
+            raise
         message = f"not compared with its source: {one_line(str(error))}"
         return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message)]
     where = gltf.name if exported else Path(stage.GetRootLayer().realPath).name

@@ -94,7 +94,11 @@ def apply(
     with steps("write"):
         solve = solved.solve
         final = replace(
-            solved.final, solution=solve.solution, repairs=solve.repairs, motion=solve.motion
+            solved.final,
+            solution=solve.solution,
+            repairs=solve.repairs,
+            motion=solve.motion,
+            regions=solve.regions,
         )
         apply_animation(stage, shot, final)
     return Outcome(

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.advice import advice
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.noise import MOST
@@ -34,6 +35,8 @@ def solve_report(
 ) -> SolveReport:
     """Say how far markers are from the solved face, and how far its weights can be off.
 
+    What of this cannot be said is left out: ADVICE_FAILED.
+
     Parameters
     ----------
     mesh : Mesh
@@ -44,6 +47,36 @@ def solve_report(
         Vertices where more markers could be glued, so far apart as
     room : float [m]
     """
+    nothing = SolveReport({}, {}, [])
+    off, failed = advice("residual", lambda: _residuals(mesh, setup, solution), nothing)
+    sure, more = advice(
+        "confidence", lambda: _certainty(mesh, setup, solution, free, room), nothing
+    )
+    return SolveReport(
+        off.summary | sure.summary,
+        off.details | sure.details,
+        [*off.findings, *sure.findings, *failed, *more],
+    )
+
+
+def _residuals(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
+    regions = region_errors(mesh, setup.binding, solution)
+    summary = {
+        "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items())
+    }
+    details = {
+        "residual": {
+            "markers mm": _of_markers(solution),
+            "regions mm": regions,
+            "frames mm": np.round(1000.0 * solution.residual, 3).tolist(),
+        }
+    }
+    return SolveReport(summary, details, [])
+
+
+def _certainty(
+    mesh: Mesh, setup: Setup, solution: Solution, free: IntArray, room: float
+) -> SolveReport:
     vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     bound = np.array([vertex[name] for name in solution.markers])
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
@@ -54,22 +87,15 @@ def solve_report(
     unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
     wanted = [int(places[place]) for place in sure.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
-    regions = region_errors(mesh, setup.binding, solution)
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
     named = dict(zip(there.tolist(), place_names(mesh, there, setup.binding), strict=True))
-    summary = {
-        "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items()),
+    summary: dict[str, Any] = {
         "weights, standard deviation": round(float(np.median(deviations)), 3),
         "least sure": ", ".join(f"{names[s]} {deviations[s]:.2f}" for s in least),
     }
     if wanted:
         summary["next markers"] = "; ".join(named[vertex] for vertex in wanted)
     details = {
-        "residual": {
-            "markers mm": _of_markers(solution),
-            "regions mm": regions,
-            "frames mm": np.round(1000.0 * solution.residual, 3).tolist(),
-        },
         "confidence": {
             "standard deviation": {
                 name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)

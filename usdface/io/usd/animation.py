@@ -1,6 +1,6 @@
 """What a layer of ours holds: weights, head motion, emotions, authored as overs."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdSkel, Vt
@@ -15,7 +15,6 @@ from usdface.io.usd.stage import (
 )
 from usdface.retarget.align import Pose
 from usdface.retarget.head_joint import matrices_of
-from usdface.retarget.regions import region_residuals
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
 from usdface.takes import FloatArray
@@ -40,6 +39,8 @@ class Animation:
         Emotion curves, for the express layer.
     firing : (F, R) float64 or None
         How far each rule fires, for the express layer.
+    regions : mapping of str to (F,) float64 [m]
+        The residual of each region of the face, for the solve layer.
     repairs : tuple of Repair
         What was cleaned before the solve, for the solve layer.
     motion : Pose or None
@@ -53,6 +54,7 @@ class Animation:
     repairs: tuple[Repair, ...] = ()
     motion: Pose | None = None
     firing: FloatArray | None = None
+    regions: dict[str, FloatArray] = field(default_factory=dict)
 
 
 def complete_weights(
@@ -124,7 +126,7 @@ def author(
         rows = animation.weights.astype(np.float32)
         _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
         if animation.solution is not None:
-            _author_solution(layer, shot, animation.solution)
+            _author_solution(layer, shot, animation.solution, animation.regions)
         if animation.motion is not None and prims.head is not None:
             author_head(
                 layer,
@@ -192,14 +194,15 @@ def _floats(values: FloatArray) -> list[float]:
     return [float(v) for v in values.astype(np.float32)]
 
 
-def _author_solution(layer: Sdf.Layer, shot: Shot, solution: Solution) -> None:
+def _author_solution(
+    layer: Sdf.Layer, shot: Shot, solution: Solution, regions: dict[str, FloatArray]
+) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     codes = shot.codes.tolist()
     unit = shot.metrics.meters_per_unit
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
     _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
-    mesh, binding = shot.rig.mesh(shot.setup.binding.mesh), shot.setup.binding
-    for region, curve in region_residuals(mesh, binding, solution).items():
+    for region, curve in regions.items():
         name = tokens.RESIDUAL_PREFIX + region
         _attribute(prim, name, Sdf.ValueTypeNames.Float)
         _samples(layer, prim, name, codes, _floats(curve / unit))
