@@ -1,23 +1,24 @@
 """Print the lowest versions that pyproject.toml states, as constraints for pip.
 
-Of what the package needs and of the extras that users install; the tools of the tests are none of
-theirs. A requirement is ``name>=version`` with a version that is published: pip takes ``==`` by
-the word.
+Of the dependencies and of the extras that users install, not of the tools of the tests. A
+requirement is ``name>=version``, with or without an environment marker; the version is a published
+one, because pip takes ``==`` literally.
 """
 
 import re
 import tomllib
 from pathlib import Path
 
-EXTRAS = ("compression", "fast", "plot")
+EXTRAS = ("compression", "plot")
 
 
 def lowest(requirement: str) -> str:
-    """Return ``name==version`` for ``name>=version``."""
-    found = re.fullmatch(r"([\w.-]+)>=([\w.]+)", requirement)
+    """Return ``name==version; marker`` for ``name>=version; marker``."""
+    needed, *marker = requirement.split(";")
+    found = re.fullmatch(r"([\w.-]+)>=([\w.]+)", needed.strip())
     if not found:
         raise SystemExit(f"pyproject.toml: {requirement!r} states no lowest version alone")
-    return "{}=={}".format(*found.groups())
+    return ";".join(["{}=={}".format(*found.groups()), *marker])
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ binding that a person made for the tests. See README.md.
 """
 
 import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -17,14 +18,15 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 from stylised import bent
 
-from usdface.binding.bound import shown_at_rest
-from usdface.binding.propose import neutral_frames, propose
-from usdface.binding.skin import skin_of
+from usdface.binding.face_surface import face_surface
+from usdface.binding.neutral_frames import neutral_frames
+from usdface.binding.propose import propose
+from usdface.binding.resolve_binding import neutral_weights
 from usdface.errors import InputError
 from usdface.io.takes.files import read_take
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.setup import Binding, Setup
 from usdface.takes import FloatArray, IntArray, MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -35,6 +37,8 @@ from faces import Face, make_face  # noqa: E402
 
 KINDS = ("ict68", "ict41", "makehuman", "example")
 SEEDS, ANCHORS = (11, 12), (0, 3, 6)
+MEASURED = {"ict41": 0, "makehuman": 3, "example": 0}  # for figures(): how many are given
+FAR = 0.030  # m, beyond which a vertex is simply wrong
 REST = 10  # frames at the start in which the weights are 0
 
 
@@ -109,10 +113,10 @@ def recorded(name: str) -> Case:
 def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
     """Return for each marker: distance along the skin and straight, wrong side; inf if unbound."""
     place = dict(zip(binding.markers, binding.points.tolist(), strict=True))
-    points, skin = case.mesh.points, skin_of(case.mesh)
+    points, skin = case.mesh.points, face_surface(case.mesh)
     found = np.array([place.get(name, -1) for name in case.take.names])
     column = np.searchsorted(skin.vertices, found).clip(max=len(skin.vertices) - 1)
-    along = skin.reach(case.truth)[np.arange(len(found)), column]
+    along = skin.distances(case.truth)[np.arange(len(found)), column]
     straight = np.linalg.norm(points[found] - points[case.truth], axis=1)
     across = points[found, 0] * np.sign(points[case.truth, 0]) < -0.002
     side = across & (np.abs(points[case.truth, 0]) > 0.004)
@@ -126,13 +130,55 @@ def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
     }
 
 
-def weight_error(case: Case, setup: Setup) -> float:
+def weight_error(case: Case, setup: RetargetSetup) -> float:
     points = setup.binding.points
     offsets = case.mesh.offsets_at(points)
     solution, _ = solve_take(
         case.take, case.mesh.points[points], offsets, case.mesh.shape_names, setup
     )
     return float(np.sqrt(np.mean((solution.weights.weights - case.weights) ** 2)))
+
+
+def figures() -> dict[str, float]:
+    """Return how good proposals are on four takes, for `benchmarks/sensitivity.py`."""
+    simulations = [(simulated(kind, SEEDS[0]), count) for kind, count in MEASURED.items()]
+    return proposal_figures([*simulations, (recorded("Jaw"), 3)])
+
+
+def example_figures() -> dict[str, float]:
+    """Return the same of one take, on the example's head with three markers given: seconds."""
+    return proposal_figures([(simulated("example", SEEDS[0]), 3)])
+
+
+def proposal_figures(cases: Sequence[tuple[Case, int]]) -> dict[str, float]:
+    """Return errors of proposals for takes of which so many markers are given."""
+    found, right = [], []
+    for case, count in cases:
+        order = np.random.default_rng(5).permutation(len(case.truth))
+        there = np.isin(case.truth[order], face_surface(case.mesh).vertices)
+        chosen = order[there][:count]
+        given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
+        setup = RetargetSetup(given, neutral=neutral_frames(case.take))
+        off = errors(case, propose(case.take, case.mesh, setup).setup.binding)
+        rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
+        found.append(1000 * off["along"][rest].clip(max=FAR))
+        right.append(np.stack([off["sure"][rest], off["along"][rest] < 0.010]))
+    sure, near = np.concatenate(right, axis=1)
+    return {
+        "off mm": float(np.mean([each.mean() for each in found])),
+        "within 10 mm %": 100 * float(np.mean([each[1].mean() for each in right])),
+        # Mean squared difference of confidence and truth (Brier 1950).
+        "Brier": float(np.mean((sure - near) ** 2)),
+    }
+
+
+def anchor_figures() -> dict[str, float]:
+    """Return both mistakes of the check of given vertices, for `benchmarks/sensitivity.py`."""
+    cases = [one for kind in ("ict41", "example") for one in checked_anchors(kind, (3, 6))]
+    return {
+        "wrong and doubted %": 100 * float(np.mean([wrong for _, wrong, _ in cases])),
+        "right and doubted": float(sum(right for _, _, right in cases)),
+    }
 
 
 def rests() -> None:
@@ -143,9 +189,9 @@ def rests() -> None:
     for kind in KINDS:
         for seed, count in ((11, 0), (11, 8), (12, 12)):
             case = simulated(kind, seed, count)
-            setup = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
+            setup = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
             true = dict(zip(case.mesh.shape_names, case.weights[0].tolist(), strict=True))
-            found = shown_at_rest(case.take, case.mesh, setup)
+            found = neutral_weights(case.take, case.mesh, setup)
             errors = [
                 weight_error(case, replace(setup, neutral_weights=weights))
                 for weights in ({}, found, true)
@@ -154,28 +200,37 @@ def rests() -> None:
     Console(width=130).print(table)
 
 
+def checked_anchors(kind: str, counts: Sequence[int]) -> Iterator[tuple[int, bool, int]]:
+    """Yield how many vertices are given, if the wrong one is doubted, and how many right ones.
+
+    The wrong one is 30 to 60 mm away along the surface.
+    """
+    case = simulated(kind, SEEDS[0])
+    skin, rng = face_surface(case.mesh), np.random.default_rng(1)
+    there = np.flatnonzero(np.isin(case.truth, skin.vertices))
+    for count in counts:
+        chosen = rng.choice(there, count, replace=False)
+        points, names = case.truth[chosen], [case.take.names[i] for i in chosen]
+        far = skin.distances(points[:1])[0]
+        places = points.copy()
+        places[0] = skin.vertices[rng.choice(np.flatnonzero((far > 0.03) & (far < 0.06)))]
+        doubted = []
+        for given in (places, points):
+            setup = RetargetSetup(Binding(tuple(names), given), neutral=neutral_frames(case.take))
+            found = propose(case.take, case.mesh, setup).doubted
+            doubted.append([name for name, _ in found])
+        right = len(doubted[1]) + len(set(doubted[0]) - {names[0]})
+        yield count, names[0] in doubted[0], right
+
+
 def wrong_given() -> None:
-    """Is a given place that is wrong by 30 to 60 mm along the skin doubted, and no other?"""
-    table = Table(title="given places")
+    """Is a given vertex that is wrong doubted, and no other?"""
+    table = Table(title="given vertices")
     for column in ("take", "given", "wrong doubted", "right doubted"):
         table.add_column(column, justify="right")
     for kind in KINDS:
-        case = simulated(kind, SEEDS[0])
-        skin, rng = skin_of(case.mesh), np.random.default_rng(1)
-        there = np.flatnonzero(np.isin(case.truth, skin.vertices))
-        for count in (1, 3, 6):
-            chosen = rng.choice(there, count, replace=False)
-            points, names = case.truth[chosen], [case.take.names[i] for i in chosen]
-            far = skin.reach(points[:1])[0]
-            places = points.copy()
-            places[0] = skin.vertices[rng.choice(np.flatnonzero((far > 0.03) & (far < 0.06)))]
-            doubted = []
-            for given in (places, points):
-                setup = Setup(Binding(tuple(names), given), neutral=neutral_frames(case.take))
-                _, findings = propose(case.take, case.mesh, setup)
-                doubted.append([f.where for f in findings if f.code == "PLACE_DOUBTED"])
-            right = len(doubted[1]) + len(set(doubted[0]) - {names[0]})
-            table.add_row(case.name, str(count), str(names[0] in doubted[0]), str(right))
+        for count, wrong, right in checked_anchors(kind, (1, 3, 6)):
+            table.add_row(f"{kind} {SEEDS[0]}", str(count), str(wrong), str(right))
     Console(width=130).print(table)
 
 
@@ -184,9 +239,9 @@ def named_neutral() -> None:
     table = Table(title="proposed places, neutral frames named")
     for column in ("take", "5 mm", "10 mm", "of those that move 3 mm", "confidence"):
         table.add_column(column, justify="right")
-    nothing = Setup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, REST - 1))
+    nothing = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, REST - 1))
     for case in (simulated(kind, seed) for kind in KINDS for seed in SEEDS):
-        found = errors(case, propose(case.take, case.mesh, nothing)[0].binding)
+        found = errors(case, propose(case.take, case.mesh, nothing).setup.binding)
         near, close = found["along"] < 0.010, found["along"] < 0.005
         moved = np.linalg.norm(case.mesh.offsets_at(case.truth), axis=2).max(axis=0) > 0.003
         shares = (close.mean(), near.mean(), near[moved].mean())
@@ -204,13 +259,14 @@ def main() -> None:
     cases = [simulated(kind, seed) for kind in KINDS for seed in SEEDS]
     for case in (*cases, recorded("Jaw"), recorded("Eyebrows")):
         order = np.random.default_rng(5).permutation(len(case.truth))
-        skin = set(skin_of(case.mesh).vertices.tolist())
+        skin = set(face_surface(case.mesh).vertices.tolist())
         order = [i for i in order if int(case.truth[i]) in skin]
         for count in ANCHORS:
             chosen = order[:count]
             given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
             neutral = neutral_frames(case.take)
-            proposal, _ = propose(case.take, case.mesh, Setup(given, neutral=neutral))
+            setup = RetargetSetup(given, neutral=neutral)
+            proposal = propose(case.take, case.mesh, setup).setup
             found = errors(case, proposal.binding)
             rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
             near = found["along"][rest] < 0.010
@@ -219,9 +275,9 @@ def main() -> None:
             row += [f"{100 * near.mean():.0f} %", str(found["side"].sum()), str(found["lip"].sum())]
             row += [f"{found['sure'][rest].mean():.2f}"]
             if case.weights is not None:
-                true = Setup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
+                true = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
                 at_rest = replace(proposal, neutral=true.neutral)
-                shown = shown_at_rest(case.take, case.mesh, proposal)
+                shown = neutral_weights(case.take, case.mesh, proposal)
                 less = replace(proposal, neutral_weights=shown)
                 row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal, less)]
             table.add_row(case.name, str(count), *row)

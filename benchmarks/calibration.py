@@ -16,8 +16,8 @@ from rich.table import Table
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 from benchmarks.solve.faces import Face, bent, ict  # noqa: E402
-from usdface.clean_solve import calibrate, retarget  # noqa: E402
-from usdface.setup import Binding, Calibration, Setup  # noqa: E402
+from usdface.retarget_setup import Binding, Calibration, RetargetSetup  # noqa: E402
+from usdface.retarget_take import calibrate, retarget  # noqa: E402
 from usdface.takes import FloatArray, MarkerTake  # noqa: E402
 
 SHARED = ROOT.parent / "shared" / "data"
@@ -53,7 +53,7 @@ def rms(values: FloatArray) -> float:
 def main() -> None:
     face = ict(SHARED)
     names, curves = face.mesh.shape_names, face.curves.clip(0, 1)
-    setup = Setup(
+    setup = RetargetSetup(
         Binding(face.names, face.points),
         head="stabilised",
         neutral=(0, REST - 1),
@@ -87,7 +87,7 @@ def main() -> None:
             for name, (weights, extremes) in trained.items():
                 take = performance(face, performer, gains, weights, 50 + seed)
                 found, _ = calibrate(take, setup, face.mesh, extremes)
-                off = found.calibration.gains - gains
+                off = found.calibration.amplitudes - gains
                 known = [names.index(shape) for shape in found.known]
                 of_known = rms(off[known]) if known else np.nan
                 errors = before, error(found.calibration), exact

@@ -26,21 +26,23 @@ from makehuman_face import (  # noqa: E402
     published_expressions,
 )
 
-from usdface.clean_solve import retarget  # noqa: E402
-from usdface.fuzzy.fit.examples import NO_EMOTION, Examples  # noqa: E402
-from usdface.fuzzy.fit.learned import answers, fit_system, heard  # noqa: E402
-from usdface.fuzzy.fit.separation import separations  # noqa: E402
-from usdface.fuzzy.fit.validation import Validation, cross_validate  # noqa: E402
+from usdface.correction.feature_extraction import features  # noqa: E402
+from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
 from usdface.fuzzy.inference import evaluate  # noqa: E402
 from usdface.fuzzy.system import FuzzySystem  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
-from usdface.learning.labelled import Face, examples_of  # noqa: E402
-from usdface.learning.labels import NEUTRAL, NOTHING, Label  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
-from usdface.outcome import Steps  # noqa: E402
-from usdface.reading import features  # noqa: E402
-from usdface.setup import Binding, Setup  # noqa: E402
+from usdface.progress import Progress  # noqa: E402
+from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
+from usdface.retarget_take import retarget  # noqa: E402
+from usdface.rule_design.marker_roles import known_roles  # noqa: E402
+from usdface.rule_learning.cross_validation import Validation, cross_validate  # noqa: E402
+from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
+from usdface.rule_learning.labelled_takes import examples_of  # noqa: E402
+from usdface.rule_learning.labels import NEUTRAL, NOTHING, Label  # noqa: E402
+from usdface.rule_learning.learned_system import answers, fit_system, heard  # noqa: E402
+from usdface.rule_learning.separation import separations  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
 RATE, NOISE, PERFORMERS = 60.0, 0.0003, 6
@@ -79,10 +81,10 @@ def shown(emotions: tuple[str, ...], opened: bool) -> Iterator[tuple[str, str, d
 
 @cache
 def performed(
-    body: Posable, face: Face, emotions: tuple[str, ...], opened: bool
+    body: Posable, face: BoundFace, emotions: tuple[str, ...], opened: bool
 ) -> tuple[dict[Path, MarkerTake], list[Label]]:
     """Record performers who show everything once: unit poses scatter, intensities too."""
-    at = face.setup.binding.points
+    at = face.vertices
     takes, labels = {}, []
     ease = np.concatenate([np.linspace(0, 1, RISE), np.ones(HOLD), np.linspace(1, 0, RISE)])
     marked = replace(body, points=body.points[at], weights=body.weights[at])
@@ -101,16 +103,17 @@ def performed(
         positions = np.concatenate(parts)
         positions = positions + NOISE * rng.standard_normal(positions.shape)
         times = np.arange(len(positions)) / RATE
-        takes[path] = MarkerTake(face.setup.binding.markers, times, positions, RATE)
+        takes[path] = MarkerTake(face.markers, times, positions, RATE)
     return takes, labels
 
 
 def examples(
-    body: Posable, face: Face, emotions: tuple[str, ...], opened: bool, space: FeatureSpace
+    body: Posable, face: BoundFace, emotions: tuple[str, ...], opened: bool, space: FeatureSpace
 ) -> Examples:
     takes, labels = performed(body, face, emotions, opened)
     options = FitOptions(space=space)
-    found, _ = examples_of(labels, face, lambda p: (takes[p], []), options, Steps())
+    read = {"read": lambda p: (takes[p], []), "options": options, "progress": Progress()}
+    found, _ = examples_of(labels, face, setup_of(face), **read)
     return found.examples
 
 
@@ -136,7 +139,7 @@ def rules_and_hints(system: FuzzySystem) -> str:
     return f"{len(system.rules) - hints} + {hints}"
 
 
-def summary(bodies: dict[str, tuple[Posable, Face]]) -> Table:
+def summary(bodies: dict[str, tuple[Posable, BoundFace]]) -> Table:
     table = Table(title=f"Held-out expressions heard right; {PERFORMERS} performers, 0.3 mm noise")
     for column in ("emotions", "markers", "space", "rules + hints; most conditions"):
         table.add_column(column)
@@ -175,7 +178,7 @@ def confusion(found: Validation, title: str) -> Table:
     return table
 
 
-def opened_mouth(body: Posable, face: Face) -> Table:
+def opened_mouth(body: Posable, face: BoundFace) -> Table:
     """Fit with closed mouths or with both, and hear the same with the mouth open, elsewhere."""
     data = examples(body, face, SIX, True, "character")
     is_open = np.array([variant.endswith("_open") for variant in data.variants])
@@ -195,15 +198,21 @@ def opened_mouth(body: Posable, face: Face) -> Table:
     return table
 
 
-def jitter(data: Examples, face: Face) -> str:
+def setup_of(face: BoundFace) -> RetargetSetup:
+    """Return how takes are retargeted onto a face."""
+    return RetargetSetup(Binding(face.markers, face.vertices), nose_tip=face.nose_tip)
+
+
+def jitter(data: Examples, face: BoundFace) -> str:
     """Say what half a minute of noisy markers at rest is heard as, through the solve."""
     system, _ = fit_system(data)
     rng = np.random.default_rng(99)
     at_rest = face.neutral + NOISE * rng.standard_normal((1800, *face.neutral.shape))
-    take = MarkerTake(face.setup.binding.markers, np.arange(1800) / RATE, at_rest, RATE)
-    setup = replace(face.setup, neutral=(0, REST), roles=face.roles)
-    cleaned, weights, solution, _ = retarget(take, setup, face.mesh, face.shape_names)
-    read = features(system, cleaned, face.mesh, setup, weights, solution)
+    take = MarkerTake(face.markers, np.arange(1800) / RATE, at_rest, RATE)
+    face = replace(face, roles=known_roles(face.markers, face.roles))
+    setup = replace(setup_of(face), neutral=(0, REST))
+    cleaned, weights, solution, _ = retarget(take, face, setup)
+    read = features(system, face, cleaned, weights=weights, solution=solution)
     outputs = evaluate(system, read).outputs
     return (
         f"noisy markers at rest: every emotion at most {outputs.mean(axis=0).max():.4f} in the "
@@ -224,8 +233,8 @@ def main() -> None:
         ("41", optical.binding.markers, optical.binding.points, optical.nose_tip),
     ):
         points = landmarks_on(body, SHARED, vertices)
-        setup = Setup(Binding(names, points), nose_tip=nose)
-        bodies[title] = body, Face(mesh, mesh.shape_names, setup)
+        setup = RetargetSetup(Binding(names, points), nose_tip=nose)
+        bodies[title] = body, bound_face(mesh, setup)
     console.print(summary(bodies))
     for title, emotions in (("six", SIX), ("twelve", tuple(EMOTIONS))):
         data = examples(*bodies["68"], emotions, False, "character")

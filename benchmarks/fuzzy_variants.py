@@ -19,13 +19,18 @@ sys.path.insert(0, str(ROOT / "tests"))
 from fuzzy_fit import emotions_only, nearest_mean, rules_and_hints  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
-from usdface.fuzzy.fit.examples import NO_EMOTION, Examples  # noqa: E402
-from usdface.fuzzy.fit.learned import fit_system  # noqa: E402
-from usdface.fuzzy.fit.validation import cross_validate  # noqa: E402
-from usdface.fuzzy.naming import direction_words, marker_variables  # noqa: E402
-from usdface.fuzzy.selection import single_movements  # noqa: E402
-from usdface.learning.labelled import Face, feature_noise, pose_features  # noqa: E402
-from usdface.setup import Binding, Setup  # noqa: E402
+from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
+from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
+from usdface.rule_design.feature_selection import single_movements  # noqa: E402
+from usdface.rule_design.marker_roles import (  # noqa: E402
+    direction_words,
+    known_roles,
+    marker_variables,
+)
+from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
+from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
+from usdface.rule_learning.labelled_takes import feature_noise, pose_features  # noqa: E402
+from usdface.rule_learning.learned_system import fit_system  # noqa: E402
 
 PERFORMERS = 6
 # Of the markers' noise what smoothing leaves.
@@ -65,14 +70,14 @@ UNITS: dict[int, tuple[str, ...]] = {
 STRENGTH = {26: 0.45}
 
 
-def world(seed: int, face: Face) -> Examples:
+def world(seed: int, face: BoundFace) -> Examples:
     """Return what six performers show of the variants that the seed draws."""
     rng = np.random.default_rng(1000 + seed)
     drawn = {
         emotion: [known[i] for i in sorted(rng.permutation(len(known))[: rng.integers(2, 4)])]
         for emotion, known in VARIANTS.items()
     }
-    index = {name: i for i, name in enumerate(face.mesh.shape_names)}
+    index = {name: i for i, name in enumerate(face.shape_names)}
     weights: list[np.ndarray] = []
     labels: list[tuple[str, str, str]] = []
 
@@ -97,7 +102,7 @@ def world(seed: int, face: Face) -> Examples:
         for speech in SPEECH:
             spoken = {name: weight * rng.uniform(0.7, 1.3) for name, weight in speech.items()}
             show(spoken, NO_EMOTION, "speech", performer)
-    variables = marker_variables(face.roles, "signed")
+    variables = marker_variables(known_roles(face.markers, face.roles), "signed")
     noise = feature_noise(face, "take")
     features = pose_features(np.array(weights), face, variables)
     features = features + NOISE * noise * rng.standard_normal(features.shape)
@@ -111,7 +116,7 @@ def world(seed: int, face: Face) -> Examples:
         recordings,
         np.ones(len(labels)),
         noise,
-        pose_features(single_movements(face.mesh.shape_names), face, variables),
+        pose_features(single_movements(face.shape_names), face, variables),
     )
 
 
@@ -138,8 +143,8 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, nargs="*", default=[0, 1, 2, 3])
     mesh, marks = ict_mesh(SHARED), landmarks(SHARED)
     names = tuple(f"landmark_{i}" for i in range(len(marks)))
-    setup = Setup(Binding(names, marks), nose_tip="landmark_30")
-    face = Face(mesh, mesh.shape_names, setup)
+    setup = RetargetSetup(Binding(names, marks), nose_tip="landmark_30")
+    face = bound_face(mesh, setup)
     for seed in parser.parse_args().worlds:
         data = world(seed, face)
         system, _ = fit_system(data)

@@ -21,11 +21,11 @@ from rich.console import Console
 from rich.table import Table
 
 from usdface.clips import Clip
-from usdface.io.certified import certified
+from usdface.face.shape_names import rename_weights
+from usdface.io.compare_conversion import certify_conversion
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
-from usdface.retarget.names import rename_weights
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 
@@ -80,7 +80,7 @@ def blender(source: Path, result: Path) -> list[object]:
 
 def off(stage: Path, file: Path) -> tuple[str, str]:
     """Return the largest vertex error [mm] and weight error, against the glTF's source."""
-    certificate, _ = certified(open_stage(stage), file, exported=True, every_frame=False)
+    certificate, _ = certify_conversion(open_stage(stage), file, exported=True, every_frame=False)
     if certificate is None:
         return "?", "?"
     weight = max(certificate.weights.values(), default=float("nan"))

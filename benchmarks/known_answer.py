@@ -15,11 +15,11 @@ from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
-from usdface.retarget.box import solve_box
-from usdface.retarget.names import rename_weights
-from usdface.retarget.transfer import solve_take
-from usdface.setup import Binding, Setup
+from usdface.retarget.bounded_least_squares import solve_bounded
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import FloatArray, MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -65,10 +65,10 @@ def main() -> None:
     for noise in (0.0, 1e-4, 3e-4, 1e-3):
         jitter = noise * rng.standard_normal(face.shape)
         seen = (face + jitter - neutral).reshape(len(truth), -1)
-        exact = rms(solve_box(flat @ flat.T, seen @ flat.T) - truth)
+        exact = rms(solve_bounded(flat @ flat.T, seen @ flat.T) - truth)
         for head in ("stabilised", "solve"):
             positions = (moved(times, face) if head == "solve" else face) + jitter
-            setup = Setup(Binding(names, points), head=head, neutral=None)
+            setup = RetargetSetup(Binding(names, points), head=head, neutral=None)
             take = MarkerTake(names, times, positions, recorded.rate)
             begin = time.perf_counter()
             solution, _ = solve_take(take, neutral, offsets, mesh.shape_names, setup)

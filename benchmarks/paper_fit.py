@@ -14,11 +14,12 @@ from rich.table import Table
 from scipy.optimize import differential_evolution, minimize
 
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.paper import MEDIUM, paper_system, published_table, three_terms
 from usdface.fuzzy.system import FuzzySystem, Normalisation
+from usdface.papers import fuzzy_table
+from usdface.rule_design.paper_system import MEDIUM, paper_system, published_cases, three_terms
 
-TABLE = published_table()
-LOW, HIGH = TABLE.inputs.min(axis=0), TABLE.inputs.max(axis=0)
+TABLE, INPUTS = fuzzy_table(), published_cases().inputs
+LOW, HIGH = INPUTS.min(axis=0), INPUTS.max(axis=0)
 
 
 def with_medium(system: FuzzySystem, medium: np.ndarray) -> FuzzySystem:
@@ -32,7 +33,7 @@ def with_medium(system: FuzzySystem, medium: np.ndarray) -> FuzzySystem:
 
 def off(medium: np.ndarray, system: FuzzySystem) -> tuple[float, float]:
     """Return RMS and largest difference to the legible outputs."""
-    outputs = evaluate(with_medium(system, medium), TABLE.inputs).outputs
+    outputs = evaluate(with_medium(system, medium), INPUTS).outputs
     difference = outputs - TABLE.published
     return float(np.sqrt(np.nanmean(difference**2))), float(np.nanmax(np.abs(difference)))
 

@@ -19,10 +19,10 @@ from statistics import median
 import numpy as np
 
 from usdface.cli import main as usdface
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.take import write_take
-from usdface.retarget.names import rename_weights
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -154,6 +154,21 @@ def stages(shot: Path, folder: Path, runs: int) -> None:
     print(f"{'peak memory, with --gltf':<36} {peak:7.0f} MB")
 
 
+def compiled(shot: Path, runs: int) -> None:
+    """Print the processor time as installed, and where numba is absent, in turns."""
+    doors = {"as installed": "", "without numba": "sys.modules['numba'] = None"}
+    call = "import sys; {}; from usdface.cli import main; sys.exit(main(sys.argv[1:]))"
+    done: dict[str, list[float]] = {name: [] for name in doors}
+    for _ in range(runs):
+        for name, code in doors.items():
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            child("-c", call.format(code), "process", shot, "--format", "json")
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            done[name].append(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime)
+    for name, seconds in done.items():
+        print(f"{name:<36} {median(seconds):7.2f} s CPU")
+
+
 def sizes(folder: Path, counts: list[int], runs: int) -> None:
     """Print how time and memory grow with the take."""
     print(f"\n{'frames':>7} {'whole s':>8} {'solve s':>8} {'peak MB':>8}")
@@ -179,5 +194,6 @@ if __name__ == "__main__":
         made = make_shot(Path(place), parsed.frames)
         print(f"{parsed.frames} frames x 68 markers x 53 shapes on 26,719 vertices")
         stages(made, Path(place), parsed.runs)
+        compiled(made, parsed.runs)
         layer(made, parsed.pairs)
         sizes(Path(place), parsed.sizes, parsed.runs)

@@ -19,10 +19,10 @@ from rich.console import Console
 from rich.table import Table
 from scipy.optimize import lsq_linear
 
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import SolveOptions
-from usdface.retarget.box import solve_box
-from usdface.retarget.names import rename_weights
+from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
 from usdface.takes import FloatArray
@@ -119,8 +119,8 @@ def daqp_runs(case: Case, frames: int) -> dict[str, tuple[Run, int]]:
 def without_numba(run: Run) -> Run:
     def plain() -> None:
         with (
-            patch("usdface.retarget.box.kernels", lambda *_: None),
-            patch("usdface.retarget.spacetime.kernels", lambda *_: None),
+            patch("usdface.retarget.bounded_least_squares.kernels", lambda *_: None),
+            patch("usdface.retarget.temporal_solve.kernels", lambda *_: None),
         ):
             run()
 
@@ -137,7 +137,7 @@ def compare(console: Console, turns: int, daqp_frames: int) -> None:
         count = len(case.right)
 
         def exact(case: Case = case) -> object:
-            return solve_box(case.normal, case.right)
+            return solve_bounded(case.normal, case.right)
 
         def take(case: Case = case) -> object:
             return solve_weights(case.plain, case.right, case.times, USUAL)

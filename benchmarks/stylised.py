@@ -12,12 +12,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import MapOptions
-from usdface.retarget.names import rename_weights
 from usdface.retarget.solution import Solution
-from usdface.retarget.transfer import solve_take
-from usdface.setup import Binding, Setup
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import FloatArray, MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -82,7 +82,7 @@ def main() -> None:
             character, turn = bent(50 + seed, face, *bend)
             shapes = np.einsum("mde,sme->smd", turn, offsets)
             for name, options in MAPS.items():
-                setup = Setup(binding, head="stabilised", neutral=(0, 2), map=options)
+                setup = RetargetSetup(binding, head="stabilised", neutral=(0, 2), map=options)
                 answer, _ = solve_take(take, character, shapes, mesh.shape_names, setup)
                 solved[name].append(answer)
         errors = (

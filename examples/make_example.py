@@ -17,7 +17,7 @@ from usdface.cli import main as usdface
 from usdface.io.atomic import write_text
 from usdface.io.bind_file import bind_json
 from usdface.io.usd.rig_write import write_rig
-from usdface.setup import Setup
+from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["bind_text", "main", "make_picture", "make_sources", "make_stages", "trc_text"]
@@ -47,7 +47,7 @@ def trc_text(take: MarkerTake, name: str) -> str:
 
 def bind_text() -> str:
     """Return the binding of the take's markers to the head, as bind.json."""
-    return bind_json(Setup(binding(), neutral=NEUTRAL, nose_tip="nose_tip"))
+    return bind_json(RetargetSetup(binding(), neutral=NEUTRAL, nose_tip="nose_tip"))
 
 
 def make_sources(folder: Path) -> None:

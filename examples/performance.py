@@ -12,8 +12,8 @@ import numpy as np
 from examples.expressions import EMOTIONS
 from examples.head import build_head
 from examples.sculpt import march
+from usdface.retarget_setup import Binding
 from usdface.rigs import Rig
-from usdface.setup import Binding
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 __all__ = ["MARKERS", "NEUTRAL", "Performance", "binding", "perform"]

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.blend_shape_evaluator import evaluator_of
 from usdface.rigs import Rig
 from usdface.takes import FloatArray, IntArray
 
@@ -236,7 +237,9 @@ def rig_triangles(
         for subset in mesh.subsets:
             named[subset.faces] = subset.material
         tri, polygon = triangulated(mesh.face_counts, mesh.face_indices)
-        points.append(mesh.deformed(np.array([weights.get(n, 0.0) for n in mesh.shape_names])))
+        evaluator, _ = evaluator_of(mesh, np.arange(len(mesh.points)))
+        shown = evaluator.combined(np.array([[weights.get(n, 0.0) for n in mesh.shape_names]]))
+        points.append(mesh.points + evaluator.displacements(shown).reshape(-1, 3))
         triangles.append(tri + start)
         used = [materials[name] for name in named[polygon]]
         colors.append(np.array([material.base_color for material in used]))

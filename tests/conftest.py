@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from usdface.advice import RAISING
+from usdface.blas_threads import limit_from_start
 from usdface.cli import main
-from usdface.cli.threads import one_blas_thread
 
-one_blas_thread()  # before numpy is loaded
+limit_from_start()  # before numpy is loaded
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
@@ -20,6 +20,14 @@ SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 def advice_fails_aloud() -> Iterator[None]:
     """A mistake in what only advises is no finding here."""
     token = RAISING.set(True)
+    yield
+    RAISING.reset(token)
+
+
+@pytest.fixture
+def as_users_have_it() -> Iterator[None]:
+    """Advice that fails is a finding after all."""
+    token = RAISING.set(False)
     yield
     RAISING.reset(token)
 

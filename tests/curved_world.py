@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from worlds import World, make_world
 
-from usdface.retarget.align import rigid_fit
-from usdface.retarget.shape_model import shape_model
+from usdface.blend_shape_evaluator import evaluator_of
+from usdface.geometry.rigid_fit import rigid_fit
 from usdface.rigs import BlendShape, Combination, Inbetween
 
 __all__ = ["COMBINED", "make_curved_world"]
@@ -40,9 +40,9 @@ def make_curved_world(*, head_moves: bool = True) -> World:
         shapes.append(BlendShape(name, on.indices, offsets, combination=combination))
     bent = replace(mesh, shapes=tuple(shapes))
     at = np.array(list(plain.points.values()))
-    model, _ = shape_model(bent, at)
+    model, _ = evaluator_of(bent, at)
     weights = model.complete(plain.weights)
-    positions = bent.points[at] + model.explained(weights).reshape(len(weights), -1, 3)
+    positions = bent.points[at] + model.displacements(weights).reshape(len(weights), -1, 3)
     if head_moves:
         still = make_world(head_moves=False).take.positions
         pose, _ = rigid_fit(still, plain.take.positions)

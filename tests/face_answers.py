@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 from faces import Face
 
-from usdface.fuzzy.contact import gaps_of, hold
-from usdface.fuzzy.selection import single_movements
+from usdface.correction.contact import hold
+from usdface.correction.gaps import gaps_of
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
-from usdface.retarget.names import rename_weights
+from usdface.rule_design.feature_selection import single_movements
 from usdface.takes import FloatArray
 
 __all__ = [
@@ -162,7 +163,7 @@ def contact(face: Face) -> Contact:
     """Raise every expression whole over closed lips, closed lids and a pressed mouth.
 
     The gaps are those of each pair of vertices on the deformed mesh, averaged over the places of
-    `usdface.fuzzy.contact`.
+    `usdface.correction.gaps`.
     """
     names = face.mesh.shape_names
     closing = [
@@ -172,13 +173,13 @@ def contact(face: Face) -> Contact:
     ]
     solved = np.repeat(np.array(closing), len(face.poses), axis=0)
     wanted = np.maximum(solved, np.tile(face.poses, (len(closing), 1)))
-    gaps = gaps_of(face.mesh, face.parts, names, face.poses)
+    gaps = gaps_of(face.bound, names, face.poses)
     held, _, _ = hold(solved, wanted, gaps)
     before = gaps.at(solved)
     shut = before < gaps.touch + gaps.tolerance
     opened, crossed = {}, {}
     for seam in ("lips", "lids"):
-        own = shut & np.array([name.endswith(seam) for name in gaps.seam])
+        own = shut & np.array([name.endswith(seam) for name in gaps.contact])
         after = [gaps.at(weights) for weights in (wanted, held)]
         most = [1000 * float((gap - np.maximum(before, gaps.touch))[own].max()) for gap in after]
         deep = [1000 * float((np.minimum(before, gaps.floor) - gap)[own].max()) for gap in after]
@@ -207,7 +208,9 @@ class OneSided:
 def one_sided(face: Face) -> OneSided:
     """Show the left, then the right half of each expression for half a second."""
     names = np.array(face.mesh.shape_names)
-    halves_of = [np.isin(names, listed) for listed in (face.parts.left, face.parts.right)]
+    halves_of = [
+        np.isin(names, listed) for listed in (face.bound.layout.left, face.bound.layout.right)
+    ]
     hold_ = np.minimum(1.0, np.minimum(np.arange(60), 59 - np.arange(60)) / 15)[:, None]
     own, other, changes = [], [], []
     for acts, rests in (halves_of, halves_of[::-1]):
@@ -218,7 +221,7 @@ def one_sided(face: Face) -> OneSided:
         other.append(float(change[:, :, rests].max()))
         clean = face.play(np.concatenate(shown), noise=0.0)
         changes.append(clean.corrected - clean.solved)
-    swap = {left: _twin(left) for left in face.parts.left}
+    swap = {left: _twin(left) for left in face.bound.layout.left}
     swap |= {right: left for left, right in swap.items()}
     order = [list(names).index(swap.get(n, n)) for n in names]
     difference = np.abs(changes[0][:, order] - changes[1])

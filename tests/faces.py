@@ -16,18 +16,18 @@ from makehuman_face import landmarks_on, posable_face
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
-from usdface.express import Character, design, express, parts_of
-from usdface.fuzzy.dictionaries import ActionPose, expressions_for
-from usdface.fuzzy.parts import FaceParts
+from usdface.correction.expression_layer import design, express
+from usdface.correction.feature_extraction import sided_features
+from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.expression_poses import ActionPose, expressions_for
 from usdface.fuzzy.system import FuzzySystem
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
 from usdface.options import CorrectionOptions
-from usdface.reading import sided_features
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, Expression, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.setup import Binding, Expression, Setup
 from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake
 
 __all__ = ["FACES", "NOISE", "RATE", "Face", "Played", "make_face"]
@@ -63,10 +63,10 @@ class Face:
     """A mesh with blend shapes, markers on it, and the system designed for them."""
 
     mesh: Mesh
-    setup: Setup
+    setup: RetargetSetup
     expressions: tuple[Expression, ...]
     system: FuzzySystem
-    parts: FaceParts
+    bound: BoundFace
 
     @property
     def poses(self) -> FloatArray:
@@ -104,18 +104,17 @@ class Face:
 
     def judge(self, take, weights: WeightsTake, solution=None, skip: int = 0) -> Played:
         """Read emotions off the weights and correct them; leave out the first frames."""
-        read = (self.system, take, self.mesh, self.setup, weights, solution)
-        names, solved = weights.names, weights.weights
+        solved = weights.weights
         said = express(
             self.system,
-            sided_features(*read),
-            names,
-            solved,
-            self.expressions,
-            Character(self.mesh, self.parts),
-            take.times if solution else None,
+            sided_features(self.system, self.bound, take, weights=weights, solution=solution),
+            self.bound,
+            names=weights.names,
+            weights=solved,
+            expressions=self.expressions,
+            times=take.times if solution else None,
         )
-        answers = np.stack([said.emotions[e.name] for e in self.expressions], axis=1)
+        answers = np.stack([said.trace.emotions[e.name] for e in self.expressions], axis=1)
         return Played(solved[skip:], said.weights[skip:], answers[skip:])
 
     def hear(self, weights: FloatArray) -> FloatArray:
@@ -134,7 +133,7 @@ def _other(positions: FloatArray) -> FloatArray:
 
 def make_face(kind: str, shared: Path, given: Given = MappingProxyType({})) -> Face:
     """Make one of `FACES`, with the expressions that are `given` besides the six."""
-    made: dict[str, Callable[[Path], tuple[Mesh, Setup]]] = {
+    made: dict[str, Callable[[Path], tuple[Mesh, RetargetSetup]]] = {
         "ict68": _ict_landmarks,
         "ict41": _ict_optical,
         "makehuman": _makehuman,
@@ -146,30 +145,29 @@ def make_face(kind: str, shared: Path, given: Given = MappingProxyType({})) -> F
     }
     mesh, setup = made[kind](shared)
     expressions, _ = expressions_for(mesh.shape_names, given)
-    system, designed, _ = design(mesh, setup, expressions, CorrectionOptions())
+    system, roles, _ = design(bound_face(mesh, setup), expressions, CorrectionOptions())
     assert system is not None
-    parts = parts_of(mesh, designed, expressions)
-    setup = replace(designed, neutral=(0, 29), head="solve")
-    return Face(mesh, setup, expressions, system, parts)
+    setup = replace(setup, roles=roles, neutral=(0, 29), head="solve")
+    return Face(mesh, setup, expressions, system, bound_face(mesh, setup).with_layout(expressions))
 
 
-def _ict_landmarks(shared: Path) -> tuple[Mesh, Setup]:
+def _ict_landmarks(shared: Path) -> tuple[Mesh, RetargetSetup]:
     points = landmarks(shared)
     names = tuple(f"landmark_{i}" for i in range(len(points)))
-    return ict_mesh(shared), Setup(Binding(names, points), nose_tip="landmark_30")
+    return ict_mesh(shared), RetargetSetup(Binding(names, points), nose_tip="landmark_30")
 
 
-def _ict_optical(shared: Path) -> tuple[Mesh, Setup]:
+def _ict_optical(shared: Path) -> tuple[Mesh, RetargetSetup]:
     return ict_mesh(shared), read_bind(ROOT / "tests" / "data" / "animface_ict_bind.json")[0]
 
 
-def _example(_: Path) -> tuple[Mesh, Setup]:
+def _example(_: Path) -> tuple[Mesh, RetargetSetup]:
     rig, _ = read_rig(ROOT / "examples" / "head.usdc")
     setup, _ = read_bind(ROOT / "examples" / "bind.json")
     return rig.mesh(setup.binding.mesh), setup
 
 
-def _on_example(ict: Mesh, layout: Setup, shared: Path) -> tuple[Mesh, Setup]:
+def _on_example(ict: Mesh, layout: RetargetSetup, shared: Path) -> tuple[Mesh, RetargetSetup]:
     """Lay the markers of the ICT face on the example's head: warped there, on the nearest skin."""
     mesh, own = _example(shared)
     place = dict(zip(own.binding.markers, own.binding.points.tolist(), strict=True))
@@ -183,19 +181,19 @@ def _on_example(ict: Mesh, layout: Setup, shared: Path) -> tuple[Mesh, Setup]:
     return mesh, _laid(layout, skin[cKDTree(mesh.points[skin]).query(warped)[1]])
 
 
-def _on_makehuman(_: Mesh, layout: Setup, shared: Path) -> tuple[Mesh, Setup]:
+def _on_makehuman(_: Mesh, layout: RetargetSetup, shared: Path) -> tuple[Mesh, RetargetSetup]:
     mesh = read_rig_file(shared / "makehuman_cc0")[0].face()
     return mesh, _laid(layout, landmarks_on(posable_face(shared), shared, layout.binding.points))
 
 
-def _laid(layout: Setup, points: IntArray) -> Setup:
+def _laid(layout: RetargetSetup, points: IntArray) -> RetargetSetup:
     """Move markers to other points, without those that would share one."""
     first = np.sort(np.unique(points, return_index=True)[1])
     names = tuple(layout.binding.markers[i] for i in first)
-    return Setup(Binding(names, points[first]), nose_tip=layout.nose_tip)
+    return RetargetSetup(Binding(names, points[first]), nose_tip=layout.nose_tip)
 
 
-def _makehuman(shared: Path) -> tuple[Mesh, Setup]:
+def _makehuman(shared: Path) -> tuple[Mesh, RetargetSetup]:
     """MakeHuman has no landmarks: the skin that each shape moves most, and between these."""
     mesh = read_rig_file(shared / "makehuman_cc0")[0].face()
     reach = np.linalg.norm(mesh.offsets_at(np.arange(len(mesh.points))), axis=2)
@@ -214,4 +212,4 @@ def _makehuman(shared: Path) -> tuple[Mesh, Setup]:
     right = np.linalg.norm(mesh.points[:, None] - mirrored, axis=2).argmin(axis=0)
     names = ("nose", *(f"mark_{i}" for i in range(1, len(chosen))))
     names += tuple(f"mark_{chosen.index(v)}_r" for v in sides)
-    return mesh, Setup(Binding(names, np.array([*chosen, *right])), nose_tip="nose")
+    return mesh, RetargetSetup(Binding(names, np.array([*chosen, *right])), nose_tip="nose")

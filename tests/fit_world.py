@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.fuzzy.fit.examples import NO_EMOTION, Examples
-from usdface.fuzzy.naming import AXES, direction, marker_variables
+from usdface.rule_design.marker_roles import AXES, direction, marker_variables
+from usdface.rule_learning.examples import NO_EMOTION, Examples
 
 MARKERS = ("nose", "brow_l", "cheek_l", "corner_l", "lip_low", "chin")
 _SIDES = (0, 1, 1, 1, 0, 0)

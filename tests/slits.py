@@ -4,13 +4,15 @@ Each slit is a strip of skin that runs over the upper edge, in, and out over the
 strips of brow lie above. x is to the character's left, y up, z forward [m].
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from usdface.rigs import BlendShape, Mesh
-from usdface.setup import Expression
+from usdface.retarget_setup import Expression
+from usdface.rigs import BlendShape, Combination, Inbetween, Mesh
 from usdface.takes import FloatArray
 
-__all__ = ["EXPRESSIONS", "LID_GAP", "LIP_GAP", "slit_face"]
+__all__ = ["EXPRESSIONS", "LID_GAP", "LIP_GAP", "bent_slit_face", "slit_face"]
 
 LIP_GAP, LID_GAP = 0.0008, 0.008
 _COLUMNS = 9
@@ -94,6 +96,37 @@ def slit_face() -> Mesh:
         blends.append(BlendShape.from_dense(name, offsets))
     counts = np.full(len(quads), 4)
     return Mesh("Face", points, counts, quads.ravel(), shapes=tuple(blends))
+
+
+def bent_slit_face() -> Mesh:
+    """Return the mesh with shapes that are not linear.
+
+    A blink closes 90 % at weight 0.5, a jaw opens late, an upper lip first goes further than it
+    stays; jaw and smile together, and both upper lips, do more than either.
+    """
+    mesh = slit_face()
+    bends = {
+        "eyeBlink": ((0.5, 0.9),),
+        "jawOpen": ((0.5, 0.2),),
+        "mouthUpperUp": ((0.3, 0.7), (0.6, 1.2)),
+        "eyeWide": ((0.4, 0.1),),
+    }
+    shapes = []
+    for shape in mesh.shapes:
+        bend = next((b for name, b in bends.items() if shape.name.startswith(name)), ())
+        between = (Inbetween(f"at{w}", w, share * shape.offsets) for w, share in bend)
+        shapes.append(replace(shape, inbetweens=tuple(between)))
+    named = {shape.name: shape for shape in shapes}
+    for name, of, rule, share in (
+        ("jawSmileLeft", ("jawOpen", "mouthSmileLeft"), "product", -0.3),
+        ("jawSmileRight", ("jawOpen", "mouthSmileRight"), "product", -0.3),
+        ("upperBoth", ("mouthUpperUpRight", "mouthUpperUpLeft"), "min", 0.4),
+    ):
+        on = named[of[0]]
+        shapes.append(
+            BlendShape(name, on.indices, share * on.offsets, combination=Combination(of, rule))
+        )
+    return replace(mesh, shapes=tuple(shapes))
 
 
 def _both(*names: str) -> tuple[str, ...]:

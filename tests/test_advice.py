@@ -1,4 +1,4 @@
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,19 +7,12 @@ import pytest
 from processed import digests
 from worlds import make_world
 
-from usdface import animate
-from usdface.advice import RAISING, advice
+from usdface import retarget_shot, shot_report
+from usdface.advice import advice
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
 from usdface.retarget import solve_report
 from usdface.rigs import BlendShape
-
-
-@pytest.fixture
-def as_users_have_it() -> Iterator[None]:
-    token = RAISING.set(False)
-    yield
-    RAISING.reset(token)
 
 
 def fail(*_: object, **__: object) -> object:
@@ -52,7 +45,7 @@ def test_here_it_fails_aloud() -> None:
 def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = make_world().write(tmp_path_factory.mktemp("advice"))
     files = [folder / name for name in ("rig.usda", "take.usda", "bind.json", "shot.usda")]
-    make_shot(*files)
+    make_shot(*files[:2], files[3], bind=files[2])
     return files[-1]
 
 
@@ -60,7 +53,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("module", "name", "what"),
     [
-        (animate, "free_places", "next markers"),
+        (shot_report, "free_places", "next markers"),
         (solve_report, "region_errors", "residual"),
         (solve_report, "confidence_of", "confidence"),
         (solve_report, "place_names", "confidence"),
@@ -72,8 +65,8 @@ def test_a_result_has_the_same_bytes_whatever_advice_fails(
     process(shot)
     before = digests(shot.parent)
     monkeypatch.setattr(module, name, fail)
-    outcome = process(shot)
-    assert [f.where for f in outcome.findings if f.code == "ADVICE_FAILED"] == [what]
+    result = process(shot)
+    assert [f.where for f in result.findings if f.code == "ADVICE_FAILED"] == [what]
     assert digests(shot.parent) == before
 
 
@@ -81,10 +74,10 @@ def test_a_result_has_the_same_bytes_whatever_advice_fails(
 def test_without_the_regions_the_rest_is_written(
     shot: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(animate, "region_residuals", fail)
-    outcome = process(shot, ProcessOptions(express=False))
-    assert "ADVICE_FAILED" in {f.code for f in outcome.findings}
-    assert all(path.is_file() for path in outcome.written)
+    monkeypatch.setattr(retarget_shot, "region_residuals", fail)
+    result = process(shot, options=ProcessOptions(express=False))
+    assert "ADVICE_FAILED" in {f.code for f in result.findings}
+    assert all(path.is_file() for path in result.written)
 
 
 @pytest.mark.parametrize("far", [0.55, 100.0, 1e20])
@@ -97,7 +90,7 @@ def test_one_vertex_of_one_shape_far_off_ends_no_job(tmp_path: Path, far: float)
     rig = replace(world.rig, meshes=(replace(mesh, shapes=shapes),))
     folder = replace(world, rig=rig).write(tmp_path)
     files = [folder / name for name in ("rig.usda", "take.usda", "bind.json", "shot.usda")]
-    make_shot(*files)
-    outcome = process(files[-1])
-    assert "next markers" in outcome.summary
-    assert "ADVICE_FAILED" not in {f.code for f in outcome.findings}
+    make_shot(*files[:2], files[3], bind=files[2])
+    result = process(files[-1])
+    assert "next_markers" in result.summary
+    assert "ADVICE_FAILED" not in {f.code for f in result.findings}

@@ -119,7 +119,7 @@ def test_head_markers_in_a_line(tmp_path: Path) -> None:
 
 
 def _rigid(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    from usdface.retarget.align import rigid_fit
+    from usdface.geometry.rigid_fit import rigid_fit
 
     pose, _ = rigid_fit(source, target[None])
     return pose.rotations[0].T, pose.translations[0]

@@ -26,7 +26,9 @@ def face(tmp_path_factory: pytest.TempPathFactory) -> Path:
     take = replace(world.take, times=times, positions=rest + STRENGTH * moved)
     folder = replace(world, take=take).write(tmp_path_factory.mktemp("face"))
     np.save(folder / "truth.npy", weights)
-    make_shot(folder / "rig.usda", folder / "take.usda", folder / "bind.json", folder / "s.usda")
+    make_shot(
+        folder / "rig.usda", folder / "take.usda", folder / "s.usda", bind=folder / "bind.json"
+    )
     return folder
 
 
@@ -36,9 +38,9 @@ def test_a_calibrated_shot_gives_the_character_its_own_range(face: Path) -> None
     assert main(["calibrate", str(face / "s.usda"), "--extremes", "-o", str(out)]) == 0
     found = json.loads(out.read_text())["shapes"]
     assert all(entry["gain"] == pytest.approx(STRENGTH, abs=0.06) for entry in found.values())
-    files = [face / "rig.usda", face / "take.usda", face / "bind.json"]
     again = face / "again.usda"
-    make_shot(*files, again, calibration=out)
+    bind = face / "bind.json"
+    make_shot(face / "rig.usda", face / "take.usda", again, bind=bind, calibration=out)
     process(again)
     process(face / "s.usda")
     assert all(hashlib.sha256(p.read_bytes()).digest() == was for p, was in before.items())
@@ -61,9 +63,9 @@ def test_the_same_take_gives_the_same_bytes(face: Path) -> None:
 def test_a_shape_the_rig_does_not_have_is_named(face: Path) -> None:
     who = face / "stranger.json"
     who.write_text('{"shapes": {"noseTwitch": {"gain": 1.5}}}')
-    files = [face / "rig.usda", face / "take.usda", face / "bind.json", face / "x.usda"]
-    outcome, _ = make_shot(*files, calibration=who)
-    assert "noseTwitch" in {f.where for f in outcome.findings if f.code == "SHAPE_UNKNOWN"}
+    files = [face / "rig.usda", face / "take.usda", face / "x.usda"]
+    result = make_shot(*files, bind=face / "bind.json", calibration=who)
+    assert "noseTwitch" in {f.where for f in result.findings if f.code == "SHAPE_UNKNOWN"}
 
 
 def test_the_calibration_may_not_go_where_an_input_is(face: Path) -> None:

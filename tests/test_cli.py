@@ -35,7 +35,7 @@ def test_the_whole_way_says_what_it_wrote(folder: Path, capfd: pytest.CaptureFix
     said = capfd.readouterr()
     for name in ("shot.usdface.usda", "shot.usdface/solve.usdc", "shot.usdface/express.usdc"):
         assert f"wrote {folder / name}" in said.out
-    assert "a.glb" in said.out and "joy, peak" in said.out
+    assert "a.glb" in said.out and "emotion peaks" in said.out
     assert said.err == ""
     result = str(folder / "shot.usdface.usda")
     assert main(["check", result, str(folder / "a.glb")]) == 0

@@ -12,7 +12,7 @@ from worlds import World, animation_of
 
 from usdface.cli import main
 from usdface.errors import InputError
-from usdface.io.rigs.combinations import with_combinations_of
+from usdface.io.rigs.combinations import read_combinations
 from usdface.io.usd.evaluate import evaluate_usd
 from usdface.io.usd.rig import read_rig
 from usdface.rigs import Combination, Rig
@@ -98,7 +98,7 @@ def test_a_folder_declares_them_in_a_file(world: World, tmp_path: Path) -> None:
     declared |= {"browsWorried": {"of": ["browDownLeft", "browInnerUp"], "rule": "min"}}
     declared |= {"nobody": ["jawOpen"]}
     (tmp_path / "combinations.json").write_text(json.dumps(declared))
-    rig, findings = with_combinations_of(tmp_path, bare(world))
+    rig, findings = read_combinations(tmp_path, bare(world))
     assert {s.name: s.combination for s in rig.meshes[0].shapes if s.combination} == COMBINED
     assert [(f.code, f.where) for f in findings] == [("SHAPE_UNKNOWN", "nobody")]
 
@@ -110,4 +110,4 @@ def test_a_folder_declares_them_in_a_file(world: World, tmp_path: Path) -> None:
 def test_a_file_that_makes_no_sense_is_refused(world: World, tmp_path: Path, text: str) -> None:
     (tmp_path / "combinations.json").write_text(text)
     with pytest.raises(InputError, match=r"combinations\.json"):
-        with_combinations_of(tmp_path, bare(world))
+        read_combinations(tmp_path, bare(world))

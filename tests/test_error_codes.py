@@ -10,18 +10,18 @@ import pytest
 from worlds import World, make_world
 
 from usdface import errors
-from usdface.binding.bound import bound_setup
+from usdface.binding.resolve_binding import resolve_binding
 from usdface.errors import ERROR_CODES, UsdFaceError
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
-from usdface.options import BindOptions, MapOptions, ProcessOptions, RigOptions, TakeOptions
+from usdface.options import BindOptions, MapOptions, RigOptions, TakeOptions
 from usdface.pipeline import calibrate, make_shot, process
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Binding, RetargetSetup, fit_setup, unbound
 from usdface.rigs import Mesh, Rig
-from usdface.setup import Binding, Setup, fit_setup, unbound
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)
@@ -32,16 +32,16 @@ HEAD = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumMarkers\n30\t3\n"
 TRC = HEAD + "Frame#\tTime\ta\t\t\n\tX1\tY1\tZ1\n"
 
 
-def setup(**changes: object) -> Setup:
+def setup(**changes: object) -> RetargetSetup:
     points = np.array(list(WORLD.points.values()))
-    return replace(Setup(Binding(tuple(WORLD.points), points)), **changes)
+    return replace(RetargetSetup(Binding(tuple(WORLD.points), points)), **changes)
 
 
 def fitted(**changes: object) -> object:
     return fit_setup(setup(**changes), MESH, TAKE)
 
 
-def solved(binding: Setup, take: MarkerTake = TAKE) -> object:
+def solved(binding: RetargetSetup, take: MarkerTake = TAKE) -> object:
     points = binding.binding.points
     return solve_take(take, MESH.points[points], MESH.offsets_at(points), MESH.shape_names, binding)
 
@@ -49,7 +49,7 @@ def solved(binding: Setup, take: MarkerTake = TAKE) -> object:
 def proposed(positions: FloatArray, **options: object) -> object:
     names = tuple(f"m{i}" for i in range(positions.shape[1]))
     take = MarkerTake(names, TAKE.times, positions, TAKE.rate)
-    return bound_setup(WORLD.rig, take, None, [], BindOptions(**options))  # type: ignore[arg-type]
+    return resolve_binding(WORLD.rig, take, None, options=BindOptions(**options))  # type: ignore[arg-type]
 
 
 def text_take(folder: Path, text: str, name: str = "take.csv") -> object:
@@ -72,20 +72,20 @@ def calibrated(folder: Path, take: MarkerTake | WeightsTake, world: World = WORL
     world.write(folder)
     write_take(take, folder / "take.usda")
     bind = folder / "bind.json" if isinstance(take, MarkerTake) else None
-    make_shot(folder / "rig.usda", folder / "take.usda", bind, folder / "shot.usda")
+    make_shot(folder / "rig.usda", folder / "take.usda", folder / "shot.usda", bind=bind)
     return calibrate(folder / "shot.usda", folder / "calibration.json")
 
 
 def shot_of(folder: Path, name: str) -> object:
     WORLD.write(folder)
     (folder / "take.csv").write_text(CSV)
-    return make_shot(folder / "rig.usda", folder / name, None, folder / "shot.usda")
+    return make_shot(folder / "rig.usda", folder / name, folder / "shot.usda")
 
 
 def shot_of_strangers(folder: Path) -> object:
     WORLD.write(folder)
     write_take(replace(CURVES, names=tuple(f"c{i}" for i in range(12))), folder / "curves.usda")
-    return make_shot(folder / "rig.usda", folder / "curves.usda", None, folder / "shot.usda")
+    return make_shot(folder / "rig.usda", folder / "curves.usda", folder / "shot.usda")
 
 
 def short(frames: int) -> MarkerTake:
@@ -104,7 +104,7 @@ def two_faces() -> Mesh:
 def turned_away() -> object:
     """The face seen from behind."""
     mesh = replace(MESH, points=MESH.points * [-1.0, 1.0, -1.0])
-    return bound_setup(Rig("face", (mesh,)), TAKE, None, [], BindOptions())
+    return resolve_binding(Rig("face", (mesh,)), TAKE, None, options=BindOptions())
 
 
 IMAGE = MarkerTake(TAKE.names, TAKE.times, TAKE.positions[..., :2], TAKE.rate)
@@ -157,7 +157,7 @@ CASES: list[tuple[str, str, Callable[[Path], object]]] = [
     ("TAKE_KIND_WRONG", "an image", lambda f: proposed(IMAGE.positions)),
     ("TAKE_KIND_WRONG", "of weights", lambda f: calibrated(f, CURVES)),
     ("TAKE_SHORT", "to calibrate", lambda f: calibrated(f, short(6))),
-    ("SHOT_INCOMPLETE", "a rig", lambda f: process(WORLD.write(f) / "rig.usda", ProcessOptions())),
+    ("SHOT_INCOMPLETE", "a rig", lambda f: process(WORLD.write(f) / "rig.usda")),
 ]
 
 
@@ -175,7 +175,7 @@ def test_an_error_has_the_code_of_its_cause(
 def test_what_is_read_from_a_prim_keeps_the_code_of_its_cause(tmp_path: Path) -> None:
     folder = WORLD.write(tmp_path, map={"radius": 2.0})
     shot = folder / "shot.usda"
-    make_shot(folder / "rig.usda", folder / "take.usda", folder / "bind.json", shot)
+    make_shot(folder / "rig.usda", folder / "take.usda", shot, bind=folder / "bind.json")
     shot.write_text(shot.read_text().replace("map:radius = 2", "map:radius = -2"))
     with pytest.raises(errors.InputError, match="radius") as raised:
         process(shot)

@@ -108,7 +108,7 @@ def test_the_correction_does_not_flicker(weakened: Weak) -> None:
 def test_a_correction_opens_no_closed_lips_or_lids_and_crosses_none(face: tuple[str, Face]) -> None:
     _, made = face
     found = contact(made)
-    tolerance = 1000 * made.parts.tolerance + 0.01
+    tolerance = 1000 * made.bound.layout.tolerance + 0.01
     assert found.opened["lips"][0] > 5 and found.opened["lids"][0] > 1  # without the limit
     for seam in ("lips", "lids"):
         assert found.opened[seam][1] <= tolerance

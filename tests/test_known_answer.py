@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 from worlds import animation_of, restaged
 
 from usdface.cli import main
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.rig_write import write_rig
-from usdface.retarget.names import rename_weights
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.takes import FloatArray, WeightsTake
 

@@ -47,18 +47,6 @@ def test_offsets_at_some_vertices_are_the_dense_ones() -> None:
     np.testing.assert_array_equal(empty.offsets_at(wanted), np.zeros((1, 5, 3)))
 
 
-def test_deformation_is_linear() -> None:
-    mesh = face()
-    a, b = RNG.random((2, 3))
-    np.testing.assert_array_equal(mesh.deformed(np.zeros(3)), POINTS)
-    np.testing.assert_allclose(
-        mesh.deformed(2 * a - b) - POINTS,
-        2 * (mesh.deformed(a) - POINTS) - (mesh.deformed(b) - POINTS),
-        atol=1e-14,
-    )
-    np.testing.assert_allclose(mesh.deformed(np.eye(3)[1]), POINTS + DENSE[1], atol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

@@ -1,49 +1,246 @@
 """usdface: facial retargeting in open formats.
 
 Marker takes onto blend-shape characters in UsdSkel, with a fuzzy-logic expression layer, and
-to and from glTF. The public names below are loaded when first asked for, so that
-``import usdface`` costs next to nothing.
+to and from glTF. Arrays are in SI units, Y up::
+
+    rig, _ = usdface.read_rig("head.usdc")
+    take, _ = usdface.read_take("performance.c3d")
+    bind, _ = usdface.read_bind("bind.json")
+    shot, _ = usdface.assemble_shot(rig, take, setup=bind)
+    result = usdface.retarget(shot)          # no file, no stage: a ShotResult of arrays
+
+    usdface.process("shot.usda")             # the same from and to files
+    usdface.apply(stage)                     # the same on a stage that a host holds open
+
+The public names below are loaded when first asked for, so that ``import usdface`` costs next to
+nothing.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from usdface.lazy import lazy_names
 
+# The function `usdface.retarget` and the subpackage share a name. Python binds a subpackage to its
+# parent once, when it is loaded: loaded here and unbound again, the name is the function's.
+import_module("usdface.retarget")
+del globals()["retarget"]
+
 if TYPE_CHECKING:
-    from usdface.errors import InputError, OutputError, SchemaError, SolveError, UsdFaceError
+    from usdface.errors import (
+        Cancelled,
+        InputError,
+        OutputError,
+        PluginError,
+        SchemaError,
+        SolveError,
+        UsdFaceError,
+    )
+    from usdface.explanation import Explanation
+    from usdface.findings import Finding, finding
+    from usdface.formats import ExportTarget, RigReader, TakeReader
     from usdface.fuzzy.system import FuzzySystem
-    from usdface.pipeline import apply, process
+    from usdface.io.takes.raw_take import RawTake, check_size, finish_take
+    from usdface.options import (
+        BindOptions,
+        CleanOptions,
+        CorrectionOptions,
+        ExportOptions,
+        FitOptions,
+        ImportOptions,
+        MapOptions,
+        MarkerOptions,
+        ProcessOptions,
+        RigOptions,
+        SolveOptions,
+        TakeOptions,
+    )
+    from usdface.pipeline import (
+        apply,
+        calibrate,
+        check,
+        check_neutral,
+        convert_fuzzy,
+        explain,
+        export_scene,
+        fit_fuzzy,
+        import_scene,
+        list_formats,
+        make_markers,
+        make_rig,
+        make_shot,
+        make_take,
+        process,
+        read_bind,
+        read_rig,
+        read_take,
+        set_up,
+        write_paper_system,
+    )
+    from usdface.progress import Step
+    from usdface.result import Result
+    from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
+    from usdface.retarget_shot import retarget
     from usdface.rigs import BlendShape, Mesh, Rig
-    from usdface.setup import Binding, Expression, Setup
+    from usdface.shot import Shot, ShotResult
+    from usdface.shot_assembly import assemble_shot
     from usdface.takes import MarkerTake, WeightsTake
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "BindOptions",
     "Binding",
     "BlendShape",
+    "Calibration",
+    "Cancelled",
+    "CleanOptions",
+    "CorrectionOptions",
+    "Explanation",
+    "ExportOptions",
+    "ExportTarget",
     "Expression",
+    "Finding",
+    "FitOptions",
     "FuzzySystem",
+    "ImportOptions",
     "InputError",
+    "MapOptions",
+    "MarkerOptions",
     "MarkerTake",
     "Mesh",
     "OutputError",
+    "Pin",
+    "PluginError",
+    "ProcessOptions",
+    "RawTake",
+    "Result",
+    "RetargetSetup",
     "Rig",
+    "RigOptions",
+    "RigReader",
     "SchemaError",
-    "Setup",
+    "Shot",
+    "ShotResult",
     "SolveError",
+    "SolveOptions",
+    "Step",
+    "TakeOptions",
+    "TakeReader",
     "UsdFaceError",
     "WeightsTake",
     "apply",
+    "assemble_shot",
+    "calibrate",
+    "check",
+    "check_neutral",
+    "check_size",
+    "convert_fuzzy",
+    "explain",
+    "export_scene",
+    "finding",
+    "finish_take",
+    "fit_fuzzy",
+    "import_scene",
+    "list_formats",
+    "make_markers",
+    "make_rig",
+    "make_shot",
+    "make_take",
     "process",
+    "read_bind",
+    "read_rig",
+    "read_take",
+    "retarget",
+    "set_up",
+    "write_paper_system",
 ]
 
 _HOMES = {
-    "errors": ("InputError", "OutputError", "SchemaError", "SolveError", "UsdFaceError"),
+    "errors": (
+        "Cancelled",
+        "InputError",
+        "OutputError",
+        "PluginError",
+        "SchemaError",
+        "SolveError",
+        "UsdFaceError",
+    ),
+    "explanation": ("Explanation",),
+    "findings": (
+        "Finding",
+        "finding",
+    ),
+    "formats": (
+        "ExportTarget",
+        "RigReader",
+        "TakeReader",
+    ),
     "fuzzy.system": ("FuzzySystem",),
-    "pipeline": ("apply", "process"),
-    "rigs": ("BlendShape", "Mesh", "Rig"),
-    "setup": ("Binding", "Expression", "Setup"),
-    "takes": ("MarkerTake", "WeightsTake"),
+    "io.takes.raw_take": (
+        "RawTake",
+        "check_size",
+        "finish_take",
+    ),
+    "options": (
+        "BindOptions",
+        "CleanOptions",
+        "CorrectionOptions",
+        "ExportOptions",
+        "FitOptions",
+        "ImportOptions",
+        "MapOptions",
+        "MarkerOptions",
+        "ProcessOptions",
+        "RigOptions",
+        "SolveOptions",
+        "TakeOptions",
+    ),
+    "pipeline": (
+        "apply",
+        "calibrate",
+        "check",
+        "check_neutral",
+        "convert_fuzzy",
+        "explain",
+        "export_scene",
+        "fit_fuzzy",
+        "import_scene",
+        "list_formats",
+        "make_markers",
+        "make_rig",
+        "make_shot",
+        "make_take",
+        "process",
+        "read_bind",
+        "read_rig",
+        "read_take",
+        "set_up",
+        "write_paper_system",
+    ),
+    "progress": ("Step",),
+    "result": ("Result",),
+    "retarget_setup": (
+        "Binding",
+        "Calibration",
+        "Expression",
+        "Pin",
+        "RetargetSetup",
+    ),
+    "retarget_shot": ("retarget",),
+    "rigs": (
+        "BlendShape",
+        "Mesh",
+        "Rig",
+    ),
+    "shot": (
+        "Shot",
+        "ShotResult",
+    ),
+    "shot_assembly": ("assemble_shot",),
+    "takes": (
+        "MarkerTake",
+        "WeightsTake",
+    ),
 }
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)

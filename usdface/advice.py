@@ -1,4 +1,4 @@
-"""What only advises ends no job: where it fails, that is a finding."""
+"""Advice beside a result ends no job: where it fails, that is a finding."""
 
 from collections.abc import Callable
 from contextvars import ContextVar
@@ -10,8 +10,9 @@ from usdface.findings import Finding, finding
 
 __all__ = ["RAISING", "advice"]
 
-# True: advice that fails raises its error after all, as the tests of this package want it.
+# True: advice that fails raises its error, as in the tests of this package.
 RAISING: ContextVar[bool] = ContextVar("RAISING", default=False)
+# Characters of an error in the finding: a line or two of a terminal.
 _LONGEST = 200
 
 _Answer = TypeVar("_Answer")
@@ -20,18 +21,25 @@ _Answer = TypeVar("_Answer")
 def advice(
     what: str, give: Callable[[], _Answer], otherwise: _Answer
 ) -> tuple[_Answer, list[Finding]]:
-    """Return some advice, or the finding ADVICE_FAILED.
+    """Return some advice, or a replacement and the finding ADVICE_FAILED.
 
-    Numbers that overflow or are none count as a failure: advice is sound or not given.
+    Floating-point overflow, division by zero and NaN count as a failure: advice is sound or not
+    given.
 
     Parameters
     ----------
     what : str
-        What it is about, in a few words.
+        Its subject in a few words, for the finding.
     give : callable
-        Returns it. How long that takes and how much memory is bounded by the size of the data.
+        Returns the advice. Its time and memory are bounded by the size of the data.
     otherwise
-        Stands for it where `give` raises.
+        Replaces the advice where `give` raises.
+
+    Returns
+    -------
+    advice
+    list of Finding
+        ADVICE_FAILED, or none.
     """
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):

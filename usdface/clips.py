@@ -1,5 +1,6 @@
 """Clips: the animations of a rig, as immutable arrays in SI units, Y up."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.takes import FloatArray, WeightsTake, frozen
 
-__all__ = ["Clip", "JointsTake", "chosen_clips"]
+__all__ = ["Clip", "JointsTake", "check_clip", "chosen_clips"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,8 +105,18 @@ def chosen_clips(clips: tuple[Clip, ...], name: str) -> tuple[Clip, ...]:
     InputError
         If there is none.
     """
-    chosen = tuple(clip for clip in clips if name in ("", clip.name))
-    if name and not chosen:
-        known = ", ".join(repr(clip.name) for clip in clips) or "none"
-        raise InputError(f"there is no clip {name!r}; the scene has {known}")
-    return chosen
+    check_clip(name, [clip.name for clip in clips])
+    return tuple(clip for clip in clips if name in ("", clip.name))
+
+
+def check_clip(name: str, known: Collection[str]) -> None:
+    """Refuse the name of a clip that is none of those known; "" stands for all.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if name and name not in known:
+        there = ", ".join(map(repr, known)) or "none"
+        raise InputError(f"there is no clip {name!r}; the scene has {there}")

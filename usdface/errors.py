@@ -6,7 +6,9 @@
     |- InputError     a file, prim or setting from outside cannot be used
     |- SchemaError    the USD schemas cannot be registered or are not there
     |- SolveError     the numbers do not determine an answer
-    `- OutputError    a result cannot be written
+    |- OutputError    a result cannot be written
+    |- PluginError    a format of another package cannot be used
+    `- Cancelled      the caller ended the job
 
 Each carries a stable `code`, as findings do (`usdface.findings`), for programs and reports;
 one code has one meaning for ever. Nothing else leaves the library: errors of the libraries
@@ -18,8 +20,10 @@ from collections.abc import Iterable
 
 __all__ = [
     "ERROR_CODES",
+    "Cancelled",
     "InputError",
     "OutputError",
+    "PluginError",
     "SchemaError",
     "SolveError",
     "UsdFaceError",
@@ -72,8 +76,12 @@ ERROR_CODES: dict[str, str] = {
     "FRAMES_OUTSIDE": "neutral or peak frames are not in the take",
     "SHOT_INCOMPLETE": "a file is no shot, or what the shot points at is not there",
     "SOLVE_UNDETERMINED": "the numbers do not determine an answer",
+    # formats of other packages
+    "PLUGIN_FAILED": "a format of another package cannot be loaded, fails or returns nonsense",
+    "PLUGIN_CONFLICT": "formats of several packages fit one file",
     # the program
     "SCHEMAS_LATE": "the usdface schemas are missing or come too late",
+    "CANCELLED": "the caller ended the job; nothing is written",
     "OUTPUT_UNWRITABLE": "a result cannot be written; what was there is still there",
 }
 
@@ -116,6 +124,21 @@ class OutputError(UsdFaceError):
     """A result cannot be written; what was there before is still there."""
 
     default_code = "OUTPUT_UNWRITABLE"
+
+
+class PluginError(UsdFaceError):
+    """A reader or an export target of another package cannot be used; the message names it."""
+
+    default_code = "PLUGIN_FAILED"
+
+
+class Cancelled(UsdFaceError):
+    """The caller ended the job: raise it in the callback `on_progress`. Nothing is written."""
+
+    default_code = "CANCELLED"
+
+    def __init__(self, message: str = "cancelled", code: str = "") -> None:
+        super().__init__(message, code)
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""Findings: what was dropped, guessed, approximated or is wrong, each with a stable code.
+"""Findings: losses, guesses, approximations and faults, each with a stable code.
 
 An error stops the run (`usdface.errors`); a finding lets it go on and is shown on screen
 and in the report. One code has one meaning for ever. A new code is one line in `CODES`.
@@ -14,29 +14,35 @@ Severity = Literal["info", "warning", "error"]
 
 CODES: dict[str, tuple[Severity, str]] = {
     # takes
-    "MARKER_OCCLUDED": ("info", "a marker is hidden in some frames"),
-    "MARKER_NEVER_SEEN": ("warning", "a marker is hidden in every frame and is left out"),
-    "MARKER_WITHOUT_NEUTRAL": ("warning", "hidden in all neutral frames and left out"),
-    "MARKER_UNBOUND": ("info", "a marker of the take has no place on the rig and is left out"),
+    "MARKER_OCCLUDED": ("info", "a marker is occluded in some frames"),
+    "MARKER_NEVER_SEEN": ("warning", "a marker is occluded in every frame and is left out"),
+    "MARKER_WITHOUT_NEUTRAL": (
+        "warning",
+        "a marker is occluded in all neutral frames and is left out",
+    ),
+    "MARKER_UNBOUND": ("info", "a marker of the take is bound to no vertex and is left out"),
     "MARKER_UNKNOWN": ("warning", "the binding names a marker that the take does not have"),
-    "MARKER_SWAPPED": ("warning", "markers had each other's labels; put right"),
-    "MARKER_SPIKE": ("info", "a marker jumped away from the face; taken as hidden there"),
+    "MARKER_SWAPPED": ("warning", "labels of markers were swapped; put right"),
+    "MARKER_SPIKE": ("info", "a marker jumped away from the face; taken as occluded there"),
     "MARKER_FILLED": ("info", "a gap of a marker was filled in"),
     "CLEANUP_SKIPPED": ("info", "too few frames or markers to clean the take up"),
     "LABEL_CHANGED": ("info", "a marker label was shortened or made unique"),
     "FRAMES_MISSING": ("warning", "the file announces more frames than it holds"),
     "FRAMES_DROPPED": ("info", "frames are missing between recorded ones; times are kept"),
-    "FRAME_EMPTY": ("info", "a frame without data was left out or is wholly occluded"),
+    "FRAME_EMPTY": ("info", "a frame without data was left out, or all its markers are occluded"),
     "UNITS_ASSUMED": ("warning", "the file does not name its unit of length"),
     "UP_AXIS_ASSUMED": ("info", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "the file does not name its frame rate"),
     "CHANNEL_IGNORED": ("info", "a channel that usdface does not use was left out"),
+    # formats of other packages
+    "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
+    "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
     # rigs
-    "SHAPE_EMPTY": ("warning", "a blend shape moves nothing"),
+    "SHAPE_EMPTY": ("warning", "a blend shape moves no point"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),
-    "FACES_DIFFER": ("warning", "a shape file has other faces, maybe another order of points"),
+    "FACES_DIFFER": ("warning", "a shape file has other faces; its points may be in another order"),
     "SHAPE_TARGET_MISSING": ("error", "a blend shape target does not exist"),
-    "POINT_INDICES_UNSORTED": ("info", "point indices are not sorted, which some programs need"),
+    "POINT_INDICES_UNSORTED": ("info", "point indices are not sorted, which some programs require"),
     "POINT_INDICES_REPEATED": (
         "warning",
         "a point index is repeated; its offsets add up in UsdSkel",
@@ -53,11 +59,17 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TARGETS_UNEQUAL": ("error", "primitives of a mesh differ in their number of morph targets"),
     "TOPOLOGY_DIFFERS": ("error", "faces and points do not belong together"),
     "NORMALS_MISSING": ("info", "normals are missing or do not follow a shape; shading may differ"),
-    "BOUNDS_MISSING": ("warning", "positions have no bounds, which glTF wants; viewers may refuse"),
-    "INBETWEEN_WRONG": ("error", "an inbetween has no place of its own between 0 and 1"),
-    "BINDING_TARGET_MISSING": ("error", "a skeleton or animation that is bound does not exist"),
+    "BOUNDS_MISSING": (
+        "warning",
+        "positions have no min and max, which glTF requires; viewers may refuse the file",
+    ),
+    "INBETWEEN_WRONG": ("error", "an inbetween has no weight of its own between 0 and 1"),
+    "BINDING_TARGET_MISSING": ("error", "a bound skeleton or animation does not exist"),
     "WEIGHTS_LENGTH_WRONG": ("error", "the number of weights is not that of the blend shapes"),
-    "WEIGHTS_OUT_OF_RANGE": ("info", "weights leave 0 to 1, which is allowed but rarely meant"),
+    "WEIGHTS_OUT_OF_RANGE": (
+        "info",
+        "weights are outside 0 to 1, which is allowed but rarely intended",
+    ),
     "VALUES_WRONG": ("error", "numbers are missing, cut off, NaN or infinite"),
     "SHAPE_UNKNOWN": ("warning", "a named blend shape is not on the rig"),
     "NAME_CHANGED": ("info", "a name was made unique or legal; the original is kept beside it"),
@@ -65,71 +77,88 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NORMALS_COMPUTED": ("info", "the source has no normals; smooth ones were computed"),
     "TANGENTS_COMPUTED": (
         "info",
-        "how shapes turn tangents is computed from how they turn normals",
+        "tangent offsets of shapes were computed from their normal offsets",
     ),
     "INBETWEEN_DROPPED": ("warning", "an inbetween cannot be written to this format"),
-    "INBETWEEN_FLAT": ("info", "inbetweens stay shapes: their weights were moved on their own"),
-    "COMBINATION_IGNORED": ("warning", "a combination shape is solved as one of its own"),
-    "FEATURE_DROPPED": ("warning", "the target format or this version does not hold a feature"),
-    "FEATURE_APPROXIMATED": ("warning", "the target format holds only something like it"),
-    "POINTS_ROUNDED": ("info", "points are stored as 16-bit integers, as was asked for"),
-    "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF holds"),
-    "TEXTURE_TILED": ("info", "each tile of a UDIM texture has a material of its own now"),
+    "INBETWEEN_FLAT": (
+        "info",
+        "inbetweens stay separate shapes: their weights were animated separately",
+    ),
+    "COMBINATION_IGNORED": ("warning", "a combination shape is solved as an independent one"),
+    "FEATURE_DROPPED": ("warning", "the target format or this version does not support a feature"),
+    "FEATURE_APPROXIMATED": (
+        "warning",
+        "the target format supports only an approximation of a feature",
+    ),
+    "POINTS_ROUNDED": ("info", "points are stored as 16-bit integers, as requested"),
+    "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF supports"),
+    "TEXTURE_TILED": ("info", "each tile of a UDIM texture became a material"),
     "TEXTURE_MISSING": ("warning", "a texture file cannot be read and is left out"),
-    "INFLUENCES_MANY": ("info", "more than four joints move a point; some programs read four"),
+    "ASSET_OUTSIDE": (
+        "warning",
+        "a file outside the folder of the asset is left out; --asset-root DIR allows it",
+    ),
+    "INFLUENCES_MANY": ("info", "more than four joints influence a point; some programs read four"),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
-    "SCALE_ROUNDED": ("info", "UsdSkel holds scales of joints as 16-bit numbers"),
+    "SCALE_ROUNDED": ("info", "joint scales are stored as 16-bit floats in UsdSkel"),
     "ANIMATION_DROPPED": ("warning", "an animation was left out"),
     "ANIMATION_CREATED": ("info", "the rig has no SkelAnimation; the solve layer adds one"),
-    "CONVERSION_INEXACT": ("warning", "what was written is not what was read"),
-    "CONVERSION_UNCERTIFIED": ("info", "what was written could not be compared with its source"),
+    "CONVERSION_INEXACT": ("warning", "the written file differs from its source"),
+    "CONVERSION_UNCERTIFIED": ("info", "the written file could not be compared with its source"),
     # binding
-    "BIND_PROPOSED": ("info", "where markers sit was proposed, not given"),
-    "BIND_UNSURE": ("warning", "most proposed places are unsure"),
-    "PLACE_DOUBTED": ("warning", "the given place of a marker does not fit the others"),
-    "PLACE_UNSURE": ("warning", "the proposed place of a marker may be wrong"),
-    "MARKER_OFF_FACE": ("warning", "a marker lies off the face and gets no place"),
+    "BIND_PROPOSED": ("info", "the vertices of markers were proposed, not given"),
+    "BIND_UNSURE": ("warning", "most proposed vertices are unsure"),
+    "PLACE_DOUBTED": ("warning", "the given vertex of a marker does not fit the other markers"),
+    "PLACE_UNSURE": ("warning", "the proposed vertex of a marker may be wrong"),
+    "MARKER_OFF_FACE": ("warning", "a marker lies off the face and gets no vertex"),
     "MARKER_DUPLICATE": ("warning", "two markers are always at one place; one is left out"),
-    "NEUTRAL_FOUND": ("info", "neutral frames were looked for and found"),
+    "NEUTRAL_FOUND": ("info", "neutral frames were detected"),
     # retarget
-    "NEUTRAL_ASSUMED": ("warning", "no neutral frames were named"),
-    "NOSE_TIP_ASSUMED": ("warning", "no marker is named as the nose tip"),
+    "NEUTRAL_ASSUMED": ("warning", "no neutral frames are named; the first frame is taken"),
+    "NOSE_TIP_ASSUMED": ("warning", "no marker is named as the nose tip; the foremost is taken"),
     "HEAD_MARKERS_FEW": ("warning", "fewer than three head markers are visible in some frames"),
     "HEAD_MARKERS_IN_LINE": (
         "warning",
-        "the head markers lie in a line and leave a turn open; the face's own markers decide",
+        "the head markers are collinear and leave a rotation open; all markers determine it",
     ),
-    "MARKERS_FEW": ("warning", "the markers cannot tell all blend shapes apart"),
+    "MARKERS_FEW": ("warning", "the markers cannot distinguish all blend shapes"),
     "TAKE_STILL": ("warning", "no marker moves in the whole take"),
     "WEIGHTS_CLIPPED": ("warning", "recorded weights outside 0 to 1 were clipped"),
     "FRAME_UNSOLVED": ("warning", "frames without visible markers follow their neighbours"),
+    "SOLVE_UNCOMPILED": ("info", "the inner loops of the solve run in numpy, several times slower"),
     "SHAPE_UNSEEN": ("info", "a blend shape moves no bound marker and stays at 0"),
     "SHAPE_UNSURE": (
         "info",
-        "the markers say little or nothing of a blend shape; one at this vertex would show it",
+        "the markers hardly determine a blend shape; one at this vertex would",
     ),
-    "PIN_IGNORED": ("warning", "a pin fits no blend shape, no frame or no weight in 0 to 1"),
+    "PIN_IGNORED": (
+        "warning",
+        "a pin has an unknown blend shape, a frame outside the take or a weight outside 0 to 1",
+    ),
     "GAIN_UNSEEN": ("info", "a blend shape never moves in the calibration take; its gain stays 1"),
     "GAIN_UNKNOWN": (
         "info",
-        "the calibration take leaves a gain open: small movement and low gain look alike",
+        "the calibration take leaves a gain undetermined: small movement and low gain look alike",
     ),
     # expressions
     "EXPRESSION_UNKNOWN": ("warning", "the rig has no shapes for an expression"),
-    "EXPRESSION_UNSEEN": ("warning", "the markers cannot tell an expression from the others"),
-    "EXPRESSION_SHARED": ("info", "the markers show a little of an expression in another"),
-    "MARKERS_CANNOT_SEPARATE": ("warning", "no marker motion tells two emotions apart"),
-    "FIT_CONFUSED": ("warning", "a fitted system takes an emotion for another"),
+    "EXPRESSION_UNSEEN": (
+        "warning",
+        "the markers cannot distinguish an expression from the others",
+    ),
+    "EXPRESSION_SHARED": ("info", "the features of one expression also show a little in another"),
+    "MARKERS_CANNOT_SEPARATE": ("warning", "no marker motion distinguishes two emotions"),
+    "FIT_CONFUSED": ("warning", "a fitted system confuses an emotion with another"),
     "FIT_UNTESTED": ("info", "an emotion was learned from one recording and could not be tested"),
     "RULE_FIRES_AT_NEUTRAL": ("warning", "a rule fires on a neutral face"),
-    "SETTING_UNREAD": ("warning", "a setting, a curve or an override that nothing reads"),
+    "SETTING_UNREAD": ("warning", "a setting, a curve or an override is ignored"),
     "RULE_UNREACHABLE": ("warning", "a rule can never fire"),
-    "RULE_OFF": ("info", "a rule is switched off or weighs 0"),
-    "RULES_CONTRADICT": ("warning", "two rules ask for the same and say different values"),
+    "RULE_OFF": ("info", "a rule is disabled or has weight 0"),
+    "RULES_CONTRADICT": ("warning", "two rules have the same antecedent and different consequents"),
     "RANGE_UNCOVERED": ("warning", "no term covers a part of an input's range"),
-    "ROLE_ASSUMED": ("info", "the file names no marker for an input; its name was taken"),
-    "MEANING_DIFFERS": ("warning", "another program computes something else from the file"),
-    "CONTACT_KEPT": ("info", "a correction was taken back where lips or lids touch"),
+    "ROLE_ASSUMED": ("info", "the file names no marker for an input; the input's name was taken"),
+    "MEANING_DIFFERS": ("warning", "another program evaluates the file differently"),
+    "CONTACT_KEPT": ("info", "a correction was limited to keep lips or lids in contact"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
     # every job
     "ADVICE_FAILED": (
@@ -141,7 +170,7 @@ CODES: dict[str, tuple[Severity, str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One recoverable fact.
+    """A recoverable loss, guess or fault.
 
     Attributes
     ----------
@@ -150,7 +179,7 @@ class Finding:
     where : str
         File, prim path, marker, shape or frame range that it concerns.
     message : str
-        What happened, in one line.
+        One line.
     severity : {"info", "warning", "error"}
     """
 

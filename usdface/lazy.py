@@ -1,11 +1,11 @@
-"""Packages whose public names are loaded when first asked for (PEP 562)."""
+"""Names that are loaded when first asked for: of packages (PEP 562), and functions in tables."""
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
-__all__ = ["lazy_names"]
+__all__ = ["lazy_function", "lazy_names"]
 
 
 def lazy_names(
@@ -34,3 +34,13 @@ def lazy_names(
         return sorted({*vars(module), *home_of})
 
     return load, names
+
+
+def lazy_function(module: str, name: str) -> Callable[..., Any]:
+    """Return a function that imports `module` and calls its function `name`, when it is called."""
+
+    def call(*arguments: Any, **named: Any) -> Any:
+        return getattr(import_module(module), name)(*arguments, **named)
+
+    call.__module__, call.__qualname__ = module, name
+    return call

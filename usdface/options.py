@@ -5,26 +5,25 @@ Settings that belong to a shot are authored on its prims (see ``usdface/schemas`
 dataclasses here are what `usdface shot` writes there and what a missing attribute means.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from math import isfinite
 from typing import Any, Literal, get_args
 
 from usdface.errors import InputError
 
 __all__ = [
+    "AMPLITUDE_RANGE",
+    "AMPLITUDE_SPREAD",
     "BLEND_TIME",
     "CONTACT_TOLERANCE",
     "EXTREME_REACHED",
     "FEATURE_SMOOTHING",
-    "GAIN_RANGE",
-    "GAIN_SPREAD",
     "LARGEST_OFFSET",
     "LEARNED_SMOOTHING",
     "MARKER_NOISE",
     "NEXT_MARKERS",
     "OFFSET_SPREAD",
     "PIN_REACH",
-    "REGIONS",
     "RESPONSE",
     "BindOptions",
     "CleanOptions",
@@ -35,17 +34,19 @@ __all__ = [
     "FitOptions",
     "HeadMode",
     "HoldOut",
+    "ImportOptions",
     "Kernel",
     "MapOptions",
     "MarkerOptions",
     "ProcessOptions",
-    "Region",
     "RigOptions",
+    "Setting",
     "SolveLimits",
     "SolveMode",
     "SolveOptions",
     "SolvePrior",
     "TakeOptions",
+    "solve_settings",
 ]
 
 LengthUnit = Literal["mm", "cm", "m", "in"]
@@ -60,8 +61,6 @@ HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
 HoldOut = Literal["auto", "recording", "variant"]
-Region = Literal["brows", "eyes", "mouth"]
-REGIONS: tuple[Region, ...] = get_args(Region)
 
 # Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
 # expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
@@ -80,10 +79,11 @@ LEARNED_SMOOTHING = 0.15
 # By how much a correction may part closed lips or lids [m]: less is not seen.
 CONTACT_TOLERANCE = 0.0005
 
-# How much more or less than the character's own a performer's movement may be, how far from 1 it
-# usually is, and how far from rest a performer's neutral may be and usually is [1].
-GAIN_RANGE = (0.5, 2.0)
-GAIN_SPREAD = 0.2
+# A performer's amplitude: the range of a movement against the character's own. What it may be, and
+# its standard deviation about 1; how far from rest a performer's neutral may be, and its deviation
+# [1]. Set by hand; python benchmarks/calibration.py measures what they are worth.
+AMPLITUDE_RANGE = (0.5, 2.0)
+AMPLITUDE_SPREAD = 0.2
 LARGEST_OFFSET = 0.2
 OFFSET_SPREAD = 0.05
 # Probability that a movement went to its extreme in a take that is said to go to all of them.
@@ -108,6 +108,36 @@ def _check_number(name: str, value: float, above_zero: bool = False) -> None:
     if not (isfinite(value) and value >= 0) or (above_zero and value == 0):
         wanted = "a number above 0" if above_zero else "a number, 0 or more"
         raise InputError(f"{name!r} is {value}; expected {wanted}", "SETTING_WRONG")
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """The range of a field of `SolveOptions`, and its row in the schema.
+
+    Attributes
+    ----------
+    doc : str
+        Of the attribute ``usdface:solve:<name>``; "" = it is no setting of a shot.
+    choices : a Literal type, or None
+        None = a number, 0 or more.
+    above_zero : bool
+        Of a number: not 0.
+    """
+
+    doc: str = ""
+    choices: Any = None
+    above_zero: bool = False
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise InputError if `name` cannot be `value`."""
+        if self.choices is None:
+            _check_number(name, value, self.above_zero)
+        else:
+            _check_choice(name, value, self.choices)
+
+
+def _row(doc: str = "", *, choices: Any = None, above_zero: bool = False) -> dict[str, Setting]:
+    return {"setting": Setting(doc, choices, above_zero)}
 
 
 def _check_share(name: str, value: float) -> None:
@@ -141,12 +171,14 @@ class RigOptions:
     """How a rig is read where the source does not say.
 
     `meters_per_unit` and `up_axis` hold for OBJ and PLY folders (glTF and USD name their
-    own; MakeHuman's are decimetres, Y up); `neutral` names the neutral mesh of a folder.
+    own; MakeHuman's are decimetres, Y up); `neutral` names the neutral mesh of a folder;
+    `asset_root` a folder that textures may come from beside that of the asset.
     """
 
     meters_per_unit: float = 0.01
     up_axis: UpAxis = "Y"
     neutral: str = ""
+    asset_root: str = ""
 
     def __post_init__(self) -> None:
         _check_number("meters_per_unit", self.meters_per_unit, above_zero=True)
@@ -225,31 +257,84 @@ class SolveOptions:
         The solve stops when no weight changes by more.
     """
 
-    mode: SolveMode = "take"
-    limits: SolveLimits = "declared"
-    smoothness: float = 1.0
-    agility: float = 27.0
-    spread: float = 0.5
-    prior: SolvePrior = "learned"
-    pace: float = 8.0
-    sparsity: float = 0.0
-    symmetry: float = 0.0
-    iterations: int = 100
-    tolerance: float = 1e-8
+    mode: SolveMode = field(
+        default="take",
+        metadata=_row(
+            "take: all frames together, smooth in time. frame: each frame alone, exactly.",
+            choices=SolveMode,
+        ),
+    )
+    limits: SolveLimits = field(
+        default="declared",
+        metadata=_row(
+            "Shapes that never exceed others: those that the rig declares, or also those known by "
+            "name (mouthClose is at most jawOpen).",
+            choices=SolveLimits,
+        ),
+    )
+    smoothness: float = field(
+        default=1.0,
+        metadata=_row(
+            "Factor on the smoothness that the markers' noise asks for [1]; 0 = each frame alone."
+        ),
+    )
+    agility: float = field(
+        default=27.0,
+        metadata=_row(
+            "Expected power of the second derivative of a weight [1/s^3]; larger = faster motion.",
+            above_zero=True,
+        ),
+    )
+    spread: float = field(
+        default=0.5,
+        metadata=_row(
+            "Expected size of a weight [1]; smaller keeps weights nearer to 0.", above_zero=True
+        ),
+    )
+    prior: SolvePrior = field(
+        default="learned",
+        metadata=_row(
+            "learned: the take says how far weights move and which together. fixed: agility and "
+            "spread.",
+            choices=SolvePrior,
+        ),
+    )
+    pace: float = field(
+        default=8.0,
+        metadata=_row(
+            "Of a learned prior: weights move less above this frequency [rad/s].", above_zero=True
+        ),
+    )
+    sparsity: float = field(
+        default=0.0,
+        metadata=_row(
+            "L1 penalty on the weights, relative to the markers' error [1]; more = fewer shapes at "
+            "once."
+        ),
+    )
+    symmetry: float = field(
+        default=0.0,
+        metadata=_row(
+            "Penalty on what left and right differ by, relative to the markers' error [1]."
+        ),
+    )
+    iterations: int = field(default=100, metadata=_row(above_zero=True))
+    tolerance: float = field(default=1e-8, metadata=_row(above_zero=True))
 
     def __post_init__(self) -> None:
-        _check_choice("mode", self.mode, SolveMode)
-        _check_choice("limits", self.limits, SolveLimits)
-        _check_choice("prior", self.prior, SolvePrior)
-        for name in ("smoothness", "sparsity", "symmetry"):
-            _check_number(name, getattr(self, name))
-        for name in ("agility", "spread", "pace", "iterations", "tolerance"):
-            _check_number(name, getattr(self, name), above_zero=True)
+        for part in fields(self):
+            part.metadata["setting"].check(part.name, getattr(self, part.name))
+
+
+def solve_settings() -> dict[str, Setting]:
+    """Return the settings of the solve that a shot says, by name: ``usdface:solve:<name>``."""
+    settings = {part.name: part.metadata["setting"] for part in fields(SolveOptions)}
+    return {name: setting for name, setting in settings.items() if setting.doc}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionOptions:
-    """How the emotions are blended over the solved weights (`usdface.fuzzy.correct`).
+    """How the emotions are blended over the solved weights (`usdface.correction.pose_blend`).
 
     A gain of 1 brings a face all the way to the emotion it half shows; less leaves it short.
     `ease` takes antagonists of what is raised back, 1 as far as the rest to a whole weight.
@@ -267,7 +352,7 @@ class CorrectionOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
-    """How a fuzzy system is fitted (`usdface.learning.fitting`).
+    """How a fuzzy system is fitted (`usdface.rule_learning.fitting`).
 
     Attributes
     ----------
@@ -302,11 +387,24 @@ class ExportOptions:
         Write a channel of its own for each weight, too (KHR_animation_pointer).
     quantize : bool
         Store points, normals and texture coordinates as 16-bit integers (KHR_mesh_quantization).
+    asset_root : str
+        A folder that textures may come from beside those of the layers that name them.
     """
 
     clip: str = ""
     pointer: bool = False
     quantize: bool = False
+    asset_root: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImportOptions:
+    """How `usdface import` reads a glTF.
+
+    `asset_root` is a folder that its buffers and images may come from beside that of the file.
+    """
+
+    asset_root: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -345,17 +443,28 @@ class MarkerOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessOptions:
-    """What one run of `usdface process` does beyond what the shot itself says.
+    """Options of one run, which go before the shot's own.
 
-    `solve` overrides the shot's `SolveOptions.mode`; `clean` and `head` False leave the clean-up
-    of the markers and the head's motion out, whatever the shot says.
+    Attributes
+    ----------
+    express : bool
+        Correct the solved weights by the expression layer.
+    head : bool
+        Move the character's head as the performer's moves, if the shot says so.
+    clean : bool
+        Clean the markers as the shot says; False solves them as recorded.
+    solve : {"take", "frame"} or None
+        In place of the shot's `SolveOptions.mode`.
+    trace : bool
+        Keep the memberships of all terms in `ShotResult.trace`, for an explanation.
     """
 
-    output: str = ""
-    gltf: str = ""
-    figure: str = ""
     express: bool = True
     head: bool = True
     clean: bool = True
     solve: SolveMode | None = None
-    in_place: bool = False
+    trace: bool = False
+
+    def __post_init__(self) -> None:
+        if self.solve is not None:
+            _check_choice("solve", self.solve, SolveMode)

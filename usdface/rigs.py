@@ -195,13 +195,6 @@ class Mesh:
                 row[found] = shape.offsets[place[found]]
         return result
 
-    def deformed(self, weights: FloatArray) -> FloatArray:
-        """Return the points at one set of weights (S,), linearly, without inbetweens: (V, 3)."""
-        points = self.points.copy()
-        for shape, weight in zip(self.shapes, weights, strict=True):
-            points[shape.indices] += weight * shape.offsets
-        return points
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Skeleton:

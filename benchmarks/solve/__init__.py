@@ -1,1 +1,1 @@
-"""The ground-truth benchmark of the solve: `usdface bench solve`."""
+"""The solve on takes of known weights, beside other solvers: `python -m benchmarks.solve`."""

@@ -12,9 +12,9 @@ from scipy.optimize import lsq_linear, nnls
 from scipy.signal import butter, filtfilt
 
 from benchmarks.solve.worlds import METRES_PER_PIXEL, REST, World
+from usdface.geometry.rigid_fit import similarity_fit
 from usdface.options import MapOptions
-from usdface.retarget.align import similarity_fit
-from usdface.retarget.box import solve_box
+from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.rbf import fit_map
 from usdface.takes import FloatArray
 
@@ -78,7 +78,7 @@ def daqp(columns: FloatArray, rows: FloatArray) -> FloatArray:
 def exact(columns: FloatArray, rows: FloatArray) -> FloatArray:
     normal = columns.T @ columns
     floor = 1e-12 * normal.trace() * np.eye(len(normal))
-    return solve_box(normal + floor, rows @ columns)
+    return solve_bounded(normal + floor, rows @ columns)
 
 
 def audio2face(columns: FloatArray, rows: FloatArray) -> FloatArray:
@@ -90,7 +90,7 @@ def audio2face(columns: FloatArray, rows: FloatArray) -> FloatArray:
         0.25 * A2F_L1**2 * np.ones((size, size)) + 10 * A2F_L2 * np.eye(size)
     )
     # It minimises |A x - b|^2 over the box, A the normal matrix itself.
-    return solve_box(normal @ normal + 1e-12 * np.eye(size), rows @ columns @ normal)
+    return solve_bounded(normal @ normal + 1e-12 * np.eye(size), rows @ columns @ normal)
 
 
 def butterworth(world: World) -> FloatArray:

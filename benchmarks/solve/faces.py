@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.face.shape_names import rename_weights
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
-from usdface.retarget.names import rename_weights
 from usdface.rigs import BlendShape, Mesh
 from usdface.takes import FloatArray, IntArray
 

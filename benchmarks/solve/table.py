@@ -13,7 +13,7 @@ from usdface.retarget.confidence import confidence_of, within_bounds
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import usual_misfit
-from usdface.retarget.transfer import solve_take
+from usdface.retarget.solve_take import solve_take
 from usdface.takes import FloatArray
 
 __all__ = ["measured"]
@@ -27,7 +27,8 @@ USED = 0.01
 def ours(world: World) -> tuple[FloatArray, FloatArray]:
     """Return weights (F, S), and the standard deviations that are said of them (S,)."""
     setup, face = world.setup, world.target
-    cleaned, _ = clean_take(world.take, world.take.names, setup.clean, world.head_moves)
+    names, moves = world.take.names, world.head_moves
+    cleaned, _ = clean_take(world.take, names, setup.clean, moving=moves)
     take = cleaned.take
     # As the program does: what was filled in is not observed.
     positions = np.where(cleaned.measured[..., None], take.positions, np.nan)

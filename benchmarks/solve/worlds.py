@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.solve.faces import Face, bent, example, has_real_data, ict, makehuman
-from usdface.setup import Binding, Setup
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import BoolArray, FloatArray, MarkerTake
 
 __all__ = ["METRES_PER_PIXEL", "REST", "World", "worlds"]
@@ -68,10 +68,12 @@ class World:
         return MarkerTake(self.target.names, self.times, self.moving, self.target.rate)
 
     @property
-    def setup(self) -> Setup:
+    def setup(self) -> RetargetSetup:
         binding = Binding(self.target.names, self.target.points)
         head = "solve" if self.head_moves else "stabilised"
-        return Setup(binding, head=head, neutral=None if self.neutral_known else (0, REST - 1))
+        return RetargetSetup(
+            binding, head=head, neutral=None if self.neutral_known else (0, REST - 1)
+        )
 
 
 Defect = Callable[[FloatArray, np.random.Generator, float], None]

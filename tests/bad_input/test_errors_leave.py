@@ -18,7 +18,7 @@ def test_debug_raises_what_happened(place: Place) -> None:
 def test_a_mistake_of_the_program_is_one_line_too(
     place: Place, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(*_: object) -> None:
+    def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("first\nsecond")
 
     monkeypatch.setattr("usdface.pipeline.process", broken)

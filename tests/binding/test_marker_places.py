@@ -14,8 +14,8 @@ from usdface.binding.marker_places import free_places, marker_places
 from usdface.cli import main
 from usdface.errors import InputError
 from usdface.io.bind_file import read_bind
+from usdface.retarget_setup import Binding
 from usdface.rigs import BlendShape, Mesh
-from usdface.setup import Binding
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()
@@ -23,7 +23,7 @@ NONE = Binding((), np.zeros(0, int))
 
 
 def test_the_first_markers_go_where_shapes_move_most_and_leave_less_and_less_unseen() -> None:
-    found = marker_places(MESH, NONE, 20, 3e-4)
+    found = marker_places(MESH, NONE, count=20, noise=3e-4)
     moved = np.linalg.norm(MESH.offsets_at(found.vertices), axis=2).max(axis=0)
     assert (moved > 0).all() and len(set(found.vertices.tolist())) == 20
     left = [len(found.unseen_before), *(len(rest) for rest in found.unseen)]
@@ -34,7 +34,7 @@ def test_the_first_markers_go_where_shapes_move_most_and_leave_less_and_less_uns
 def test_a_marker_that_is_missing_is_asked_for() -> None:
     kept = {name: v for name, v in WORLD.points.items() if not name.startswith("lid")}
     present = Binding(tuple(kept), np.array(list(kept.values())))
-    found = marker_places(MESH, present, 2, 3e-4)
+    found = marker_places(MESH, present, count=2, noise=3e-4)
     assert {"eyeBlinkLeft", "eyeBlinkRight"} <= set(found.unseen_before)
     assert {"left eye", "right eye"} == {where.split(",")[0] for where in found.where}
     assert not {"eyeBlinkLeft", "eyeBlinkRight"} & set(found.unseen[-1])
@@ -73,15 +73,15 @@ def test_no_marker_is_asked_for_on_a_neck_that_goes_along_with_the_jaw() -> None
     )
     mesh = with_more(neck, quads, np.tile([0.0, -0.004, 0.0], (len(neck), 1)))
     present = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
-    assert marker_places(mesh, present, 5, 3e-4).vertices.max() < len(MESH.points)
-    assert marker_places(mesh, NONE, 20, 3e-4).vertices.max() < len(MESH.points)
+    assert marker_places(mesh, present, count=5, noise=3e-4).vertices.max() < len(MESH.points)
+    assert marker_places(mesh, NONE, count=20, noise=3e-4).vertices.max() < len(MESH.points)
 
 
 def test_no_marker_is_asked_for_on_lashes() -> None:
     """They move most of all, beside the face and not of one piece with it."""
     lash = len(MESH.points) + np.arange(3)[None]
     mesh = with_more(0.01 * np.eye(3) + [0.0, 0.0, 0.1], lash, np.full((3, 3), 0.03))
-    assert marker_places(mesh, NONE, 10, 3e-4).vertices.max() < len(MESH.points)
+    assert marker_places(mesh, NONE, count=10, noise=3e-4).vertices.max() < len(MESH.points)
 
 
 def test_markers_on_a_real_head_are_asked_for_on_its_face(shared_data: Path) -> None:
@@ -93,7 +93,7 @@ def test_markers_on_a_real_head_are_asked_for_on_its_face(shared_data: Path) -> 
     reach, some = 0.02, mesh.points[worn.points]
     assert len(places) > 500
     assert (places > some.min(axis=0) - reach).all() and (places < some.max(axis=0) + reach).all()
-    found = marker_places(mesh, worn, 5, 3e-4)
+    found = marker_places(mesh, worn, count=5, noise=3e-4)
     away = np.linalg.norm(mesh.points[found.vertices, None] - some, axis=2).min(axis=1)
     assert away.max() < 0.03  # once 0.129, on the neck
 
@@ -120,7 +120,7 @@ def test_no_marker_is_asked_for_where_the_lips_touch() -> None:
 def test_markers_keep_a_width_apart_and_from_those_that_are_there() -> None:
     present = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
     free = free_places(MESH, present.points)
-    found = marker_places(MESH, present, 12, 3e-4)
+    found = marker_places(MESH, present, count=12, noise=3e-4)
     points = MESH.points[np.concatenate([present.points, found.vertices])]
     apart = np.linalg.norm(points[:, None] - points, axis=2)[len(present.points) :]
     assert np.sort(apart, axis=1)[:, 1].min() >= free.room > 0.003
@@ -129,7 +129,7 @@ def test_markers_keep_a_width_apart_and_from_those_that_are_there() -> None:
 @pytest.mark.parametrize("count", [0, -3, 10**6])
 def test_a_number_of_markers_that_cannot_be(count: int) -> None:
     with pytest.raises(InputError, match="expected 1 to"):
-        marker_places(MESH, NONE, count, 3e-4)
+        marker_places(MESH, NONE, count=count, noise=3e-4)
 
 
 def test_the_command_writes_a_binding_and_draws_it(tmp_path: Path) -> None:

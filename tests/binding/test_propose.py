@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
-from usdface.binding.propose import neutral_frames, propose
+from usdface.binding.neutral_frames import neutral_frames
+from usdface.binding.propose import proposal_findings
+from usdface.binding.propose import propose as proposed
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.setup import Binding, Setup
+from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
 
-NO_BINDING = Setup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))
+NO_BINDING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +41,16 @@ def with_positions(take: MarkerTake, positions: np.ndarray, *more: str) -> Marke
     return replace(take, names=take.names + more, positions=positions)
 
 
-def found(world: World, take: MarkerTake, setup: Setup = NO_BINDING) -> dict[str, int]:
+def found(world: World, take: MarkerTake, setup: RetargetSetup = NO_BINDING) -> dict[str, int]:
     binding = propose(take, world.rig.meshes[0], setup)[0].binding
     return dict(zip(binding.markers, binding.points.tolist(), strict=True))
+
+
+def propose(
+    take: MarkerTake, mesh: Mesh, setup: RetargetSetup, *, find_neutral: bool = False
+) -> tuple[RetargetSetup, list[Finding]]:
+    proposal = proposed(take, mesh, setup, find_neutral=find_neutral)
+    return proposal.setup, proposal_findings(proposal, take.source)
 
 
 def codes(findings: list[Finding], code: str) -> list[str]:
@@ -58,6 +68,22 @@ def test_anonymous_markers_in_any_pose_and_size_find_their_vertices(
     assert proposal.binding.confidence is not None
     assert proposal.binding.confidence.min() > 0.8
     assert [f.code for f in findings] == ["BIND_PROPOSED"]
+
+
+@pytest.mark.usefixtures("as_users_have_it")
+def test_vertices_whose_confidence_fails_are_proposed_without_one(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> np.ndarray:
+        raise MemoryError
+
+    monkeypatch.setattr("usdface.binding.propose.placement_confidence", fail)
+    take, truth = anonymous(world, 1)
+    proposal, findings = propose(take, world.rig.meshes[0], NO_BINDING)
+    np.testing.assert_array_equal(proposal.binding.points, truth)
+    assert proposal.binding.confidence is not None
+    assert np.isnan(proposal.binding.confidence).all()
+    assert [f.code for f in findings] == ["ADVICE_FAILED", "BIND_PROPOSED"]
 
 
 def test_places_that_are_given_stay(world: World) -> None:
@@ -193,7 +219,7 @@ def test_a_neutral_that_is_looked_for_explains_the_peaks(world: World) -> None:
     take = replace(world.take, positions=positions, times=times)
     some = ("nose", "brow_out_l", "brow_out_r", "chin")
     held_by = Binding(some, np.array([world.points[name] for name in some]))
-    setup = Setup(held_by, neutral=(0, 0))
+    setup = RetargetSetup(held_by, neutral=(0, 0))
     proposal, _ = propose(take, world.rig.meshes[0], setup, find_neutral=True)
     assert proposal.neutral is not None
     first, last = proposal.neutral

@@ -2,8 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.certificate.compare import EvaluatedMesh, certify, some_frames
-from usdface.certificate.sums import Sums
+from usdface.certificate.compare import EvaluatedMesh, certify, sample_frames
+from usdface.certificate.linear_morph import LinearMorph
 
 RNG = np.random.default_rng(3)
 FRAMES = np.arange(8)
@@ -93,10 +93,10 @@ def test_nothing_against_nothing() -> None:
 
 
 def test_some_frames_are_spread_and_within_the_budget() -> None:
-    assert some_frames(10, 5, 1000).tolist() == list(range(10))
-    assert some_frames(101, 100, 1100).tolist() == list(range(0, 101, 10))
-    assert some_frames(9, 10**9, 1).tolist() == [0, 8]
-    assert some_frames(1, 10**9, 1).tolist() == [0]
+    assert sample_frames(10, 5, 1000).tolist() == list(range(10))
+    assert sample_frames(101, 100, 1100).tolist() == list(range(0, 101, 10))
+    assert sample_frames(9, 10**9, 1).tolist() == [0, 8]
+    assert sample_frames(1, 10**9, 1).tolist() == [0]
 
 
 def test_weights_may_be_off_by_what_the_rounding_of_times_makes_of_them() -> None:
@@ -116,7 +116,7 @@ def test_weights_may_be_off_by_what_the_rounding_of_times_makes_of_them() -> Non
 
 def summed(moves: np.ndarray = MOVES, frames: int = 40) -> EvaluatedMesh:
     weights = np.random.default_rng(4).uniform(size=(frames, 2))
-    sums = Sums(weights, POINTS, moves.astype(np.float32))
+    sums = LinearMorph(weights, POINTS, moves.astype(np.float32))
     points = POINTS + np.tensordot(weights, sums.moves, 1)
     return EvaluatedMesh(
         "m", ("a", "b"), weights, lambda f: points[f], lambda f: None, lambda: sums
@@ -128,7 +128,7 @@ def test_many_frames_are_summed_and_say_the_same() -> None:
     off[0, 7, 1] += 2e-3
     one, other = summed(), summed(off)
     quick = certify([one], [other], np.arange(40))
-    slow = certify([replace(one, sums=lambda: None)], [other], np.arange(40))
+    slow = certify([replace(one, linear_morph=lambda: None)], [other], np.arange(40))
     np.testing.assert_allclose(quick.vertex_largest, slow.vertex_largest, rtol=1e-3)
     np.testing.assert_allclose(quick.vertex_mean, slow.vertex_mean, rtol=1e-3)
     np.testing.assert_allclose(slow.vertex_largest, 2e-3 * one.weights[:, 0].max(), rtol=1e-3)

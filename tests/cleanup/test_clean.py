@@ -9,14 +9,14 @@ import pytest
 from ict_face import ict_mesh, landmarks
 
 from usdface.cleanup.clean import Cleaned, clean_take
+from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import CleanOptions
-from usdface.retarget.names import rename_weights
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 
 def clean(take: MarkerTake, moving: bool = True, **steps: bool) -> Cleaned:
-    return clean_take(take, take.names, CleanOptions(**steps), moving)[0]
+    return clean_take(take, take.names, CleanOptions(**steps), moving=moving)[0]
 
 
 def entries(cleaned: Cleaned, kind: str) -> np.ndarray:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.cleanup.gaps import fill, runs
+from usdface.cleanup.gaps import fill_gaps, frame_ranges
 
 TIMES = np.arange(240) / 60
 WAVE = np.stack([np.sin(3 * TIMES), np.cos(2 * TIMES), np.sin(TIMES)], -1)[:, None] * 0.01
@@ -18,7 +18,7 @@ def test_a_short_gap_is_bridged_by_the_markers_own_motion() -> None:
     """What the others say is no use here; a cubic through the ends is off by 1e-7 m."""
     seen = hidden(100, 105)
     told = np.random.default_rng(2).normal(size=WAVE.shape) * 1e-4
-    filled = fill(WAVE, seen, told, KNOWN, TIMES, 0.0)
+    filled = fill_gaps(WAVE, seen, told, known=KNOWN, times=TIMES, noise=0.0)
     assert np.abs(filled - WAVE).max() < 1e-5
 
 
@@ -26,14 +26,23 @@ def test_a_long_gap_follows_the_others_and_meets_its_ends() -> None:
     """They have the motion, but sit elsewhere, drifting: exact but for the drift."""
     seen = hidden(60, 180)
     told = WAVE + [0.02, -0.01, 0.005] + 1e-3 * TIMES[:, None, None]
-    filled = fill(np.where(seen[..., None], WAVE, np.nan), seen, told, KNOWN, TIMES, 0.0)
+    filled = fill_gaps(
+        np.where(seen[..., None], WAVE, np.nan), seen, told, known=KNOWN, times=TIMES, noise=0.0
+    )
     assert np.abs(filled - WAVE).max() < 1e-4
 
 
 @pytest.mark.parametrize(("first", "last"), [(0, 80), (160, 239)])
 def test_a_gap_at_the_end_of_a_take_follows_the_others(first: int, last: int) -> None:
     seen = hidden(first, last)
-    filled = fill(np.where(seen[..., None], WAVE, np.nan), seen, WAVE + 0.01, KNOWN, TIMES, 0.0)
+    filled = fill_gaps(
+        np.where(seen[..., None], WAVE, np.nan),
+        seen,
+        WAVE + 0.01,
+        known=KNOWN,
+        times=TIMES,
+        noise=0.0,
+    )
     assert np.abs(filled - WAVE).max() < 1e-3
 
 
@@ -43,17 +52,17 @@ def test_noise_at_the_ends_is_not_carried_into_the_gap() -> None:
     worst = []
     for seed in range(10):
         noisy = WAVE + noise * np.random.default_rng(seed).normal(size=WAVE.shape)
-        filled = fill(noisy, seen, noisy, KNOWN & seen[:, 0], TIMES, noise)
+        filled = fill_gaps(noisy, seen, noisy, known=KNOWN & seen[:, 0], times=TIMES, noise=noise)
         worst.append(np.abs(filled - WAVE)[~seen].max())
     assert np.median(worst) < 0.003
 
 
 def test_what_was_seen_stays() -> None:
     seen = hidden(50, 60)
-    filled = fill(WAVE, seen, WAVE, KNOWN, TIMES, 1e-3)
+    filled = fill_gaps(WAVE, seen, WAVE, known=KNOWN, times=TIMES, noise=1e-3)
     np.testing.assert_array_equal(filled[seen], WAVE[seen])
 
 
 def test_runs_have_first_and_last_frame() -> None:
-    assert runs(np.array([True, True, False, True, False])) == [(0, 1), (3, 3)]
-    assert runs(np.zeros(3, dtype=bool)) == []
+    assert frame_ranges(np.array([True, True, False, True, False])) == [(0, 1), (3, 3)]
+    assert frame_ranges(np.zeros(3, dtype=bool)) == []

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.cleanup.spikes import spikes
+from usdface.cleanup.spikes import find_spikes
 
 RATE, SIZE = 60.0, 0.06
 TIME = np.arange(300)[:, None, None] / RATE
@@ -12,7 +12,7 @@ ALL = np.ones((300, 6), dtype=bool)
 
 
 def test_slow_errors_are_no_spikes() -> None:
-    assert not spikes(STILL, TOLD, ALL, SIZE, RATE).any()
+    assert not find_spikes(STILL, TOLD, ALL, size=SIZE, rate=RATE).any()
 
 
 @pytest.mark.parametrize("noise", [0.0, 3e-4])
@@ -22,7 +22,7 @@ def test_a_jump_away_and_back_is_a_spike(length: int, noise: float) -> None:
     truth = ~ALL
     truth[100 : 100 + length, 2] = True
     still[truth] += [0.0, 0.008, 0.0]
-    np.testing.assert_array_equal(spikes(still, TOLD, ALL, SIZE, RATE), truth)
+    np.testing.assert_array_equal(find_spikes(still, TOLD, ALL, size=SIZE, rate=RATE), truth)
 
 
 def test_a_spike_may_begin_at_a_gap_or_end_with_the_take() -> None:
@@ -30,17 +30,17 @@ def test_a_spike_may_begin_at_a_gap_or_end_with_the_take() -> None:
     seen[90:100, 1] = False
     truth[100:103, 1] = truth[298:, 4] = True
     still = STILL + 0.02 * truth[..., None]
-    np.testing.assert_array_equal(spikes(still, TOLD, seen, SIZE, RATE), truth)
+    np.testing.assert_array_equal(find_spikes(still, TOLD, seen, size=SIZE, rate=RATE), truth)
 
 
 def test_a_jump_of_the_prediction_alone_is_none() -> None:
     told = TOLD.copy()
     told[100:103] += 0.02
-    assert not spikes(STILL, told, ALL, SIZE, RATE).any()
+    assert not find_spikes(STILL, told, ALL, size=SIZE, rate=RATE).any()
 
 
 def test_a_marker_that_sits_elsewhere_for_long_is_one() -> None:
     truth = ~ALL
     truth[100:200, 3] = True
     still = STILL + 0.03 * truth[..., None]
-    np.testing.assert_array_equal(spikes(still, TOLD, ALL, SIZE, RATE), truth)
+    np.testing.assert_array_equal(find_spikes(still, TOLD, ALL, size=SIZE, rate=RATE), truth)

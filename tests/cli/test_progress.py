@@ -1,13 +1,18 @@
 import pytest
 
 from usdface.cli.progress import progress
+from usdface.progress import COMPILE, Step
 
 
-def test_progress_is_for_terminals_only(capsys: pytest.CaptureFixture[str]) -> None:
-    for shown in (True, False):
-        with progress(shown) as on_step:
-            assert on_step is None
-    assert capsys.readouterr() == ("", "")
+@pytest.mark.parametrize("shown", [True, False])
+def test_elsewhere_than_on_terminals_only_a_long_wait_is_named(
+    shown: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with progress(shown) as on_progress:
+        on_progress(Step("solve"))
+        assert capsys.readouterr() == ("", "")
+        on_progress(Step(COMPILE))
+    assert capsys.readouterr() == ("", "usdface: compile the solver (once) ...\n")
 
 
 def test_progress_on_a_terminal_shows_the_step(
@@ -15,8 +20,8 @@ def test_progress_on_a_terminal_shows_the_step(
 ) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     monkeypatch.setenv("TERM", "xterm")
-    with progress(True) as on_step:
-        assert on_step is not None
-        on_step("solve")
+    with progress(True) as on_progress:
+        on_progress(Step("read"))
+        on_progress(Step("solve", 0.5))
     said = capsys.readouterr()
     assert said.out == "" and "solve" in said.err

@@ -3,27 +3,38 @@ from pathlib import Path
 
 import pytest
 
-from usdface.cli.report import print_json, print_outcome, write_report
+from usdface.cli.report import print_json, print_result, write_report
 from usdface.errors import OutputError
 from usdface.findings import finding
-from usdface.outcome import Outcome
+from usdface.result import Result
 
 FINDINGS = (
     finding("MARKER_OCCLUDED", "nose [1]", "hidden in 3 of 9 frames"),
     finding("SHAPE_UNSEEN", "a"),
     *(finding("SHAPE_EMPTY", f"[bold]{i}[/bold]") for i in range(6)),
 )
-OUTCOME = Outcome(
-    (Path("out [1]") / "näme.usda",), FINDINGS, {"frames": 9, "rate Hz": 29.97}, {"solve": 1.23456}
+RESULT = Result(
+    None,
+    (Path("out [1]") / "näme.usda",),
+    FINDINGS,
+    {"frames": 9, "rate_hz": 29.97, "emotion_peaks": {"joy": 0.5}},
+    seconds={"solve": 1.23456},
 )
 
 
 def test_text_says_every_figure_file_and_kind_of_finding_once(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    print_outcome(OUTCOME, "text")
+    print_result(RESULT, "text")
     said = capsys.readouterr().out
-    for wanted in ("frames", "29.97", "wrote out [1]/näme.usda", "(nose [1])"):
+    for wanted in (
+        "frames",
+        "rate [Hz]",
+        "29.97",
+        "joy 0.5",
+        "wrote out [1]/näme.usda",
+        "(nose [1])",
+    ):
         assert wanted in said
     assert said.count("SHAPE_EMPTY") == 1
     assert "[bold]0[/bold], " in said and "and 2 more" in said
@@ -31,7 +42,7 @@ def test_text_says_every_figure_file_and_kind_of_finding_once(
 
 def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[str]) -> None:
     hidden = [finding("MARKER_OCCLUDED", m, f"hidden in {k} of 9") for k, m in enumerate("abcdef")]
-    print_outcome(Outcome((), tuple(hidden), {}, {}), "text")
+    print_result(Result(None, (), tuple(hidden)), "text")
     said = capsys.readouterr().out
     assert said == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
 
@@ -44,7 +55,7 @@ def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[s
         finding("MEANING_DIFFERS", "a.fll: fear", "the answers of fear are kept in 0 to 2"),
         *(finding("RULE_FIRES_AT_NEUTRAL", f"line {k}", f'the rule "{k}" fires') for k in "ab"),
     ]
-    print_outcome(Outcome((), tuple(warned), {}, {}), "text")
+    print_result(Result(None, (), tuple(warned)), "text")
     assert capsys.readouterr().out.splitlines() == [
         "warning MEANING_DIFFERS: the answers of joy are kept in 0 to 1 (a.fll: joy); "
         "others: a.fll: fear",
@@ -52,17 +63,17 @@ def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[s
         'warning RULE_FIRES_AT_NEUTRAL: the rule "a" fires (line a); others: line b',
     ]
     many = [finding("MEANING_DIFFERS", "x", word * 3) for word in "abcdefg"]
-    print_outcome(Outcome((), tuple(many), {}, {}), "text")
+    print_result(Result(None, (), tuple(many)), "text")
     first, *others = capsys.readouterr().out.splitlines()
     assert first.endswith("aaa (x); others: x, x, x") and len(others) == 3
 
 
-def test_json_is_the_outcome_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
-    print_outcome(OUTCOME, "json")
+def test_json_is_the_result_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
+    print_result(RESULT, "json")
     document = json.loads(capsys.readouterr().out)
     assert document["written"] == [str(Path("out [1]") / "näme.usda")]
     assert document["findings"] == [f.as_dict() for f in FINDINGS]
-    assert document["summary"] == OUTCOME.summary
+    assert document["summary"] == RESULT.summary
     assert document["seconds"] == {"solve": 1.235}
     assert document["peak_memory_mb"] > 1
 
@@ -70,14 +81,14 @@ def test_json_is_the_outcome_and_nothing_else(capsys: pytest.CaptureFixture[str]
 def test_the_file_holds_what_json_prints(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write_report(OUTCOME, tmp_path / "deep" / "report.json")
-    print_outcome(OUTCOME, "json")
+    write_report(RESULT, tmp_path / "deep" / "report.json")
+    print_result(RESULT, "json")
     written = json.loads((tmp_path / "deep" / "report.json").read_text(encoding="utf-8"))
     printed = json.loads(capsys.readouterr().out)
     written.pop("peak_memory_mb"), printed.pop("peak_memory_mb")
     assert written == printed
     with pytest.raises(OutputError, match="cannot write"):
-        write_report(OUTCOME, tmp_path / "deep" / "report.json" / "no.json")
+        write_report(RESULT, tmp_path / "deep" / "report.json" / "no.json")
 
 
 def test_plain_values_are_printed_only_where_asked_for(

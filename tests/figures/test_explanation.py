@@ -4,45 +4,42 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import InputError
-from usdface.explain import Explanation, Heard
+from usdface.explanation import Explanation
 from usdface.figures.explanation import write_explanation_figure
+from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.rigs import Rig
+from usdface.shot import Shot, ShotResult
+from usdface.takes import WeightsTake
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def explanation(frames: int = 9, correction: float = 0.3) -> Explanation:
+def explanation(
+    frames: int = 9, correction: float = 0.3, rule: str = "IF lip_y IS raised THEN joy IS 1"
+) -> Explanation:
     term = Term("raised", "ramp", (0.0, 1.0))
-    system = FuzzySystem(
-        (Variable("lip_y", "input", "lip", terms=(term,)), Variable("joy", "output")),
-        (parse_rule("IF lip_y IS raised THEN joy IS 1"),),
-    )
+    variables = (Variable("lip_y", "input", "lip", terms=(term,)), Variable("joy", "output"))
+    system = FuzzySystem(variables, (parse_rule(rule),) if rule else ())
     rise = np.linspace(0, 1, frames)[:, None]
-    solved = 0.5 * rise @ np.ones((1, 2))
     inputs = rise.copy()
     inputs[0] = np.nan  # occluded
-    return Explanation(
-        system,
-        np.arange(frames) / 30,
-        inputs,
-        rise,
-        rise,
-        ("a", "b"),
-        solved,
-        solved + correction,
-        ("lip",),
-        "nose",
-        0.05,
-        np.array([[1.0, 0.0]]),
-        rise,
+    whole = SideTrace(inputs, evaluate(system, inputs, memberships=True), rise)
+    trace = ExpressionTrace(system, ("lip",), 0.05, np.array([[1.0, 0.0]]), {"both": whole})
+    solved = WeightsTake(
+        ("a", "b"), np.arange(frames) / 30, 0.5 * rise @ np.ones((1, 2)), rate=30.0
     )
+    setup = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), nose_tip="nose")
+    shot = Shot(Rig("face", ()), solved, setup)
+    return Explanation(ShotResult(shot, solved, solved.weights + correction, trace=trace), trace)
 
 
-def no_rules(explained: Explanation) -> Explanation:
-    system = replace(explained.system, rules=())
-    return replace(explained, system=system, firing=np.zeros((len(explained.times), 0)))
+def with_sides(explained: Explanation, **sides: SideTrace) -> Explanation:
+    return replace(explained, trace=replace(explained.trace, sides=sides))
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
@@ -61,8 +58,8 @@ def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
     [
         explanation(1),
         explanation(correction=0.0),
-        no_rules(explanation()),
-        replace(explanation(), poses=np.zeros((1, 2))),
+        explanation(rule=""),
+        replace(explanation(), trace=replace(explanation().trace, poses=np.zeros((1, 2)))),
     ],
     ids=["one frame", "no correction", "no rules", "no pose"],
 )
@@ -73,12 +70,7 @@ def test_little_to_show_is_shown(tmp_path: Path, explained: Explanation) -> None
 
 def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
     explained = explanation()
-    denied = parse_rule("IF lip_y IS NOT raised THEN joy IS 1")
-    other = replace(
-        explained,
-        system=replace(explained.system, rules=(denied,)),
-        firing=1.0 - explained.firing,
-    )
+    other = explanation(rule="IF lip_y IS NOT raised THEN joy IS 1")
     for case, name in ((explained, "raised"), (other, "not raised")):
         write_explanation_figure(case, 4, tmp_path / "out.svg")
         said = (tmp_path / "out.svg").read_text()
@@ -87,11 +79,12 @@ def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
 
 
 def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
-    whole = explanation()
-    still = replace(whole, outputs=0.0 * whole.outputs, shown=0.0 * whole.shown)
-    sides = {"left": whole, "right": still}
-    halves = {s: Heard(e.inputs, e.firing, e.outputs, e.shown) for s, e in sides.items()}
-    write_explanation_figure(replace(still, halves=halves), 4, tmp_path / "a.svg")
+    explained = explanation()
+    whole = explained.whole
+    silent = replace(whole.evaluation, outputs=0.0 * whole.evaluation.outputs)
+    still = replace(whole, evaluation=silent, shown=0.0 * whole.shown)
+    halves = with_sides(explained, both=still, left=whole, right=still)
+    write_explanation_figure(halves, 4, tmp_path / "a.svg")
     said = (tmp_path / "a.svg").read_text()
     assert "<!-- joy, left half -->" in said and "<!-- joy, right half -->" not in said
     assert "no emotion; left half: joy 0.50 -->" in said
@@ -102,10 +95,11 @@ def test_of_thousands_of_rules_those_that_fire_most_have_a_row(tmp_path: Path) -
     rules, loud = explained.system.rules * 3000, 2017
     firing = np.zeros((len(explained.times), len(rules)))
     firing[:, loud] = 0.7
+    evaluation = replace(explained.whole.evaluation, firing=firing)
+    many = with_sides(explained, both=replace(explained.whole, evaluation=evaluation))
     system = replace(explained.system, rules=rules)
-    write_explanation_figure(
-        replace(explained, system=system, firing=firing), 4, tmp_path / "a.svg"
-    )
+    many = replace(many, trace=replace(many.trace, system=system))
+    write_explanation_figure(many, 4, tmp_path / "a.svg")
     said = (tmp_path / "a.svg").read_text()
     assert said.count("<!-- joy: lip_y raised -->") == 60
     assert "(the 60 of 3000 that fire most)" in said

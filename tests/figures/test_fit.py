@@ -6,8 +6,8 @@ from fit_world import RULES, make_examples
 
 from usdface.errors import InputError
 from usdface.figures.fit import write_fit_figure
-from usdface.fuzzy.fit.learned import fit_system
-from usdface.fuzzy.fit.validation import Validation, cross_validate
+from usdface.rule_learning.cross_validation import Validation, cross_validate
+from usdface.rule_learning.learned_system import fit_system
 
 
 def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:

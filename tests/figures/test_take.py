@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from worlds import make_world
 
-from usdface.animate import Animated, animate
 from usdface.cli import main
 from usdface.figures.take import write_take_figure
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
-from usdface.options import ProcessOptions
-from usdface.outcome import Steps
 from usdface.pipeline import make_shot
+from usdface.retarget_shot import retarget
+from usdface.shot import ShotResult
+from usdface.shot_report import report_of
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -21,15 +21,15 @@ PNG = b"\x89PNG\r\n\x1a\n"
 def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     world = make_world(head_moves=False)
     folder = world.write(tmp_path_factory.mktemp("face"))
-    files = (folder / "rig.usda", folder / "take.usda", folder / "bind.json", folder / "shot.usda")
-    make_shot(*files)
+    files = (folder / "rig.usda", folder / "take.usda", folder / "shot.usda")
+    make_shot(*files, bind=folder / "bind.json")
     return folder / "shot.usda"
 
 
 @pytest.fixture(scope="module")
-def animated(shot: Path) -> Animated:
+def solved(shot: Path) -> ShotResult:
     stage = open_stage(shot)
-    return animate(stage, read_shot(stage, "shot")[0], ProcessOptions(), Steps())
+    return retarget(read_shot(stage, "shot")[0].shot)
 
 
 def test_process_draws_the_take_and_the_same_take_the_same(shot: Path, tmp_path: Path) -> None:
@@ -41,25 +41,26 @@ def test_process_draws_the_take_and_the_same_take_the_same(shot: Path, tmp_path:
     assert drawn[0] == drawn[1]
 
 
-def test_the_regions_and_the_largest_weights_are_named(animated: Animated, tmp_path: Path) -> None:
+def test_the_regions_and_the_largest_weights_are_named(solved: ShotResult, tmp_path: Path) -> None:
     path = tmp_path / "take.svg"
-    write_take_figure(animated, path)
+    details = report_of(solved).details
+    write_take_figure(solved, details, path)
     said = path.read_text()
-    regions = animated.details["residual"]["regions mm"]
+    regions = details["residual"]["regions_mm"]
     for region, entry in regions.items():
         assert f"{region} {entry['rms']:.2f}" in said
     assert "jawOpen" in said
 
 
-def test_what_is_not_there_is_not_drawn(animated: Animated, tmp_path: Path) -> None:
+def test_what_is_not_there_is_not_drawn(solved: ShotResult, tmp_path: Path) -> None:
     """A take of weights has no residual, an uncorrected one no emotions, a still one no weights."""
-    still = replace(animated.solve, weights=np.zeros_like(animated.solve.weights))
-    bare = replace(animated, express=None, details={}, solve=still)
-    write_take_figure(bare, tmp_path / "bare.svg")
+    still = replace(solved.solved, weights=np.zeros_like(solved.solved.weights))
+    bare = replace(solved, corrected=None, trace=None, solved=still)
+    write_take_figure(bare, {}, tmp_path / "bare.svg")
     said = (tmp_path / "bare.svg").read_text()
     assert "no weight moves" in said and "RMS [mm]" not in said and "emotions" not in said
     assert "standard deviation" not in said
-    write_take_figure(replace(bare, solve=animated.solve), tmp_path / "recorded.svg")
+    write_take_figure(replace(bare, solved=solved.solved), {}, tmp_path / "recorded.svg")
     said = (tmp_path / "recorded.svg").read_text()
     assert "<!-- solved weights that move" in said and "<!-- weight -->" in said
     assert "standard deviation" not in said

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.fuzzy.doubts import rule_findings
 from usdface.fuzzy.inference import evaluate, fires_at_neutral
+from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 

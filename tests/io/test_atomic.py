@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from usdface.errors import OutputError
-from usdface.io.atomic import atomic_path, write_bytes, write_text
+from usdface.io.atomic import all_or_none, atomic_path, when_written, write_bytes, write_text
 
 
 def test_the_file_is_there_and_nothing_else(tmp_path: Path) -> None:
@@ -45,3 +45,39 @@ def test_a_place_that_cannot_be_written_is_one_clear_line(tmp_path: Path, name: 
         write_text(tmp_path / name, "text")
     assert "\n" not in str(caught.value) and name.split("/")[0] in str(caught.value)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_several_files_are_written_or_none(tmp_path: Path) -> None:
+    first, second = tmp_path / "first", tmp_path / "new" / "second"
+    first.write_text("old")
+    with pytest.raises(OutputError, match="File name too long"), all_or_none():
+        write_text(first, "new")
+        write_text(second, "new")
+        write_text(tmp_path / (300 * "a"), "new")
+    assert first.read_text() == "old" and list(tmp_path.iterdir()) == [first]
+    with all_or_none():
+        write_text(first, "new")
+        with all_or_none():
+            write_text(second, "new")
+        assert first.read_text() == "old" and not second.exists()
+    assert first.read_text() == second.read_text() == "new"
+    assert len([p for p in tmp_path.rglob("*") if p.is_file()]) == 2
+
+
+def test_one_of_several_files_may_fail(tmp_path: Path) -> None:
+    with all_or_none():
+        write_text(tmp_path / "a", "a")
+        with pytest.raises(ValueError, match="half"), atomic_path(tmp_path / "b") as temporary:
+            temporary.write_text("ha")
+            raise ValueError("half")
+    assert [p.name for p in tmp_path.iterdir()] == ["a"]
+
+
+def test_actions_wait_for_the_files(tmp_path: Path) -> None:
+    seen: list[bool] = []
+    with all_or_none():
+        write_text(tmp_path / "a", "a")
+        when_written(lambda: seen.append((tmp_path / "a").exists()))
+        assert seen == []
+    when_written(lambda: seen.append(False))
+    assert seen == [True, False]

@@ -7,11 +7,11 @@ import pytest
 from usdface.errors import InputError
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.options import CleanOptions, MapOptions, SolveOptions
-from usdface.setup import Binding, Setup
+from usdface.retarget_setup import Binding, RetargetSetup
 
 SETUPS = [
-    Setup(Binding(("a", "b"), np.array([3, 9]), "/Asset/Face/Head")),
-    Setup(
+    RetargetSetup(Binding(("a", "b"), np.array([3, 9]), "/Asset/Face/Head")),
+    RetargetSetup(
         Binding(("a", "b", "ä ö"), np.array([3, 3, 0])),
         head="markers",
         head_markers=("a", "b", "ä ö"),
@@ -23,12 +23,12 @@ SETUPS = [
         solve=SolveOptions(smoothness=0.0),
         clean=CleanOptions(spikes=False),
     ),
-    Setup(Binding(("a",), np.array([1])), head="stabilised", neutral=None),
+    RetargetSetup(Binding(("a",), np.array([1])), head="stabilised", neutral=None),
 ]
 
 
 @pytest.mark.parametrize("setup", SETUPS)
-def test_a_setup_survives_the_file(tmp_path: Path, setup: Setup) -> None:
+def test_a_setup_survives_the_file(tmp_path: Path, setup: RetargetSetup) -> None:
     path = tmp_path / "bind.json"
     path.write_text(bind_json(setup), encoding="utf-8")
     back, findings = read_bind(path)
@@ -44,7 +44,7 @@ def test_only_markers_are_needed(tmp_path: Path) -> None:
     path = tmp_path / "bind.json"
     path.write_text('{"markers": {"a": {"point": 1}}}', encoding="utf-8")
     setup, findings = read_bind(path)
-    assert [f.code for f in findings] == ["NEUTRAL_ASSUMED"]
+    assert setup.neutral_assumed and findings == []
     assert setup.head == "solve" and setup.neutral == (0, 0)
     assert setup.map == MapOptions() and setup.solve == SolveOptions()
 
@@ -106,7 +106,7 @@ def test_a_map_whose_settings_are_named_is_not_chosen() -> None:
 def test_how_sure_a_place_is_stays_in_the_file(tmp_path: Path) -> None:
     path = tmp_path / "bind.json"
     binding = Binding(("a", "b"), np.array([1, 2]), confidence=np.array([0.25, np.nan]))
-    path.write_text(bind_json(Setup(binding)), encoding="utf-8")
+    path.write_text(bind_json(RetargetSetup(binding)), encoding="utf-8")
     markers = json.loads(path.read_text())["markers"]
     assert markers == {"a": {"point": 1, "confidence": 0.25}, "b": {"point": 2}}
     back, _ = read_bind(path)

@@ -6,7 +6,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.calibration_file import calibration_json, read_calibration_file
-from usdface.setup import Calibration
+from usdface.retarget_setup import Calibration
 
 
 def test_what_was_written_is_read(tmp_path: Path) -> None:
@@ -16,7 +16,7 @@ def test_what_was_written_is_read(tmp_path: Path) -> None:
     path.write_text(text)
     found = read_calibration_file(path)
     assert found.shapes == ("a", "b")
-    assert (found.gains == gains).all() and (found.offsets == offsets).all()
+    assert (found.amplitudes == gains).all() and (found.offsets == offsets).all()
     assert json.loads(text)["shapes"]["a"]["deviation"] == 0.125
 
 

@@ -10,7 +10,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdface.cli import main
 from usdface.clips import Clip, JointsTake
-from usdface.io.certified import certified
+from usdface.io.compare_conversion import certify_conversion
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import compose
@@ -83,8 +83,8 @@ def assert_same(clips: tuple[Clip, ...], others: tuple[Clip, ...]) -> None:
 def test_usd_to_gltf_to_usd(tmp_path: Path, seed: int, validate_gltf) -> None:
     rig, clips = a_character(seed)
     write_rig(rig, tmp_path / "a.usdc", clips)
-    there = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, True)
-    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usdc", None, True)
+    there = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", every_frame=True)
+    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usdc", every_frame=True)
     assert [f for f in there.findings + back.findings if f.severity != "info"] == []
     assert validate_gltf(tmp_path / "b.glb")["issues"]["numErrors"] == 0
     assert_same(clips, animated_rig(open_stage(tmp_path / "a.usdc"))[1])
@@ -95,8 +95,8 @@ def test_usd_to_gltf_to_usd(tmp_path: Path, seed: int, validate_gltf) -> None:
 def test_gltf_to_usd_to_gltf(tmp_path: Path, seed: int) -> None:
     rig, clips = a_character(seed)
     write_gltf(rig, tmp_path / "a.glb", clips)
-    there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", None, True)
-    back = export_scene(tmp_path / "b.usda", tmp_path / "c.glb", None, True)
+    there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", every_frame=True)
+    back = export_scene(tmp_path / "b.usda", tmp_path / "c.glb", every_frame=True)
     assert [f for f in there.findings + back.findings if f.severity != "info"] == []
     assert_same(clips, read_gltf(tmp_path / "a.glb")[1])
     assert_same(clips, read_gltf(tmp_path / "c.glb")[1])
@@ -106,7 +106,7 @@ def test_the_report_has_each_clip(tmp_path: Path) -> None:
     rig, clips = a_character(2)
     assert len(clips) > 1
     write_rig(rig, tmp_path / "a.usdc", clips)
-    outcome = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, True)
+    outcome = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", every_frame=True)
     each = outcome.details["certificate"]["clips"]
     assert list(each) == [clip.name for clip in clips]
     assert sum(part["frames"] for part in each.values()) == outcome.details["certificate"]["frames"]
@@ -120,7 +120,9 @@ def test_another_movement_of_a_joint_is_seen(tmp_path: Path) -> None:
     moved = replace(clips[-1].joints, translations=clips[-1].joints.translations + 0.01)
     write_gltf(rig, tmp_path / "b.glb", (*clips[:-1], replace(clips[-1], joints=moved)))
     stage = open_stage(tmp_path / "a.usdc")
-    certificate, found = certified(stage, tmp_path / "b.glb", exported=True, every_frame=True)
+    certificate, found = certify_conversion(
+        stage, tmp_path / "b.glb", exported=True, every_frame=True
+    )
     assert certificate is not None and certificate.vertex_largest > 1e-3
     assert [f.code for f in found] == ["CONVERSION_INEXACT"]
 
@@ -136,9 +138,9 @@ def test_prims_that_move_hang_on_joints(tmp_path: Path, seed: int) -> None:
         for code in (0, 3, 30):
             move.Set(Gf.Vec3d(code / 10, 1, -code / 20), code)
     stage.Save()
-    outcome = export_scene(tmp_path / "a.usda", tmp_path / "b.glb", None, True)
+    outcome = export_scene(tmp_path / "a.usda", tmp_path / "b.glb", every_frame=True)
     assert [f for f in outcome.findings if f.severity != "info"] == []
-    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usda", None, True)
+    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usda", every_frame=True)
     assert [f for f in back.findings if f.severity != "info"] == []
     skeleton = read_gltf(tmp_path / "b.glb")[0].skeleton
     assert skeleton is not None
@@ -168,8 +170,8 @@ def test_names_that_are_there_twice_come_back(tmp_path: Path, write_glb) -> None
         ],
     }
     write_glb(tmp_path / "a.glb", document, arrays)
-    there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", None, True)
-    back = export_scene(tmp_path / "b.usda", tmp_path / "c.gltf", None, True)
+    there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", every_frame=True)
+    back = export_scene(tmp_path / "b.usda", tmp_path / "c.gltf", every_frame=True)
     assert [f for f in there.findings + back.findings if f.severity != "info"] == []
     written = json.loads((tmp_path / "c.gltf").read_text())
     assert [mesh["extras"]["targetNames"] for mesh in written["meshes"]] == [names, names]
@@ -212,10 +214,10 @@ def test_the_robot_goes_in_and_out_with_all_clips(
     shared_data: Path, tmp_path: Path, validate_gltf, assert_valid_usd
 ) -> None:
     robot = shared_data / "robotexpressive" / "RobotExpressive.glb"
-    there = import_scene(robot, tmp_path / "a.usdc", None, True)
+    there = import_scene(robot, tmp_path / "a.usdc", every_frame=True)
     assert_valid_usd(tmp_path / "a.usdc")
     options = ExportOptions(pointer=True)
-    back = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, True, options)
+    back = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", every_frame=True, options=options)
     for outcome in (there, back):
         certificate = outcome.details["certificate"]
         assert len(certificate["clips"]) == 14
@@ -237,8 +239,8 @@ def test_clips_of_different_rates_share_one_clock(tmp_path: Path) -> None:
         for times in [3 + np.arange(50) / rate]
     )
     write_rig(rig, tmp_path / "a.usda", clips)
-    outcome = export_scene(tmp_path / "a.usda", tmp_path / "b.glb", None, True)
-    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usda", None, True)
+    outcome = export_scene(tmp_path / "a.usda", tmp_path / "b.glb", every_frame=True)
+    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usda", every_frame=True)
     assert [f for f in outcome.findings + back.findings if f.severity != "info"] == []
     for name in "ac":
         others = animated_rig(open_stage(tmp_path / f"{name}.usda"))[1]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from usdface.io.certified import certified
+from usdface.io.compare_conversion import certify_conversion
 from usdface.io.gltf.read import read_gltf
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
@@ -82,7 +82,7 @@ def off_by(path: Path, folder: Path) -> float:
     rig, clips, _ = read_gltf(path)
     write_rig(rig, folder / "b.usdc", clips)
     stage = open_stage(folder / "b.usdc")
-    certificate, _ = certified(stage, path, exported=False, every_frame=True)
+    certificate, _ = certify_conversion(stage, path, exported=False, every_frame=True)
     assert certificate is not None
     assert [*certificate.clips] == ["Lauf ü 0", "Lauf ü 1"]
     assert certificate.time_drift < 1e-6
@@ -95,7 +95,7 @@ def test_lines_and_steps_are_exact(tmp_path: Path, write_glb, seed: int) -> None
     forest = Forest(seed, ["LINEAR", "STEP"])
     path = write_glb(tmp_path / "a.glb", forest.document(), forest.arrays)
     assert off_by(path, tmp_path) < 1e-5
-    back = export_scene(tmp_path / "b.usdc", tmp_path / "c.glb", None, True)
+    back = export_scene(tmp_path / "b.usdc", tmp_path / "c.glb", every_frame=True)
     assert [f for f in back.findings if f.severity != "info"] == []
     names = {clip.name: clip.joints for clip in read_gltf(tmp_path / "c.glb")[1]}
     for clip in read_gltf(path)[1]:

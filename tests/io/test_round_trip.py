@@ -92,8 +92,8 @@ def test_usd_to_gltf_to_usd(tmp_path: Path, seed: int) -> None:
     write_rig(*(rig := a_rig(seed))[:1], tmp_path / "a.usdc", plays(rig[1]))
     one, take = read_usd(tmp_path / "a.usdc")
     assert_same(*rig, one, take)
-    there = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", None, True)
-    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usdc", None, True)
+    there = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb", every_frame=True)
+    back = import_scene(tmp_path / "b.glb", tmp_path / "c.usdc", every_frame=True)
     assert [f for f in there.findings + back.findings if f.severity != "info"] == []
     other, again = read_usd(tmp_path / "c.usdc")
     assert take is not None
@@ -105,8 +105,8 @@ def test_gltf_to_usd_to_gltf(tmp_path: Path, seed: int) -> None:
     write_gltf(*(rig := a_rig(seed))[:1], tmp_path / "a.glb", plays(rig[1]))
     one, take, _ = read_one(tmp_path / "a.glb")
     assert_same(*rig, one, take)
-    there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", None, True)
-    back = export_scene(tmp_path / "b.usda", tmp_path / "c.glb", None, True)
+    there = import_scene(tmp_path / "a.glb", tmp_path / "b.usda", every_frame=True)
+    back = export_scene(tmp_path / "b.usda", tmp_path / "c.glb", every_frame=True)
     assert [f for f in there.findings + back.findings if f.severity != "info"] == []
     other, again, _ = read_one(tmp_path / "c.glb")
     assert take is not None

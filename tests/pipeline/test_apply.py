@@ -13,8 +13,8 @@ from usdface.pipeline import apply
 def test_an_open_stage_gets_what_process_writes(done: Done) -> None:
     stage = Usd.Stage.Open(str(done.folder / "shot.usda"))
     stage.SetEditTarget(stage.GetSessionLayer())
-    outcome = apply(stage)
-    assert outcome.written == () and outcome.summary["frames"] == 40
+    result = apply(stage)
+    assert result.written == () and result.summary["frames"] == 40
     written, applied = animation_of(done.root), animation_of(stage)
     np.testing.assert_array_equal(applied.weights, written.weights)
     np.testing.assert_allclose(applied.times, written.times, atol=1e-9)

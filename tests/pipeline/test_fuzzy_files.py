@@ -8,8 +8,8 @@ from every_term import sugeno
 
 from usdface.cli import main
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.paper import published_table
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
+from usdface.papers import fuzzy_table
 
 
 def test_the_command_goes_through_all_formats_and_says_what_is_doubtful(tmp_path, capsys):
@@ -44,6 +44,6 @@ def test_the_papers_table_comes_out_of_a_file_of_its_system(tmp_path, capsys, su
     assert len(fires) == 1 and "THEN anger IS 1" in fires[0]
     system, findings = read_fuzzy_file(place)
     assert findings == []
-    table = published_table(system)
+    table = fuzzy_table(system)
     assert table.rms < 0.009 and table.largest < 0.041
     assert evaluate(system, np.zeros((1, 13))).outputs[0].tolist() == [0, 0, 1, 0, 0, 0]

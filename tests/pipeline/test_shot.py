@@ -54,8 +54,9 @@ def test_a_designed_system_has_the_defaults_but_for_what_is_told(folder: Path) -
 
 
 def test_a_correction_that_cannot_be_is_refused(folder: Path) -> None:
-    files = (folder / "rig.usda", folder / "take.usda", folder / "bind.json", folder / "no.usda")
+    files = (folder / "rig.usda", folder / "take.usda", folder / "no.usda")
+    bind = folder / "bind.json"
     for system in (None, folder / "own.usda"):
         with pytest.raises(InputError, match="'gain' is -1"):
-            make_shot(*files, {"gain": -1.0}, fuzzy=system)
+            make_shot(*files, bind=bind, correction={"gain": -1.0}, fuzzy=system)
     assert not (folder / "no.usda").exists()

@@ -4,20 +4,22 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
-from usdface.clean_solve import calibrate, retarget
 from usdface.errors import InputError
-from usdface.setup import Binding, Calibration, Setup
+from usdface.face.bound_face import bound_face
+from usdface.retarget_setup import Binding, Calibration, RetargetSetup
+from usdface.retarget_take import calibrate, retarget
 from usdface.takes import FloatArray, MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()
 NAMES = MESH.shape_names
-SETUP = Setup(
+SETUP = RetargetSetup(
     Binding(tuple(WORLD.points), np.array(list(WORLD.points.values()))),
     head="stabilised",
     neutral=(0, NEUTRAL - 1),
     nose_tip="nose",
 )
+FACE = bound_face(MESH, SETUP)
 GAINS = np.random.default_rng(3).uniform(0.8, 1.25, len(NAMES))
 
 
@@ -46,16 +48,16 @@ def range_of_motion() -> FloatArray:
 def solved_error(calibration: Calibration | None, gains: FloatArray, world: World = WORLD) -> float:
     take = performance(world.weights, gains, seed=1)
     setup = replace(SETUP, calibration=calibration)
-    _, weights, _, _ = retarget(take, setup, MESH, NAMES)
+    _, weights, _, _ = retarget(take, FACE, setup)
     return float(np.sqrt(np.mean((weights.weights - world.weights) ** 2)))
 
 
 def test_a_range_of_motion_gives_the_gains_and_a_better_solve_of_another_take() -> None:
-    found, _ = calibrate(performance(range_of_motion(), GAINS), SETUP, MESH, extremes=True)
+    found, _ = calibrate(performance(range_of_motion(), GAINS), FACE, SETUP, extremes=True)
     assert found.calibration.shapes == NAMES
-    assert found.calibration.gains == pytest.approx(GAINS, abs=0.06)
+    assert found.calibration.amplitudes == pytest.approx(GAINS, abs=0.06)
     assert set(found.known) == set(NAMES)
-    assert np.abs(found.calibration.gains - GAINS).max() < 3 * found.deviations.max()
+    assert np.abs(found.calibration.amplitudes - GAINS).max() < 3 * found.deviations.max()
     assert solved_error(found.calibration, GAINS) < 0.4 * solved_error(None, GAINS)
 
 
@@ -68,14 +70,14 @@ def test_true_gains_solve_another_performer_like_the_character() -> None:
 def test_where_there_is_nothing_to_calibrate_nothing_gets_worse(extremes: bool) -> None:
     same = np.ones(len(NAMES))
     weights = range_of_motion() if extremes else WORLD.weights
-    found, _ = calibrate(performance(weights, same), SETUP, MESH, extremes)
-    assert found.calibration.gains == pytest.approx(1.0, abs=0.05)
+    found, _ = calibrate(performance(weights, same), FACE, SETUP, extremes=extremes)
+    assert found.calibration.amplitudes == pytest.approx(1.0, abs=0.05)
     assert solved_error(found.calibration, same) < solved_error(None, same) + 0.003
 
 
 def test_without_extremes_a_small_movement_is_not_taken_for_a_low_gain() -> None:
-    found, findings = calibrate(performance(WORLD.weights, 0.8 * np.ones(12)), SETUP, MESH)
-    assert found.calibration.gains == pytest.approx(1.0, abs=0.03)
+    found, findings = calibrate(performance(WORLD.weights, 0.8 * np.ones(12)), FACE, SETUP)
+    assert found.calibration.amplitudes == pytest.approx(1.0, abs=0.03)
     assert not found.known
     assert "GAIN_UNKNOWN" in {f.code for f in findings}
 
@@ -84,8 +86,8 @@ def test_a_shape_that_never_moves_keeps_gain_1_and_is_named() -> None:
     weights = range_of_motion()
     quiet = NAMES.index("jawOpen")
     weights[:, quiet] = 0
-    found, findings = calibrate(performance(weights, GAINS), SETUP, MESH, extremes=True)
-    assert found.calibration.gains[quiet] == pytest.approx(1.0, abs=0.02)
+    found, findings = calibrate(performance(weights, GAINS), FACE, SETUP, extremes=True)
+    assert found.calibration.amplitudes[quiet] == pytest.approx(1.0, abs=0.02)
     assert "jawOpen" not in found.known
     assert "jawOpen" in next(f.message for f in findings if f.code == "GAIN_UNSEEN")
 
@@ -96,10 +98,10 @@ def test_a_neutral_that_is_not_at_rest_is_found_and_made_good() -> None:
     rest[jaw] = 0.1
     one = np.ones(len(NAMES))
     take = performance(range_of_motion(), one, rest)
-    found, _ = calibrate(take, SETUP, MESH, extremes=True)
+    found, _ = calibrate(take, FACE, SETUP, extremes=True)
     assert found.calibration.offsets == pytest.approx(rest, abs=0.02)
     truth = Calibration(NAMES, one, rest)
-    _, weights, _, _ = retarget(take, replace(SETUP, calibration=truth), MESH, NAMES)
+    _, weights, _, _ = retarget(take, FACE, replace(SETUP, calibration=truth))
     assert weights.weights[:NEUTRAL, jaw].mean() == pytest.approx(0.1, abs=0.01)
     assert np.abs(weights.weights[NEUTRAL:] - range_of_motion()[NEUTRAL:]).mean() < 0.01
 
@@ -116,7 +118,7 @@ def test_a_rest_that_is_described_twice_is_taken_off_once(named: tuple[str, ...]
         calibration=Calibration(NAMES, GAINS, rest),
         neutral_weights={name: shown[name] for name in named},
     )
-    _, found, _, _ = retarget(take, setup, MESH, NAMES)
+    _, found, _, _ = retarget(take, FACE, setup)
     truth = np.concatenate([np.tile(rest / GAINS, (NEUTRAL, 1)), weights[NEUTRAL:]])
     assert np.abs(found.weights - truth).mean() < 0.007  # 0.006 from a true rest
     assert found.weights[:NEUTRAL].mean(axis=0) == pytest.approx(rest / GAINS, abs=0.02)
@@ -133,7 +135,7 @@ def test_the_neutral_frames_of_a_take_go_before_the_performers_habit() -> None:
         neutral_weights={"eyeBlinkLeft": 0.2},
     )
     take = performance(range_of_motion(), one, rest)
-    _, found, _, _ = retarget(take, setup, MESH, NAMES)
+    _, found, _, _ = retarget(take, FACE, setup)
     assert found.weights[:NEUTRAL, lid].mean() == pytest.approx(0.2, abs=0.02)
 
 
@@ -142,10 +144,10 @@ def test_the_rigs_own_neutral_is_at_rest_whatever_the_performers_is() -> None:
     weights = range_of_motion()
     take = performance(weights, one, habit)  # the first frames show it, and are not the neutral
     setup = replace(SETUP, neutral=None, calibration=Calibration(NAMES, one, habit))
-    _, found, _, _ = retarget(take, setup, MESH, NAMES)
+    _, found, _, _ = retarget(take, FACE, setup)
     assert found.weights[:NEUTRAL].mean(axis=0) == pytest.approx(habit, abs=0.02)
     assert np.abs(found.weights[NEUTRAL:] - weights[NEUTRAL:]).mean() < 0.01
-    calibrated, _ = calibrate(take, replace(SETUP, neutral=None), MESH, extremes=True)
+    calibrated, _ = calibrate(take, FACE, replace(SETUP, neutral=None), extremes=True)
     assert not calibrated.calibration.offsets.any()
 
 
@@ -155,14 +157,14 @@ def test_a_calibration_finds_what_the_neutral_weights_leave_of_the_rest() -> Non
     rest[jaw] = 0.15
     take = performance(range_of_motion(), one, rest)
     setup = replace(SETUP, neutral_weights={"jawOpen": 0.15})
-    found, _ = calibrate(take, setup, MESH, extremes=True)
+    found, _ = calibrate(take, FACE, setup, extremes=True)
     assert found.calibration.offsets == pytest.approx(0.0, abs=0.02)
-    assert found.calibration.gains == pytest.approx(one, abs=0.05)
+    assert found.calibration.amplitudes == pytest.approx(one, abs=0.05)
 
 
 def test_a_take_that_cannot_be_calibrated_on_is_refused() -> None:
     with pytest.raises(InputError, match="at least 8"):
-        calibrate(performance(WORLD.weights[: NEUTRAL + 2], GAINS), SETUP, MESH)
+        calibrate(performance(WORLD.weights[: NEUTRAL + 2], GAINS), FACE, SETUP)
     curves = WeightsTake(NAMES, WORLD.take.times, WORLD.weights, 30.0)
     with pytest.raises(InputError, match="markers"):
-        calibrate(curves, SETUP, MESH)
+        calibrate(curves, FACE, SETUP)

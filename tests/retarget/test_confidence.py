@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bands import dense
@@ -15,6 +17,7 @@ from usdface.retarget.covariance import inverse_bands
 from usdface.retarget.curvature import curvature_bands
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
+from usdface.retarget.terms import SolverTerm
 
 RNG = np.random.default_rng(21)
 OPTIONS = SolveOptions()
@@ -107,6 +110,80 @@ def test_bounds_cut_errors_off() -> None:
     assert said[1] == pytest.approx(0.01 * np.sqrt(1 - 0.5 * 0.35207 / 0.69146), rel=1e-4)
     # Where nothing is known: even over [0, 1].
     assert said[2] == pytest.approx(np.sqrt(1 / 12), rel=1e-3)
+
+
+NAMES = ("smileLeft", "jawOpen", "smileRight", "puff")
+LEVEL = SolveOptions(symmetry=40.0)
+DIFFERENCE = np.array([[1.0, 0.0, -1.0, 0.0]])
+
+
+def test_symmetry_is_part_of_the_posterior_of_one_frame() -> None:
+    """The right side is seen by no marker: symmetry says of it what the left side shows."""
+    normal = NORMAL.copy()
+    normal[2] = normal[:, 2] = 0.0
+    held = Regularisation(0.003, 0.002, LEVEL, NAMES)
+    expected = np.eye(4) / LEVEL.spread**2 + LEVEL.symmetry * DIFFERENCE.T @ DIFFERENCE
+    posterior = np.linalg.inv(normal / held.variance + expected)
+    ours = weight_deviations(normal, 0.0, held)
+    np.testing.assert_allclose(ours, np.sqrt(np.diag(posterior)))
+    assert ours[2] < 0.5 * weight_deviations(normal, 0.0, replace(held, names=()))[2]
+
+
+def test_symmetry_is_part_of_a_learned_posterior() -> None:
+    frames, noise = 61, 0.004
+    whole = np.kron(np.eye(frames), NORMAL + noise**2 * 40.0 * DIFFERENCE.T @ DIFFERENCE)
+    over_time = dense(inverse_bands(STEP * np.arange(frames), OPTIONS.pace))
+    whole += np.kron(noise**2 * over_time, np.linalg.inv(SHAPED))
+    middle = slice(4 * (frames // 2), 4 * (frames // 2) + 4)
+    variances = noise**2 * np.diag(np.linalg.inv(whole))[middle]
+    held = Regularisation(noise, 0.0, LEVEL, NAMES, SHAPED)
+    ours = weight_deviations(NORMAL, STEP, held)
+    np.testing.assert_allclose(ours, np.sqrt(variances), rtol=1e-3)
+
+
+def test_with_symmetry_they_are_how_far_weights_are_off() -> None:
+    """Monte Carlo: faces that are as lopsided as expected, one frame each."""
+    rng = np.random.default_rng(3)
+    held = Regularisation(0.01, 0.0, LEVEL, NAMES)
+    truth = rng.multivariate_normal(np.zeros(4), np.linalg.inv(held.precision(4)), 4000)
+    seen = truth @ BASIS + held.noise * rng.normal(size=(4000, 24))
+    free = Bounds(np.full(4, -10.0), np.full(4, 10.0))
+    single = replace(held, options=replace(LEVEL, mode="frame"))
+    found = solve_weights(NORMAL, seen @ BASIS.T, np.arange(4000.0), single, bounds=free).weights
+    off = np.sqrt(((found - truth) ** 2).mean(axis=0))
+    np.testing.assert_allclose(weight_deviations(NORMAL, 0.0, held), off, rtol=0.04)
+
+
+@pytest.mark.parametrize(("sparsity", "noise"), [(30.0, 0.02), (8.0, 0.05), (300.0, 0.004)])
+def test_weights_that_sparsity_presses_to_0_are_as_sure_as_their_posterior(
+    sparsity: float, noise: float
+) -> None:
+    """One frame at rest, two shapes: the posterior on a grid of its box."""
+    basis = 0.01 * np.random.default_rng(2).normal(size=(2, 8))
+    normal, options = basis @ basis.T, SolveOptions(sparsity=sparsity, mode="frame")
+    held = Regularisation(noise, 0.0, options)
+    right = np.zeros((1, 2))
+    found = solve_weights(normal, right, np.zeros(1), held).weights
+    assert not found.any()
+    axis = (np.arange(1500) + 0.5) / 1500
+    grid = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    cost = 0.5 * ((grid @ normal) * grid).sum(axis=1) + held.value(grid)
+    share = np.exp((cost.min() - cost) / held.variance)
+    posterior = np.sqrt((share / share.sum()) @ grid**2)
+    said = within_bounds(weight_deviations(normal, 0.0, held), found, held)
+    np.testing.assert_allclose(said, posterior, rtol=0.1)
+    assert (within_bounds(weight_deviations(normal, 0.0, held), found) > 1.5 * said).all()
+
+
+def test_a_term_that_raises_presses_against_the_upper_bound() -> None:
+    class Raised(SolverTerm):
+        def pull(self, held: Regularisation, size: int) -> np.ndarray:
+            return np.full(size, 50.0 * held.variance)
+
+    held = Regularisation(0.3, 0.0, OPTIONS, terms=(Raised(),))
+    said = within_bounds(np.full(2, 10.0), np.array([[1.0, 0.5]]), held)
+    assert said[0] == pytest.approx(np.sqrt(2) / 50, rel=1e-2)
+    assert said[1] == pytest.approx(np.sqrt(1 / 12), rel=1e-2)
 
 
 def test_misfit_does_not_average_out() -> None:

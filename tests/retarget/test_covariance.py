@@ -5,7 +5,7 @@ import pytest
 from bands import dense
 
 from usdface.options import SolveOptions
-from usdface.retarget.box import solve_box
+from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.covariance import inverse_bands, inverse_spectrum, learn_covariance
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
@@ -34,7 +34,7 @@ def times(frames: int) -> FloatArray:
 def learned(weights: FloatArray, noise: float) -> FloatArray:
     seen = weights @ BASIS + noise * RNG.normal(size=(len(weights), 24))
     normal, right = BASIS @ BASIS.T, seen @ BASIS.T
-    start = solve_box(normal, right)
+    start = solve_bounded(normal, right)
     moments = (normal, right, times(len(weights)), noise**2)
     return learn_covariance(*moments, OPTIONS.pace, start)
 

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from usdface.errors import InputError
-from usdface.retarget.align import Pose
+from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.head_joint import carrying_joint, joint_track, named_joint
 from usdface.rigs import Skeleton, Skin
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from usdface.retarget.align import Pose, rigid_fit
+from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.retarget.head_motion import head_motion, smooth_motion
 
 RNG = np.random.default_rng(4)

@@ -3,7 +3,7 @@ import pytest
 
 from usdface.options import PIN_REACH
 from usdface.retarget.pins import bent_to_pins, kept_at_pins, pin_bounds
-from usdface.setup import Pin
+from usdface.retarget_setup import Pin
 
 TIMES = np.arange(120) / 60
 NAMES = ("jaw", "smile", "brow")

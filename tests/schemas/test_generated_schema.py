@@ -17,6 +17,7 @@ from usdface.fuzzy.system import FuzzySystem, Variable
 from usdface.schemas import plugin_dir, tokens
 
 SOURCE = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
+CONTRACT = Path(__file__).parents[2] / "docs" / "architecture.md"
 GENERATED = Sdf.Layer.FindOrOpen(str(plugin_dir() / "generatedSchema.usda"))
 OWN = [spec.name for spec in SOURCE.rootPrims if spec.specifier == Sdf.SpecifierClass]
 
@@ -84,15 +85,6 @@ def declared_default(prim: str, name: str) -> object:
         (tokens.MAP_CHOICE, options.MapOptions().choice),
         (tokens.MAP_RADIUS, options.MapOptions().radius),
         (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
-        (tokens.SOLVE_MODE, options.SolveOptions().mode),
-        (tokens.SOLVE_LIMITS, options.SolveOptions().limits),
-        (tokens.SOLVE_PRIOR, options.SolveOptions().prior),
-        (tokens.SOLVE_PACE, options.SolveOptions().pace),
-        (tokens.SOLVE_SMOOTHNESS, options.SolveOptions().smoothness),
-        (tokens.SOLVE_AGILITY, options.SolveOptions().agility),
-        (tokens.SOLVE_SPREAD, options.SolveOptions().spread),
-        (tokens.SOLVE_SPARSITY, options.SolveOptions().sparsity),
-        (tokens.SOLVE_SYMMETRY, options.SolveOptions().symmetry),
         (tokens.CLEAN_SWAPS, options.CleanOptions().swaps),
         (tokens.CLEAN_SPIKES, options.CleanOptions().spikes),
         (tokens.CLEAN_GAPS, options.CleanOptions().gaps),
@@ -100,6 +92,45 @@ def declared_default(prim: str, name: str) -> object:
 )
 def test_a_missing_attribute_means_the_default_of_the_options(name: str, value: object) -> None:
     assert declared_default(tokens.RETARGET, name) == value
+
+
+SOLVE = options.SolveOptions()
+ROW = """    uniform {kind} {attribute} = {default} ({tokens}
+        displayGroup = "Solve"
+        displayName = "{label}"
+        doc = \"\"\"{doc}\"\"\"
+    )"""
+
+
+@pytest.mark.parametrize("name", options.solve_settings())
+def test_every_setting_of_the_solve_has_its_row(name: str) -> None:
+    """The row of schema.usda is that of `SolveOptions`; where it is not, this says which to add."""
+    setting, default = options.solve_settings()[name], getattr(SOLVE, name)
+    allowed = list(get_args(setting.choices))
+    attribute = f"{tokens.SOLVE_PREFIX}{name}"
+    row = ROW.format(
+        kind="token" if allowed else "double",
+        attribute=attribute,
+        default=json.dumps(default) if allowed else f"{default:g}",
+        tokens=f"\n        allowedTokens = {json.dumps(allowed)}" if allowed else "",
+        label=name.capitalize(),
+        doc=setting.doc,
+    )
+    missing = f"in usdface/schemas/schema.usda, class {tokens.RETARGET}, write\n{row}"
+    spec = SOURCE.GetAttributeAtPath(f"/{tokens.RETARGET}.{attribute}")
+    assert spec, missing
+    assert spec.default == default and spec.documentation == setting.doc, missing
+    assert spec.displayName == name.capitalize() and spec.displayGroup == "Solve", missing
+    assert list(spec.allowedTokens or ()) == allowed, missing
+
+
+@pytest.mark.parametrize("name", options.solve_settings())
+def test_every_setting_of_the_solve_has_its_line_in_the_contract(name: str) -> None:
+    setting, default = options.solve_settings()[name], getattr(SOLVE, name)
+    kind = "token" if setting.choices else "double"
+    value = f"`{default}`" if setting.choices else f"{default:g}"
+    line = f"| `{tokens.SOLVE_PREFIX}{name}` | uniform {kind} | {value} | {setting.doc} |"
+    assert line in CONTRACT.read_text(encoding="utf-8").splitlines(), f"docs: add\n{line}"
 
 
 SYSTEM = FuzzySystem((), ())

@@ -3,11 +3,14 @@ from pathlib import Path
 
 from pxr import Sdf
 
+from usdface.options import solve_settings
 from usdface.schemas import plugin_dir, tokens
 
 SCHEMA = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
 CONTRACT = Path(__file__).parents[2] / "docs" / "architecture.md"
 NAMES = {value for name in tokens.__all__ if isinstance(value := getattr(tokens, name), str)}
+NAMES -= {tokens.SOLVE_PREFIX}
+NAMES |= {f"{tokens.SOLVE_PREFIX}{name}" for name in solve_settings()}
 
 
 def classes() -> list[Sdf.PrimSpec]:

@@ -1,64 +1,51 @@
-"""How sure each proposed place is."""
-
-from collections.abc import Sequence
+"""Confidence of each proposed vertex."""
 
 import numpy as np
 
-from usdface.binding.domain import Domain
-from usdface.binding.evidence import Evidence
-from usdface.binding.register import Registration, closeness
-from usdface.binding.skin import Skin
+from usdface.binding.pose_search import RegisteredMarkers
+from usdface.binding.registration import USUAL_COST, squared_errors
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["confidence"]
+__all__ = ["placement_confidence"]
 
-# A place is right when the true one is this near along the surface [share of the face's size]:
-# 10 mm on a face whose moving skin has an RMS radius of 67 mm.
+# A vertex is right when the true one is this near along the surface [share of the face's size]:
+# 10 mm on a face whose moving surface has an RMS radius of 67 mm. A definition.
 _NEAR = 0.15
-# What markers cost on another face that fits well; more says that the errors are larger.
-_USUAL_COST = 3.0
-# At this cost the best answer is as often wrong as right, unless anchors hold the face.
-_HOPELESS_COST = 9.0
-# Two answers differ by as many independent markers as this share of them.
+# Set by hand; judge: `python benchmarks/binding.py`, which compares confidence and share of right
+# vertices; docs/constants.md lists them. At this cost the best registration is as often
+# wrong as right, unless three anchors determine the pose; how steeply that changes with the cost.
+_HOPELESS_COST, _HOPELESS_POWER = 9.0, 6
+# Two registrations differ by as many independent markers as this share of them.
 _INDEPENDENT = 0.25
 
 
-def confidence(
-    skin: Skin,
-    domain: Domain,
-    evidence: Evidence,
-    answers: Sequence[Registration],
-    places: IntArray,
-) -> FloatArray:
-    """Return the probability that each marker's place is within 10 mm of the true one: (M,).
+def placement_confidence(registered: RegisteredMarkers, chosen: IntArray) -> FloatArray:
+    """Return the probability that each marker's vertex is within 10 mm of the true one: (M,).
 
-    The errors of place and motion make a distribution of each marker over the skin; of
-    several answers each counts by how well it explains all markers. An answer that fits badly
-    is taken as one with larger errors. Distances run along the surface, so a lower lip is
-    not near the upper one.
+    The errors of place and motion make a distribution of each marker over the surface; several
+    registrations are averaged by how well they explain all markers. One that fits badly is taken
+    as one with larger errors. Distances run along the surface, so a lower lip is not near the
+    upper one.
 
     Parameters
     ----------
-    skin : Skin
-    domain : Domain
-        All of the skin.
-    evidence : Evidence
-    answers : sequence of Registration
-        The best first.
-    places : (M,) int64
-        Index into the skin: the places that were chosen.
+    registered : RegisteredMarkers
+    chosen : (M,) int64
+        Index into the surface's vertices.
     """
-    costs = np.array([answer.cost for answer in answers])
-    spread = max(1.0, costs[0] / _USUAL_COST)
-    whole = 1.0
-    if (evidence.anchors >= 0).sum() < 3:
-        whole = 1.0 / (1.0 + (costs[0] / _HOPELESS_COST) ** 6)
-    says = np.exp(-0.5 * _INDEPENDENT * len(places) * (costs - costs[0]) / spread)
-    limit = _NEAR * domain.size
-    near = skin.reach(skin.vertices[places], limit) <= limit
-    sure = np.zeros(len(places))
-    for answer, say in zip(answers, says / says.sum(), strict=True):
-        total = np.add(*closeness(domain, evidence, answer))
+    candidates, observations = registered.candidates, registered.observations
+    surface = candidates.surface
+    costs = np.array([one.cost for one in registered.registrations])
+    spread = max(1.0, costs[0] / USUAL_COST)
+    pose_right = 1.0
+    if observations.anchored.sum() < 3:
+        pose_right = 1.0 / (1.0 + (costs[0] / _HOPELESS_COST) ** _HOPELESS_POWER)
+    likelihood = np.exp(-0.5 * _INDEPENDENT * len(chosen) * (costs - costs[0]) / spread)
+    limit = _NEAR * candidates.size
+    near = surface.distances(surface.vertices[chosen], limit) <= limit
+    probability = np.zeros(len(chosen))
+    for one, weight in zip(registered.registrations, likelihood / likelihood.sum(), strict=True):
+        total = np.add(*squared_errors(candidates, observations, one))
         share = np.exp(-0.5 / spread * (total - total.min(axis=1, keepdims=True)))
-        sure += say * (share * near).sum(axis=1) / share.sum(axis=1)
-    return np.where(evidence.anchors >= 0, 1.0, whole * sure)
+        probability += weight * (share * near).sum(axis=1) / share.sum(axis=1)
+    return np.where(observations.anchored, 1.0, pose_right * probability)

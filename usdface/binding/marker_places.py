@@ -1,48 +1,54 @@
-"""Where markers on a face would tell most about its blend shapes: before a capture, or the next."""
+"""Optimal places for the markers of a capture, or for the next ones: greedy D-optimal design."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from usdface.binding.skin import Skin, skin_of
+from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.face.place_names import place_names
+from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
-from usdface.retarget.regions import place_names
 from usdface.retarget.regularisation import Regularisation
+from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
-from usdface.setup import Binding
 from usdface.takes import BoolArray, IntArray, frozen
 
 __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 
-# Vertices of the skin that are looked at, and of these tried; more of them are thinned out evenly.
-_LOOKED, _TRIED = 20_000, 2000
-# To try a place takes work with the square of the number of shapes: of many fewer places are tried.
+# Vertices of the surface that are examined, and of these tried, of more every n-th: bounds memory
+# and time.
+_EXAMINED, _TRIED = 20_000, 2000
+# Trying a vertex takes work with the square of the number of shapes: with many shapes fewer are
+# tried. So much work is some seconds; below the least number of vertices there is no choice.
 _WORK, _LEAST_TRIED = 1_000_000_000, 100
-# So many neighbours of a place say whether skin faces it.
+# Nearest vertices of which one may face a vertex: bounds memory and time on dense meshes.
 _NEIGHBOURS = 64
-# A marker is worth its place where some shape does this share of the most that it does anywhere:
-# the neck goes along with the jaw, too.
+# A place is useful where some shape moves it by this share of its largest offset: the neck follows
+# the jaw, too. Set by hand.
 _SHOWS = 0.5
-# Between two markers, and from a marker to skin that faces it, as lips do [share of the face's
-# size, the RMS radius of such skin; ICT: 6 and 3 mm].
+# Distance between two markers, and from a marker to a surface that faces it, as lips do [share of
+# the face's size, the RMS radius of the useful surface; ICT: 6 and 3 mm]. Set by
+# hand.
 _APART, _FACING = 0.1, 0.05
+# Frame rate of the capture that the design is for [Hz].
 _RATE = 30.0
-# What another face than the rig's is off by, as on real takes [m].
+# Misfit of another face than the rig's, as on real takes [m].
 _MISFIT = 5e-4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FreePlaces:
-    """Where more markers could be glued.
+    """Vertices to which more markers can be glued.
 
     Attributes
     ----------
     vertices : (N,) int64
     room : float [m]
-        How far two markers must be apart.
+        Least distance between two markers.
     """
 
     vertices: IntArray
@@ -60,11 +66,11 @@ class MarkerPlaces:
     ----------
     vertices : (K,) int64
     where : tuple of str, length K
-        In words.
+        Descriptions, such as "left cheek, 14 mm from marker m7".
     unseen_before : tuple of str
-        Shapes that the present markers say little or nothing about.
+        Shapes that the present markers do not determine.
     unseen : tuple of tuple of str, length K
-        What remains of these with the first 1, 2, ... new markers.
+        Shapes still not determined with the first 1, 2, ... new markers.
     """
 
     vertices: IntArray
@@ -87,10 +93,10 @@ class MarkerPlaces:
 
 
 def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
-    """Find the skin on which one more marker would be of use, thinned out.
+    """Find the vertices on which one more marker is useful, decimated.
 
-    Cameras on the height of the face see it, some blend shape shows well there, and there is room
-    for a marker: none is near, and no skin faces it as the other lip does.
+    Visible from the height of the face, well moved by some blend shape, with room for a marker:
+    none is near, and no surface faces it as the other lip does.
 
     Parameters
     ----------
@@ -101,41 +107,39 @@ def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
     Raises
     ------
     InputError
-        If the mesh has no skin.
+        If the blend shapes of the mesh move no visible surface.
     """
-    skin = skin_of(mesh)
-    useful = np.flatnonzero(skin.level & _shown(skin)[skin.vertices])
+    surface = face_surface(mesh)
+    useful = np.flatnonzero(surface.level & _shown(surface)[surface.vertices])
     if not len(useful):
         return FreePlaces(np.zeros(0, np.int64), 0.0)
-    points = skin.points[useful]
-    size = float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    looked = np.zeros(len(skin.points), dtype=bool)
-    looked[_thinned(np.arange(len(looked)), _LOOKED)] = True
-    free = np.intersect1d(useful, np.flatnonzero(looked)[~_faced(skin, looked, _FACING * size)])
+    size = rms_radius(surface.points[useful])
+    examined = _decimated(np.arange(len(surface.points)), _EXAMINED)
+    free = np.intersect1d(useful, examined[~_faced(surface, examined, _FACING * size)])
     if len(bound):
-        away = cKDTree(mesh.points[bound]).query(skin.points[free])[0]
+        away = cKDTree(mesh.points[bound]).query(surface.points[free])[0]
         free = free[away >= _APART * size]
     tried = max(_LEAST_TRIED, min(_TRIED, _WORK // len(mesh.shapes) ** 2))
-    return FreePlaces(_thinned(skin.vertices[free], tried), _APART * size)
+    return FreePlaces(_decimated(surface.vertices[free], tried), _APART * size)
 
 
-def _thinned(values: IntArray, most: int) -> IntArray:
-    """Return each n-th of some values, so that there are no more than `most`."""
+def _decimated(values: IntArray, most: int) -> IntArray:
+    """Return every n-th value, so that there are no more than `most`."""
     return values[:: max(1, -(-len(values) // most))]
 
 
-def _shown(skin: Skin) -> BoolArray:
-    """Return where on the mesh some shape does much of the most that it does: (V,)."""
-    shown = np.zeros(len(skin.torn), dtype=bool)
-    for shape in skin.mesh.shapes:
-        size = np.where(skin.torn[shape.indices], 0.0, np.linalg.norm(shape.offsets, axis=1))
-        shown[shape.indices[size >= max(_SHOWS * size.max(initial=0.0), 1e-12)]] = True
+def _shown(surface: FaceSurface) -> BoolArray:
+    """Return (V,) where some shape moves the mesh by much of its largest offset."""
+    shown = np.zeros(len(surface.torn), dtype=bool)
+    for shape in surface.mesh.shapes:
+        length = np.where(surface.torn[shape.indices], 0.0, np.linalg.norm(shape.offsets, axis=1))
+        shown[shape.indices[length >= max(_SHOWS * length.max(initial=0.0), 1e-12)]] = True
     return shown
 
 
-def _faced(skin: Skin, looked: BoolArray, reach: float) -> BoolArray:
-    """Return which of the places looked at have skin before them that looks back at them."""
-    points, normals = skin.points[looked], skin.normals[looked]
+def _faced(surface: FaceSurface, examined: IntArray, reach: float) -> BoolArray:
+    """Return (K,) which of the examined vertices another one faces within `reach` [m]."""
+    points, normals = surface.points[examined], surface.normals[examined]
     count = min(_NEIGHBOURS, len(points))
     _, near = cKDTree(points).query(points, k=[*range(1, count + 1)], distance_upper_bound=reach)
     faced = np.zeros(len(points), dtype=bool)
@@ -150,8 +154,8 @@ def _faced(skin: Skin, looked: BoolArray, reach: float) -> BoolArray:
     return faced
 
 
-def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> MarkerPlaces:
-    """Find the best places for the next markers: greedy D-optimal, where `free_places` are.
+def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> MarkerPlaces:
+    """Choose the best places for the next markers among `free_places`: greedy D-optimal design.
 
     Parameters
     ----------
@@ -166,12 +170,15 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
     Raises
     ------
     InputError
-        If `count` is less than 1 or more than there is room for, or the mesh has no skin.
+        If `count` is less than 1 or more than there is room for, or its
+        blend shapes move no visible surface.
     """
     free = free_places(mesh, binding.points)
     places = np.concatenate([binding.points, free.vertices])
     present = len(binding.points)
-    shown = _confidence(mesh, places, present, max(count, 0), noise, free.room)
+    shown = _confidence(
+        mesh, places, bound=present, wanted=max(count, 0), noise=noise, room=free.room
+    )
     if not 1 <= count <= len(shown.places):
         most = len(shown.places) if count > 0 else len(free.vertices)
         raise InputError(
@@ -179,16 +186,25 @@ def marker_places(mesh: Mesh, binding: Binding, count: int, noise: float) -> Mar
         )
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
-    unseen = [_confidence(mesh, bound, present + k, 0, noise).hidden for k in range(count + 1)]
+    unseen = [
+        _confidence(mesh, bound, bound=present + k, wanted=0, noise=noise).hidden
+        for k in range(count + 1)
+    ]
     named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
-    where = place_names(mesh, vertices, binding)
+    where = place_names(BoundFace(mesh, binding.markers, binding.points), vertices)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 
 def _confidence(
-    mesh: Mesh, places: IntArray, bound: int, wanted: int, noise: float, room: float = 0.0
+    mesh: Mesh,
+    places: IntArray,
+    *,
+    bound: int,
+    wanted: int,
+    noise: float,
+    room: float = 0.0,
 ) -> Confidence:
-    """Say how sure a solve with markers on the first `bound` places is."""
+    """Return the confidence of a solve with markers on the first `bound` places."""
     return confidence_of(
         mesh.points[places],
         mesh.offsets_at(places),

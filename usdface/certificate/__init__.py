@@ -1,4 +1,4 @@
-"""Certificates: by how much what was written differs from what was read.
+"""Certificates of conversions: differences between source and result.
 
 Two evaluations of the same character are compared: one of the source, one of the file that
 was written, each by code of its own. Vertices are split and joined on the way, so they are

@@ -1,4 +1,4 @@
-"""The certificate of a conversion: what it says, in plain values, in a line, as findings."""
+"""The certificate of a conversion: values, one line, and findings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,14 +8,14 @@ from usdface.findings import Finding, finding
 
 __all__ = ["FLOAT32", "Certificate"]
 
-FLOAT32 = 2.0**-23  # of a number: what float32 can tell apart
-_EXACT = 1e-5  # of the bounding diagonal, a weight, a second: what float32 costs
-_STRAIGHT = 0.5  # degrees
+FLOAT32 = 2.0**-23  # relative spacing of float32 numbers (IEEE 754)
+_EXACT = 1e-5  # of the bounding diagonal, a weight, a second: 84 float32 roundings
+_STRAIGHT = 0.5  # degrees: turns a shade by sin(0.5°) at most, 2 of 255 steps
 
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """How well a conversion kept what it was given.
+    """Differences between the source and the result of a conversion.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Certificate:
     weights : dict of str to float
         Largest error of each channel, ``mesh/shape``.
     weight_excess : float
-        Largest of these errors beyond what comes of times that are numbers of 32 bits.
+        Largest of these errors beyond that of times stored as float32.
     time_drift : float [s]
     duration : float [s]
         The last moment.
@@ -92,7 +92,7 @@ class Certificate:
         )
 
     def findings(self, where: str) -> list[Finding]:
-        """Return a warning for each thing that is off by more than numbers of 32 bits cost."""
+        """Return a warning for differences beyond the rounding of float32."""
         limit = _EXACT * self.diagonal
         weight = max(self.weights.values(), default=0.0)
         turned = self.normal_largest or 0.0
@@ -106,5 +106,5 @@ class Certificate:
             ),
             (bool(self.missing), f"only on one side: {', '.join(self.missing)}"),
         ]
-        said = "; ".join(text for lost, text in losses if lost)
-        return [finding("CONVERSION_INEXACT", where, f"is off: {said}")] if said else []
+        errors = "; ".join(text for lost, text in losses if lost)
+        return [finding("CONVERSION_INEXACT", where, f"is off: {errors}")] if errors else []

@@ -8,21 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.certificate.certificate import FLOAT32, Certificate
-from usdface.certificate.partners import Traits, partners
-from usdface.certificate.sums import Sums, distances, turns
+from usdface.certificate.linear_morph import LinearMorph, normal_distances, point_distances
+from usdface.certificate.vertex_matching import VertexTraits, match_vertices
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["EvaluatedMesh", "certify", "paired", "some_frames"]
+__all__ = ["EvaluatedMesh", "certify", "match_names", "sample_frames"]
 
-_SHOWN = 20  # frames in which the programs themselves show what else is summed up
-_ADDS_UP = 1e-6  # of the largest coordinate
-_TURNS_ALIKE = 1e-4  # of a unit normal, which may come of three that nearly cancel
+_VERIFIED_FRAMES = (
+    20  # frames in which linear morphs are checked against the programs' own evaluation
+)
+_POINT_TOLERANCE = 1e-6  # of the largest coordinate: 8 roundings of float32
+_NORMAL_TOLERANCE = 1e-4  # of a unit normal, which may come of three that nearly cancel
 _BLOCK = 2**19  # numbers of one evaluation at once
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EvaluatedMesh:
-    """One mesh as a program shows it at F moments.
+    """One mesh as a program evaluates it at F moments.
 
     Attributes
     ----------
@@ -31,8 +33,8 @@ class EvaluatedMesh:
     weights : (F, S) float64
     points_at : function from frames (f,) to (f, N, 3) float64 [m]
     normals_at : function from frames (f,) to (f, N, 3) unit vectors, or None
-    sums : function to Sums or None
-        All F moments as sums of what the program itself makes of each shape; None where more than
+    linear_morph : function to LinearMorph or None
+        All F moments, from the program's own evaluation of each shape; None where more than
         shapes move points.
     """
 
@@ -41,10 +43,10 @@ class EvaluatedMesh:
     weights: FloatArray
     points_at: Callable[[IntArray], FloatArray]
     normals_at: Callable[[IntArray], FloatArray | None]
-    sums: Callable[[], Sums | None] = lambda: None
+    linear_morph: Callable[[], LinearMorph | None] = lambda: None
 
 
-def some_frames(count: int, vertices: int, budget: int) -> IntArray:
+def sample_frames(count: int, vertices: int, budget: int) -> IntArray:
     """Return evenly spread frames (n,) of `count`, so that n * vertices stays below `budget`."""
     most = max(2, budget // max(vertices, 1))
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
@@ -71,7 +73,7 @@ def certify(
     times : (F,) float64 [s]
         The moments, which increase.
     """
-    pairs, missing = paired([m.name for m in source], [m.name for m in result], "")
+    pairs, missing = match_names([m.name for m in source], [m.name for m in result], "")
     names: dict[str, str] = {}
     weights: dict[str, float] = {}
     excess = 0.0
@@ -81,7 +83,7 @@ def certify(
     for one, other in ((source[i], result[j]) for i, j in pairs):
         if one.name != other.name:
             names[one.name] = other.name
-        columns, lost = paired(one.shapes, other.shapes, f"{one.name}/")
+        columns, lost = match_names(one.shapes, other.shapes, f"{one.name}/")
         missing += lost
         for i, j in columns:
             channel = f"{one.name}/{one.shapes[i]}"
@@ -89,7 +91,9 @@ def certify(
                 names[channel] = f"{other.name}/{other.shapes[j]}"
             off = np.abs(one.weights[:, i] - other.weights[:, j])
             weights[channel] = max(weights.get(channel, 0.0), float(off.max(initial=0.0)))
-            excess = max(excess, float((off - _slack(one.weights[:, i], times)).max(initial=0.0)))
+            excess = max(
+                excess, float((off - _rounding_error(one.weights[:, i], times)).max(initial=0.0))
+            )
         rest = one.points_at(frames[:1])[0]
         low, high = np.minimum(low, rest.min(axis=0)), np.maximum(high, rest.max(axis=0))
         before = vertex.largest
@@ -115,8 +119,8 @@ def certify(
     )
 
 
-def _slack(weights: FloatArray, times: FloatArray | None) -> FloatArray:
-    """Return by how much weights (F,) change while times are off by their rounding."""
+def _rounding_error(weights: FloatArray, times: FloatArray | None) -> FloatArray:
+    """Return the change of weights (F,) within the rounding of times to float32."""
     if times is None or len(times) < 2:
         return np.zeros(len(weights))
     speed = np.abs(np.diff(weights)) / np.diff(times)
@@ -124,10 +128,10 @@ def _slack(weights: FloatArray, times: FloatArray | None) -> FloatArray:
     return np.asarray(around * FLOAT32 * times[-1])
 
 
-def paired(
+def match_names(
     one: Sequence[str], other: Sequence[str], prefix: str
 ) -> tuple[list[tuple[int, int]], list[str]]:
-    """Return which of `one` and `other` belong together, and what only one side has.
+    """Return pairs of indices into `one` and `other`, and the names that only one side has.
 
     By name, or by place where there are equally many.
     """
@@ -136,8 +140,8 @@ def paired(
         return list(zip(range(len(one)), range(len(one)), strict=True)), []
     place = {name: k for k, name in reversed(list(enumerate(other)))}
     pairs = [(k, place[name]) for k, name in enumerate(one) if name in place]
-    lonely = [n for n in one if n not in place] + [n for n in other if n not in set(one)]
-    return pairs, [prefix + name for name in lonely]
+    unmatched = [n for n in one if n not in place] + [n for n in other if n not in set(one)]
+    return pairs, [prefix + name for name in unmatched]
 
 
 class _Errors:
@@ -159,23 +163,23 @@ class _Errors:
 def _compare(
     one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
 ) -> None:
-    here, there = pairs = _partners(one, other, frames)
-    shown = frames[some_frames(len(frames), 1, _SHOWN)]
-    sums = _sums(one, other, shown) if len(shown) < len(frames) else None
+    here, there = pairs = _vertex_pairs(one, other, frames)
+    shown = frames[sample_frames(len(frames), 1, _VERIFIED_FRAMES)]
+    sums = _linear_morphs(one, other, shown) if len(shown) < len(frames) else None
     if sums is not None:
         summed = np.setdiff1d(frames, shown)
-        for apart in distances(*sums, pairs, summed):
+        for apart in point_distances(*sums, pairs, summed):
             vertex.add(apart)
-        for turned in turns(*sums, pairs, summed):
+        for turned in normal_distances(*sums, pairs, summed):
             normal.add(_degrees(turned))
         frames = shown
     for part in _blocks(len(frames), 3 * len(here)):
         block = frames[part]
-        vertex.add(_apart(one.points_at(block)[:, here], other.points_at(block)[:, there]))
+        vertex.add(_distances(one.points_at(block)[:, here], other.points_at(block)[:, there]))
         mine, its = one.normals_at(block), other.normals_at(block)
         if mine is not None and its is not None:
             # The chord gives small angles, where the cosine has no digits left.
-            chord = _apart(mine[:, here], its[:, there])
+            chord = _distances(mine[:, here], its[:, there])
             normal.add(_degrees(chord))
 
 
@@ -183,9 +187,11 @@ def _degrees(chord: NDArray[Any]) -> NDArray[Any]:
     return np.asarray(np.degrees(2 * np.arcsin((chord / 2).clip(max=1.0))))
 
 
-def _sums(one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray) -> tuple[Sums, Sums] | None:
-    """Return both meshes as sums, if what their programs show at `frames` is these sums."""
-    both = one.sums(), other.sums()
+def _linear_morphs(
+    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
+) -> tuple[LinearMorph, LinearMorph] | None:
+    """Return both meshes as linear morphs, if these agree with the programs at `frames`."""
+    both = one.linear_morph(), other.linear_morph()
     for mesh, sums in zip((one, other), both, strict=True):
         if sums is None or (sums.normals is None) != (mesh.normals_at(frames[:1]) is None):
             return None
@@ -194,18 +200,18 @@ def _sums(one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray) -> tuple[S
             off = np.abs(sums.points_at(frame) - mesh.points_at(frame[None])[0])
             turned, seen = sums.normals_at(frame), mesh.normals_at(frame[None])
             aside = 0.0 if turned is None or seen is None else np.abs(turned - seen[0]).max()
-            if off.max(initial=0.0) > _ADDS_UP * size or aside > _TURNS_ALIKE:
+            if off.max(initial=0.0) > _POINT_TOLERANCE * size or aside > _NORMAL_TOLERANCE:
                 return None
     assert both[0] is not None and both[1] is not None
     return both[0], both[1]
 
 
-def _apart(one: FloatArray, other: FloatArray) -> FloatArray:
+def _distances(one: FloatArray, other: FloatArray) -> FloatArray:
     difference = one - other
     return np.asarray(np.sqrt(np.einsum("fvk,fvk->fv", difference, difference)), np.float64)
 
 
-def _partners(
+def _vertex_pairs(
     one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
 ) -> tuple[IntArray, IntArray]:
     """Return pairs of vertices that move alike.
@@ -217,16 +223,16 @@ def _partners(
     chosen = frames[np.unique(np.concatenate([[0], strongest]).astype(np.int64))]
     mix = np.random.default_rng(0).normal(size=(3, len(chosen))) / np.sqrt(len(chosen))
 
-    def traits(mesh: EvaluatedMesh) -> Traits:
+    def traits(mesh: EvaluatedMesh) -> VertexTraits:
         rest = mesh.points_at(chosen[:1])[0]
         mixed = np.zeros((3, *rest.shape))
         for block in _blocks(len(chosen), rest.size):
             mixed += np.tensordot(mix[:, block], mesh.points_at(chosen[block]), 1)
         normals = mesh.normals_at(chosen[:1])
         places = np.concatenate([rest, *mixed], 1)
-        return Traits(places, None if normals is None else normals[0])
+        return VertexTraits(places, None if normals is None else normals[0])
 
-    return partners(traits(one), traits(other))
+    return match_vertices(traits(one), traits(other))
 
 
 def _blocks(frames: int, numbers: int) -> list[slice]:

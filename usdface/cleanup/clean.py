@@ -1,33 +1,45 @@
-"""A take, cleaned: swaps first, then spikes, then gaps, because each step needs the one before."""
+"""Clean-up of a take: swaps, then spikes, then gaps, because each step needs the one before."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.cleanup.gaps import fill, runs
-from usdface.cleanup.model import fit_model, predict, restore
+from usdface.cleanup.gaps import OWN, fill_gaps, frame_ranges
+from usdface.cleanup.label_assignment import assign_labels, last_visible
+from usdface.cleanup.low_rank_model import (
+    FRAMES_PER_MODE,
+    fit_low_rank_model,
+    predict_from_others,
+    reconstruct,
+)
 from usdface.cleanup.repairs import Kind, Repair, repair_findings
-from usdface.cleanup.spikes import spikes
-from usdface.cleanup.steady import Steady, steady
-from usdface.cleanup.swaps import last_seen, owners
+from usdface.cleanup.spikes import find_spikes
+from usdface.cleanup.stabilise import ROUNDS, StabilisedMarkers, stabilise
 from usdface.findings import Finding, finding
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions
-from usdface.retarget.align import Pose
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_noise
 from usdface.takes import BoolArray, FloatArray, MarkerTake
 
 __all__ = ["Cleaned", "clean_take"]
 
-# Fewer say nothing about one another, or about the head.
+# Fewer markers say nothing about one another, or about the head; fewer frames show no two modes.
 _FEWEST_MARKERS = 6
-_FEWEST_FRAMES = 16
+_FEWEST_FRAMES = 2 * FRAMES_PER_MODE
+# Rounds in which spikes are looked for, unless they stay the same before.
 _ROUNDS = 4
-# What a long gap hides is learned slowly.
+# Rounds of pose and model from a pose that is known already. This and the next: set by hand; judge:
+# `python benchmarks/cleanup.py`; docs/constants.md lists them.
+_REFINED = 2
+# Rounds of the model before long gaps are filled: expectation and maximisation converges slowly
+# where much is occluded (Tipping and Bishop 1999).
 _LONG = 20
-# Gaps [s] that a marker's own motion bridges where the other markers are lost as well.
-_SHORT = 0.2
+# Gaps [s] that a marker's own motion bridges where the other markers are occluded as well: from
+# both ends for the time in which it predicts better than they do (`gaps.OWN`).
+_SHORT = 2.0 * OWN
 # Larger coordinates are no face, and their squares would overflow.
 _LARGEST = 1e60
 
@@ -39,7 +51,7 @@ class Cleaned:
     Attributes
     ----------
     take : MarkerTake
-        Labels put right, spikes and gaps filled in where something is known about them.
+        Labels put right, spikes and gaps filled in where other markers or both ends predict them.
     measured : (F, M) bool
         True where the take has what was recorded, not what was filled in.
     repairs : tuple of Repair
@@ -52,7 +64,7 @@ class Cleaned:
 
 
 def clean_take(
-    take: MarkerTake, markers: Collection[str], options: CleanOptions, moving: bool = True
+    take: MarkerTake, markers: Collection[str], options: CleanOptions, *, moving: bool = True
 ) -> tuple[Cleaned, list[Finding]]:
     """Repair swaps, take out spikes and fill gaps.
 
@@ -61,17 +73,17 @@ def clean_take(
     take : MarkerTake
     markers : collection of str
         Labels of the face and head, in any order; others are left alone, and names that the
-        take does not have are no matter.
+        take does not have are ignored.
     options : CleanOptions
     moving : bool
-        False if the head's motion is out of the take already.
+        False if the head motion has been removed from the take.
 
     Returns
     -------
     Cleaned
     list of Finding
         MARKER_SWAPPED, MARKER_SPIKE and MARKER_FILLED for each marker; CLEANUP_SKIPPED where
-        frames or markers are too few to tell one from the other.
+        there are too few frames or markers.
     """
     on_face = np.array([name in markers for name in take.names])
     ever = np.flatnonzero(on_face & take.visible.any(axis=0))
@@ -87,15 +99,17 @@ def clean_take(
     start = None
     if options.swaps:
         positions, seen, swapped, start = _unswapped(positions, seen, spacing, moving)
-    held = steady(positions, seen, moving, start, rounds=2 if start else 4)
+    stabilised = stabilise(
+        positions, seen, moving=moving, start=start, rounds=_REFINED if start else ROUNDS
+    )
     off = np.zeros_like(seen)
     if options.spikes:
-        held, off = _without_spikes(positions, seen, take.times, moving, held)
+        stabilised, off = _without_spikes(positions, seen, take.times, moving, stabilised)
     believed = seen & ~off
     new = np.zeros_like(seen)
     result = np.where(believed[..., None], positions, np.nan)
     if options.gaps and not believed.all():
-        result, new = _filled(held, believed, take.times, result)
+        result, new = _filled(stabilised, believed, take.times, result)
     whole = take.positions.copy()
     whole[:, ever] = result[..., : take.dimension]
     names = tuple(take.names[i] for i in ever)
@@ -113,7 +127,7 @@ def clean_take(
 
 
 def _spacing(positions: FloatArray, seen: BoolArray) -> float:
-    """Return the usual distance between neighbouring markers; 0 if there is no such thing."""
+    """Return the median distance [m] between neighbouring markers; 0 if there is none."""
     place = positions[int(seen.sum(axis=1).argmax())]
     place = place[~np.isnan(place[:, 0])]
     if np.nanmax(np.abs(positions)) > _LARGEST:
@@ -126,30 +140,30 @@ def _spacing(positions: FloatArray, seen: BoolArray) -> float:
 def _unswapped(
     positions: FloatArray, seen: BoolArray, spacing: float, moving: bool
 ) -> tuple[FloatArray, BoolArray, BoolArray, Pose]:
-    """Put labels right where the other markers agree that it is better so.
+    """Put swapped labels right where the other markers predict them better so.
 
-    Return positions, what is seen, what was swapped, and the head's pose on the way.
+    Returns positions (F, M, 3), visible (F, M), swapped (F, M) and the head pose.
     """
-    held = steady(positions, seen, moving, rounds=1)
-    owner = owners(held.still, seen, spacing)
+    stabilised = stabilise(positions, seen, moving=moving, rounds=1)
+    owner = assign_labels(stabilised.positions, seen, spacing)
     swapped: BoolArray = owner != np.arange(seen.shape[1])
     if not swapped.any():
-        return positions, seen, swapped, held.pose
+        return positions, seen, swapped, stabilised.pose
     back = np.argsort(owner, axis=1)
     right = np.take_along_axis(positions, back[..., None], axis=1)
     right_seen = np.take_along_axis(seen, back, axis=1)
     touched = np.take_along_axis(swapped, back, axis=1)
-    held = steady(right, right_seen & ~touched, moving, rounds=2)
-    told = restore(held.model, held.filled, right_seen & ~touched)
-    before = np.linalg.norm(held.pose.to_head(positions) - told, axis=2)
-    after = np.linalg.norm(held.pose.to_head(right) - told, axis=2)
-    gain = np.where(touched, np.nan_to_num(before) - np.nan_to_num(after), 0.0).sum(axis=1)
-    better = gain > 0.0
+    stabilised = stabilise(right, right_seen & ~touched, moving=moving, rounds=_REFINED)
+    predicted = reconstruct(stabilised.model, stabilised.filled, right_seen & ~touched)
+    before = np.linalg.norm(stabilised.pose.to_head(positions) - predicted, axis=2)
+    after = np.linalg.norm(stabilised.pose.to_head(right) - predicted, axis=2)
+    improvement = np.where(touched, np.nan_to_num(before) - np.nan_to_num(after), 0.0).sum(axis=1)
+    better = improvement > 0.0
     return (
         np.where(better[:, None, None], right, positions),
         np.where(better[:, None], right_seen, seen),
         touched & better[:, None],
-        held.pose,
+        stabilised.pose,
     )
 
 
@@ -158,49 +172,59 @@ def _without_spikes(
     seen: BoolArray,
     times: FloatArray,
     moving: bool,
-    held: Steady,
-) -> tuple[Steady, BoolArray]:
-    """Find spikes with what the markers say that are none, until nothing changes."""
+    stabilised: StabilisedMarkers,
+) -> tuple[StabilisedMarkers, BoolArray]:
+    """Find spikes by a prediction from the markers that are none, until nothing changes."""
     rate = 1.0 / float(np.median(np.diff(times)))
-    mean = held.model.mean
-    size = float(np.sqrt(((mean - mean.mean(axis=0)) ** 2).sum(axis=1).mean()))
-    # A spike also turns the head a little, from which the others could tell it: those that jump
-    # by their own path alone are not believed at first.
-    off = spikes(held.still, np.zeros_like(held.still), seen, size, rate)
+    mean = stabilised.model.mean
+    size = rms_radius(mean)
+    # A spike also turns the head a little, and with it the others: markers that jump by their own
+    # path alone are not believed at first.
+    off = find_spikes(
+        stabilised.positions, np.zeros_like(stabilised.positions), seen, size=size, rate=rate
+    )
     off[:, (seen & ~off).sum(axis=0) == 0] = False
     if off.any():
-        held = steady(positions, seen & ~off, moving, held.pose, rounds=2)
+        stabilised = stabilise(
+            positions, seen & ~off, moving=moving, start=stabilised.pose, rounds=_REFINED
+        )
     for _ in range(_ROUNDS):
-        told = predict(held.model, held.filled, seen & ~off)
-        found = spikes(held.still, told, seen, size, rate)
+        predicted = predict_from_others(stabilised.model, stabilised.filled, seen & ~off)
+        found = find_spikes(stabilised.positions, predicted, seen, size=size, rate=rate)
         # A marker keeps one good frame at least.
         found[:, (seen & ~found).sum(axis=0) == 0] = False
         if (found == off).all():
             break
         off = found
-        held = steady(positions, seen & ~off, moving, held.pose, rounds=2)
-    return held, off
+        stabilised = stabilise(
+            positions, seen & ~off, moving=moving, start=stabilised.pose, rounds=_REFINED
+        )
+    return stabilised, off
 
 
 def _filled(
-    held: Steady, believed: BoolArray, times: FloatArray, positions: FloatArray
+    stabilised: StabilisedMarkers, believed: BoolArray, times: FloatArray, positions: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Fill gaps in take space (F, M, 3); also return where."""
-    model, whole_face = fit_model(held.still, believed, held.filled, _LONG)
-    told = predict(model, whole_face, believed)
+    model, whole_face = fit_low_rank_model(stabilised.positions, believed, stabilised.filled, _LONG)
+    predicted = predict_from_others(model, whole_face, believed)
     known = np.asarray(believed.mean(axis=1) > 0.5)
     whole = np.asarray(believed.all(axis=1))
-    error = np.where(believed[..., None], held.still - told, 0.0).reshape(len(told), -1)
+    error = np.where(believed[..., None], stabilised.positions - predicted, 0.0).reshape(
+        len(predicted), -1
+    )
     noise = marker_noise(error, whole)
-    filled = fill(held.still, believed, told, known, times, noise)
+    filled = fill_gaps(
+        stabilised.positions, believed, predicted, known=known, times=times, noise=noise
+    )
     new = ~believed & _bridgeable(believed, known, times)
-    return np.where(new[..., None], held.pose.to_take(filled), positions), new
+    return np.where(new[..., None], stabilised.pose.to_take(filled), positions), new
 
 
 def _bridgeable(believed: BoolArray, known: BoolArray, times: FloatArray) -> BoolArray:
-    """Return where a gap (F, M) has something to go by: other markers, or both ends near."""
-    before = last_seen(believed)
-    after = len(believed) - 1 - last_seen(believed[::-1])[::-1]
+    """Return where a gap (F, M) can be filled: other markers are visible, or both ends near."""
+    before = last_visible(believed)
+    after = len(believed) - 1 - last_visible(believed[::-1])[::-1]
     rows = np.arange(believed.shape[1])
     ends = believed[before, rows] & believed[after, rows]
     often = believed.sum(axis=0) >= _FEWEST_FRAMES
@@ -211,5 +235,5 @@ def _repairs(names: tuple[str, ...], where: BoolArray, kind: Kind) -> list[Repai
     return [
         Repair(names[m], first, last, kind)
         for m in np.flatnonzero(where.any(axis=0))
-        for first, last in runs(where[:, m])
+        for first, last in frame_ranges(where[:, m])
     ]

@@ -1,4 +1,4 @@
-"""Gaps: what a marker did while it was lost, from its own motion and from the other markers."""
+"""Gap filling, from a marker's own motion and from the other markers."""
 
 import numpy as np
 from scipy.linalg import solveh_banded
@@ -6,66 +6,68 @@ from scipy.linalg import solveh_banded
 from usdface.retarget.curvature import curvature_bands
 from usdface.takes import BoolArray, FloatArray
 
-__all__ = ["fill", "runs"]
+__all__ = ["OWN", "fill_gaps", "frame_ranges"]
 
-# Seconds from the end of a gap in which a marker's own motion says more than the others do:
-# measured on real optical takes, with 0.1 to 4 s of gap.
-_OWN = 0.1
-# A marker's acceleration is measured over such steps [s], which noise does not decide.
+# Time from the end of a gap within which a marker's own motion predicts it better than the other
+# markers do [s]: measured on real optical takes with gaps of 0.1 to 4 s; judge:
+# `python benchmarks/cleanup.py`.
+OWN = 0.1
+# A marker's acceleration is measured over such steps [s], over which it exceeds that of the noise.
 _STEP = 0.1
 
 
-def fill(
-    still: FloatArray,
-    seen: BoolArray,
-    told: FloatArray,
+def fill_gaps(
+    positions: FloatArray,
+    visible: BoolArray,
+    predicted: FloatArray,
+    *,
     known: BoolArray,
     times: FloatArray,
     noise: float,
 ) -> FloatArray:
     """Fill the gaps of all markers.
 
-    Each coordinate x of a marker minimises, with y where it was seen and z what the others say
-    (moved so that both ends of the gap meet)::
+    Each coordinate x of a marker minimises, with y the visible and z the predicted one (moved
+    so that both ends of the gap meet)::
 
-        sum_seen (x - y)^2 / v + sum_gap (x - z)^2 dt / (q own^4) + integral |x''|^2 dt / q
+        sum_visible (x - y)^2 / v + sum_gap (x - z)^2 dt / (q own^4) + integral |x''|^2 dt / q
 
     with v its noise variance and q the power of its acceleration: a natural cubic spline across
-    a short gap, what the others say in the middle of a long one.
+    a short gap, the prediction in the middle of a long one.
 
     Parameters
     ----------
-    still : (F, M, 3) float64
-    seen : (F, M) bool
-    told : (F, M, 3) float64
-        What the other markers say of each.
+    positions : (F, M, 3) float64 [m]
+    visible : (F, M) bool
+    predicted : (F, M, 3) float64 [m]
+        Each marker as the others predict it.
     known : (F,) bool
-        Frames in which enough others were seen to say something.
+        Frames with enough visible markers for a prediction.
     times : (F,) float64 [s]
-    noise : float
+    noise : float [m]
         Standard deviation of a coordinate.
 
     Returns
     -------
     (F, M, 3) float64
-        `still` where it was seen.
+        `positions` where they are visible.
     """
-    filled = still.copy()
+    filled = positions.copy()
     if len(times) < 3:
         return filled
     bands = curvature_bands(times)
     dt = float(np.median(np.diff(times)))
     frames = np.arange(len(times))
-    for m in np.flatnonzero(~seen.all(axis=0)):
-        own, gap = seen[:, m], ~seen[:, m]
+    for m in np.flatnonzero(~visible.all(axis=0)):
+        own, gap = visible[:, m], ~visible[:, m]
         if own.sum() < 2:
             continue
-        off = still[own, m] - told[own, m]
+        off = positions[own, m] - predicted[own, m]
         ends = np.stack([np.interp(frames, frames[own], c) for c in off.T], axis=1)
-        wanted = np.where(own[:, None], still[:, m], told[:, m] + ends)
+        wanted = np.where(own[:, None], positions[:, m], predicted[:, m] + ends)
         power = _acceleration(wanted, dt, noise)
         weight = np.where(own, power / max(noise**2, 1e-5 * power * dt**3), 0.0)
-        weight = np.where(gap & known, dt / _OWN**4, weight)
+        weight = np.where(gap & known, dt / OWN**4, weight)
         system = bands.copy()
         system[2] += weight
         solved = solveh_banded(system, weight[:, None] * np.nan_to_num(wanted))
@@ -74,7 +76,7 @@ def fill(
 
 
 def _acceleration(path: FloatArray, dt: float, noise: float) -> float:
-    """Return the power of a path's second derivative, without what `noise` adds to it."""
+    """Return the power of a path's second derivative, less that of the noise."""
     step = max(1, min(round(_STEP / dt), (len(path) - 1) // 2))
     second = path[2 * step :] - 2.0 * path[step:-step] + path[: -2 * step]
     size = float(np.mean(second**2)) - 6.0 * noise**2
@@ -82,7 +84,7 @@ def _acceleration(path: FloatArray, dt: float, noise: float) -> float:
     return max(size, 0.1 * floor) / (2.0 / 3.0 * (step * dt) ** 3)
 
 
-def runs(where: BoolArray) -> list[tuple[int, int]]:
+def frame_ranges(where: BoolArray) -> list[tuple[int, int]]:
     """Return first and last frame of each run of True in `where` (F,)."""
     padded = np.concatenate([[False], where, [False]]).astype(np.int8)
     change = np.diff(padded)

@@ -1,4 +1,4 @@
-"""What clean-up changed, and how it is told."""
+"""Repairs of the clean-up, and their findings."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ Kind = Literal["swap", "spike", "fill"]
 
 _CODES: dict[Kind, tuple[str, str]] = {
     "swap": ("MARKER_SWAPPED", "had the label of another marker"),
-    "spike": ("MARKER_SPIKE", "jumped away; taken as hidden"),
-    "fill": ("MARKER_FILLED", "was hidden and is filled in"),
+    "spike": ("MARKER_SPIKE", "jumped away; taken as occluded"),
+    "fill": ("MARKER_FILLED", "was occluded and is filled in"),
 }
 
 
@@ -35,7 +35,7 @@ def repair_findings(repairs: Sequence[Repair]) -> list[Finding]:
         groups[repair.kind, repair.marker].append(repair)
     findings = []
     for (kind, marker), group in groups.items():
-        code, what = _CODES[kind]
+        code, message = _CODES[kind]
         frames = sum(r.last - r.first + 1 for r in group)
         first = group[0]
         where = (
@@ -43,5 +43,5 @@ def repair_findings(repairs: Sequence[Repair]) -> list[Finding]:
             if len(group) == 1
             else (f"{frames} frames in {len(group)} places, the first of them frame {first.first}")
         )
-        findings.append(finding(code, marker, f"{what}: {where}"))
+        findings.append(finding(code, marker, f"{message}: {where}"))
     return findings

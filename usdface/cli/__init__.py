@@ -9,13 +9,14 @@ import sys
 from collections.abc import Sequence
 
 from usdface import __version__
+from usdface.blas_threads import limit_from_start
 from usdface.cli.bench import add_bench
-from usdface.cli.command import FAILED, check_report
+from usdface.cli.command import FAILED, check_files
 from usdface.cli.convert import add_check, add_export, add_import, add_rig, add_take
+from usdface.cli.formats import add_formats
 from usdface.cli.fuzzy import add_fuzzy
 from usdface.cli.process import add_calibrate, add_process
 from usdface.cli.shot import add_markers, add_shot
-from usdface.cli.threads import one_blas_thread
 from usdface.errors import UsdFaceError
 
 __all__ = ["main"]
@@ -30,6 +31,7 @@ _COMMANDS = (
     add_export,
     add_import,
     add_check,
+    add_formats,
     add_fuzzy,
     add_bench,
 )
@@ -37,11 +39,10 @@ _COMMANDS = (
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit status (argparse exits with 2 on wrong usage)."""
-    one_blas_thread()
+    limit_from_start()
     parsed = _parser().parse_args(arguments)
     try:
-        if parsed.report:
-            check_report(parsed)
+        check_files(parsed)
         status: int = parsed.run(parsed)
         return status
     except BrokenPipeError:

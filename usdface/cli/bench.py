@@ -1,40 +1,39 @@
-"""The command `bench`: published tables, and the solve beside others."""
+"""The command `bench`: the published tables of the two methods, computed again."""
 
 import argparse
 from pathlib import Path
 from typing import Any
 
-from usdface.cli.command import DONE, FAILED, add_command
+from usdface.cli.command import DONE, FAILED, add_command, reported
+from usdface.errors import InputError
 
 __all__ = ["add_bench"]
 
 
 def add_bench(commands: Any) -> None:
     """Add `usdface bench`."""
-    summary = "re-compute a published table, or measure the solve on takes of known weights"
+    summary = "compute the published tables of the two methods again"
     command = add_command(commands, "bench", _bench, summary)
-    command.add_argument("name", choices=("papers", "solve"))
-    command.add_argument("--data", type=Path, metavar="DIR", help="of solve: real data")
-    command.add_argument("--quick", action="store_true", help="of solve: short takes")
+    command.add_argument("name", choices=("papers", "solve"), metavar="papers")
+    # Of `solve`, which is a script of the repository now.
+    command.add_argument("--data", type=Path, help=argparse.SUPPRESS)
+    command.add_argument("--quick", action="store_true", help=argparse.SUPPRESS)
 
 
 def _bench(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json
+    from usdface.cli.report import print_json, print_written
 
     if parsed.name == "solve":
-        from usdface.bench import solve_table
-
-        measured = solve_table(parsed.data, parsed.quick)
-        if not print_json(measured, parsed.format, parsed.report):
-            from usdface.cli.bench_tables import print_solve_table
-
-            print_solve_table(measured)
-        return DONE
+        raise InputError(
+            "the benchmark of the solve is not part of the package: clone the repository and run "
+            "`python -m benchmarks.solve` there"
+        )
     from usdface.papers import tables
 
     computed = tables()
     if not print_json([table.as_dict() for table in computed], parsed.format, parsed.report):
-        from usdface.cli.bench_tables import print_tables
+        from usdface.cli.print_papers import print_papers
 
-        print_tables(computed)
+        print_papers(computed)
+        print_written(reported(parsed))
     return DONE if all(table.within for table in computed) else FAILED

@@ -2,23 +2,24 @@
 
 import argparse
 from collections.abc import Callable, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface.errors import OutputError
 
 if TYPE_CHECKING:
-    from usdface.outcome import Outcome
+    from usdface.result import Result
 
 __all__ = [
     "DONE",
     "FAILED",
+    "add_asset_root",
     "add_command",
     "add_output",
-    "check_figure",
-    "check_report",
+    "check_files",
     "report",
+    "reported",
     "settings",
 ]
 
@@ -26,11 +27,27 @@ DONE, FAILED = 0, 1
 
 
 def add_command(
-    commands: Any, name: str, run: Callable[[argparse.Namespace], int], summary: str
+    commands: Any,
+    name: str,
+    run: Callable[[argparse.Namespace], int],
+    summary: str,
+    writes: Sequence[str] = (),
 ) -> argparse.ArgumentParser:
-    """Add a command with the options that all have; `run` returns its exit status."""
+    """Add a command with the options that all have.
+
+    Parameters
+    ----------
+    commands : argparse's sub-parsers
+    name : str
+    run : callable
+        Returns the exit status.
+    summary : str
+    writes : sequence of str
+        Options whose file the pipeline writes, beside ``output``; it also checks and lists them.
+        Files that other options name are read.
+    """
     command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
-    command.set_defaults(run=run)
+    command.set_defaults(run=run, writes=("output", *writes))
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
     command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
     command.add_argument("--strict", action="store_true", help="a warning is a failure")
@@ -38,9 +55,19 @@ def add_command(
     return command
 
 
-def add_output(command: argparse.ArgumentParser, what: str) -> None:
+def add_output(command: argparse.ArgumentParser, summary: str) -> None:
     """Add the required option ``--output``, a file."""
-    command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=what)
+    command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=summary)
+
+
+def add_asset_root(command: argparse.ArgumentParser) -> None:
+    """Add the option ``--asset-root``, a folder."""
+    command.add_argument(
+        "--asset-root",
+        default="",
+        metavar="DIR",
+        help="also read textures and buffers from DIR (default: only from the asset's own folder)",
+    )
 
 
 def settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:
@@ -48,61 +75,66 @@ def settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:
     return {f.name: getattr(parsed, f.name) for f in fields(kind) if hasattr(parsed, f.name)}
 
 
-def check_report(parsed: argparse.Namespace) -> None:
-    """Refuse a place for the report where it would take that of another file.
+def reported(parsed: argparse.Namespace) -> tuple[Path, ...]:
+    """Return the files that the command writes beside those of the pipeline: the report."""
+    return _files(parsed, ("report",))
+
+
+def check_files(parsed: argparse.Namespace) -> None:
+    """Refuse, before the work, what must not be written beside the files of the pipeline.
 
     Raises
     ------
     OutputError
-        If it would, or its name is not that of a JSON file.
+        If a file is one that is read, or another output, or cannot be written, or the name of the
+        report is not that of a JSON file.
     """
-    from usdface.io.atomic import check_place
+    places = reported(parsed)
+    if not places:
+        return
+    from usdface.io.inputs import check_outputs, files_read
 
-    if parsed.report.suffix.lower() != ".json":
+    if parsed.report and parsed.report.suffix.lower() != ".json":
         raise OutputError(
             f"cannot write {parsed.report}: the report is JSON; end its name in .json"
         )
-    others = [value for name, value in vars(parsed).items() if name != "report"]
-    check_place(parsed.report, *(value for value in others if isinstance(value, Path)))
+    roles = {*parsed.writes, "report", "labels"}
+    given = [value for name, value in vars(parsed).items() if name not in roles]
+    listed = [v for value in given for v in (value if isinstance(value, list) else [value])]
+    sources = (value for value in listed if isinstance(value, Path))
+    read = files_read(*sources, labels=getattr(parsed, "labels", None))
+    check_outputs((*_files(parsed, parsed.writes), *places), read)
 
 
-def check_figure(figure: Path | None) -> None:
-    """Refuse, before the work, a name that is no picture's; without a name there is no figure.
-
-    Raises
-    ------
-    InputError
-        If it ends in something else.
-    """
-    if figure:
-        from usdface.figures.picture import check_picture
-
-        check_picture(figure)
+def _files(parsed: argparse.Namespace, names: Sequence[str]) -> tuple[Path, ...]:
+    return tuple(Path(value) for name in names if (value := getattr(parsed, name, None)))
 
 
 def report(
     parsed: argparse.Namespace,
-    outcome: "Outcome",
+    result: "Result[Any]",
     fail_on: Sequence[str] = (),
     file: TextIO | None = None,
 ) -> int:
-    """Print and write what came of a command; return the exit status.
+    """Print and write the result of a command; return the exit status.
 
     Parameters
     ----------
     parsed : argparse.Namespace
-    outcome : Outcome
+    result : Result
     fail_on : sequence of str
         Severities of findings that are a failure, also without ``--strict``.
     file : stream, optional
         Where to print, instead of standard output.
     """
-    from usdface.cli.report import print_outcome, write_report
+    from usdface.cli.report import print_result, write_report
     from usdface.findings import severest
 
-    print_outcome(outcome, parsed.format, file)
+    result = replace(result, written=(*result.written, *reported(parsed)))
+    # Before the text, which somebody may read the beginning of only.
     if parsed.report:
-        write_report(outcome, parsed.report)
-    worst = severest(outcome.findings)
+        write_report(result, parsed.report)
+    print_result(result, parsed.format, file)
+    worst = severest(result.findings)
     strict = parsed.strict and worst in ("warning", "error")
     return FAILED if strict or worst in fail_on else DONE

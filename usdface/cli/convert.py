@@ -5,19 +5,25 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
-from usdface.options import ExportOptions, RigOptions, TakeOptions
+from usdface.io.export_targets import EXPORT_TARGETS
+from usdface.io.format_table import FormatTable
+from usdface.io.rigs.formats import RIG_READERS
+from usdface.io.takes.formats import TAKE_READERS
+from usdface.options import ExportOptions, ImportOptions, RigOptions, TakeOptions
 
 __all__ = ["add_check", "add_export", "add_import", "add_rig", "add_take"]
+
+
+def _either(table: FormatTable[Any]) -> str:
+    return f"{table.summary}; others: usdface formats"
 
 
 def add_rig(commands: Any) -> None:
     """Add `usdface rig`."""
     command = add_command(commands, "rig", _rig, "convert a character to UsdSkel")
-    command.add_argument(
-        "source", type=Path, help="glTF/GLB, a folder of OBJ/PLY or MakeHuman targets, UsdSkel"
-    )
+    command.add_argument("source", type=Path, help=_either(RIG_READERS))
     add_output(command, "the rig, .usda or .usdc")
     default = RigOptions()
     command.add_argument("--neutral", default="", help="neutral mesh of a folder")
@@ -28,19 +34,20 @@ def add_rig(commands: Any) -> None:
         help="unit of OBJ and PLY files (default: %(default)s, centimetres)",
     )
     command.add_argument("--up-axis", choices=("Y", "Z"), default=default.up_axis)
+    add_asset_root(command)
 
 
 def _rig(parsed: argparse.Namespace) -> int:
     options = RigOptions(**settings(parsed, RigOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.make_rig(parsed.source, parsed.output, options, step)
-    return report(parsed, outcome)
+        result = pipeline.make_rig(parsed.source, parsed.output, options=options, on_progress=step)
+    return report(parsed, result)
 
 
 def add_take(commands: Any) -> None:
     """Add `usdface take`."""
     command = add_command(commands, "take", _take, "convert a recorded take to USD")
-    command.add_argument("source", type=Path, help="C3D, TRC, CSV, BVH or Live Link Face CSV")
+    command.add_argument("source", type=Path, help=_either(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
     command.add_argument("--units", choices=("mm", "cm", "m", "in"), help="override the file's")
     command.add_argument("--up-axis", choices=("Y", "Z"), help="override the file's")
@@ -58,15 +65,15 @@ def _take(parsed: argparse.Namespace) -> int:
         parsed.image_size = tuple(parsed.image_size)
     options = TakeOptions(**settings(parsed, TakeOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.make_take(parsed.source, parsed.output, options, step)
-    return report(parsed, outcome)
+        result = pipeline.make_take(parsed.source, parsed.output, options=options, on_progress=step)
+    return report(parsed, result)
 
 
 def add_export(commands: Any) -> None:
     """Add `usdface export`."""
     command = add_command(commands, "export", _export, "write a USD scene as glTF or USDZ")
     command.add_argument("scene", type=Path)
-    add_output(command, ".glb, .gltf or .usdz")
+    add_output(command, _either(EXPORT_TARGETS))
     command.add_argument("--clip", default="", metavar="NAME", help="only this one of the clips")
     command.add_argument(
         "--pointer",
@@ -78,14 +85,17 @@ def add_export(commands: Any) -> None:
         action="store_true",
         help="points, normals and texture coordinates as 16-bit integers, by KHR_mesh_quantization",
     )
+    add_asset_root(command)
 
 
 def _export(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
     options = ExportOptions(**settings(parsed, ExportOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.export_scene(parsed.scene, parsed.output, step, every, options)
-    return report(parsed, outcome)
+        result = pipeline.export_scene(
+            parsed.scene, parsed.output, every_frame=every, options=options, on_progress=step
+        )
+    return report(parsed, result)
 
 
 def add_import(commands: Any) -> None:
@@ -93,13 +103,17 @@ def add_import(commands: Any) -> None:
     command = add_command(commands, "import", _import, "write a glTF as USD")
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
+    add_asset_root(command)
 
 
 def _import(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
+    options = ImportOptions(**settings(parsed, ImportOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.import_scene(parsed.source, parsed.output, step, every)
-    return report(parsed, outcome)
+        result = pipeline.import_scene(
+            parsed.source, parsed.output, every_frame=every, options=options, on_progress=step
+        )
+    return report(parsed, result)
 
 
 def add_check(commands: Any) -> None:
@@ -110,5 +124,5 @@ def add_check(commands: Any) -> None:
 
 def _check(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.check(parsed.files, step)
-    return report(parsed, outcome, fail_on=("error",))
+        result = pipeline.check(parsed.files, on_progress=step)
+    return report(parsed, result, fail_on=("error",))

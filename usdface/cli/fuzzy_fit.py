@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, check_figure, report, settings
+from usdface.cli.command import add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import FitOptions
@@ -16,12 +16,16 @@ __all__ = ["add_fit"]
 def add_fit(actions: Any) -> None:
     """Add `usdface fuzzy fit`."""
     command = add_command(
-        actions, "fit", _fit, "design or learn a system from poses or labelled takes"
+        actions,
+        "fit",
+        _fit,
+        "design or learn a system from poses or labelled takes",
+        writes=("expressions", "figure"),
     )
     source = command.add_mutually_exclusive_group(required=True)
-    source.add_argument("--shot", type=Path, help="whose face, binding and expression poses count")
+    source.add_argument("--shot", type=Path, help="face, binding and expression poses")
     source.add_argument("--rig", type=Path, help="USD rig, with --bind")
-    command.add_argument("--bind", type=Path, help="where the markers sit on --rig, JSON")
+    command.add_argument("--bind", type=Path, help="binding of the markers to --rig, JSON")
     command.add_argument(
         "--labels",
         type=Path,
@@ -33,48 +37,45 @@ def add_fit(actions: Any) -> None:
         "--expressions", type=Path, metavar="FILE.json", help="also write the expression poses"
     )
     command.add_argument(
-        "--figure", type=Path, metavar="FILE", help="draw memberships and confusion"
+        "--figure", type=Path, metavar="FILE", help="draw memberships and the confusion matrix"
     )
     default = FitOptions()
     command.add_argument(
-        "--paper", action="store_true", help="terms from minimum, medium, maximum over the poses"
+        "--paper",
+        action="store_true",
+        help="design by the paper: terms from minimum, median, maximum",
     )
     command.add_argument(
         "--space",
         choices=("character", "take"),
         default=default.space,
-        help="where features are measured (default: %(default)s)",
+        help="space of the features (default: %(default)s)",
     )
     command.add_argument(
         "--hold-out",
         choices=("auto", "recording", "variant"),
         default=default.hold_out,
-        help="what is left out in turn to test what was learned (default: %(default)s)",
+        help="group that each cross-validation fold holds out (default: %(default)s)",
     )
 
 
 def _fit(parsed: argparse.Namespace) -> int:
     if bool(parsed.rig) != bool(parsed.bind):
         raise InputError("--rig and --bind belong together: give both, or --shot alone")
-    check_figure(parsed.figure)
     options = FitOptions(**settings(parsed, FitOptions))
     with progress(parsed.format == "text") as step:
-        outcome, fitted = pipeline.fit_fuzzy(
+        result = pipeline.fit_fuzzy(
             parsed.shot or parsed.rig,
             parsed.output,
-            options,
-            step,
-            parsed.bind,
-            parsed.labels,
-            parsed.expressions,
+            bind=parsed.bind,
+            labels=parsed.labels,
+            poses=parsed.expressions,
+            figure=parsed.figure,
+            options=options,
+            on_progress=step,
         )
-    # Before the text, which somebody may read the beginning of only.
-    if parsed.figure:
-        from usdface.figures.fit import write_fit_figure
-
-        write_fit_figure(fitted.system, fitted.validation, parsed.figure)
     if parsed.format == "text":
-        from usdface.cli.fuzzy_tables import print_fit
+        from usdface.cli.print_fuzzy import print_fit
 
-        print_fit(fitted)
-    return report(parsed, outcome)
+        print_fit(result.value)
+    return report(parsed, result)

@@ -1,11 +1,11 @@
-"""The commands `process` and `calibrate`: what is done to a shot."""
+"""The commands `process` and `calibrate`: solve a shot, or a performer's gains."""
 
 import argparse
 from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.options import ProcessOptions
 
@@ -14,7 +14,13 @@ __all__ = ["add_calibrate", "add_process"]
 
 def add_process(commands: Any) -> None:
     """Add `usdface process`."""
-    command = add_command(commands, "process", _process, "retarget, correct, write layers")
+    command = add_command(
+        commands,
+        "process",
+        _process,
+        "retarget a shot, correct its expressions, write layers",
+        writes=("gltf", "figure"),
+    )
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
     command.add_argument(
@@ -25,15 +31,21 @@ def add_process(commands: Any) -> None:
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
     )
     command.add_argument(
-        "--no-clean", dest="clean", action="store_false", help="solve the markers as recorded"
+        "--no-clean",
+        dest="clean",
+        action="store_false",
+        help="solve the markers as recorded, without clean-up",
     )
     command.add_argument(
         "--solve",
         choices=("take", "frame"),
         help="all frames together or each alone (default: as the shot says)",
     )
+    add_asset_root(command)
     result = command.add_mutually_exclusive_group()
-    result.add_argument("-o", "--output", default="", metavar="ROOT", help="the result to open")
+    result.add_argument(
+        "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
+    )
     result.add_argument(
         "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
     )
@@ -42,13 +54,22 @@ def add_process(commands: Any) -> None:
 def _process(parsed: argparse.Namespace) -> int:
     options = ProcessOptions(**settings(parsed, ProcessOptions))
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.process(parsed.shot, options, step)
-    return report(parsed, outcome)
+        result = pipeline.process(
+            parsed.shot,
+            output=parsed.output,
+            gltf=parsed.gltf,
+            figure=parsed.figure,
+            in_place=parsed.in_place,
+            asset_root=parsed.asset_root,
+            options=options,
+            on_progress=step,
+        )
+    return report(parsed, result)
 
 
 def add_calibrate(commands: Any) -> None:
     """Add `usdface calibrate`."""
-    summary = "find how large a performer's movements are against the character's"
+    summary = "measure a performer's gains, as shares of the character's shapes"
     command = add_command(commands, "calibrate", _calibrate, summary)
     command.add_argument("shot", type=Path, help="a shot of an expressive take")
     add_output(command, "the calibration, .json, for shot --calibration")
@@ -61,5 +82,7 @@ def add_calibrate(commands: Any) -> None:
 
 def _calibrate(parsed: argparse.Namespace) -> int:
     with progress(parsed.format == "text") as step:
-        outcome = pipeline.calibrate(parsed.shot, parsed.output, parsed.extremes, step)
-    return report(parsed, outcome)
+        result = pipeline.calibrate(
+            parsed.shot, parsed.output, extremes=parsed.extremes, on_progress=step
+        )
+    return report(parsed, result)

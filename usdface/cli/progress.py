@@ -6,16 +6,26 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from usdface.outcome import OnStep
+    from usdface.progress import OnProgress, Step
 
 __all__ = ["progress"]
 
 
+def _waiting(step: "Step") -> None:
+    from usdface.progress import COMPILE
+
+    if step.name == COMPILE:
+        print(f"usdface: {step.name} ...", file=sys.stderr)
+
+
 @contextmanager
-def progress(shown: bool) -> "Iterator[OnStep | None]":
-    """Show the running step on a terminal, on standard error; yield what announces steps."""
+def progress(shown: bool) -> "Iterator[OnProgress]":
+    """Show the running step on a terminal, on standard error; yield the callback for it.
+
+    Elsewhere only the step that keeps a first command waiting is named.
+    """
     if not shown or not sys.stderr.isatty():
-        yield None
+        yield _waiting
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -23,4 +33,9 @@ def progress(shown: bool) -> "Iterator[OnStep | None]":
     columns = SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
     with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
         task = bars.add_task("", total=None)
-        yield lambda name: bars.update(task, description=name)
+
+        def announce(step: "Step") -> None:
+            total = None if step.fraction is None else 1.0
+            bars.update(task, description=step.name, total=total, completed=step.fraction or 0.0)
+
+        yield announce

@@ -3,48 +3,65 @@
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
-from usdface.outcome import Outcome
+from usdface.result import Result
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_json", "print_outcome", "print_whole", "write_report"]
+__all__ = ["print_json", "print_result", "print_whole", "print_written", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _EXAMPLES = 4
 _ANY_WIDTH = 1000  # characters
+_UNITS = {"mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
 
 
-def print_outcome(outcome: Outcome, form: str, file: TextIO | None = None) -> None:
-    """Print an outcome as a table, or as JSON, to a stream (standard output)."""
+def print_result(result: Result[Any], form: str, file: TextIO | None = None) -> None:
+    """Print a result as a table, or as JSON, to a stream (standard output)."""
     if form == "json":
-        print(json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False), file=file)
+        print(json.dumps(result.as_dict(), indent=1, ensure_ascii=False), file=file)
         return
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
     console = Console(file=file, soft_wrap=True, highlight=False)
-    if outcome.summary:
+    if result.summary:
         table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
-        for name, value in outcome.summary.items():
-            table.add_row(escape(name), escape(str(value)))
+        for key, value in result.summary.items():
+            table.add_row(escape(_label(key)), escape(_text(value)))
         console.print(table)
-    for line, severity in _lines(outcome.findings):
+    for line, severity in _lines(result.findings):
         console.print(escape(line), style=_STYLES[severity])
-    for path in outcome.written:
+    for path in result.written:
         console.print(f"wrote {escape(str(path))}", style="bold")
 
 
+def _label(key: str) -> str:
+    """Return a stable key as people read it: ``residual_mean_mm`` is "residual mean [mm]"."""
+    *words, last = key.split("_")
+    unit = _UNITS.get(last)
+    return " ".join(words) + f" [{unit}]" if words and unit else " ".join((*words, last))
+
+
+def _text(value: Any) -> str:
+    """Return a value of a summary as text: names with their numbers in one line."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{_label(str(name))} {_text(part)}" for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_text, value)) or "none"
+    return str(value)
+
+
 def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
-    """Yield one line for each code, however often it was found, and for each thing it warns of."""
+    """Yield one line for each code, and for each distinct message of it."""
     groups: dict[str, list[Finding]] = defaultdict(list)
     for finding in findings:
         groups[finding.code].append(finding)
@@ -60,7 +77,7 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
 
 
 def _wording(finding: Finding) -> str:
-    """Return what a finding says without whom it says it of: places, quotes and numbers."""
+    """Return a message without places, quotes and numbers, to group findings."""
     place = re.escape(finding.where.split(": ")[-1])
     return re.sub(rf"(?<!\w)({place})(?!\w)|\"[^\"]*\"|'[^']*'|[-+\d.]+", "_", finding.message)
 
@@ -79,19 +96,19 @@ def _listed(group: list[Finding]) -> str:
     return ", ".join(f.where for f in group[:_EXAMPLES]) + more
 
 
-def write_report(outcome: Outcome, path: Path) -> None:
-    """Write an outcome as JSON, atomically.
+def write_report(result: Result[Any], path: Path) -> None:
+    """Write a result as JSON, atomically.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     """
-    write_text(path, json.dumps(outcome.as_dict(), indent=1, ensure_ascii=False) + "\n")
+    write_text(path, json.dumps(result.as_dict(), indent=1, ensure_ascii=False) + "\n")
 
 
 def print_json(document: object, form: str, report: Path | None) -> bool:
-    """Write plain values as JSON where a file is named, print them if JSON is the form that is.
+    """Write plain values as JSON to a file if one is named, and print them if JSON is requested.
 
     Returns
     -------
@@ -106,8 +123,14 @@ def print_json(document: object, form: str, report: Path | None) -> bool:
     return form == "json"
 
 
+def print_written(paths: Iterable[Path]) -> None:
+    """Print which files were written, after what is no outcome."""
+    for path in paths:
+        print(f"wrote {path}")
+
+
 def print_whole(console: "Console", table: "Table") -> None:
-    """Print a table in lines as long as they need to be, also in a pipe: half a figure is none."""
+    """Print a table without cutting its cells, also in a pipe."""
     from rich.measure import Measurement
 
     unbounded = console.options.update(max_width=_ANY_WIDTH)

@@ -1,1 +1,1 @@
-"""Pictures for people (matplotlib, the extra `plot`)."""
+"""Figures (matplotlib, the extra `plot`)."""

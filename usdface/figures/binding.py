@@ -1,22 +1,23 @@
-"""A binding as a picture: markers on the face from the front and the side."""
+"""Figure of a binding: markers on the face from the front and the side."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdface.binding.skin import skin_of
+from usdface.binding.face_surface import face_surface
 from usdface.figures.labels import label_places, text_size
 from usdface.figures.picture import save_figure
+from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
-from usdface.setup import Binding
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["write_bind_figure"]
 
-# Axes across and up, and what they are called.
+# Horizontal and vertical axis of each view, and its title.
 _VIEWS = ((0, 1, "front"), (2, 1, "the face's left side"))
-# Beyond the markers, by their height; of the drawing without its title [inch].
+# Layout: margin as a share of the markers' extent, height without title [inch], points per inch,
+# font size and marker diameter [points].
 _MARGIN = 0.12
 _HIGH = 9.0
 _POINTS = 72.0
@@ -24,16 +25,17 @@ _FONT, _DOT = 6.5, 6.0
 
 
 def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
-    """Draw where each marker sits, from the front and the side, coloured by its confidence if any.
+    """Draw the bound markers from the front and the side, coloured by their confidence if any.
 
     Raises
     ------
     InputError
-        If matplotlib is not installed, the file name is no picture's, or the mesh has no skin.
+        If matplotlib is not installed, the file name is no picture's, or the blend shapes move
+        no visible surface.
     OutputError
         If the file cannot be written.
     """
-    edges, points = _edges(mesh, skin_of(mesh).vertices), mesh.points[binding.points]
+    edges, points = _edges(mesh, face_surface(mesh).vertices), mesh.points[binding.points]
     framed = points if len(points) else edges.reshape(-1, 3)
     low, high = framed.min(axis=0), framed.max(axis=0)
     margin = _MARGIN * max(float((high - low).max()), 1e-3)
@@ -46,7 +48,7 @@ def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
         drawn = None
         places = figure.subplots(1, 2, sharey=True, width_ratios=wide).tolist()
         for axes, (across, up, title) in zip(places, _VIEWS, strict=True):
-            # What the head hides from its left is left out.
+            # Markers and edges that the head hides from its left are left out.
             shown = np.flatnonzero(points[:, 0] > -0.005) if across == 2 else np.arange(len(points))
             flat = points[shown][:, [across, up]]
             seen = edges[(edges[..., 0] > -0.005).all(axis=1)] if across == 2 else edges
@@ -89,7 +91,7 @@ def _draw_markers(axes: Any, flat: FloatArray, binding: Binding, shown: Any) -> 
 
 
 def _name_markers(axes: Any, flat: FloatArray, names: list[str], scale: float) -> None:
-    """Write the names where they leave each other room; a line leads to those that are away."""
+    """Write the names without overlaps, with leader lines to those that are away."""
     places = label_places(_POINTS * scale * flat, text_size(names, _FONT), _DOT)
     for name, point, place in zip(names, flat, places / (_POINTS * scale), strict=True):
         axes.annotate(

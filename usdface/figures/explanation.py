@@ -1,4 +1,4 @@
-"""The corrector as a picture: emotions, rules, memberships, and weights before and after."""
+"""Figure of an explanation: emotions, rules, memberships, weights before and after."""
 
 from itertools import cycle
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.explain import ASIDE, Explanation
+from usdface.explanation import HALF_SHOWN_APART, Explanation
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places
@@ -17,11 +17,12 @@ from usdface.takes import FloatArray
 
 __all__ = ["write_explanation_figure"]
 
+# Layout: panels in a row, features and weights drawn, range of the membership axis.
 _COLUMNS = 4
 _LARGEST_FEATURES = 8
 _LARGEST_WEIGHTS = 16
 _HEIGHT = (-0.03, 1.05)
-# Names of emotions that fit one below the other beside their curves.
+# Layout: names of emotions that fit one below the other beside their curves.
 _EMOTIONS_BESIDE = 9
 _QUIET = "0.6"
 _DASHES = ("-", "--", ":", "-.")
@@ -62,7 +63,7 @@ def _headline(facts: dict[str, Any]) -> str:
     said = _said(facts["emotions"]) or "no emotion"
     for side, half in facts["halves"].items():
         said += f"; {side} half: {_said(half['emotions']) or 'none'}"
-    return f"frame {facts['frame']}, {facts['seconds']:.2f} s: {said}"
+    return f"frame {facts['frame']}, {facts['time_s']:.2f} s: {said}"
 
 
 def _said(emotions: dict[str, float]) -> str:
@@ -77,16 +78,24 @@ def _colours(explained: Explanation) -> dict[str, str]:
 
 def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
     for i, (name, curve) in enumerate(
-        zip(explained.system.emotions, explained.outputs.T, strict=True)
+        zip(explained.system.emotions, explained.whole.evaluation.outputs.T, strict=True)
     ):
         # Where there are more emotions than colours, the next ones have another line.
         again, colour = divmod(i, len(COLOURS))
         style = {"color": COLOURS[colour], "linestyle": _DASHES[again % len(_DASHES)]}
         axes.plot(explained.times, curve, label=name, **style)
         for (side, half), dashes in zip(explained.halves.items(), ("--", ":"), strict=False):
-            if np.abs(half.shown[:, i] - explained.shown[:, i]).max(initial=0.0) >= ASIDE:
+            if (
+                np.abs(half.shown[:, i] - explained.whole.shown[:, i]).max(initial=0.0)
+                >= HALF_SHOWN_APART
+            ):
                 thin = {"color": COLOURS[colour], "linestyle": dashes, "linewidth": 1.0}
-                axes.plot(explained.times, half.outputs[:, i], label=f"{name}, {side} half", **thin)
+                axes.plot(
+                    explained.times,
+                    half.evaluation.outputs[:, i],
+                    label=f"{name}, {side} half",
+                    **thin,
+                )
     axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
     axes.set(title="emotions over the take", xlim=_span(explained), ylim=_HEIGHT)
     if explained.system.mode == "raise":
@@ -103,13 +112,13 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
 
 
 def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
-    """Draw a row for each rule, as high as it fires, in the colour of its emotion."""
+    """Draw a row for each rule: its firing strength, in the colour of its emotion."""
     rules, colours = explained.system.rules, _colours(explained)
-    peaks = explained.firing.max(axis=0, initial=0.0)
+    peaks = explained.trace.firing.max(axis=0, initial=0.0)
     shown = np.sort(np.argsort(-peaks, kind="stable")[:_MOST_RULES]).tolist()
     for row, i in enumerate(shown):
         colour = colours[rules[i].consequents[0][0]]
-        top = row + 1.0 - explained.firing[:, i]
+        top = row + 1.0 - explained.trace.firing[:, i]
         axes.fill_between(explained.times, row + 1.0, top, color=colour, linewidth=0)
         axes.axhline(row + 1.0, color="0.85", linewidth=0.6, zorder=0)
     axes.axvline(explained.times[frame], color="0.4", linewidth=0.8)
@@ -123,7 +132,7 @@ def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
 
 
 def _short(rule: Rule) -> str:
-    """Return what a rule says and the first thing that it asks for."""
+    """Return the consequents and the first condition of a rule."""
     says = ", ".join(output for output, _ in rule.consequents)
     first, *others = rule.propositions
     is_ = " ".join((*first.hedges, first.term))
@@ -132,7 +141,7 @@ def _short(rule: Rule) -> str:
 
 
 def _asked_most(explained: Explanation, facts: dict[str, Any]) -> list[int]:
-    """Return the inputs to draw: of the rules that fire; where none does, of the nearest."""
+    """Return the inputs to draw: those of firing rules, else of the rule nearest to firing."""
     order = [v.name for v in explained.system.inputs]
     fired = [c["variable"] for r in facts["rules"] if r["fires"] > 0 for c in r["conditions"]]
     belongs = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
@@ -159,9 +168,10 @@ def _draw_features(
 def _draw_memberships(
     axes: Any, explained: Explanation, facts: dict[str, Any], column: int
 ) -> None:
-    """Draw the terms of an input in millimetres; those that rules that fire ask for stand out."""
-    variable, scale = explained.system.inputs[column], 1000.0 * explained.unit
-    values, now = explained.inputs[:, column], explained.inputs[facts["frame"], column]
+    """Draw the terms of an input in millimetres; those of firing rules are emphasised."""
+    variable, scale = explained.system.inputs[column], 1000.0 * explained.trace.unit
+    values = explained.whole.inputs[:, column]
+    now = explained.whole.inputs[facts["frame"], column]
     x = _reach(explained, column)
     asked = _asked(explained, facts, variable.name)
     seen = values[np.isfinite(values)]
@@ -198,10 +208,10 @@ def _degree(term: Term, hedges: tuple[str, ...], values: FloatArray) -> FloatArr
 def _asked(
     explained: Explanation, facts: dict[str, Any], name: str
 ) -> dict[str, dict[tuple[str, ...], str]]:
-    """Return what rules that fire ask of an input: term, hedges, the colour of their emotion."""
+    """Return the conditions of firing rules on an input: term, hedges, colour of the emotion."""
     colours = _colours(explained)
     asked: dict[str, dict[tuple[str, ...], str]] = {}
-    fired = [i for i, strength in enumerate(explained.firing[facts["frame"]]) if strength > 0]
+    fired = [i for i, strength in enumerate(explained.trace.firing[facts["frame"]]) if strength > 0]
     for rule in (explained.system.rules[i] for i in fired):
         for proposition in rule.propositions:
             if proposition.variable == name:
@@ -211,8 +221,8 @@ def _asked(
 
 
 def _reach(explained: Explanation, column: int) -> Any:
-    """Return values of an input: what the take does of it, and where its terms begin and end."""
-    values = explained.inputs[:, column]
+    """Return the range of an input: of its values in the take, and of its terms."""
+    values = explained.whole.inputs[:, column]
     terms = explained.system.inputs[column].terms
     marks = [p for t in terms for p in places(t.kind, t.parameters)]
     marks += [0.0, *values[np.isfinite(values)]]

@@ -1,4 +1,4 @@
-"""A fitted system as a picture: its memberships, and what it confuses (matplotlib)."""
+"""Figure of a fitted system: memberships and confusion matrix (matplotlib)."""
 
 from pathlib import Path
 from typing import Any
@@ -7,17 +7,18 @@ import numpy as np
 
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
-from usdface.fuzzy.fit.validation import Validation
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.rule_learning.cross_validation import Validation
 
 __all__ = ["write_fit_figure"]
 
+# Layout: panels in a row, samples of a curve, margin as a share of the range.
 _COLUMNS = 4
 _SAMPLES = 400
 _MARGIN = 0.15
 _FACE_UNIT = "face units (the RMS distance of the neutral markers from their centre)"
-# What is heard right, and what is not.
+# Colours of right and wrong predictions.
 _RIGHT, _WRONG = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 
 

@@ -1,4 +1,4 @@
-"""Places for names beside points that leave each other room."""
+"""Placement of labels beside points without overlaps."""
 
 from collections.abc import Sequence
 
@@ -8,19 +8,18 @@ from usdface.takes import FloatArray
 
 __all__ = ["label_places", "text_size"]
 
-# Of a glyph, in the size of its font.
+# Mean size of a glyph, as shares of the font size.
 _WIDTH, _HEIGHT = 0.58, 1.15
-# How far from its point a name may be, and how far it then is [points]; the nearest are first.
+# Distances of a label from its point that are tried, the nearest first [points].
 _DISTANCES = (4.0, 9.0, 16.0, 26.0, 38.0)
 _DIRECTIONS = 16
 _ROUNDS = 4
-# Covering this much of another name or of a point [square points] is as bad as being one
-# point further away.
+# Overlap with labels or points [square points] that costs as much as one point of distance.
 _COVERED = 0.5
 
 
 def text_size(names: Sequence[str], font: float) -> FloatArray:
-    """Return about how wide and high names are: (N, 2) [points]."""
+    """Return the approximate width and height of labels: (N, 2) [points]."""
     wide = [_WIDTH * font * len(name) for name in names]
     return np.column_stack([wide, np.full(len(names), _HEIGHT * font)])
 

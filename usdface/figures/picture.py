@@ -1,4 +1,4 @@
-"""Picture files of figures (matplotlib): refused before the work, written without a half."""
+"""Picture files of figures (matplotlib): validates the file name first, writes atomically."""
 
 import io
 from collections.abc import Callable
@@ -14,7 +14,7 @@ _SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def save_figure(draw: Callable[[Any], None], path: Path) -> None:
-    """Let `draw` fill a figure, and write it; the same figure gives the same bytes.
+    """Draw a figure and write it; the same figure gives the same bytes.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
 
 
 def check_picture(path: Path) -> None:
-    """Refuse a file name that is no picture's.
+    """Refuse a file name without the suffix of a supported picture format.
 
     Raises
     ------

@@ -1,19 +1,20 @@
-"""A processed take as one picture: how far off, which weights, how sure, which emotions."""
+"""Figure of a processed take: residuals, weights with deviations, emotions."""
 
+from collections.abc import Mapping
 from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdface.animate import Animated
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS
+from usdface.shot import ShotResult
 from usdface.takes import FloatArray
 
 __all__ = ["write_take_figure"]
 
-# One colour a region, told apart by the colour-blind: M. Okabe, K. Ito, 2008.
+# One colour for each region, distinguishable by the colour-blind: M. Okabe, K. Ito, 2008.
 _COLOURS = {
     "brows": "#0072B2",
     "eyes": "#56B4E9",
@@ -22,14 +23,16 @@ _COLOURS = {
     "mouth": "#D55E00",
     "jaw": "#CC79A7",
 }
+# Layout: shapes drawn at most, least range of a weight that is drawn, window of the RMS curves [s],
+# columns of the picture.
 _LARGEST = 28
 _MOVES = 0.02
-_STEADY = 0.25  # s
+_STEADY = 0.25
 _COLUMNS = 2000
 
 
-def write_take_figure(animated: Animated, path: Path) -> None:
-    """Draw a take: residual of each region, the weights that move with their deviations, emotions.
+def write_take_figure(result: ShotResult, details: Mapping[str, Any], path: Path) -> None:
+    """Draw a take: residual of each region, moving weights with their deviations, emotions.
 
     Raises
     ------
@@ -38,8 +41,9 @@ def write_take_figure(animated: Animated, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
-    regions = animated.details.get("residual", {}).get("regions mm", {})
-    emotions = animated.express.emotions if animated.express else {}
+    regions = details.get("residual", {}).get("regions_mm", {})
+    emotions = result.emotions
+    times = result.solved.times
 
     def draw(figure: Any) -> None:
         heights = [1.2 if regions else 0.0, 3.0, 1.0 if emotions else 0.0]
@@ -48,9 +52,9 @@ def write_take_figure(animated: Animated, path: Path) -> None:
         grid = figure.add_gridspec(len(shown), 2, height_ratios=shown, width_ratios=[6, 1])
         middle = 1 if regions else 0
         weights = figure.add_subplot(grid[middle, 0])
-        names, drawn = _draw_weights(weights, animated)
+        names, drawn = _draw_weights(weights, result)
         aside = figure.add_subplot(grid[middle, 1], sharey=weights)
-        _draw_deviations(aside, animated, names)
+        _draw_deviations(aside, details.get("confidence", {}), names)
         if drawn is not None:
             # Without deviations, as of recorded weights, their place is the scale's.
             place = (
@@ -59,25 +63,25 @@ def write_take_figure(animated: Animated, path: Path) -> None:
             figure.colorbar(drawn, label="weight", shrink=0.5, **place)
         if regions:
             axes = figure.add_subplot(grid[0, 0], sharex=weights)
-            _draw_residual(axes, animated, regions)
+            _draw_residual(axes, result, details["residual"])
             _name_lines(axes, figure.add_subplot(grid[0, 1]))
         if emotions:
             axes = figure.add_subplot(grid[middle + 1, 0], sharex=weights)
-            _draw_emotions(axes, animated.take.times, emotions)
+            _draw_emotions(axes, times, emotions)
             _name_lines(axes, figure.add_subplot(grid[middle + 1, 1]))
-        weights.set_xlim(animated.take.times[0], _end(animated.take.times))
+        weights.set_xlim(times[0], _end(times))
 
     save_figure(draw, path)
 
 
-def _draw_residual(axes: Any, animated: Animated, regions: dict[str, Any]) -> None:
-    times, whole = animated.take.times, animated.details["residual"]["frames mm"]
+def _draw_residual(axes: Any, result: ShotResult, residual: Mapping[str, Any]) -> None:
+    times, whole = result.solved.times, residual["frames_mm"]
     axes.fill_between(times, whole, color="0.88", label="all markers", linewidth=0)
-    width = max(1, round(_STEADY * animated.take.rate))
-    for region, said in regions.items():
-        label = f"{region} {said['rms']:.2f}"
+    width = max(1, round(_STEADY * result.shot.take.rate))
+    for region, errors in residual["regions_mm"].items():
+        label = f"{region} {errors['rms']:.2f}"
         colour = _COLOURS.get(region, "0.4")
-        steady = _moving_rms(np.array(said["frames"]), width)
+        steady = _moving_rms(np.array(errors["frames"]), width)
         axes.plot(times, steady, label=label, linewidth=1.1, color=colour)
     title = f"how far markers are from the solved face, RMS [mm] (regions: over {_STEADY:g} s)"
     axes.set(title=title, ylim=(0, None))
@@ -91,14 +95,14 @@ def _moving_rms(values: FloatArray, width: int) -> FloatArray:
 
 
 def _name_lines(axes: Any, place: Any) -> None:
-    """Put the legend of `axes` where `place` is, so that all time axes are as long."""
+    """Put the legend of `axes` into `place`, so that all time axes are equally long."""
     place.axis("off")
     place.legend(*axes.get_legend_handles_labels(), loc="upper left", fontsize=8, frameon=False)
 
 
-def _draw_weights(axes: Any, animated: Animated) -> tuple[list[str], Any]:
+def _draw_weights(axes: Any, result: ShotResult) -> tuple[list[str], Any]:
     """Draw the shapes that move most, rows of a map; return their names and the map, if any."""
-    taken = animated.weights
+    taken = result.weights
     peaks = taken.weights.max(axis=0)
     moving = np.flatnonzero(peaks > _MOVES)
     # In the order of the rig, which keeps left and right together.
@@ -119,25 +123,24 @@ def _draw_weights(axes: Any, animated: Animated) -> tuple[list[str], Any]:
     names = [taken.names[k] for k in order.tolist()]
     axes.set_yticks(np.arange(len(names)), names, fontsize=7)
     more = f", the {len(names)} largest of {len(moving)}" if len(moving) > len(names) else ""
-    kind = "corrected" if animated.express else "solved"
+    kind = "solved" if result.corrected is None else "corrected"
     title = f"{kind} weights that move{more}" if names else "no weight moves"
     axes.set(title=title, xlabel="time [s]")
     return names, drawn
 
 
 def _thinned(rows: FloatArray) -> FloatArray:
-    """Return at most so many frames as a picture has columns, each the largest of its stretch."""
+    """Decimate frames to the columns of a picture, keeping the largest value of each stretch."""
     starts = np.linspace(0, len(rows), min(len(rows), _COLUMNS), endpoint=False).astype(int)
     return np.asarray(np.maximum.reduceat(rows, starts, axis=0)) if rows.size else rows
 
 
-def _draw_deviations(axes: Any, animated: Animated, names: list[str]) -> None:
-    said = animated.details.get("confidence", {})
-    deviations = said.get("standard deviation", {})
+def _draw_deviations(axes: Any, confidence: Mapping[str, Any], names: list[str]) -> None:
+    deviations = confidence.get("standard_deviation", {})
     if not deviations:
         axes.set_axis_off()
         return
-    hidden = said.get("hardly seen, and the vertex that would show it", {})
+    hidden = confidence.get("hardly_seen", {})
     values = [deviations.get(name, 0.0) for name in names]
     colours = ["#D55E00" if name in hidden else "0.55" for name in names]
     axes.barh(np.arange(len(names)), values, color=colours)
@@ -148,7 +151,7 @@ def _draw_deviations(axes: Any, animated: Animated, names: list[str]) -> None:
     axes.title.set_fontsize(9)
 
 
-def _draw_emotions(axes: Any, times: FloatArray, emotions: dict[str, FloatArray]) -> None:
+def _draw_emotions(axes: Any, times: FloatArray, emotions: Mapping[str, FloatArray]) -> None:
     for (name, curve), colour in zip(emotions.items(), cycle(COLOURS), strict=False):
         axes.plot(times, curve, label=name, linewidth=1.0, color=colour)
     axes.set(title="emotions", xlabel="time [s]", ylim=(-0.03, 1.05))

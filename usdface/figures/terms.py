@@ -1,10 +1,10 @@
-"""The terms of an input as curves, alike in all figures."""
+"""Membership curves of an input, the same in all figures."""
 
 from typing import Any
 
 __all__ = ["COLOURS", "draw_value", "name_terms"]
 
-# Told apart by the colour-blind: M. Okabe, K. Ito, "Color Universal Design", 2008; two more.
+# Distinguishable by the colour-blind: M. Okabe, K. Ito, "Color Universal Design", 2008; two more.
 COLOURS = (
     "#E69F00",
     "#0072B2",
@@ -17,18 +17,18 @@ COLOURS = (
     "#7F7F7F",
 )
 _LOW, _HIGH = -0.03, 1.05
-# Of the height from 0 to 1, for a row of names; names of which two rows are as wide as a panel.
+# Layout: height of a row of names as a share of the panel; longest names of which two columns fit.
 _ROW = 0.19
 _LONGEST, _COLUMNS = 18, 2
 
 
 def draw_value(axes: Any, value: float, color: str) -> None:
-    """Draw a value of the input as a line that ends below the names."""
+    """Draw a value of the input as a line that ends below the legend."""
     axes.vlines(value, _LOW, _HIGH, color=color, linewidth=0.8)
 
 
 def name_terms(axes: Any, font: float) -> None:
-    """Name the curves of `axes` above them, where their names hide none."""
+    """Write the legend of `axes` above its curves, where it hides none."""
     curves, names = axes.get_legend_handles_labels()
     columns = _COLUMNS if len(names) > 1 and max(map(len, names)) <= _LONGEST else 1
     rows = -(-len(names) // columns)

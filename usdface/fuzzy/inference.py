@@ -4,8 +4,8 @@ Every operation is elementwise over frames, so that a frame's answer is bit for 
 alone or among others. Frames go in blocks that fit the processor's cache.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,10 +33,14 @@ class Evaluation:
         Each emotion of `FuzzySystem.emotions`, in its range.
     firing : (F, R) float64
         How far each rule fires, its weight included, in [0, 1].
+    memberships : mapping of Proposition to (F,) float64
+        The degree of each term of the inputs, and of each proposition of the rules; empty unless
+        they were asked for.
     """
 
     outputs: FloatArray
     firing: FloatArray
+    memberships: Mapping[Proposition, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("outputs", "firing"):
@@ -44,7 +48,7 @@ class Evaluation:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
-def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
+def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = False) -> Evaluation:
     """Evaluate a system on all frames at once.
 
     Sugeno: an output is the average of its rules' values, weighted by their firing strengths:
@@ -63,6 +67,8 @@ def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
     system : FuzzySystem
     inputs : (F, I) float64
         Columns as `FuzzySystem.inputs`. A NaN belongs to no term, so its rules do not fire.
+    memberships : bool
+        Keep the degrees of terms and propositions.
 
     Raises
     ------
@@ -89,7 +95,21 @@ def evaluate(system: FuzzySystem, inputs: FloatArray) -> Evaluation:
             answer(system, columns, firing[:, block], outputs[:, block])
     for rows in (outputs, firing):
         rows.setflags(write=False)  # nobody else has them, so that they need no copy
-    return Evaluation(outputs.T, firing.T)
+    return Evaluation(outputs.T, firing.T, _memberships(system, inputs) if memberships else {})
+
+
+def _memberships(system: FuzzySystem, inputs: FloatArray) -> dict[Proposition, FloatArray]:
+    """Return the degrees of all terms of the inputs and of all propositions of the rules."""
+    columns = {variable.name: i for i, variable in enumerate(system.inputs)}
+    wanted = [Proposition(v.name, term.name) for v in system.inputs for term in v.terms]
+    wanted += [proposition for rule in system.rules for proposition in rule.propositions]
+    degrees = {}
+    for proposition in dict.fromkeys(wanted):
+        column = columns[proposition.variable]
+        x = np.ascontiguousarray(inputs[:, column])
+        degree = _degree(system.inputs[column], proposition, x)
+        degrees[proposition] = np.where(np.isnan(x), 0.0, degree)
+    return degrees
 
 
 def _fire(system: FuzzySystem, degrees: "_Degrees", firing: FloatArray) -> None:

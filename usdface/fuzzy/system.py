@@ -116,7 +116,7 @@ class Variable:
         An identifier; rules use it.
     kind : {"input", "output"}
     role, axis, measure : str
-        Input only, see `usdface.fuzzy.features`: the marker's role; the axis along which its
+        Input only, see `usdface.correction.features`: the marker's role; the axis along which its
         distance to the nose tip is taken; "absolute" or "signed" difference to neutral.
     terms : tuple of Term
         An output needs none where its rules give numbers.
@@ -186,7 +186,7 @@ class FuzzySystem:
     neutral_rule : bool
         Adds a rule that fires as far as no other does and says each output's default.
     mode, gain
-        How the emotions are blended over the weights, see `usdface.fuzzy.correct`.
+        How the emotions are blended over the weights, see `usdface.correction.pose_blend`.
     or_ : key of `usdface.fuzzy.norms.S_NORMS`
     inference : {"sugeno", "mamdani"}
     implication, aggregation : keys of `T_NORMS` and `AGGREGATIONS`
@@ -200,14 +200,14 @@ class FuzzySystem:
         equal intervals, as fuzzylite does.
     response : (onset, full)
         Outputs at which a raised pose begins to show and shows whole, see
-        `usdface.fuzzy.correct.respond`.
+        `usdface.correction.pose_blend.respond`.
     smoothing : float [s]
-        How far noisy features are smoothed over time, see `usdface.fuzzy.features.smooth`.
+        How far noisy features are smoothed over time, see `usdface.correction.features.smooth`.
     blend_time : float [s]
-        How long a raised pose comes and goes, see `usdface.fuzzy.blend.blended`.
+        How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blended`.
     ease : float
         How far the antagonists of what is raised go back, 0 to 1, see
-        `usdface.fuzzy.correct.eased`.
+        `usdface.correction.pose_blend.eased`.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Files in and out: foreign types (pxr, pygltflib, OpenImageIO, trimesh) stop here."""
+"""Readers and writers of files; types of pxr, pygltflib, OpenImageIO, trimesh stay in here."""

@@ -2,26 +2,35 @@
 
 import os
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 
 from usdface.errors import OutputError
 
-__all__ = ["atomic_path", "check_place", "write_bytes", "write_text"]
+__all__ = [
+    "StrPath",
+    "all_or_none",
+    "atomic_path",
+    "check_place",
+    "when_written",
+    "write_bytes",
+    "write_text",
+]
 
 
-def check_place(path: Path, *inputs: Path) -> None:
+StrPath = str | os.PathLike[str]
+
+
+def check_place(path: Path) -> None:
     """Fail before the work rather than after it where `path` cannot be written.
 
     Raises
     ------
     OutputError
-        If it is a folder or one of the `inputs`, or the folder that it would go to is none or
-        is read-only.
+        If it is a folder, or the folder that it would go to is none or is read-only.
     """
-    if path.resolve() in (source.resolve() for source in inputs):
-        raise OutputError(f"{path} is an input and would be overwritten; choose another place")
     folder = path.parent
     while not folder.exists():
         folder = folder.parent
@@ -31,38 +40,93 @@ def check_place(path: Path, *inputs: Path) -> None:
         raise OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
 
 
+class _Writing:
+    """Files that are written aside; `undo` removes those that are left."""
+
+    def __init__(self, undo: ExitStack) -> None:
+        self.undo = undo
+        self.finished: list[tuple[Path, Path]] = []  # temporary file and its place
+        self.afterwards: list[Callable[[], object]] = []
+
+    def commit(self) -> None:
+        for temporary, path in self.finished:
+            try:
+                temporary.replace(path)
+            except OSError as error:
+                raise _unwritable(path, error) from error
+        for action in self.afterwards:
+            action()
+
+
+_WRITING: ContextVar[_Writing | None] = ContextVar("_WRITING", default=None)
+
+
+@contextmanager
+def all_or_none() -> Iterator[None]:
+    """Let all files that are written within replace what was there at the end, or none.
+
+    They are put in place in the order in which they were finished. Within another `all_or_none`
+    it is part of that.
+    """
+    if _WRITING.get() is not None:
+        yield
+        return
+    with ExitStack() as undo:
+        writing = _Writing(undo)
+        token = _WRITING.set(writing)
+        try:
+            yield
+        finally:
+            _WRITING.reset(token)
+        writing.commit()
+
+
+def when_written(action: Callable[[], object]) -> None:
+    """Call `action` once what is written now is in its place: at once outside `all_or_none`."""
+    writing = _WRITING.get()
+    if writing is None:
+        action()
+    else:
+        writing.afterwards.append(action)
+
+
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` with the same suffix; it replaces `path` at the end.
 
     If the block raises, or the file was not written, what was at `path` stays and nothing
-    else is left behind. The folder of `path` is made if it is missing.
+    else is left behind. The folder of `path` is made if it is missing. Within `all_or_none` the
+    file is replaced at the end of that.
 
     Raises
     ------
     OutputError
         If the folder or the file cannot be written.
     """
-    try:
-        if path.is_dir():
-            raise IsADirectoryError(f"{path} is a folder")
-        with _folder(path.parent) as folder:
+    with all_or_none():
+        writing = _WRITING.get()
+        assert writing is not None
+        try:
+            if path.is_dir():
+                raise IsADirectoryError(f"{path} is a folder")
+            folder = writing.undo.enter_context(_folder(path.parent))
             handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=folder)
             os.close(handle)
             temporary = Path(name)
-            try:
-                yield temporary
-                # mkstemp makes files private; a result should be as readable as any new file.
-                mask = os.umask(0)
-                os.umask(mask)
-                temporary.chmod(0o666 & ~mask)
-                temporary.replace(path)
-            finally:
-                temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise OutputError(
-            f"cannot write {path}: {error.strerror or error}; choose a place that can be written"
-        ) from error
+            writing.undo.callback(temporary.unlink, missing_ok=True)
+            yield temporary
+            # mkstemp makes files private; a result should be as readable as any new file.
+            mask = os.umask(0)
+            os.umask(mask)
+            temporary.chmod(0o666 & ~mask)
+        except OSError as error:
+            raise _unwritable(path, error) from error
+        writing.finished.append((temporary, path))
+
+
+def _unwritable(path: Path, error: OSError) -> OutputError:
+    reason = error.strerror or error
+    return OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
 
 
 @contextmanager

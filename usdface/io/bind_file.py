@@ -28,9 +28,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
-from usdface.setup import Binding, Setup
+from usdface.retarget_setup import Binding, RetargetSetup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
 
@@ -54,14 +54,15 @@ _KEYS = frozenset(
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 
 
-def read_bind(path: Path) -> tuple[Setup, list[Finding]]:
+def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
     """Read a binding file.
 
     Returns
     -------
-    Setup
+    RetargetSetup
+        If it names no neutral frames, the first is taken as neutral (`neutral_assumed`).
     list of Finding
-        NEUTRAL_ASSUMED if it names no neutral frames: then the first frame counts as neutral.
+        Empty: `usdface.retarget_setup.fit_setup` reports assumptions that were not resolved.
 
     Raises
     ------
@@ -82,14 +83,10 @@ def read_bind(path: Path) -> tuple[Setup, list[Finding]]:
         raise InputError(
             f"the binding {path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
         ) from error
-    setup = setup_of_json(document, str(path))
-    if "neutral" in document:
-        return setup, []
-    message = "no neutral frames are named; the first frame is taken"
-    return setup, [finding("NEUTRAL_ASSUMED", str(path), message)]
+    return setup_of_json(document, str(path)), []
 
 
-def setup_of_json(document: object, where: str) -> Setup:
+def setup_of_json(document: object, where: str) -> RetargetSetup:
     """Make a setup of a parsed binding file; `where` names it in errors."""
     expect = _expecter(where)
     expect(document, dict, "an object")
@@ -105,13 +102,14 @@ def setup_of_json(document: object, where: str) -> Setup:
     roles = expect(document.get("roles", {}), dict, '"roles" as an object')
     for role, marker in roles.items():
         expect(marker, str, f"role {role!r} as a marker name")
-    return Setup(
+    return RetargetSetup(
         binding,
         head=head,
         head_markers=rigid,
         move_head=expect(document.get("move_head", True), bool, '"move_head" as true or false'),
         head_joint=expect(document.get("head_joint", ""), str, '"head_joint" as a joint\'s name'),
         neutral=_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
+        neutral_assumed="neutral" not in document,
         neutral_weights=_neutral_weights(document.get("neutral"), where),
         peaks=_peaks(document.get("peaks", []), where),
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
@@ -258,7 +256,7 @@ def _clean_options(value: object, where: str) -> CleanOptions:
     return CleanOptions(**value)  # type: ignore[arg-type]
 
 
-def bind_json(setup: Setup) -> str:
+def bind_json(setup: RetargetSetup) -> str:
     """Return the binding file of a setup; reading it gives the same setup."""
     binding = setup.binding
     document: dict[str, Any] = {"mesh": binding.mesh} if binding.mesh else {}

@@ -15,7 +15,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.io.takes.text_table import read_text
-from usdface.setup import Calibration
+from usdface.retarget_setup import Calibration
 from usdface.takes import FloatArray
 
 __all__ = ["calibration_json", "read_calibration_file"]
@@ -72,7 +72,7 @@ def calibration_json(calibration: Calibration, deviations: FloatArray, peaks: Fl
     """
     rows = zip(
         calibration.shapes,
-        calibration.gains,
+        calibration.amplitudes,
         deviations,
         calibration.offsets,
         peaks,

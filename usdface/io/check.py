@@ -1,4 +1,4 @@
-"""Blend-shape checks of any file, beyond what the standard validators look at."""
+"""Blend-shape checks of any file, beyond those of the standard validators."""
 
 from pathlib import Path
 
@@ -12,10 +12,10 @@ _USD = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def check_file(path: Path) -> list[Finding]:
-    """Return what is wrong with the blend shapes, names and weights of a file.
+    """Check the blend shapes, names and weights of a file.
 
-    The rules are `usdface.io.usd.check` and `usdface.io.gltf.check`, which also say what each
-    severity means.
+    The rules are `usdface.io.usd.check` and `usdface.io.gltf.check`, which also define the
+    severities.
 
     Raises
     ------

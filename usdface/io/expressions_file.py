@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.fuzzy.dictionaries import EMOTIONS, ActionPose
-from usdface.fuzzy.families import action_unit
+from usdface.face.expression_poses import EMOTIONS, ActionPose
+from usdface.face.facs_names import action_unit
 from usdface.io.takes.text_table import read_text
-from usdface.io.usd.setup import read_expressions
+from usdface.io.usd.retarget_setup import read_expressions
 from usdface.io.usd.stage import open_stage
+from usdface.retarget_setup import Expression
 from usdface.schemas import tokens
-from usdface.setup import Expression
 
 __all__ = ["expressions_json", "read_expressions_file"]
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.clips import JointsTake
+from usdface.geometry.rigid_fit import Pose
 from usdface.io.transforms import decompose
-from usdface.retarget.align import Pose
 from usdface.retarget.head_joint import joint_track
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 from usdface.takes import FloatArray

@@ -20,7 +20,7 @@ from typing import Any, Literal
 
 from usdface.errors import InputError
 from usdface.io.takes.text_table import read_rows, read_text
-from usdface.learning.labels import Label
+from usdface.rule_learning.labels import Label
 
 __all__ = ["read_labels"]
 

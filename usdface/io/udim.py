@@ -15,10 +15,15 @@ from usdface.materials import Material, Texture
 from usdface.rigs import MaterialSubset, Mesh, Rig
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["udim_tiles", "untiled"]
+__all__ = ["is_udim", "texture_files", "udim_tiles", "untiled"]
 
 _MARK = "<UDIM>"
 _FIRST, _ROW = 1001, 10
+
+
+def is_udim(path: Path) -> bool:
+    """Return whether a path stands for the tiles of a UDIM texture."""
+    return _MARK in str(path)
 
 
 def udim_tiles(texture: Texture) -> dict[int, Texture]:
@@ -32,6 +37,13 @@ def udim_tiles(texture: Texture) -> dict[int, Texture]:
         return {}
     found = ((match, name) for name in names if (match := pattern.fullmatch(name)))
     return {int(match[1]): replace(texture, path=str(path.with_name(n))) for match, n in found}
+
+
+def texture_files(materials: Iterable[Material]) -> list[Path]:
+    """Return the image files that materials show, of UDIM textures all tiles."""
+    textures = [t for material in materials for t in _of(material) if t.path]
+    tiles = [udim_tiles(t).values() if _MARK in t.path else [t] for t in textures]
+    return [Path(tile.path) for found in tiles for tile in found]
 
 
 def untiled(rig: Rig) -> tuple[Rig, list[Finding]]:

@@ -1,11 +1,12 @@
 """The order of work, a table of contents: one function per command, one module per job.
 
-A character and a take become USD (`make_rig`, `make_take`); the two come together in a shot
-(`make_shot`, with places for the markers by `make_markers`, and how large the performer's
-movements are by `calibrate`). `process` is the main job: it retargets and corrects a shot and
-writes the layers; `apply` does it on a stage that a host holds open. Around it, scenes go to and
-from glTF (`export_scene`, `import_scene`), files are checked (`check`), and the expression layer
-is fitted, converted and asked (`fit_fuzzy`, `convert_fuzzy`, `explain`, `resting`).
+A character and a take become USD (`make_rig`, `make_take`), or arrays (`read_rig`, `read_take`,
+`read_bind`). The two come together in a shot: `make_shot` writes one, `set_up` authors one on a
+stage that a host holds open; `make_markers` finds places for markers, `calibrate` the size of a
+performer's movements. `process` is the main job: it retargets and corrects a shot and writes the
+layers; `apply` does the same on an open stage. Around it, scenes go to and from glTF
+(`export_scene`, `import_scene`), files are checked (`check`), and the expression layer is fitted,
+converted and explained (`fit_fuzzy`, `convert_fuzzy`, `explain`, `check_neutral`).
 
 A function is loaded when first asked for, with the libraries that its job uses and no others.
 """
@@ -15,15 +16,18 @@ from typing import TYPE_CHECKING
 from usdface.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from usdface.pipeline.answers import explain, resting
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
-    from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper
+    from usdface.pipeline.explaining import check_neutral, explain
+    from usdface.pipeline.formats import list_formats
+    from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper_system
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
     from usdface.pipeline.markers import make_markers
     from usdface.pipeline.processing import apply, process
+    from usdface.pipeline.reading import read_bind, read_rig, read_take
     from usdface.pipeline.rig import make_rig
     from usdface.pipeline.scenes import export_scene, import_scene
+    from usdface.pipeline.setting_up import set_up
     from usdface.pipeline.shot import make_shot
     from usdface.pipeline.take import make_take
 
@@ -31,30 +35,54 @@ __all__ = [
     "apply",
     "calibrate",
     "check",
+    "check_neutral",
     "convert_fuzzy",
     "explain",
     "export_scene",
     "fit_fuzzy",
     "import_scene",
+    "list_formats",
     "make_markers",
     "make_rig",
     "make_shot",
     "make_take",
     "process",
-    "resting",
-    "write_paper",
+    "read_bind",
+    "read_rig",
+    "read_take",
+    "set_up",
+    "write_paper_system",
 ]
 
 _HOMES = {
-    "answers": ("explain", "resting"),
     "calibration": ("calibrate",),
     "checking": ("check",),
-    "fuzzy_files": ("convert_fuzzy", "write_paper"),
+    "explaining": (
+        "check_neutral",
+        "explain",
+    ),
+    "formats": ("list_formats",),
+    "fuzzy_files": (
+        "convert_fuzzy",
+        "write_paper_system",
+    ),
     "fuzzy_fit": ("fit_fuzzy",),
     "markers": ("make_markers",),
-    "processing": ("apply", "process"),
+    "processing": (
+        "apply",
+        "process",
+    ),
+    "reading": (
+        "read_bind",
+        "read_rig",
+        "read_take",
+    ),
     "rig": ("make_rig",),
-    "scenes": ("export_scene", "import_scene"),
+    "scenes": (
+        "export_scene",
+        "import_scene",
+    ),
+    "setting_up": ("set_up",),
     "shot": ("make_shot",),
     "take": ("make_take",),
 }

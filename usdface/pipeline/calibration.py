@@ -1,48 +1,84 @@
-"""How large a performer's movements are against the character's: `usdface calibrate`."""
+"""The calibration of a performer: `usdface calibrate`."""
 
 from pathlib import Path
 
-from usdface.clean_solve import calibrate as calibrate_face
-from usdface.io.atomic import check_place, write_text
+from usdface.blas_threads import one_blas_thread
+from usdface.io.atomic import StrPath, write_text
 from usdface.io.calibration_file import calibration_json
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import files_of
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.retarget_setup import Calibration
+from usdface.retarget_take import calibrate as calibrate_face
 
 __all__ = ["calibrate"]
 
 
+@one_blas_thread()
 def calibrate(
-    path: Path, output: Path, extremes: bool = False, on_step: OnStep | None = None
-) -> Outcome:
+    shot: StrPath,
+    output: StrPath,
+    *,
+    extremes: bool = False,
+    on_progress: OnProgress | None = None,
+) -> Result[Calibration]:
     """Find how large a performer's movements are against the character's, and write it as JSON.
 
-    `path` is a shot of an expressive take; with `extremes` one that goes through the whole range of
-    motion, each movement to its extreme.
+    Parameters
+    ----------
+    shot : path
+        A shot of an expressive take.
+    output : path
+        The calibration, .json, for `make_shot`.
+    extremes : bool
+        The take is a range of motion: each movement goes to its extreme.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of Calibration
+        Keys of the summary: ``frames``, ``blend_shapes``, ``gains_known`` and those of
+        `usdface.retarget.calibration.Calibrated.summary`.
 
     Raises
     ------
     UsdFaceError
         One clear line; nothing is written.
+
+    Examples
+    --------
+    >>> result = usdface.calibrate("examples/shot.usda", "performer.json")
+    >>> result.summary["blend_shapes"] == len(result.value.shapes)
+    True
     """
+    path, output = Path(shot), Path(output)
     register_schemas()
-    steps = Steps(on_step)
-    with steps("read"):
+    progress = Progress.of(on_progress)
+    with progress.step("read"):
         stage = open_shot(path)
-        check_place(output, *files_of(stage))
-        shot, findings = read_shot(stage, str(path))
-    with steps("calibrate"):
-        mesh = shot.rig.mesh(shot.setup.binding.mesh)
-        found, more = calibrate_face(shot.take, shot.setup, mesh, extremes)
-    with steps("write"):
+        check_outputs([output], files_read(path))
+        staged, findings = read_shot(stage, str(path))
+        shot_read = staged.shot
+    with progress.step("calibrate"):
+        found, more = calibrate_face(
+            shot_read.take,
+            shot_read.face,
+            shot_read.setup,
+            extremes=extremes,
+            progress=progress,
+        )
+    with progress.step("write"):
         text = calibration_json(found.calibration, found.deviations, found.peaks)
         write_text(output, text)
     summary = {
-        "frames": len(shot.take.times),
-        "blend shapes": len(found.calibration.shapes),
-        "gains known": len(found.known),
+        "frames": len(shot_read.take.times),
+        "blend_shapes": len(found.calibration.shapes),
+        "gains_known": len(found.known),
         **found.summary(),
     }
-    return Outcome((output,), tuple(findings + more), summary, steps.seconds)
+    return Result(
+        found.calibration, (output,), tuple(findings + more), summary, seconds=progress.seconds
+    )

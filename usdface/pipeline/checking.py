@@ -1,22 +1,54 @@
-"""What is wrong with a file's blend shapes: `usdface check`."""
+"""Checks of blend shapes: `usdface check`."""
 
+from collections.abc import Iterable
+from os import PathLike
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
 from usdface.findings import Finding
+from usdface.io.atomic import StrPath
 from usdface.io.check import check_file
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress, Step
+from usdface.result import Result
 
 __all__ = ["check"]
 
 
-def check(paths: list[Path], on_step: OnStep | None = None) -> Outcome:
-    """Check blend shapes and their animation beyond what the standard validators look at."""
+@one_blas_thread()
+def check(
+    paths: StrPath | Iterable[StrPath], *, on_progress: OnProgress | None = None
+) -> Result[None]:
+    """Check blend shapes and their animation for faults that the standard validators do not see.
+
+    Parameters
+    ----------
+    paths : path or paths
+        USD or glTF files.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of None
+        Keys of the summary: ``files``, ``findings``.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read.
+
+    Examples
+    --------
+    >>> usdface.check("examples/head.usdc").findings
+    ()
+    """
+    files = [Path(p) for p in ([paths] if isinstance(paths, str | PathLike) else paths)]
     register_schemas()
-    steps = Steps(on_step)
+    progress = Progress.of(on_progress)
     findings: list[Finding] = []
-    for path in paths:
-        with steps(f"check {path.name}"):
+    for done, path in enumerate(files):
+        progress(Step("check", done / len(files)))
+        with progress.step(f"check {path.name}"):
             findings += check_file(path)
-    summary = {"files": len(paths), "findings": len(findings)}
-    return Outcome((), tuple(findings), summary, steps.seconds)
+    summary = {"files": len(files), "findings": len(findings)}
+    return Result(None, (), tuple(findings), summary, seconds=progress.seconds)

@@ -2,101 +2,131 @@
 
 from pathlib import Path
 
+from usdface.blas_threads import one_blas_thread
+from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.expression_poses import expressions_for
 from usdface.findings import Finding
-from usdface.fuzzy.dictionaries import expressions_for
-from usdface.io.atomic import check_place, write_text
+from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import read_bind
 from usdface.io.expressions_file import expressions_json
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.labels_file import read_labels
-from usdface.io.takes.any_take import read_any_take
+from usdface.io.takes.files import read_take
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import files_of, open_stage
-from usdface.learning.fitting import Fitted, fit_labelled, fit_rig
-from usdface.learning.labelled import Face, examples_of
 from usdface.options import FitOptions
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
-from usdface.setup import Expression, fit_setup
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.retarget_setup import Expression, RetargetSetup, fit_setup
+from usdface.rule_learning.fitting import Fitted, fit_labelled, fit_rig
+from usdface.rule_learning.labelled_takes import examples_of
 
 __all__ = ["fit_fuzzy"]
 
 
+@one_blas_thread()
 def fit_fuzzy(
-    source: Path,
-    output: Path,
+    source: StrPath,
+    output: StrPath,
+    *,
+    bind: StrPath | None = None,
+    labels: StrPath | None = None,
+    poses: StrPath | None = None,
+    figure: StrPath | None = None,
     options: FitOptions = FitOptions(),
-    on_step: OnStep | None = None,
-    bind: Path | None = None,
-    labels: Path | None = None,
-    poses: Path | None = None,
-) -> tuple[Outcome, Fitted]:
+    on_progress: OnProgress | None = None,
+) -> Result[Fitted]:
     """Fit a fuzzy system to the face of a shot, or of a rig with a binding, and write it.
 
     Parameters
     ----------
-    source : Path
+    source : path
         A shot; with `bind` a rig.
-    output : Path
+    output : path
         The system: .usda, .usdc, .fis, .fcl or .fll.
-    options : FitOptions
-    on_step : callable, optional
-    bind : Path, optional
-        Where markers sit on the rig.
-    labels : Path, optional
+    bind : path, optional
+        The binding of the rig, JSON.
+    labels : path, optional
         Labelled takes to learn from; without them the rig's own expression poses count.
-    poses : Path, optional
-        Where to write the expression poses, JSON.
+    poses : path, optional
+        Also write the expression poses, JSON.
+    figure : path, optional
+        Also draw terms and confusions: .png, .svg or .pdf.
+    options : FitOptions
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of Fitted
 
     Raises
     ------
     UsdFaceError
         One clear line; nothing is written.
+
+    Examples
+    --------
+    >>> usdface.fit_fuzzy("examples/shot.usda", "face.fis").value.system.emotions[0]
+    'joy'
     """
+    source, output = Path(source), Path(output)
+    bind, labels, poses, figure = (Path(p) if p else None for p in (bind, labels, poses, figure))
+    if figure:
+        from usdface.figures.picture import check_picture
+
+        check_picture(figure)
     register_schemas()
-    steps = Steps(on_step)
-    given = [source, *(path for path in (bind, labels) if path)]
-    places = [output, *([poses] if poses else [])]
-    for place in places:
-        check_place(place, *given)
-    with steps("read"):
-        face, expressions, findings, files = _face(source, bind)
+    progress = Progress.of(on_progress)
+    places = [output, *(path for path in (poses, figure) if path)]
+    with progress.step("read"):
+        check_outputs(places, files_read(source, bind, labels=labels))
+        face, setup, expressions, findings = _face(source, bind)
         stretches = read_labels(labels) if labels else ()
-        for place in places:
-            check_place(place, *files, *{label.take for label in stretches})
     if labels:
-        labelled, more = examples_of(stretches, face, read_any_take, options, steps)
+        labelled, more = examples_of(
+            stretches, face, setup, read=read_take, options=options, progress=progress
+        )
         findings += more
-    with steps("fit"):
+    with progress.step("fit"):
         fitted = (
             fit_labelled(labelled, face, options) if labels else fit_rig(face, expressions, options)
         )
-    with steps("write"):
+    findings += fitted.findings
+    with progress.step("write"), all_or_none():
         findings += write_fuzzy_file(output, fitted.system)
         if poses:
             write_text(poses, expressions_json(fitted.expressions))
-    findings += fitted.findings
-    outcome = Outcome(tuple(places), tuple(findings), fitted.summary, steps.seconds, fitted.details)
-    return outcome, fitted
+        if figure:
+            from usdface.figures.fit import write_fit_figure
+
+            write_fit_figure(fitted.system, fitted.validation, figure)
+    return Result(
+        fitted,
+        tuple(places),
+        tuple(findings),
+        fitted.summary,
+        fitted.details,
+        progress.seconds,
+    )
 
 
 def _face(
     source: Path, bind: Path | None
-) -> tuple[Face, tuple[Expression, ...], list[Finding], list[Path]]:
-    """Read the face of a shot, or of a rig and a binding, its expression poses, and the files."""
+) -> tuple[BoundFace, RetargetSetup, tuple[Expression, ...], list[Finding]]:
+    """Read the face of a shot, or of a rig and a binding, and its expression poses."""
     if bind is None:
-        stage = open_shot(source)
-        files = files_of(stage)
-        shot, findings = read_shot(stage, str(source))
+        staged, findings = read_shot(open_shot(source), str(source))
+        shot = staged.shot
         rig, setup, expressions = shot.rig, shot.setup, shot.expressions
     else:
-        files = files_of(open_stage(source))
         rig, findings = read_rig(source)
         setup, more = read_bind(bind)
         expressions, _ = expressions_for(rig.shape_names)
         findings += more
     mesh = rig.mesh(setup.binding.mesh)
     setup, more = fit_setup(setup, mesh)
-    return Face(mesh, rig.shape_names, setup), expressions, findings + more, files
+    face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
+    return face, setup, expressions, findings + more

@@ -1,59 +1,99 @@
-"""Where markers on a face would tell most: `usdface markers`."""
+"""The most informative places for markers: `usdface markers`."""
 
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from usdface.binding.marker_places import marker_places
-from usdface.io.atomic import check_place, write_text
+from usdface.blas_threads import one_blas_thread
+from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.rig import read_rig
 from usdface.options import MarkerOptions
-from usdface.outcome import OnStep, Outcome, Steps
-from usdface.setup import Binding, fit_setup
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.retarget_setup import Binding, fit_setup
 
 __all__ = ["make_markers"]
 
 
+@one_blas_thread()
 def make_markers(
-    rig: Path,
-    bind: Path | None = None,
-    output: Path | None = None,
+    rig: StrPath,
+    *,
+    bind: StrPath | None = None,
+    output: StrPath | None = None,
+    figure: StrPath | None = None,
     options: MarkerOptions = MarkerOptions(),
-    on_step: OnStep | None = None,
-) -> tuple[Outcome, Binding]:
+    on_progress: OnProgress | None = None,
+) -> Result[Binding]:
     """Find where the next markers on a face, or the first, would tell most of its blend shapes.
 
-    `bind` has the markers that are there; the binding with the new ones goes to `output`, if that
-    is given, and is returned.
+    Parameters
+    ----------
+    rig : path
+        A USD file with one character.
+    bind : path, optional
+        The binding of the markers that are there, JSON.
+    output : path, optional
+        Write the binding with the new markers, JSON.
+    figure : path, optional
+        Draw the markers on the face: .png, .svg or .pdf.
+    options : MarkerOptions
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of Binding
+        With the new markers. Keys of the summary: ``markers_bound``, ``shapes_hardly_seen``, and
+        ``new_markers``, each with its place and how many shapes are hardly seen with it.
 
     Raises
     ------
     UsdFaceError
         One clear line; nothing is written.
+
+    Examples
+    --------
+    >>> result = usdface.make_markers("examples/head.usdc", bind="examples/bind.json")
+    >>> len(result.summary["new_markers"])
+    5
     """
-    steps = Steps(on_step)
-    if output:
-        check_place(output, rig, *([bind] if bind else []))
-    with steps("read"):
+    rig = Path(rig)
+    bind, output, figure = (Path(p) if p else None for p in (bind, output, figure))
+    progress = Progress.of(on_progress)
+    written = tuple(path for path in (output, figure) if path)
+    check_outputs(written, files_read(rig, bind))
+    if figure:
+        from usdface.figures.picture import check_picture
+
+        check_picture(figure)
+    with progress.step("read"):
         character, findings = read_rig(rig)
         setup = read_bind(bind)[0] if bind else setup_of_json({"markers": {}}, str(rig))
         mesh = character.mesh(setup.binding.mesh)
         setup = fit_setup(setup, mesh)[0]
-    with steps("place"):
-        found = marker_places(mesh, setup.binding, options.count, options.noise)
+    with progress.step("place"):
+        found = marker_places(mesh, setup.binding, count=options.count, noise=options.noise)
     binding = found.binding(setup.binding)
-    if output:
-        write_text(output, bind_json(replace(setup, binding=binding)))
+    with progress.step("write"), all_or_none():
+        if output:
+            write_text(output, bind_json(replace(setup, binding=binding)))
+        if figure:
+            from usdface.figures.binding import write_bind_figure
+
+            write_bind_figure(mesh, binding, figure)
     rows = zip(binding.markers[-len(found.where) :], found.where, found.unseen, strict=True)
     summary: dict[str, Any] = {
-        "markers there": len(setup.binding.markers),
-        "blend shapes hardly seen": len(found.unseen_before),
+        "markers_bound": len(setup.binding.markers),
+        "shapes_hardly_seen": len(found.unseen_before),
+        "new_markers": {
+            name: {"place": where, "shapes_hardly_seen": len(rest)} for name, where, rest in rows
+        },
     }
-    summary |= {name: f"{where}; then {len(rest)} hardly seen" for name, where, rest in rows}
     details = {
         "vertices": found.vertices.tolist(),
-        "hardly seen": {"before": found.unseen_before, "after": found.unseen[-1]},
+        "hardly_seen": {"before": found.unseen_before, "after": found.unseen[-1]},
     }
-    written = (output,) if output else ()
-    return Outcome(written, tuple(findings), summary, steps.seconds, details), binding
+    return Result(binding, written, tuple(findings), summary, details, progress.seconds)

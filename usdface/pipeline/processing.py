@@ -1,106 +1,192 @@
 """The main job, retarget and correct: `usdface process`, and on a host's open stage."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from usdface.animate import Animated, animate
+from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
 from usdface.findings import Finding
-from usdface.io.atomic import check_place
-from usdface.io.usd.animation import apply_animation
+from usdface.io.asset_folder import asset_folder
+from usdface.io.atomic import StrPath, all_or_none
+from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.io.usd.animation import apply_animation, express_animation, solve_animation
 from usdface.io.usd.layers import layer_paths, open_shot, write_layers
-from usdface.io.usd.shot import Shot, read_shot
-from usdface.io.usd.stage import Stage, files_of
+from usdface.io.usd.shot import StagedShot, read_shot
+from usdface.io.usd.stage import Stage
 from usdface.options import ProcessOptions
-from usdface.outcome import OnStep, Outcome, Steps
 from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.retarget_shot import retarget
+from usdface.shot import ShotResult
+from usdface.shot_report import report_of
 
 __all__ = ["apply", "process"]
 
 
+@one_blas_thread()
 def process(
-    path: Path | str,
+    shot: StrPath,
+    *,
+    output: StrPath | None = None,
+    gltf: StrPath | None = None,
+    figure: StrPath | None = None,
+    in_place: bool = False,
+    asset_root: StrPath | None = None,
     options: ProcessOptions = ProcessOptions(),
-    on_step: OnStep | None = None,
-) -> Outcome:
-    """Retarget, correct and write: the main job.
+    on_progress: OnProgress | None = None,
+) -> Result[ShotResult]:
+    """Retarget a shot, correct it and write the layers: the main job.
+
+    Parameters
+    ----------
+    shot : path
+        A USD file with a set-up, as `make_shot` writes it. It is not changed, unless `in_place`.
+    output : path, optional
+        The root layer of the result; ``SHOT.usdface.usda`` beside the shot if left out.
+    gltf : path, optional
+        Also write the character and its final weights, .glb or .gltf.
+    figure : path, optional
+        Also draw the take: .png, .svg or .pdf.
+    in_place : bool
+        Add the layers to the shot's own subLayers, in place of a root layer of the result.
+    asset_root : path, optional
+        A folder that textures may come from beside those of the layers that name them.
+    options : ProcessOptions
+    on_progress : callable, optional
+        Called with a `Step`; what it raises ends the job before anything is written.
+
+    Returns
+    -------
+    Result of ShotResult
+        `written` begins with the file to open; the keys of `summary` are those of
+        `usdface.shot_report.report_of`, and ``head_carrier``.
 
     Raises
     ------
     UsdFaceError
         One clear line; nothing is half-written.
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda", gltf="face.glb")
+    >>> result.written[0].name
+    'shot.usdface.usda'
+    >>> result.summary["residual_mean_mm"] < 1.0
+    True
     """
-    path = Path(path)
-    root = Path(options.output) if options.output else None
-    gltf = Path(options.gltf) if options.gltf else None
-    figure = Path(options.figure) if options.figure else None
-    if figure:
+    path = Path(shot)
+    root, glb, picture = (Path(p) if p else None for p in (output, gltf, figure))
+    folder = asset_folder(asset_root)
+    if picture:
         from usdface.figures.picture import check_picture
         from usdface.figures.take import write_take_figure
 
-        check_picture(figure)
+        check_picture(picture)
     register_schemas()
-    steps = Steps(on_step)
-    with steps("read"):
+    progress = Progress.of(on_progress)
+    with progress.step("read"):
         ours = layer_paths(path, root)
         stage = open_shot(path, root)
-        for place in (ours.root, ours.solve, gltf, figure):
-            if place:
-                check_place(place, *files_of(stage))
-        shot, findings = read_shot(stage, str(path))
-    solved = animate(stage, shot, options, steps)
-    findings += solved.findings
-    if gltf:
-        with steps("gltf"):
-            findings += _write_gltf(shot, solved, gltf)
-    with steps("write"):
-        written = write_layers(
-            path, stage, shot, solved.solve, solved.express, root, options.in_place
-        )
-    if figure:
-        with steps("draw"):
-            write_take_figure(solved, figure)
-    written += [place for place in (gltf, figure) if place]
-    return Outcome(tuple(written), tuple(findings), solved.summary, steps.seconds, solved.details)
+        # Layers that an earlier run put into the shot itself are written anew.
+        read = files_read(path, apart=(ours.solve, ours.express))
+        new_root = None if in_place else ours.root
+        check_outputs([new_root, ours.solve, ours.express, glb, picture], read)
+        staged, findings = read_shot(stage, str(path), folder)
+    solved, reported = _retarget(staged, findings, options, progress)
+    with all_or_none():
+        if glb:
+            with progress.step("gltf"):
+                lost = _write_gltf(staged, solved, glb, read)
+                reported = replace(reported, findings=(*reported.findings, *lost))
+        if picture:
+            with progress.step("draw"):
+                write_take_figure(solved, reported.details, picture)
+        with progress.step("write"):
+            written = write_layers(path, stage, staged, solved, root, in_place)
+    written += [*(files_written(glb, read) if glb else ()), *([picture] if picture else [])]
+    return replace(reported, written=tuple(written), seconds=progress.seconds)
 
 
-def _write_gltf(shot: Shot, solved: Animated, path: Path) -> list[Finding]:
-    from usdface.io.gltf.write import write_gltf  # only here: most runs write none
-    from usdface.io.head_clip import head_clip
-
-    rig, clip = shot.rig, Clip(Path(solved.weights.source).stem or "take", solved.weights)
-    if solved.solve.motion is not None and shot.prims.head is not None:
-        rig, joints = head_clip(rig, shot.prims.head.joint, solved.solve.motion, shot.take.times)
-        clip = replace(clip, joints=joints)
-    return write_gltf(rig, path, (clip,))
-
-
+@one_blas_thread()
 def apply(
-    stage: Stage, options: ProcessOptions = ProcessOptions(), on_step: OnStep | None = None
-) -> Outcome:
-    """Do the main job on a stage that a host holds open: author on its edit target.
+    stage: Stage,
+    *,
+    options: ProcessOptions = ProcessOptions(),
+    on_progress: OnProgress | None = None,
+) -> Result[ShotResult]:
+    """Do the main job on a stage that a host holds open, and author on its edit target.
 
     The final weights, emotion curves and residual go onto the edit target; nothing is saved.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+        With a set-up, as `make_shot` or `set_up` authors it.
+    options : ProcessOptions
+    on_progress : callable, optional
+        Called with a `Step`; what it raises ends the job before anything is authored.
+
+    Returns
+    -------
+    Result of ShotResult
+        As that of `process`, without files.
 
     Raises
     ------
     UsdFaceError
         One clear line; nothing is authored.
+
+    Examples
+    --------
+    >>> stage = Usd.Stage.Open("examples/shot.usda")
+    >>> stage.SetEditTarget(stage.GetSessionLayer())
+    >>> usdface.apply(stage).summary["frames"]
+    240
     """
-    steps = Steps(on_step)
-    with steps("read"):
-        shot, findings = read_shot(stage, stage.GetRootLayer().identifier)
-    solved = animate(stage, shot, options, steps)
-    with steps("write"):
-        solve = solved.solve
-        final = replace(
-            solved.final,
-            solution=solve.solution,
-            repairs=solve.repairs,
-            motion=solve.motion,
-            regions=solve.regions,
+    progress = Progress.of(on_progress)
+    with progress.step("read"):
+        staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
+    solved, reported = _retarget(staged, findings, options, progress)
+    with progress.step("write"):
+        content = solve_animation(solved)
+        expressed = express_animation(solved)
+        if expressed is not None:
+            content = replace(
+                content,
+                weights=expressed.weights,
+                emotions=expressed.emotions,
+                firing=expressed.firing,
+            )
+        apply_animation(stage, staged, content)
+    return replace(reported, seconds=progress.seconds)
+
+
+def _retarget(
+    staged: StagedShot, findings: list[Finding], options: ProcessOptions, progress: Progress
+) -> tuple[ShotResult, Result[ShotResult]]:
+    """Retarget a shot that was read from a stage; return it, and the result without files."""
+    solved = retarget(staged.shot, options=options, on_progress=progress)
+    with progress.step("report"):
+        report = report_of(solved)
+    summary = dict(report.summary)
+    if solved.head_motion is not None and staged.prims.head is not None:
+        summary["head_carrier"] = staged.prims.head.name
+    found = (*findings, *solved.findings, *report.findings)
+    return solved, Result(solved, (), found, summary, report.details)
+
+
+def _write_gltf(
+    staged: StagedShot, solved: ShotResult, path: Path, read: Iterable[Path]
+) -> list[Finding]:
+    from usdface.io.gltf.write import write_gltf  # only here: most runs write none
+    from usdface.io.head_clip import head_clip
+
+    rig, clip = staged.shot.rig, Clip("take", solved.weights)
+    if solved.head_motion is not None and staged.prims.head is not None:
+        rig, joints = head_clip(
+            rig, staged.prims.head.joint, solved.head_motion, solved.solved.times
         )
-        apply_animation(stage, shot, final)
-    return Outcome(
-        (), tuple(findings + solved.findings), solved.summary, steps.seconds, solved.details
-    )
+        clip = replace(clip, joints=joints)
+    return write_gltf(rig, path, (clip,), read=read)

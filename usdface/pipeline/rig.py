@@ -2,29 +2,68 @@
 
 from pathlib import Path
 
-from usdface.io.atomic import check_place
+from usdface.blas_threads import one_blas_thread
+from usdface.io.atomic import StrPath
+from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig_write import write_rig
 from usdface.options import RigOptions
-from usdface.outcome import OnStep, Outcome, Steps
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.rigs import Rig
 
 __all__ = ["make_rig"]
 
 
+@one_blas_thread()
 def make_rig(
-    source: Path, output: Path, options: RigOptions = RigOptions(), on_step: OnStep | None = None
-) -> Outcome:
-    """Convert a rig to UsdSkel: glTF, a folder of meshes, MakeHuman targets, or UsdSkel."""
-    steps = Steps(on_step)
-    check_place(output, source)
-    with steps("read"):
+    source: StrPath,
+    output: StrPath,
+    *,
+    options: RigOptions = RigOptions(),
+    on_progress: OnProgress | None = None,
+) -> Result[Rig]:
+    """Convert a rig of any format that `list_formats` names to UsdSkel.
+
+    Parameters
+    ----------
+    source : path
+    output : path
+        .usda or .usdc.
+    options : RigOptions
+        Unit, up axis and neutral mesh, where the source does not name them.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of Rig
+        Keys of the summary: ``meshes``, ``vertices``, ``blend_shapes``, ``joints``.
+
+    Raises
+    ------
+    InputError
+        If the source is no rig, or has no blend shapes.
+    OutputError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> usdface.make_rig("examples/head.usdc", "rig.usdc").summary["meshes"]
+    1
+    """
+    source, output = Path(source), Path(output)
+    progress = Progress.of(on_progress)
+    read = files_read(source)
+    check_outputs([output], read)
+    with progress.step("read"):
         rig, findings = read_rig_file(source, options)
-    with steps("write"):
-        findings += write_rig(rig, output)
+    with progress.step("write"):
+        findings += write_rig(rig, output, read=read)
+        written = files_written(output, read)
     summary = {
         "meshes": len(rig.meshes),
         "vertices": sum(len(mesh.points) for mesh in rig.meshes),
-        "blend shapes": len(rig.shape_names),
+        "blend_shapes": len(rig.shape_names),
         "joints": len(rig.skeleton.joints) if rig.skeleton else 0,
     }
-    return Outcome((output,), tuple(findings), summary, steps.seconds)
+    return Result(rig, written, tuple(findings), summary, seconds=progress.seconds)

@@ -7,82 +7,157 @@ libraries than writing it.
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.findings import Finding
-from usdface.io.atomic import check_place
-from usdface.options import ExportOptions
-from usdface.outcome import OnStep, Outcome, Steps
+from usdface.io.asset_folder import asset_folder
+from usdface.io.atomic import StrPath
+from usdface.io.export_targets import EXPORT_TARGETS, GLTF, pack_stage, write_scene
+from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
 from usdface.rigs import Rig
 
 __all__ = ["export_scene", "import_scene"]
 
 
+@one_blas_thread()
 def export_scene(
-    source: Path,
-    output: Path,
-    on_step: OnStep | None = None,
+    source: StrPath,
+    output: StrPath,
+    *,
     every_frame: bool = False,
     options: ExportOptions = ExportOptions(),
-) -> Outcome:
-    """Write the face of a USD scene, with all of its clips, as glTF or USDZ.
+    on_progress: OnProgress | None = None,
+) -> Result[Certificate | None]:
+    """Write the face of a USD scene, with all of its clips, as glTF, USDZ or another format.
 
-    A certificate says by how much the glTF is off; its vertices are compared in as many frames
-    as take a fraction of a second, or in every frame.
+    Parameters
+    ----------
+    source : path
+        A USD file.
+    output : path
+        .glb, .gltf, .usdz, or a suffix that `list_formats` names.
+    every_frame : bool
+        Compare the vertices in every frame, not in as many as take a fraction of a second.
+    options : ExportOptions
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of Certificate or None
+        By how much the glTF is off; None of other formats. Keys of the summary: ``meshes``,
+        ``morph_targets`` (else ``blend_shapes``), ``clips``, ``frames``, ``certificate``.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is half-written.
+
+    Examples
+    --------
+    >>> usdface.export_scene("examples/head.usdc", "head.glb").summary["meshes"]
+    1
     """
-    steps = Steps(on_step)
-    check_place(output, source)
-    if output.suffix.lower() == ".usdz":
-        from usdface.io.usd.usdz import write_usdz
-
-        with steps("write"):
-            return Outcome((output,), tuple(write_usdz(source, output)), {}, steps.seconds)
-    from usdface.io.certified import certified
-    from usdface.io.gltf.write import write_gltf
+    source, output = Path(source), Path(output)
+    progress = Progress.of(on_progress)
+    read = files_read(source)
+    check_outputs([output], read)
+    target, problems = EXPORT_TARGETS.find(output)
+    target.format.check_options(output, options)
+    if target.format.pack:
+        with progress.step("write"):
+            problems += pack_stage(target, source, output, options)
+        return Result(None, (output,), tuple(problems), seconds=progress.seconds)
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.stage import open_stage
 
     register_schemas()
-    with steps("read"):
+    with progress.step("read"):
         stage = open_stage(source)
-        rig, clips, findings = animated_rig(stage)
+        rig, clips, findings = animated_rig(stage, asset_folder(options.asset_root))
         clips = chosen_clips(clips, options.clip)
-    summary = _summary(rig, clips, "morph targets")
-    with steps("write"):
-        findings += write_gltf(rig, output, clips, options.pointer, options.quantize)
+    summary = _summary(rig, clips, "morph_targets" if target.format is GLTF else "blend_shapes")
+    with progress.step("write"):
+        findings += problems + write_scene(target, rig, clips, output, options, read)
+        written = files_written(output, read) if target.format is GLTF else (output,)
+    if target.format is not GLTF:
+        return Result(None, written, tuple(findings), summary, seconds=progress.seconds)
     del rig, clips  # their memory, for the certificate
-    with steps("certify"):
-        certificate, more = certified(
+    from usdface.io.compare_conversion import certify_conversion
+
+    with progress.step("certify"):
+        certificate, more = certify_conversion(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
-    return _certified((output,), findings + more, summary, steps, certificate)
+    return _certified(written, findings + more, summary, progress, certificate)
 
 
+@one_blas_thread()
 def import_scene(
-    source: Path, output: Path, on_step: OnStep | None = None, every_frame: bool = False
-) -> Outcome:
+    source: StrPath,
+    output: StrPath,
+    *,
+    every_frame: bool = False,
+    options: ImportOptions = ImportOptions(),
+    on_progress: OnProgress | None = None,
+) -> Result[Certificate | None]:
     """Write a glTF as USD: meshes, blend shapes, skin, materials and all of its animations.
 
-    A certificate says by how much the USD is off (see `export_scene`).
+    Parameters
+    ----------
+    source : path
+        .glb or .gltf.
+    output : path
+        .usda or .usdc.
+    every_frame : bool
+        As of `export_scene`.
+    options : ImportOptions
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of Certificate or None
+        By how much the USD is off; None where nothing can be compared. Keys of the summary:
+        ``meshes``, ``blend_shapes``, ``clips``, ``frames``, ``certificate``.
+
+    Raises
+    ------
+    UsdFaceError
+        One clear line; nothing is half-written.
+
+    Examples
+    --------
+    >>> _ = usdface.export_scene("examples/head.usdc", "head.glb")
+    >>> usdface.import_scene("head.glb", "head.usdc").summary["clips"]
+    0
     """
-    from usdface.io.certified import certified
+    from usdface.io.compare_conversion import certify_conversion
     from usdface.io.gltf.read import read_gltf
     from usdface.io.usd.rig_write import write_rig
     from usdface.io.usd.stage import open_stage
 
-    steps = Steps(on_step)
-    check_place(output, source)
-    with steps("read"):
-        rig, clips, findings = read_gltf(source)
-    summary = _summary(rig, clips, "blend shapes")
-    with steps("write"):
-        findings += write_rig(rig, output, clips)
+    source, output = Path(source), Path(output)
+    progress = Progress.of(on_progress)
+    folder = asset_folder(options.asset_root)
+    read = files_read(source)
+    check_outputs([output], read)
+    with progress.step("read"):
+        rig, clips, findings = read_gltf(source, folder)
+    summary = _summary(rig, clips, "blend_shapes")
+    with progress.step("write"):
+        findings += write_rig(rig, output, clips, read)
+        written = files_written(output, read)
     del rig, clips  # their memory, for the certificate
-    with steps("certify"):
+    with progress.step("certify"):
         stage = open_stage(output)
-        certificate, more = certified(stage, source, exported=False, every_frame=every_frame)
-    return _certified((output,), findings + more, summary, steps, certificate)
+        certificate, more = certify_conversion(
+            stage, source, exported=False, every_frame=every_frame, asset_root=folder
+        )
+    return _certified(written, findings + more, summary, progress, certificate)
 
 
 def _summary(rig: Rig, clips: tuple[Clip, ...], shapes: str) -> dict[str, Any]:
@@ -98,11 +173,11 @@ def _certified(
     written: tuple[Path, ...],
     findings: list[Finding],
     summary: dict[str, Any],
-    steps: Steps,
+    progress: Progress,
     certificate: Certificate | None,
-) -> Outcome:
+) -> Result[Certificate | None]:
     details = {}
     if certificate is not None:
-        summary["off by"] = certificate.line()
+        summary["certificate"] = certificate.line()
         details["certificate"] = certificate.as_dict()
-    return Outcome(written, tuple(findings), summary, steps.seconds, details)
+    return Result(certificate, written, tuple(findings), summary, details, progress.seconds)

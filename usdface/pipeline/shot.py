@@ -1,107 +1,140 @@
 """A character and a take come together: `usdface shot`."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.bound import bound_setup, proposal_summary
-from usdface.express import adopt, design, parts_of
-from usdface.findings import Finding
-from usdface.fuzzy.dictionaries import expressions_for
-from usdface.fuzzy.doubts import rule_findings
-from usdface.fuzzy.system import FuzzySystem
-from usdface.io.atomic import check_place
-from usdface.io.bind_file import read_bind
+from usdface.binding.resolve_binding import proposal_summary
+from usdface.blas_threads import one_blas_thread
+from usdface.io.atomic import StrPath, all_or_none, write_text
+from usdface.io.bind_file import bind_json, read_bind
 from usdface.io.calibration_file import read_calibration_file
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
+from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.rig import read_rig
-from usdface.io.usd.shot import write_shot
+from usdface.io.usd.shot_write import write_shot
 from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
-from usdface.options import BindOptions, CorrectionOptions
-from usdface.outcome import OnStep, Outcome, Steps
+from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas
-from usdface.rigs import Mesh
-from usdface.setup import Expression, Setup, fit_setup
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.shot import Shot
+from usdface.shot_assembly import assemble_shot
 
 __all__ = ["make_shot"]
 
 
+@one_blas_thread()
 def make_shot(
-    rig: Path,
-    take: Path,
-    bind: Path | None,
-    output: Path,
-    correction: Mapping[str, Any] | None = None,
-    on_step: OnStep | None = None,
-    fuzzy: Path | None = None,
-    expressions_file: Path | None = None,
+    rig: StrPath,
+    take: StrPath,
+    output: StrPath,
+    *,
+    bind: StrPath | None = None,
     binding: BindOptions = BindOptions(),
-    calibration: Path | None = None,
-) -> tuple[Outcome, Setup]:
-    """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
+    calibration: StrPath | None = None,
+    expressions: StrPath | None = None,
+    fuzzy: StrPath | None = None,
+    correction: Mapping[str, Any] | None = None,
+    write_bind: StrPath | None = None,
+    figure: StrPath | None = None,
+    on_progress: OnProgress | None = None,
+) -> Result[Shot]:
+    """Write a shot: a rig and a take brought together, with expressions and a fuzzy system.
 
-    `bind` is the binding file; without one, places for the markers are proposed. `fuzzy` is a
-    system to use in place of the default design. `correction` has those fields of
-    `CorrectionOptions` that are told; the others are the system's own, or the defaults.
-    `expressions_file` has poses that go before those of the dictionaries; `calibration` is what
-    `calibrate` found of the performer. Returns the outcome and the setup as it was written
-    (places, mesh and nose tip filled in).
+    Parameters
+    ----------
+    rig, take : path
+        USD files, as `make_rig` and `make_take` write them.
+    output : path
+        The shot, .usda, which references them.
+    bind : path, optional
+        The binding, JSON; without one, places for the markers are proposed.
+    binding : BindOptions
+    calibration : path, optional
+        Of the performer, as `calibrate` writes it.
+    expressions : path, optional
+        Expression poses that go before the known ones, JSON or USD.
+    fuzzy : path, optional
+        A fuzzy system in place of one designed for the rig: USD, .fis, .fcl or .fll.
+    correction : mapping, optional
+        Fields of `CorrectionOptions` that go before those of the system.
+    write_bind : path, optional
+        Also write the binding as it is used, JSON.
+    figure : path, optional
+        Also draw the markers on the face: .png, .svg or .pdf.
+    on_progress : callable, optional
+        Called with a `Step`; what it raises ends the job before anything is written.
+
+    Returns
+    -------
+    Result of Shot
+        Its `setup` is as written: places, mesh and nose tip filled in. Keys of the summary:
+        ``markers_bound``, ``blend_shapes``, ``expressions``, ``rules``, and where places were
+        proposed ``neutral_frames``, ``peak_frames``, ``confidence_mean``, ``confidence_min``.
 
     Raises
     ------
     InputError
         If the binding does not fit rig and take, or no places can be proposed.
+
+    Examples
+    --------
+    >>> result = usdface.make_shot(
+    ...     "examples/head.usdc", "examples/take.usdc", "shot.usda", bind="examples/bind.json"
+    ... )
+    >>> result.summary["markers_bound"] == len(result.value.setup.binding.markers)
+    True
     """
     register_schemas()
-    steps = Steps(on_step)
-    files = [path for path in (bind, fuzzy, expressions_file, calibration) if path]
-    check_place(output, rig, take, *files)
-    with steps("read"):
+    progress = Progress.of(on_progress)
+    rig, take, place = Path(rig), Path(take), Path(output)
+    files = [Path(path) for path in (bind, fuzzy, expressions, calibration) if path]
+    others = [Path(path) for path in (write_bind, figure) if path]
+    check_outputs([place, *others], files_read(rig, take, *files))
+    if figure:
+        from usdface.figures.picture import check_picture
+
+        check_picture(Path(figure))
+    with progress.step("read"):
         character, findings = read_rig(rig)
-        stage = open_stage(take)
-        recorded, _ = read_take_prim(default_prim(stage, take))
-        bound, notes = read_bind(bind) if bind else (None, [])
-    with steps("bind"):
-        mesh, named, more = bound_setup(character, recorded, bound, notes, binding)
+        take_stage = open_stage(take)
+        recorded, _ = read_take_prim(default_prim(take_stage, take))
+        setup, more = read_bind(Path(bind)) if bind else (None, [])
         findings += more
-        if calibration:
-            named = replace(named, calibration=read_calibration_file(calibration))
-        setup, more = fit_setup(named, mesh, recorded)
+        system, more = read_fuzzy_file(Path(fuzzy)) if fuzzy else (None, [])
         findings += more
-    with steps("design"):
-        posed = read_expressions_file(expressions_file) if expressions_file else {}
-        expressions, more = expressions_for(character.shape_names, posed)
+    with progress.step("bind"):
+        shot, more = assemble_shot(
+            character,
+            recorded,
+            setup=setup,
+            binding=binding,
+            calibration=read_calibration_file(Path(calibration)) if calibration else None,
+            poses=read_expressions_file(Path(expressions)) if expressions else None,
+            system=system,
+            system_source=str(fuzzy or ""),
+            correction=correction,
+        )
         findings += more
-        system, setup, more = _corrector(mesh, setup, expressions, fuzzy, correction or {})
-        parts = parts_of(mesh, setup, expressions) if system else None
-        findings += more
-    with steps("write"):
-        write_shot(output, rig, take, setup, system, expressions, parts)
-    summary = {
-        "markers bound": len(setup.binding.markers),
-        **proposal_summary(setup),
-        "blend shapes": len(character.shape_names),
-        "expressions": ", ".join(e.name for e in expressions),
-        "rules": len(system.rules) if system else 0,
+    with progress.step("write"), all_or_none():
+        write_shot(place, rig, take, shot)
+        if write_bind:
+            write_text(Path(write_bind), bind_json(shot.setup))
+        if figure:
+            from usdface.figures.binding import write_bind_figure
+
+            write_bind_figure(shot.mesh, shot.setup.binding, Path(figure))
+    return Result(shot, (place, *others), tuple(findings), _summary(shot), seconds=progress.seconds)
+
+
+def _summary(shot: Shot) -> dict[str, Any]:
+    return {
+        "markers_bound": len(shot.setup.binding.markers),
+        **proposal_summary(shot.setup),
+        "blend_shapes": len(shot.rig.shape_names),
+        "expressions": [expression.name for expression in shot.expressions],
+        "rules": len(shot.system.rules) if shot.system else 0,
     }
-    return Outcome((output,), tuple(findings), summary, steps.seconds), setup
-
-
-def _corrector(
-    mesh: Mesh,
-    setup: Setup,
-    expressions: tuple[Expression, ...],
-    fuzzy: Path | None,
-    told: Mapping[str, Any],
-) -> tuple[FuzzySystem | None, Setup, list[Finding]]:
-    """Return the fuzzy system of a file, or one designed for the rig, and the setup with it."""
-    correction = CorrectionOptions(**told)  # what cannot be is refused
-    if fuzzy is None:
-        return design(mesh, setup, expressions, correction)
-    system, findings = read_fuzzy_file(fuzzy)
-    findings += rule_findings(system)
-    setup, more = adopt(system, setup, expressions, str(fuzzy))
-    return replace(system, **told), setup, findings + more

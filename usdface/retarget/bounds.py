@@ -1,4 +1,4 @@
-"""What the weights of a solve must obey: bounds, pins and linear inequalities, frame by frame."""
+"""Constraints on the weights of a solve: bounds, pins and linear inequalities, by frame."""
 
 from dataclasses import dataclass, field
 from typing import Any

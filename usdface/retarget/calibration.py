@@ -1,58 +1,68 @@
 """How large a performer's movements are against the character's, found from a take.
 
-The whole take is solved with weights that may go beyond 0 and 1: what is found then is
-``u = gain * weight - offset`` of each shape. How far u goes up says what it says about the gain
-(`usdface.retarget.gains`); how far it goes below 0 is how far the neutral frames were from
-rest. The idea of gains from a range-of-motion take is Ribera et al. 2017, "Facial Retargeting with
-Automatic Range of Motion Alignment", section 4; a gain per shape, bounded and with a prior, is all
-that is learned here, so that a shape keeps its meaning.
+The whole take is solved with weights that may go beyond 0 and 1, which gives ``u = amplitude *
+weight - offset`` of each shape. How far u goes up bounds the amplitude
+(`usdface.retarget.amplitude_posterior`); how far it goes below 0 is how far the neutral frames were
+from rest. The idea of amplitudes from a range-of-motion take is Ribera et al. 2017, "Facial
+Retargeting with Automatic Range of Motion Alignment", section 4; an amplitude per shape, bounded
+and with a prior, is all that is learned here, so that a shape keeps its meaning. Files, findings
+and summaries call it gain.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import ndtri
 
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.options import EXTREME_REACHED, GAIN_RANGE, GAIN_SPREAD, LARGEST_OFFSET, OFFSET_SPREAD
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.options import (
+    AMPLITUDE_RANGE,
+    AMPLITUDE_SPREAD,
+    EXTREME_REACHED,
+    LARGEST_OFFSET,
+    OFFSET_SPREAD,
+)
+from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.confidence import weight_deviations
-from usdface.retarget.gains import gain_posterior
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.shape_model import ShapeModel
-from usdface.retarget.small_motions import motion_basis
 from usdface.retarget.solution import Solution
-from usdface.retarget.solve import solve_weights, with_learned_covariance
-from usdface.retarget.transfer import solve_take
-from usdface.setup import Calibration, Setup
+from usdface.retarget.solve import FEWEST_FRAMES, solve_weights, with_learned_covariance
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import Calibration, RetargetSetup
 from usdface.takes import FloatArray, MarkerTake, frozen
 
 __all__ = ["Calibrated", "calibrate_take"]
 
-# A movement is at rest for this share of the take at least.
+# A movement is at rest for this share of the take at least. Set by hand.
 _AT_REST = 0.05
-# Noise alone goes so many standard deviations below rest there.
-_BY_NOISE = 1.645
-# An extreme counts if it is held for so long [s].
+# Noise alone goes so many standard deviations below rest there: the normal quantile.
+_BY_NOISE = -float(ndtri(_AT_REST))
+# An extreme counts if it is held for so long [s]: three frames at 30 Hz, a spike has one or two.
 _HELD = 0.1
-_FEWEST = 8
-# A gain is known if the take leaves less than this share of the prior's spread.
+# An amplitude is known if the take leaves less than this share of the prior's deviation: a quarter
+# of its variance.
 _KNOWN = 0.5
+# A movement is active beyond so many deviations of noise: one in 700 by chance.
 _UNLIKE = 3.0
+# Names in a finding, and in the summary.
 _NAMED = 8
 _SHOWN = 5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibrated:
-    """What a take says of the performer.
+    """The calibration of a performer, from a take.
 
     Attributes
     ----------
     calibration : Calibration
-        Of all shapes with a weight of their own; those the take says nothing of have gain 1.
+        Of all shapes with a weight of their own; those the take says nothing of have amplitude 1.
     deviations : (S,) float64
-        Standard deviation of each gain; that of the prior, 0.2, where nothing is known.
+        Standard deviation of each amplitude; that of the prior, 0.2, where nothing is known.
     peaks : (S,) float64
         How far each shape went, in weights of the character.
     solution : Solution
@@ -68,16 +78,17 @@ class Calibrated:
         object.__setattr__(self, "deviations", frozen(self.deviations))
         object.__setattr__(self, "peaks", frozen(self.peaks))
 
-    def summary(self) -> dict[str, str]:
-        """Return the gains that are known and differ most from 1, for people."""
-        gains = dict(zip(self.calibration.shapes, self.calibration.gains.tolist(), strict=True))
-        most = sorted(self.known, key=lambda name: (-abs(gains[name] - 1.0), name))[:_SHOWN]
-        return {"gains": ", ".join(f"{name} {gains[name]:.2f}" for name in most) or "all 1"}
+    def summary(self) -> dict[str, dict[str, float]]:
+        """Return the gains that are known and differ most from 1, under the key ``gains``."""
+        found = self.calibration
+        sizes = dict(zip(found.shapes, found.amplitudes.tolist(), strict=True))
+        most = sorted(self.known, key=lambda name: (-abs(sizes[name] - 1.0), name))[:_SHOWN]
+        return {"gains": {name: round(sizes[name], 2) for name in most}}
 
     @property
     def known(self) -> tuple[str, ...]:
-        """Shapes whose gain the take tells."""
-        sure = self.deviations < _KNOWN * GAIN_SPREAD
+        """Shapes whose amplitude the take shows."""
+        sure = self.deviations < _KNOWN * AMPLITUDE_SPREAD
         return tuple(n for n, s in zip(self.calibration.shapes, sure, strict=True) if s)
 
 
@@ -86,19 +97,19 @@ def calibrate_take(
     points: FloatArray,
     offsets: FloatArray,
     shape_names: tuple[str, ...],
-    setup: Setup,
-    model: ShapeModel | None = None,
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator | None = None,
     extremes: bool = False,
 ) -> tuple[Calibrated, list[Finding]]:
-    """Find a performer's gains and offsets from a take.
+    """Find a performer's amplitudes and offsets from a take.
 
-    Parameters are those of `usdface.retarget.transfer.solve_take`.
+    Parameters are those of `usdface.retarget.solve_take.solve_take`.
 
     Parameters
     ----------
     extremes : bool
         The take goes through the performer's whole range of motion, each movement to its
-        extreme. Without that only what goes beyond the character's shapes is learned.
+        extreme. Without that only amplitudes above 1 are learned.
 
     Raises
     ------
@@ -107,13 +118,13 @@ def calibrate_take(
     SolveError
         If the bound markers do not determine an answer.
     """
-    if len(take.times) < _FEWEST:
+    if len(take.times) < FEWEST_FRAMES:
         raise InputError(
             f"the take {take.source} has {len(take.times)} frames; a calibration needs a range "
-            f"of motion of at least {_FEWEST}",
+            f"of motion of at least {FEWEST_FRAMES}",
             "TAKE_SHORT",
         )
-    model = model or ShapeModel(offsets.reshape(len(offsets), -1))
+    model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     solution, findings = solve_take(
         take, points, offsets, shape_names, replace(setup, calibration=None), model
     )
@@ -128,14 +139,16 @@ def calibrate_take(
     if setup.neutral is None:  # measured from the rig's own neutral, which is at rest
         rest = np.zeros_like(rest)
     peaks = high + rest
-    gains, spreads = gain_posterior(peaks, deviations, EXTREME_REACHED if extremes else 0.0)
+    amplitudes, spreads = amplitude_posterior(
+        peaks, deviations, EXTREME_REACHED if extremes else 0.0
+    )
     names = tuple(shape_names[s] for s in free)
-    calibrated = Calibrated(Calibration(names, gains, rest), spreads, peaks, solution)
+    calibrated = Calibrated(Calibration(names, amplitudes, rest), spreads, peaks, solution)
     return calibrated, findings + _findings(calibrated, deviations, take.source)
 
 
 def _loose_weights(
-    solution: Solution, points: FloatArray, offsets: FloatArray, setup: Setup
+    solution: Solution, points: FloatArray, offsets: FloatArray, setup: RetargetSetup
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the markers as carried over, with weights that may leave 0 to 1: (F, S), (S,)."""
     axes = 3 if solution.in_space else 2
@@ -149,7 +162,7 @@ def _loose_weights(
     step = float(np.median(np.diff(times)))
     plain = Regularisation(solution.noise, solution.misfit, setup.solve)
     learned = with_learned_covariance(normal, right, times, plain)
-    bounds = Bounds(np.asarray(-LARGEST_OFFSET), np.asarray(GAIN_RANGE[1]))
+    bounds = Bounds(np.asarray(-LARGEST_OFFSET), np.asarray(AMPLITUDE_RANGE[1]))
     loose = solve_weights(normal, right, times, learned, bounds=bounds)
     return loose.weights, weight_deviations(normal, step, plain)
 

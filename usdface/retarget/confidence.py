@@ -1,41 +1,48 @@
-"""How sure the weights are, what the markers cannot see, and where the next markers should go.
+"""Standard deviations of the weights, shapes that no marker sees, places for the next markers.
 
 The solve is the most probable answer of a linear model with Gaussian errors, so its normal
 matrix also says how far each weight can be off (Tarantola 2005, "Inverse Problem Theory",
-section 3.2). Noise averages out over the frames that the smoothness joins, or that what is learned
-of the take says hang together; misfit of face and rig does not. Where the head is solved too, its
+section 3.2). Noise averages out over the frames that the smoothness joins, or the
+covariance learned from the take; misfit of face and rig does not. Where the head is solved too, its
 pose is unknown like the weights. Near its bounds a weight is surer (`within_bounds`).
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.linalg import block_diag
+from scipy.special import log_ndtr
 
+from usdface.geometry.rigid_modes import small_motions
 from usdface.options import NEXT_MARKERS
-from usdface.retarget.covariance import inverse_spectrum
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.small_motions import small_motions
 from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 
 # The head may be anywhere within so much [m, rad]; more would cost digits where no marker is yet.
 _HEAD = 1.0
-# Markers are not believed beyond this [m]: without any error all that is seen is sure.
+# Markers are not believed beyond this [m], a thirtieth of the jitter of optical ones: without any
+# error all that is seen would be sure.
 _FINEST = 1e-5
-# A shape is not seen if this share of what was unknown before the take still is.
+# A shape is not seen if this share of its deviation before the take still is: half of the variance.
 _UNSEEN = 0.7
+# The spectrum is integrated at so many frequencies: within 1e-3 of a dense inverse in the tests.
 _FREQUENCIES = 256
-# How many frames may tell of a weight together.
+# Frames that may tell of a weight together: half a minute. Chosen after both halves of the recorded
+# curves had been seen (benchmarks/README.md).
 _MANY = 1000
 # Frames that are looked at for bounds, at most twice as many.
 _FRAMES = 1000
+# Deviations beyond a bound from which on the rest is exponential, to 2 / 100^2; at more, the
+# difference of squares in `within_bounds` would lose its digits (100^4 * 1e-16 = 1e-8).
+_PRESSED = 100.0
+_LOG_BELL = -0.5 * float(np.log(2.0 * np.pi))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Confidence:
-    """What the markers say about the blend shapes.
+    """How well the markers determine the blend shapes.
 
     Attributes
     ----------
@@ -96,29 +103,30 @@ def confidence_of(
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
-    # The rows of each place: what shapes and head do to a marker there, (V, axes, S + 6).
+    # The rows of each place: a marker's displacement there by shapes and head, (V, axes, S + 6).
     rows = np.ascontiguousarray(np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0))
     regularisation = replace(regularisation, noise=max(regularisation.noise, _FINEST))
-    variance, options = regularisation.variance, regularisation.options
-    prior = np.concatenate([np.full(count, options.spread**-2), np.full(len(motions), _HEAD**-2)])
+    variance, expected = regularisation.variance, regularisation.precision(count)
+    prior = block_diag(expected, np.eye(len(motions)) / _HEAD**2)
     seen = rows[bound].reshape(-1, rows.shape[2])
-    spread = np.linalg.inv(seen.T @ seen / variance + np.diag(prior))
-    # The normal matrix of the weights alone, whatever the head does.
-    normal = variance * (np.linalg.inv(spread[:count, :count]) - np.diag(prior[:count]))
+    spread = np.linalg.inv(seen.T @ seen / variance + prior)
+    # The normal matrix of the weights alone, with the head's pose marginalised.
+    normal = variance * (np.linalg.inv(spread[:count, :count]) - expected)
     deviations = weight_deviations(normal, step, regularisation)
-    hidden = np.flatnonzero(np.diag(spread)[:count] > (_UNSEEN * options.spread) ** 2)
+    before = np.diag(np.linalg.inv(expected))
+    hidden = np.flatnonzero(np.diag(spread)[:count] > _UNSEEN**2 * before)
     free = np.setdiff1d(np.flatnonzero(np.abs(offsets).max(axis=(0, 2)) > 0.0), bound)
     if not len(free):
         return Confidence(deviations, {}, np.zeros(0, np.int64), hidden)
     tried = rows[free]
     spreads, inverse = _at_places(spread, tried, variance)
-    # What a marker would take off the variance of a shape: (V, H).
+    # The fall of a shape's variance by a marker: (V, H).
     across = spreads[:, :, hidden]
-    gains = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
+    falls = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
     unseen = {
         int(shape): int(free[place])
-        for shape, place, gain in zip(hidden, gains.argmax(axis=0), gains.max(axis=0), strict=True)
-        if gain > 0.0
+        for shape, place, fall in zip(hidden, falls.argmax(axis=0), falls.max(axis=0), strict=True)
+        if fall > 0.0
     }
     places = free[_greedy(spread, tried, variance, wanted, points[free], room)]
     return Confidence(deviations, unseen, places, hidden)
@@ -139,64 +147,72 @@ def weight_deviations(
 
     Notes
     -----
-    In the eigenbasis of the normal matrix the solve is a filter for each direction: at the
-    frequency f [rad per frame] it divides by ``a + c q``, with a the eigenvalue l and the ridge
-    r, c the weight of the smoothness and q = (2 - 2 cos f)^2. Its error is what it lets through
-    of the noise, what it takes away of weights that move as `agility` says, the misfit, which
-    is slow, and a share r / a of the weight itself, which is about `spread`. Without ridge and
-    misfit this is the posterior of the whole take, without smoothness that of one frame.
+    In the eigenbasis of normal matrix and terms, N + R, the solve is a filter for each direction:
+    at the frequency f [rad per frame] it divides by ``a + k``, with a the eigenvalue and k that
+    of the terms that join frames. Its error is the share of the noise that passes, the loss of
+    weights that move as these terms expect at a smoothness of 1, the misfit, which is slow, and
+    the loss to R of weights that last and are as it expects. Without R and misfit
+    this is the posterior of the whole take, without terms that join frames that of one frame. In no
+    direction is a weight less sure than R alone leaves it.
 
-    With a learned covariance M, normal matrix and M^-1 are diagonal in the same vectors, and q is
+    With a learned covariance M, N + R and M^-1 are diagonal in the same vectors, and k is
     the inverse of the spectrum that weights are taken to have. Misfit is taken to move as they do.
     """
+    options, frequencies = regularisation.options, _frequencies()
+    believed = replace(regularisation, options=replace(options, smoothness=1.0))
+    used, prior = (held.spectrum(frequencies, step) for held in (regularisation, believed))
     if regularisation.covariance is not None:
-        return _learned_deviations(normal, step, regularisation, regularisation.covariance)
-    options, noise = regularisation.options, regularisation.noise
-    values, vectors = np.linalg.eigh(normal)
-    values = np.maximum(values, 0.0)[:, None]
-    ridge = regularisation.ridge
-    ridged = values + ridge
-    curve = regularisation.stiffness / step**3 if step > 0 else 0.0
-    angle = _angles()
-    rough = curve * (2.0 - 2.0 * np.cos(angle)) ** 2
-    passed = (values + options.smoothness * rough) / (ridged + rough) ** 2
-    variances = noise**2 * passed.mean(axis=1, keepdims=True)
-    slow = regularisation.variance - noise**2
-    variances += (slow * values + (ridge * options.spread) ** 2) / ridged**2
-    return np.asarray(np.sqrt(vectors**2 @ variances.clip(max=options.spread**2))[:, 0])
+        return _learned_deviations(normal, regularisation, regularisation.covariance, used, prior)
+    variance, noise = regularisation.variance, regularisation.noise**2
+    expected = regularisation.added_to(np.zeros(normal.shape))
+    values, vectors = np.linalg.eigh(normal + expected)
+    seen, held = (vectors.T @ matrix @ vectors for matrix in (normal, expected))
+    let = 1.0 / (np.maximum(values, 0.0)[:, None] + used)
+    away = np.divide(used**2, prior, out=np.zeros_like(used), where=prior > 0.0)
+    slow = 1.0 / values
+    errors = noise * (
+        seen * (let @ let.T) / len(frequencies) + np.diag((let**2 * away).mean(axis=1))
+    )
+    errors += ((variance - noise) * seen + variance * held) * np.outer(slow, slow)
+    # Whitened by the prior of R alone, no eigenvalue is above 1.
+    root = np.linalg.cholesky(vectors.T @ regularisation.precision(len(normal)) @ vectors)
+    shares, turned = np.linalg.eigh(root.T @ errors @ root)
+    turned = vectors @ np.linalg.solve(root.T, turned)
+    return np.asarray(np.sqrt(turned**2 @ shares.clip(0.0, 1.0)))
 
 
 def _learned_deviations(
-    normal: FloatArray, step: float, regularisation: Regularisation, covariance: FloatArray
+    normal: FloatArray,
+    regularisation: Regularisation,
+    covariance: FloatArray,
+    used: FloatArray,
+    prior: FloatArray,
 ) -> FloatArray:
-    options, noise = regularisation.options, regularisation.noise
-    ridged = normal + regularisation.lasting_ridge * np.eye(len(normal))
+    noise = regularisation.noise**2
     half = np.linalg.cholesky(covariance)
-    values, turned = np.linalg.eigh(half.T @ ridged @ half)
+    values, turned = np.linalg.eigh(half.T @ regularisation.added_to(normal) @ half)
     vectors, values = half @ turned, values.clip(min=0.0)[:, None]
-    inverse = inverse_spectrum(_angles(), step, options.pace)
-    prior = noise**2 * inverse
-    solved = values + options.smoothness * prior
-    slow = (regularisation.variance - noise**2) * values / inverse
-    variances = ((noise**2 * (values + options.smoothness**2 * prior) + slow) / solved**2).mean(
-        axis=1
-    )
-    # Of what many frames together do not show, a take teaches nothing.
-    unit = np.eye(len(normal))
-    unknown = np.linalg.inv(_MANY / noise**2 * normal + unit / options.spread**2)
-    least = np.sqrt(np.diag(unknown).clip(min=0.0))
-    return np.asarray(np.sqrt(vectors**2 @ variances).clip(least, options.spread))
+    slow = (regularisation.variance - noise) * noise * values / prior
+    variances = (noise * (values + used**2 / prior) + slow) / (values + used) ** 2
+    # A take teaches nothing of directions that many frames together do not show.
+    expected = regularisation.precision(len(normal))
+    unknown = np.linalg.inv(_MANY / noise * normal + expected)
+    least, most = (np.sqrt(np.diag(m).clip(min=0.0)) for m in (unknown, np.linalg.inv(expected)))
+    return np.asarray(np.sqrt(vectors**2 @ variances.mean(axis=1)).clip(least, most))
 
 
-def _angles() -> FloatArray:
+def _frequencies() -> FloatArray:
     return np.asarray(np.pi * (np.arange(_FREQUENCIES) + 0.5) / _FREQUENCIES)
 
 
-def within_bounds(deviations: FloatArray, weights: FloatArray) -> FloatArray:
+def within_bounds(
+    deviations: FloatArray, weights: FloatArray, regularisation: Regularisation | None = None
+) -> FloatArray:
     """Return the standard deviation of weights over a take, as none leaves [0, 1]: (S,).
 
     In each frame the error is that of a normal distribution about the weight, cut off at the
-    bounds; root mean square over the frames.
+    bounds; root mean square over the frames. A weight that a term presses against a bound is the
+    end of a distribution whose middle lies beyond it.
 
     Parameters
     ----------
@@ -204,16 +220,34 @@ def within_bounds(deviations: FloatArray, weights: FloatArray) -> FloatArray:
         Above 0, without bounds.
     weights : (F, S) float64
         In [0, 1].
+    regularisation : Regularisation, optional
+        Of the solve, with the terms that press.
     """
     some = weights[:: max(1, len(weights) // _FRAMES)]
-    low, high = -some / deviations, (1.0 - some) / deviations
-    cut = low * _bell(low) - high * _bell(high)
-    left = 1.0 + cut / (ndtr(high) - ndtr(low))
+    beyond = np.zeros(some.shape)
+    if regularisation is not None and regularisation.variance > 0.0:
+        slope = regularisation.gradient(some) / regularisation.variance
+        # The middle of ``exp(-d^2 / 2 s^2 - slope * d)`` is at -slope * s^2.
+        pressed = np.where(some <= 0.0, slope.clip(min=0.0), 0.0)
+        pressed += np.where(some >= 1.0, slope.clip(max=0.0), 0.0)
+        beyond = pressed * deviations
+    near = beyond.clip(-_PRESSED, _PRESSED)
+    mean, square = _cut_moments(-some / deviations + near, (1.0 - some) / deviations + near)
+    # Far beyond, the rest is exponential: its mean square falls with the slope's.
+    left = (square - 2.0 * near * mean + near**2) * (near / np.where(near, beyond, 1.0)) ** 2
+    left = np.where(near == 0.0, square, left)
     return np.asarray(deviations * np.sqrt(left.mean(axis=0)))
 
 
-def _bell(values: FloatArray) -> FloatArray:
-    return np.asarray(np.exp(-0.5 * values**2) / np.sqrt(2.0 * np.pi))
+def _cut_moments(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return mean and mean square of the standard normal distribution between two bounds."""
+    mirrored = low + high > 0.0
+    a, b = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
+    # Of the lower tail, where the share between them may be of any size.
+    share = log_ndtr(b) + np.log1p(-np.exp(log_ndtr(a) - log_ndtr(b)))
+    at_a, at_b = (np.exp(_LOG_BELL - 0.5 * ends**2 - share) for ends in (a, b))
+    mean = at_a - at_b
+    return np.where(mirrored, -mean, mean), 1.0 + a * at_a - b * at_b
 
 
 def _at_places(
@@ -233,15 +267,15 @@ def _greedy(
     points: FloatArray,
     room: float,
 ) -> IntArray:
-    """Return the places, one after the other, that most lower the volume of what is unknown."""
+    """Return the places, one after the other, that most lower the volume of the posterior."""
     chosen: list[int] = []
     taken = np.zeros(len(rows), dtype=bool)
     while len(chosen) < wanted and not taken.all():
         across, inverse = _at_places(spread, rows, variance)
         # The log determinant falls by that of the predicted covariance over the marker's own.
-        gains = -np.linalg.slogdet(inverse)[1]
-        gains[taken] = -np.inf
-        best = int(gains.argmax())
+        falls = -np.linalg.slogdet(inverse)[1]
+        falls[taken] = -np.inf
+        best = int(falls.argmax())
         chosen.append(best)
         taken |= np.linalg.norm(points - points[best], axis=1) < room
         taken[best] = True

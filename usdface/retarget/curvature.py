@@ -6,7 +6,8 @@ from usdface.takes import FloatArray
 
 __all__ = ["curvature_bands"]
 
-# Steps of time that differ by less, relatively, differ by rounding.
+# Steps of time that differ by less, relatively, differ by rounding: a time of an hour is rounded to
+# 5e-13 s, 6e-11 of a step at 120 Hz.
 _EVEN = 1e-8
 
 

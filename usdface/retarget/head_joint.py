@@ -3,21 +3,21 @@
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.retarget.align import Pose
+from usdface.geometry.rigid_fit import Pose
 from usdface.rigs import Skeleton, Skin
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["carrying_joint", "joint_track", "matrices_of", "named_joint"]
 
-# A joint carries the face if so much of the markers' skin weight hangs on it and what is below it:
-# lids, lips and jaw may have joints of their own.
+# A joint carries the face if so much of the markers' skin weight hangs on it and the joints below:
+# lids, lips and jaw may have joints of their own, which hang below the head's. Set by hand.
 _CARRIED = 0.9
 
 
 def carrying_joint(skeleton: Skeleton, skin: Skin, points: IntArray) -> int | None:
     """Return the deepest joint that carries the vertices `points` (M,); None if none does.
 
-    A joint carries what is bound to it or to a joint below it.
+    A joint carries the vertices that are bound to it or to a joint below it.
     """
     count = len(skeleton.joints)
     shares = np.zeros(count)

@@ -4,18 +4,20 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.spatial.transform import Rotation
 
-from usdface.retarget.align import Pose, similarity_fit
+from usdface.geometry.rigid_fit import Pose, similarity_fit
+from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.curvature import curvature_bands
-from usdface.retarget.small_motions import small_motions
 from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["head_motion", "smooth_motion"]
 
-# Beyond this angle [rad] rotation vectors are no longer a plain space to average in.
+# Beyond this angle [rad] rotation vectors are no plain space to average in: they fold at pi.
 _FAR = 2.5
-# Variance of the noise over that of a step's second difference: what is tried.
+# Variance of the noise over that of a step's second difference, as it is tried: two in a decade,
+# from a head that shakes to one that rests.
 _WEIGHTS = np.logspace(-4, 8, 25)
-# Markers that fix a pose; and the least noise [m] that gaps are bridged with.
+# Markers that fix a pose (three points); and the least noise [m] that gaps are bridged with, a
+# thousandth of the jitter of optical markers.
 _FEWEST = 3
 _FINEST = 1e-7
 
@@ -59,10 +61,10 @@ def head_motion(
 def smooth_motion(
     pose: Pose, times: FloatArray, points: FloatArray, noise: float, seen: BoolArray
 ) -> Pose:
-    """Take out of a pose what the noise of its markers put in, and bridge what none showed.
+    """Smooth the noise of the markers out of a pose, and bridge frames that showed too few.
 
     Each of the three angles and three coordinates of the face's centre is the most probable
-    curve if its second derivative is white; how strong that is, is what makes the take itself
+    curve if its second derivative is white; its power is the one that makes the take itself
     most probable (Whittaker 1923, the weight by marginal likelihood). A frame counts by how
     well the markers seen in it fix the pose; with fewer than three it does not count.
 

@@ -20,10 +20,11 @@ from usdface.takes import FloatArray
 
 __all__ = ["MapChoice", "choose_map", "left_out_errors"]
 
+# The grid that is searched; python benchmarks/stylised.py measures the choice.
 RADII = (2.0, 3.0, 5.0, 8.0)
 SMOOTHINGS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 # Of maps that predict this nearly as well as the best, the one that bends least bends the
-# markers' displacements least.
+# markers' displacements least. Set by hand; docs/constants.md.
 _AS_GOOD = 1.05
 # More points than this are a mesh, not markers: the time grows with their cube.
 _MOST = 400
@@ -110,7 +111,7 @@ def left_out_errors(
     source : (M, D) float64
         Neutral markers.
     rest : (M, M, 3) float64 [m]
-        ``rest[i, j]`` is what is left at marker j by the similarity that does not know marker i.
+        ``rest[i, j]`` is the residual at marker j of the similarity fitted without marker i.
     kernel, radius, smoothings
         As in `MapOptions`; the radius counts spacings of all markers.
 
@@ -137,7 +138,7 @@ def left_out_errors(
 
 
 def _rest_without(source: FloatArray, target: FloatArray) -> FloatArray:
-    """Return what the similarity without marker i leaves at marker j: (M, M, 3)."""
+    """Return the residual at marker j of the similarity fitted without marker i: (M, M, 3)."""
     rest = np.empty((len(source), *target.shape))
     for i in range(len(source)):
         linear, offset = carry(np.delete(source, i, axis=0), np.delete(target, i, axis=0))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.retarget.align import rigid_fit
+from usdface.geometry.rigid_fit import rigid_fit
 from usdface.takes import FloatArray
 
 __all__ = ["neutral_markers", "on_plane"]

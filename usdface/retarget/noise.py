@@ -13,14 +13,16 @@ MOST = 0.9
 
 
 def unexplained(explained: FloatArray) -> FloatArray:
-    """Return an orthonormal basis of what `explained` (K, N) does not span: (N, R)."""
+    """Return an orthonormal basis of the complement of the span of `explained` (K, N): (N, R)."""
     basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
     rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
     return np.asarray(basis[:, rank:])
 
 
 def marker_noise(rest: FloatArray, seen: BoolArray) -> float:
-    """Estimate the white noise of marker coordinates from what no weight and no pose explains.
+    """Estimate the white noise of marker coordinates, from their part that nothing explains.
+
+    That is the part beyond all weights and poses.
 
     Third differences in time keep the noise (their variance is 20 times the noise's) and
     drop the slow misfit of rig and performer. The median makes it robust to spikes.
@@ -28,7 +30,7 @@ def marker_noise(rest: FloatArray, seen: BoolArray) -> float:
     Parameters
     ----------
     rest : (F, R) float64 [m]
-        Marker displacements, gaps filled, in the basis of what is `unexplained`.
+        Marker displacements, gaps filled, in the basis that `unexplained` returns.
     seen : (F,) bool
         Frames in which every marker was seen; others are left out where enough remain.
 
@@ -47,7 +49,7 @@ def marker_noise(rest: FloatArray, seen: BoolArray) -> float:
 
 
 def marker_misfit(rest: FloatArray, seen: BoolArray, noise: float) -> float:
-    """Estimate by how much face and rig differ, from what no weight and no pose explains.
+    """Estimate by how much face and rig differ, from the part that no weight and no pose explains.
 
     Parameters are those of `marker_noise`, and its result `noise` [m].
 

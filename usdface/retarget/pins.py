@@ -6,7 +6,7 @@ import numpy as np
 
 from usdface.options import PIN_REACH
 from usdface.retarget.bounds import Bounds
-from usdface.setup import Pin
+from usdface.retarget_setup import Pin
 from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["bent_to_pins", "kept_at_pins", "pin_bounds"]

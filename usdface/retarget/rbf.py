@@ -5,7 +5,7 @@ Based on Marker Data" (InAES 2016), [RBF] below:
 
 * the paper's own (equations 5 to 10): exact interpolation, no polynomial term;
 * neutral-relative: a similarity (2D sources: an affine map) carries the face over, a
-  smoothed radial field bends what remains, and only *displacements from neutral* are used,
+  smoothed radial field bends the remainder, and only *displacements from neutral* are used,
   so that a neutral face stays neutral and a map between equal faces is the identity.
 """
 
@@ -14,12 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.errors import SolveError
+from usdface.geometry.rigid_fit import similarity_fit
 from usdface.options import Kernel, MapOptions
-from usdface.retarget.align import similarity_fit
 from usdface.takes import FloatArray, frozen
 
 __all__ = ["SpaceMap", "carry", "distances", "fit_map", "fit_paper_map", "kernel_values", "spacing"]
 
+# Distances that are held at once: 64 MB.
 _CHUNK_ELEMENTS = 8_000_000
 
 
@@ -182,7 +183,7 @@ def fit_map(source: FloatArray, target: FloatArray, options: MapOptions) -> Spac
 
 
 def carry(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Fit what the radial field bends: a similarity, or from an image (M, 2) an affine map.
+    """Fit the map that the radial field bends: a similarity, or from an image (M, 2) an affine map.
 
     Returns
     -------

@@ -1,28 +1,26 @@
-"""What a solve adds to the sum of squares: how weights move, weighed by how far markers err."""
+"""All that a solve adds to the sum of squares: the terms, weighed by how far markers err."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdface.options import SolveOptions
-from usdface.takes import FloatArray, IntArray
+from usdface.retarget.terms import TERMS, SolverTerm
+from usdface.takes import FloatArray
 
 __all__ = ["Regularisation"]
 
-# How many markers err alike; 3 to 12 do well on performers with other movements than the rig's.
+# How many markers err alike. Of 3, 6 and 12 (weight RMS 0.106, 0.103, 0.104 in the mean of five
+# performers with other movements than the rig's, python -m benchmarks.solve) a middle one.
 _ALIKE = 5.0
-
-
-def _no_pairs() -> IntArray:
-    return np.zeros((0, 2), np.int64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Regularisation:
     """The terms beside the squares in the equation of `usdface.retarget.solve`.
 
-    Each is what is expected of the weights times the error of the markers, so that noise and
-    misfit, what was asked for and what was learned only mean something together. All terms are
+    Each is an expectation of the weights times the error of the markers, so that noise and
+    misfit, options and learned covariance only mean something together. All terms are
     0 where markers do not err.
 
     Attributes
@@ -30,21 +28,21 @@ class Regularisation:
     noise : float [m]
         Standard deviation of a marker coordinate.
     misfit : float [m]
-        RMS error of a marker coordinate beyond the noise: what face and rig do not have in common.
+        RMS error of a marker coordinate beyond the noise: the difference of face and rig.
     options : SolveOptions
-    pairs : (P, 2) int64
-        Left and right shapes that `options.symmetry` is about, see
-        `usdface.retarget.symmetry.symmetric_pairs`.
+    names : tuple of str, length S
+        The shapes, for terms that tell them apart; () = unknown.
     covariance : (S, S) float64 or None
-        M of `usdface.retarget.covariance`, where it was learned from the take; it takes the place
-        of `options.agility`, and of the ridge for noise, where frames are solved together.
+        M of `usdface.retarget.covariance`, where it was learned from the take.
+    terms : tuple of SolverTerm
     """
 
     noise: float
     misfit: float
     options: SolveOptions
-    pairs: IntArray = field(default_factory=_no_pairs)
+    names: tuple[str, ...] = ()
     covariance: FloatArray | None = None
+    terms: tuple[SolverTerm, ...] = TERMS
 
     @property
     def lasting_variance(self) -> float:
@@ -56,27 +54,60 @@ class Regularisation:
         """The error variance e of a marker coordinate [m^2]."""
         return self.noise**2 + self.lasting_variance
 
-    @property
-    def ridge(self) -> float:
-        """The factor of the squares of the weights [m^2]."""
-        return self.variance / self.options.spread**2
+    def unlearned(self) -> "Regularisation":
+        """Return the same without the covariance learned from the take."""
+        return replace(self, covariance=None)
 
-    @property
-    def lasting_ridge(self) -> float:
-        """The part of `ridge` that does not average out over frames [m^2]."""
-        return self.lasting_variance / self.options.spread**2
+    def added_to(self, normal: FloatArray) -> FloatArray:
+        """Return a normal matrix (S, S) [m^2] with those of all terms."""
+        for term in self.terms:
+            matrix = term.matrix(self, len(normal))
+            if matrix is not None:
+                normal = normal + matrix
+        return normal
 
-    @property
-    def sparsity(self) -> float:
-        """The factor of the sum of the weights [m^2]."""
-        return self.variance * self.options.sparsity
+    def pulled(self, right: FloatArray) -> FloatArray:
+        """Return right-hand sides (F, S) [m^2] with those of all terms."""
+        for term in self.terms:
+            pull = term.pull(self, right.shape[1])
+            if pull is not None:
+                right = right + pull
+        return right
 
-    @property
-    def symmetry(self) -> float:
-        """The factor of the squared differences of left and right [m^2]."""
-        return self.variance * self.options.symmetry
+    def bands(self, times: FloatArray) -> FloatArray:
+        """Return K of all terms for frames at `times` (F,) [s]: (3, F) [m^2], upper bands."""
+        parts = (term.bands(self, times) for term in self.terms)
+        return sum((part for part in parts if part is not None), np.zeros((3, len(times))))
 
-    @property
-    def stiffness(self) -> float:
-        """The factor of the integral of squared second derivatives [m^2 s^3]."""
-        return self.noise**2 * self.options.smoothness / self.options.agility
+    def value(self, weights: FloatArray) -> FloatArray:
+        """Return the cost of weights (F, S) in each frame, without the bands: (F,) [m^2]."""
+        values = (term.value(self, weights) for term in self.terms)
+        return sum(values, np.zeros(len(weights)))
+
+    def gradient(self, weights: FloatArray) -> FloatArray:
+        """Return the gradient of `value`: (F, S) [m^2]."""
+        matrix = self.added_to(np.zeros((weights.shape[1],) * 2))
+        return np.asarray(weights @ matrix - self.pulled(np.zeros((1, weights.shape[1]))))
+
+    def precision(self, size: int) -> FloatArray:
+        """Return the inverse covariance that is expected of a frame's weights: (S, S) [1].
+
+        Before the take is seen; the noise or the misfit must be above 0.
+        """
+        return self.unlearned().added_to(np.zeros((size, size))) / self.variance
+
+    def spectrum(self, frequencies: FloatArray, step: float) -> FloatArray:
+        """Return the eigenvalues of the bands far from both ends of a take: (N,) [m^2].
+
+        Parameters
+        ----------
+        frequencies : (N,) float64 [rad]
+            Per frame.
+        step : float [s]
+            Between frames; 0 = a single frame, which nothing joins.
+        """
+        if step <= 0.0:
+            return np.zeros(len(frequencies))
+        two, one, none = self.bands(step * np.arange(9.0))
+        curve = none[4] + 2.0 * (one[5] * np.cos(frequencies) + two[6] * np.cos(2.0 * frequencies))
+        return np.asarray(curve.clip(min=0.0))

@@ -1,8 +1,8 @@
-"""What a retarget found: the weights of a take, and how they came about."""
+"""The result of a retarget: the weights of a take, and how they came about."""
 
 from dataclasses import dataclass
 
-from usdface.retarget.align import Pose
+from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.map_choice import MapChoice
 from usdface.takes import FloatArray, WeightsTake, frozen
 
@@ -11,7 +11,7 @@ __all__ = ["Solution"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Solution:
-    """What the retarget found.
+    """The result of a retarget.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class Solution:
     pose : Pose
         Head pose relative to the neutral frames, in take space.
     residual : (F,) float64 [m]
-        RMS distance, on the character, between seen markers and what the weights explain.
+        RMS distance, on the character, between seen markers and the face as solved.
     feature_points : (F, M, 3) float64 [m]
         Markers carried over to the character; occluded ones as the rig predicts them.
     markers : tuple of str, length M
@@ -37,7 +37,7 @@ class Solution:
     choice : MapChoice
         The space map, and how well it predicts left-out markers.
     distances : (F, M) float64 [m]
-        Between a marker and what the weights explain, on the character; NaN where occluded.
+        Between a marker and the face as solved, on the character; NaN where occluded.
     in_space : bool
         False for an image's markers: then the pose is in pixels.
     covariance : (S, S) float64 or None

@@ -1,7 +1,7 @@
 """Blend shape weights of a whole take: bounded least squares, smooth in time.
 
 The problem solved, for N = D'D of the marker offsets D, noise variance v and error variance
-e = v + 5 misfit^2 (what face and rig do not have in common), is::
+e = v + 5 misfit^2 (misfit: the difference of face and rig), is::
 
     min over 0 <= w <= 1 of   sum_t |D w_t - y_t|^2 / 2
                             + e / spread^2 * sum_t |w_t|^2 / 2
@@ -20,8 +20,9 @@ Where the covariance M of the weights has been learned from the take, the ridge 
 alone and the smoothness ``v * smoothness * tr(M^-1 W' C W) / 2``, with C the inverse covariance
 over time of `usdface.retarget.covariance`.
 
-Sparsity and symmetry are off by default. They too are measured against the error: weights that
-are exponential with mean 1 / `sparsity`, left and right that differ by about 1 / sqrt(`symmetry`).
+Each row is a term of `usdface.retarget.terms`. Sparsity and symmetry are off by default. They too
+are measured against the error: weights that are exponential with mean 1 / `sparsity`, left and
+right that differ by about 1 / sqrt(`symmetry`).
 Bounds other than 0 to 1, pins and inequalities are `usdface.retarget.bounds.Bounds`.
 """
 
@@ -30,26 +31,30 @@ from math import ceil
 
 import numpy as np
 
+from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import UNIT, Bounds
-from usdface.retarget.box import solve_box
-from usdface.retarget.covariance import inverse_bands, learn_covariance
-from usdface.retarget.curvature import curvature_bands
+from usdface.retarget.covariance import learn_covariance
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.spacetime import Iterate, solve_spacetime
-from usdface.takes import FloatArray, IntArray
+from usdface.retarget.temporal_solve import Iterate, solve_temporal
+from usdface.takes import FloatArray
 
-__all__ = ["Iterate", "solve_weights", "with_learned_covariance"]
+__all__ = ["FEWEST_FRAMES", "Iterate", "solve_weights", "with_learned_covariance"]
 
-# Where smoothing weighs less than this share of the least visible weight direction, it is left out.
+# Where smoothing weighs less than this share of the least visible weight direction, it is left out:
+# it would change that direction by 1 % at most.
 _NEGLIGIBLE = 1e-2
+# Iterations of a solve that will be done again. Set by hand; docs/constants.md.
 _ROUGH = 12
-# Stiffness over the weakest direction of a take at 30 Hz: enough iterations are stated for it.
+# Stiffness over the weakest direction of a take at 30 Hz: `SolveOptions.iterations` are enough for
+# it, and grow with the root of more (benchmarks/README.md, solve_speed, at 60 and 120 Hz).
 _JOINED = 1500.0
-# A learned covariance makes some directions slow to settle.
+# A learned covariance makes some directions slow to settle: 130 iterations are then within 4e-4 of
+# 6,000 (benchmarks/README.md, solve_speed).
 _LEARNED_LONGER = 1.3
+# Of the trace: the rounding error of a normal matrix of some 1e3 rows (2e-16 each).
 _RIDGE_FLOOR = 1e-13
-# Too short a take says nothing about its weights.
-_FEWEST = 8
+# A take of fewer frames says nothing of how its weights move. Set by hand.
+FEWEST_FRAMES = 8
 
 
 def solve_weights(
@@ -81,26 +86,21 @@ def solve_weights(
     options, covariance = regularisation.options, regularisation.covariance
     floor = _RIDGE_FLOOR * max(normal.trace(), 1e-300)
     plain = normal + floor * np.eye(len(normal))
-    if options.symmetry and len(regularisation.pairs):
-        difference = _differences(regularisation.pairs, len(normal))
-        plain += regularisation.symmetry * difference.T @ difference
-    ridged = plain + regularisation.ridge * np.eye(len(normal))
-    # The weights' sum is their L1 norm where they are 0 or more, as they are by default.
-    pull = right - regularisation.sparsity if options.sparsity else right
-    bands = curvature_bands(times) * regularisation.stiffness
-    weakest = np.linalg.eigvalsh(ridged)[0]
+    unlearned = regularisation.unlearned()
+    expected, bands = unlearned.added_to(plain), unlearned.bands(times)
+    pull = regularisation.pulled(right)
+    weakest = np.linalg.eigvalsh(expected)[0]
     alone = options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest
     if alone:
-        return Iterate(solve_box(ridged, pull, start.weights if start else None, bounds))
+        return Iterate(solve_bounded(expected, pull, start.weights if start else None, bounds))
     # The more frames smoothing joins, the longer it takes until all of them know.
     joined = float(np.sqrt(bands[2].max() / weakest / _JOINED))
     iterations = _ROUGH if rough else ceil(options.iterations * min(max(joined, 1.0), 2.0))
     if covariance is not None:
         iterations = _ROUGH if rough else ceil(_LEARNED_LONGER * iterations)
-        bands = regularisation.noise**2 * options.smoothness * inverse_bands(times, options.pace)
-        ridged = plain + regularisation.lasting_ridge * np.eye(len(normal))
-    return solve_spacetime(
-        ridged, pull, bands, bounds, start, iterations, options.tolerance, covariance
+        expected, bands = regularisation.added_to(plain), regularisation.bands(times)
+    return solve_temporal(
+        expected, pull, bands, bounds, start, iterations, options.tolerance, covariance
     )
 
 
@@ -116,18 +116,15 @@ def with_learned_covariance(
     Parameters are those of `solve_weights`.
     """
     options, noise = regularisation.options, regularisation.noise
-    if options.prior == "fixed" or options.mode == "frame" or noise == 0.0 or len(times) < _FEWEST:
+    if (
+        options.prior == "fixed"
+        or options.mode == "frame"
+        or noise == 0.0
+        or len(times) < FEWEST_FRAMES
+    ):
         return regularisation
     if start is None:
-        plain = Regularisation(noise, regularisation.misfit, options)
-        start = solve_weights(normal, right, times, plain, rough=True)
-    ridged = normal + regularisation.lasting_ridge * np.eye(len(normal))
-    found = learn_covariance(ridged, right, times, noise**2, options.pace, start.weights)
+        start = solve_weights(normal, right, times, regularisation, rough=True)
+    lasting = regularisation.lasting_variance / options.spread**2 * np.eye(len(normal))
+    found = learn_covariance(normal + lasting, right, times, noise**2, options.pace, start.weights)
     return replace(regularisation, covariance=found)
-
-
-def _differences(pairs: IntArray, size: int) -> FloatArray:
-    rows = np.zeros((len(pairs), size))
-    rows[np.arange(len(pairs)), pairs[:, 0]] = 1.0
-    rows[np.arange(len(pairs)), pairs[:, 1]] = -1.0
-    return rows

@@ -1,4 +1,4 @@
-"""What a solve has to say for itself: residuals in millimetres, how sure the weights are."""
+"""The report of a solve: residuals in millimetres, standard deviations of the weights."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,19 +6,21 @@ from typing import Any
 import numpy as np
 
 from usdface.advice import advice
+from usdface.face.bound_face import BoundFace
+from usdface.face.place_names import place_names
+from usdface.face.region_residuals import region_errors
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.noise import MOST
-from usdface.retarget.regions import place_names, region_errors
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
+from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
-from usdface.setup import Setup
 from usdface.takes import FloatArray, IntArray
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
 
-_NAMED = 3
+_NAMED = 3  # shapes on screen
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +33,12 @@ class SolveReport:
 
 
 def solve_report(
-    mesh: Mesh, setup: Setup, solution: Solution, free: IntArray, room: float = 0.0
+    face: BoundFace,
+    setup: RetargetSetup,
+    solution: Solution,
+    *,
+    free: IntArray,
+    room: float = 0.0,
 ) -> SolveReport:
     """Say how far markers are from the solved face, and how far its weights can be off.
 
@@ -39,70 +46,70 @@ def solve_report(
 
     Parameters
     ----------
-    mesh : Mesh
-    setup : Setup
-        Fitted to the mesh (`usdface.setup.fit_setup`).
+    face : BoundFace
+        Of the setup's binding.
+    setup : RetargetSetup
     solution : Solution
     free : (N,) int64
         Vertices where more markers could be glued, so far apart as
     room : float [m]
     """
     nothing = SolveReport({}, {}, [])
-    off, failed = advice("residual", lambda: _residuals(mesh, setup, solution), nothing)
-    sure, more = advice(
-        "confidence", lambda: _certainty(mesh, setup, solution, free, room), nothing
+    residual, failed = advice("residual", lambda: _residual_report(face, solution), nothing)
+    confidence, more = advice(
+        "confidence", lambda: _confidence_report(face, setup, solution, free, room), nothing
     )
     return SolveReport(
-        off.summary | sure.summary,
-        off.details | sure.details,
-        [*off.findings, *sure.findings, *failed, *more],
+        residual.summary | confidence.summary,
+        residual.details | confidence.details,
+        [*residual.findings, *confidence.findings, *failed, *more],
     )
 
 
-def _residuals(mesh: Mesh, setup: Setup, solution: Solution) -> SolveReport:
-    regions = region_errors(mesh, setup.binding, solution)
+def _residual_report(face: BoundFace, solution: Solution) -> SolveReport:
+    regions = region_errors(face, solution.markers, solution.distances)
     summary = {
-        "residual mm, by region": ", ".join(f"{r} {e['rms']:.2f}" for r, e in regions.items())
+        "residual_by_region_mm": {region: errors["rms"] for region, errors in regions.items()}
     }
     details = {
         "residual": {
-            "markers mm": _of_markers(solution),
-            "regions mm": regions,
-            "frames mm": np.round(1000.0 * solution.residual, 3).tolist(),
+            "markers_mm": _of_markers(solution),
+            "regions_mm": regions,
+            "frames_mm": np.round(1000.0 * solution.residual, 3).tolist(),
         }
     }
     return SolveReport(summary, details, [])
 
 
-def _certainty(
-    mesh: Mesh, setup: Setup, solution: Solution, free: IntArray, room: float
+def _confidence_report(
+    face: BoundFace, setup: RetargetSetup, solution: Solution, free: IntArray, room: float
 ) -> SolveReport:
-    vertex = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
-    bound = np.array([vertex[name] for name in solution.markers])
+    bound = face.vertices_of(solution.markers)
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
-    sure = _confidence(mesh, setup, solution, places, room)
-    deviations = within_bounds(sure.deviations, solution.weights.weights)
-    names = mesh.shape_names
+    held = _usual(solution, setup, face)
+    sure = _confidence(face.mesh, setup, solution, held, places, room)
+    deviations = within_bounds(sure.deviations, solution.weights.weights, held)
+    names = face.shape_names
     hidden = {names[shape]: sure.unseen.get(shape) for shape in sure.hidden.tolist()}
     unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
     wanted = [int(places[place]) for place in sure.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
-    named = dict(zip(there.tolist(), place_names(mesh, there, setup.binding), strict=True))
+    named = dict(zip(there.tolist(), place_names(face, there), strict=True))
     summary: dict[str, Any] = {
-        "weights, standard deviation": round(float(np.median(deviations)), 3),
-        "least sure": ", ".join(f"{names[s]} {deviations[s]:.2f}" for s in least),
+        "weight_deviation_median": round(float(np.median(deviations)), 3),
+        "least_certain": {names[s]: round(float(deviations[s]), 2) for s in least.tolist()},
     }
     if wanted:
-        summary["next markers"] = "; ".join(named[vertex] for vertex in wanted)
+        summary["next_markers"] = [named[vertex] for vertex in wanted]
     details = {
         "confidence": {
-            "standard deviation": {
+            "standard_deviation": {
                 name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)
             },
-            "hardly seen, and the vertex that would show it": {**dict.fromkeys(hidden), **unseen},
-            "next markers, vertices": wanted,
-            "where these are": {str(vertex): where for vertex, where in named.items()},
+            "hardly_seen": {**dict.fromkeys(hidden), **unseen},
+            "next_marker_vertices": wanted,
+            "places": {str(vertex): where for vertex, where in named.items()},
         },
     }
     found = [
@@ -116,13 +123,23 @@ def _certainty(
     return SolveReport(summary, details, found)
 
 
+def _usual(solution: Solution, setup: RetargetSetup, face: BoundFace) -> Regularisation:
+    """Return the terms of the solve for a usual frame and all shapes of the face."""
+    misfit, names = usual_misfit(solution), face.shape_names
+    return Regularisation(solution.noise, misfit, setup.solve, names, solution.covariance)
+
+
 def _confidence(
-    mesh: Mesh, setup: Setup, solution: Solution, places: IntArray, room: float
+    mesh: Mesh,
+    setup: RetargetSetup,
+    solution: Solution,
+    held: Regularisation,
+    places: IntArray,
+    room: float,
 ) -> Confidence:
     """Say how sure the weights are with markers on the first of the `places`."""
     times, axes = solution.weights.times, 3 if solution.in_space else 2
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    misfit, covariance = usual_misfit(solution), solution.covariance
     return confidence_of(
         mesh.points[places],
         mesh.offsets_at(places),
@@ -130,7 +147,7 @@ def _confidence(
         axes,
         setup.head == "solve",
         step,
-        Regularisation(solution.noise, misfit, setup.solve, covariance=covariance),
+        held,
         room=room,
     )
 
@@ -151,7 +168,7 @@ def _of_markers(solution: Solution) -> dict[str, dict[str, float]]:
         name: {
             "rms": round(float(mean[m]), 3),
             "worst": round(float(distances[worst[m], m]), 3),
-            "worst frame": int(worst[m]),
+            "worst_frame": int(worst[m]),
         }
         for m, name in enumerate(solution.markers)
     }

@@ -91,15 +91,7 @@ __all__ = [
     "SAMPLES",
     "SAMPLING",
     "SHAPES",
-    "SOLVE_AGILITY",
-    "SOLVE_LIMITS",
-    "SOLVE_MODE",
-    "SOLVE_PACE",
-    "SOLVE_PRIOR",
-    "SOLVE_SMOOTHNESS",
-    "SOLVE_SPARSITY",
-    "SOLVE_SPREAD",
-    "SOLVE_SYMMETRY",
+    "SOLVE_PREFIX",
     "SOURCE",
     "SOURCE_RATE",
     "SPACE",
@@ -175,15 +167,7 @@ MAP_FORM: Final = "usdface:map:form"
 MAP_CHOICE: Final = "usdface:map:choice"
 MAP_RADIUS: Final = "usdface:map:radius"
 MAP_SMOOTHING: Final = "usdface:map:smoothing"
-SOLVE_MODE: Final = "usdface:solve:mode"
-SOLVE_LIMITS: Final = "usdface:solve:limits"
-SOLVE_PRIOR: Final = "usdface:solve:prior"
-SOLVE_PACE: Final = "usdface:solve:pace"
-SOLVE_SMOOTHNESS: Final = "usdface:solve:smoothness"
-SOLVE_AGILITY: Final = "usdface:solve:agility"
-SOLVE_SPREAD: Final = "usdface:solve:spread"
-SOLVE_SPARSITY: Final = "usdface:solve:sparsity"
-SOLVE_SYMMETRY: Final = "usdface:solve:symmetry"
+SOLVE_PREFIX: Final = "usdface:solve:"  # then a name of usdface.options.solve_settings
 CALIBRATION_SHAPES: Final = "usdface:calibration:shapes"
 CALIBRATION_GAINS: Final = "usdface:calibration:gains"
 CALIBRATION_OFFSETS: Final = "usdface:calibration:offsets"

@@ -9,11 +9,11 @@ from pxr import Usd
 
 from usdface.errors import InputError, OutputError
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.paper import paper_system
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.fuzzy import write_fuzzy
+from usdface.rule_design.paper_system import paper_system
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

@@ -7,8 +7,8 @@ import pytest
 from clips import plays, read_one
 
 from usdface.errors import InputError
-from usdface.io.gltf.evaluate import evaluate_gltf
 from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake

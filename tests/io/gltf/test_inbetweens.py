@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clips import plays, read_one
+from deformed import deformed
 
-from usdface.io.gltf.evaluate import evaluate_gltf
 from usdface.io.gltf.inbetweens import (
     Step,
     crossings,
@@ -16,6 +16,7 @@ from usdface.io.gltf.inbetweens import (
     steps_in,
 )
 from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.pipeline import export_scene
 from usdface.rigs import BlendShape, Inbetween, Mesh, Rig
@@ -37,7 +38,7 @@ def test_flat_targets_are_the_line_through_the_inbetweens(posed, places) -> None
     assert found == [] and len(notes) == len(places)
     weights = np.linspace(-2, 3, 101)[:, None]
     for weight, row in zip(weights, flat_weights(mesh, weights), strict=True):
-        np.testing.assert_allclose(flat.deformed(row), posed(mesh, weight), atol=1e-12)
+        np.testing.assert_allclose(deformed(flat, row), posed(mesh, weight), atol=1e-12)
 
 
 def test_flat_weights_are_linear_between_crossings() -> None:

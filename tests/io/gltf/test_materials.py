@@ -1,3 +1,4 @@
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -115,20 +116,39 @@ def textured(tmp_path: Path, **parts: object) -> GltfFile:
 
 
 @pytest.mark.parametrize(
-    "image",
+    ("image", "code"),
     [
-        pygltflib.Image(uri="../a.png"),
-        pygltflib.Image(uri="none.png"),
-        pygltflib.Image(uri="http://localhost/a.png"),
-        pygltflib.Image(),
+        (pygltflib.Image(uri="../a.png"), "ASSET_OUTSIDE"),
+        (pygltflib.Image(uri="%2E%2E/a.png"), "ASSET_OUTSIDE"),
+        (pygltflib.Image(uri="link.png"), "ASSET_OUTSIDE"),
+        (pygltflib.Image(uri="http://localhost/a.png"), "ASSET_OUTSIDE"),
+        (pygltflib.Image(uri="none.png"), "TEXTURE_MISSING"),
+        (pygltflib.Image(uri="pipe.png"), "TEXTURE_MISSING"),
+        (pygltflib.Image(), "TEXTURE_MISSING"),
     ],
 )
-def test_images_outside_the_folder_are_left_out(tmp_path: Path, image: pygltflib.Image) -> None:
+def test_images_outside_the_folder_are_left_out(
+    tmp_path: Path, image: pygltflib.Image, code: str
+) -> None:
     (tmp_path / "in").mkdir()
     png(tmp_path / "a.png", 1.0)
-    materials, found = read_materials(textured(tmp_path / "in", images=[image]), ("m",))
+    (tmp_path / "in" / "link.png").symlink_to(tmp_path / "a.png")
+    os.mkfifo(tmp_path / "in" / "pipe.png")
+    file = textured(tmp_path / "in", images=[image])
+    materials, found = read_materials(file, ("m",))
     assert materials[0].base_color_texture is None
-    assert [f.code for f in found] == ["TEXTURE_MISSING"]
+    assert [f.code for f in found] == [code]
+    wider = read_materials(replace(file, asset_root=tmp_path), ("m",))[0][0].base_color_texture
+    local = code == "ASSET_OUTSIDE" and not image.uri.startswith("http")
+    assert (wider is not None) == local
+
+
+def test_a_name_with_the_mark_of_a_udim_stands_for_no_other_files(tmp_path: Path) -> None:
+    """Tiles could be links that lead anywhere."""
+    png(tmp_path / "a.<UDIM>.png", 1.0)
+    file = textured(tmp_path, images=[pygltflib.Image(uri="a.%3CUDIM%3E.png")])
+    texture = read_materials(file, ("m",))[0][0].base_color_texture
+    assert texture.path == "" and texture.data == (tmp_path / "a.<UDIM>.png").read_bytes()
 
 
 def test_an_image_that_only_an_extension_holds_is_announced(tmp_path: Path) -> None:

@@ -1,13 +1,13 @@
 import numpy as np
 
-from usdface.io.gltf.weld import rows_at, welded
+from usdface.io.gltf.weld import rows_at, weld_vertices
 
 NONE = np.zeros(0, int), np.zeros((0, 3))
 
 
 def test_equal_vertices_become_the_first_of_them() -> None:
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 0], [2, 0, 0], [-0.0, 0, 0]], float)
-    first, of_vertex = welded(points, [], [NONE])
+    first, of_vertex = weld_vertices(points, [], [NONE])
     np.testing.assert_array_equal(first, [0, 1, 3])
     np.testing.assert_array_equal(of_vertex, [0, 1, 0, 2, 0])
 
@@ -15,9 +15,9 @@ def test_equal_vertices_become_the_first_of_them() -> None:
 def test_one_difference_keeps_vertices_apart() -> None:
     points = np.zeros((3, 3))
     normals = np.array([[0, 0, 1], [0, 0, 1], [0, 1, 0]], float)
-    assert len(welded(points, [normals], [])[0]) == 2
+    assert len(weld_vertices(points, [normals], [])[0]) == 2
     moved = np.array([1]), np.array([[0, 1e-9, 0]])
-    assert len(welded(points, [normals], [NONE, moved])[0]) == 3
+    assert len(weld_vertices(points, [normals], [NONE, moved])[0]) == 3
 
 
 def test_welding_restores_any_split() -> None:
@@ -29,7 +29,7 @@ def test_welding_restores_any_split() -> None:
     dense = np.zeros((200, 3))
     dense[indices] = offsets
     rows = np.flatnonzero(dense[source].any(axis=1))
-    first, of_vertex = welded(points[source], [], [(rows, dense[source][rows])])
+    first, of_vertex = weld_vertices(points[source], [], [(rows, dense[source][rows])])
     np.testing.assert_array_equal(source[first], np.arange(200))
     np.testing.assert_array_equal(of_vertex, source)
 

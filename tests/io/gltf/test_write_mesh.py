@@ -6,13 +6,13 @@ import pytest
 
 from usdface.errors import OutputError
 from usdface.io.gltf.buffer import BufferBuilder
-from usdface.io.gltf.write_mesh import triangulated, written_mesh
+from usdface.io.gltf.write_mesh import triangulated, write_mesh
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skin
 
 
 def counts_of(mesh: Mesh, joints: int = 0) -> tuple[int, BufferBuilder, pygltflib.Mesh]:
     builder = BufferBuilder()
-    made, _ = written_mesh(mesh, {}, builder, joints)
+    made, _ = write_mesh(mesh, {}, builder, joints)
     assert made is not None
     return builder.accessors[made.primitives[0].attributes.POSITION].count, builder, made
 
@@ -87,7 +87,7 @@ def test_a_primitive_for_each_material_and_one_for_the_rest(face_rig: Rig) -> No
         ),
     )
     builder = BufferBuilder()
-    made, _ = written_mesh(mesh, names, builder, 0)
+    made, _ = write_mesh(mesh, names, builder, 0)
     assert made is not None
     assert [p.material for p in made.primitives] == [1, 0, None]
     sizes = [builder.accessors[p.indices].count // 6 for p in made.primitives]
@@ -100,11 +100,11 @@ def test_a_primitive_for_each_material_and_one_for_the_rest(face_rig: Rig) -> No
 def test_a_subset_must_fit_its_mesh(face_rig: Rig) -> None:
     mesh = replace(face_rig.meshes[0], subsets=(MaterialSubset("skin", np.array([25])),))
     with pytest.raises(OutputError, match="subset 'skin'"):
-        written_mesh(mesh, {}, BufferBuilder(), 0)
+        write_mesh(mesh, {}, BufferBuilder(), 0)
 
 
 def test_an_unknown_material_is_announced(face_rig: Rig) -> None:
-    _, found = written_mesh(face_rig.meshes[0], {}, BufferBuilder(), 0)
+    _, found = write_mesh(face_rig.meshes[0], {}, BufferBuilder(), 0)
     assert [f.code for f in found] == [
         "FACES_TRIANGULATED",
         "NORMALS_COMPUTED",
@@ -143,7 +143,7 @@ def test_more_than_four_joints_are_sets_of_four_the_strongest_first() -> None:
     joints = np.array([[0, 1, 2, 3, 4, 5]] * 3)
     weights = np.array([[0.3, 0.05, 0.2, 0.1, 0.25, 0.1], [1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]])
     builder = BufferBuilder()
-    made, found = written_mesh(skinned(joints, weights), {}, builder, 6)
+    made, found = write_mesh(skinned(joints, weights), {}, builder, 6)
     assert made is not None
     held = vars(made.primitives[0].attributes)
     kept = np.concatenate([numbers(builder, held[f"JOINTS_{k}"]) for k in (0, 1)], 1)
@@ -192,14 +192,12 @@ def test_textures_always_get_coordinates() -> None:
     pbr = pygltflib.PbrMetallicRoughness(baseColorTexture=info)
     materials = {"m": pygltflib.Material(name="m", pbrMetallicRoughness=pbr)}
     builder = BufferBuilder()
-    made, _ = written_mesh(
-        Mesh("m", np.eye(3), [3], [0, 1, 2], material="m"), materials, builder, 0
-    )
+    made, _ = write_mesh(Mesh("m", np.eye(3), [3], [0, 1, 2], material="m"), materials, builder, 0)
     assert made is not None
     assert builder.accessors[made.primitives[0].attributes.TEXCOORD_0].count == 3
 
 
 def test_a_mesh_without_faces_is_left_out() -> None:
-    made, found = written_mesh(Mesh("m", np.eye(3), [], []), {}, BufferBuilder(), 0)
+    made, found = write_mesh(Mesh("m", np.eye(3), [], []), {}, BufferBuilder(), 0)
     assert made is None
     assert [f.code for f in found] == ["FEATURE_DROPPED"]

@@ -67,10 +67,10 @@ def test_the_neutral_can_be_named(tmp_path, wanted):
 @pytest.mark.parametrize(
     ("names", "wanted", "message"),
     [
-        (("a.obj", "b.obj"), "", "one of a.obj, b.obj"),
+        (("a.obj", "b.obj"), "", "choose one with --neutral: a.obj, b.obj"),
         (("a_neutral.obj", "b_rest.obj"), "", "several neutral"),
         (("neutral.obj", "b.obj"), "c", "no mesh 'c'"),
-        ((), "", "no .obj or .ply files"),
+        ((), "", "no OBJ or PLY files"),
     ],
 )
 def test_no_one_neutral_is_an_error_that_lists_the_files(tmp_path, names, wanted, message):

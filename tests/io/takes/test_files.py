@@ -79,7 +79,7 @@ def test_image_sequences_are_not_in_this_version(tmp_path):
 
 def test_what_is_no_take_is_refused(tmp_path):
     (tmp_path / "a.fbx").touch()
-    with pytest.raises(InputError, match=r"'\.fbx' are not read; expected \.c3d"):
+    with pytest.raises(InputError, match=r"'\.fbx' are not read; expected C3D \(\.c3d\)"):
         read_take(tmp_path / "a.fbx")
     with pytest.raises(InputError, match="no such file"):
         read_take(tmp_path / "a.c3d")

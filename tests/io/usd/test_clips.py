@@ -44,7 +44,7 @@ def test_what_plays_at_once_is_one_clip(tmp_path: Path) -> None:
     np.testing.assert_allclose(clip.weights.times, [0, 0.1, 0.2])
     np.testing.assert_allclose(clip.weights.column("jaw"), [0, 1, 1])
     np.testing.assert_allclose(clip.weights.column("brow"), [0, 0.5, 0.25])
-    outcome = export_scene(tmp_path / "both.usda", tmp_path / "both.glb", None, True)
+    outcome = export_scene(tmp_path / "both.usda", tmp_path / "both.glb", every_frame=True)
     assert [f for f in outcome.findings if f.severity == "warning"] == []
 
 
@@ -76,7 +76,7 @@ def test_a_pose_is_no_clip(tmp_path: Path) -> None:
     assert clip.still and clip.weights is not None
     assert clip.weights.weights.tolist() == [[0.75]]
     stage.Save()
-    outcome = export_scene(path, tmp_path / "a.glb", None, True)
+    outcome = export_scene(path, tmp_path / "a.glb", every_frame=True)
     assert outcome.details["certificate"]["weight error, largest"] == 0
     assert [f.code for f in outcome.findings if f.severity == "warning"] == []
 
@@ -97,7 +97,7 @@ def test_joints_move_in_any_unit_and_with_any_axis_up(tmp_path: Path, unit: floa
         anim.GetRotationsAttr().Set([turn], code)
         anim.GetScalesAttr().Set([(1, 2, 1)], code)
     stage.Save()
-    outcome = export_scene(path, tmp_path / "a.glb", None, True)
+    outcome = export_scene(path, tmp_path / "a.glb", every_frame=True)
     assert [f.code for f in outcome.findings if f.severity == "warning"] == []
     certificate = outcome.details["certificate"]
     assert certificate["vertex error mm, largest"] < 1e-5 * certificate["bounding diagonal mm"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from clips import plays
 
-from usdface.io.usd.evaluate import evaluate_usd, keys_of_stage
+from usdface.io.usd.evaluate import evaluate_usd, stage_keys
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.rigs import Rig
@@ -22,7 +22,7 @@ def test_it_is_what_baking_gives(tmp_path: Path, face_rig: Rig, skinned_rig: Rig
         path = tmp_path / f"{rig.name}.usda"
         write_rig(rig, path, plays(take_for(rig)))
         stage = open_stage(path)
-        _, codes, times = keys_of_stage(stage)
+        _, codes, times = stage_keys(stage)
         np.testing.assert_allclose(times, take_for(rig).times, atol=1e-12)
         for mesh, points in zip(evaluate_usd(stage), baked(path, codes).values(), strict=True):
             np.testing.assert_allclose(mesh.points_at(codes), points[:, mesh.used], atol=1e-7)

@@ -4,10 +4,10 @@ import pytest
 from pxr import Sdf, Usd
 
 from usdface.errors import InputError, OutputError
-from usdface.fuzzy.paper import paper_system
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
+from usdface.rule_design.paper_system import paper_system
 from usdface.schemas import tokens
 
 PATH = "/Shot/Fuzzy"

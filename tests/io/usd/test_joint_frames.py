@@ -3,7 +3,7 @@ import pytest
 
 from usdface.clips import Clip, JointsTake
 from usdface.io.transforms import compose
-from usdface.io.usd.joint_frames import unit_scaled
+from usdface.io.usd.joint_frames import with_unit_scales
 from usdface.rigs import Skeleton
 
 JOINTS = ("a", "a/b", "a/b/c")
@@ -33,7 +33,7 @@ def a_chain(sizes: list[float]) -> tuple[Skeleton, JointsTake]:
 @pytest.mark.parametrize("sizes", [[0.01, 1, 1], [0.3, 0.7, 11.0], [100.0, 0.01, 1.7]])
 def test_frames_have_unit_scales_and_skin_as_before(sizes: list[float]) -> None:
     skeleton, take = a_chain(sizes)
-    same, (clip,), found = unit_scaled(skeleton, (Clip("c", None, take),))
+    same, (clip,), found = with_unit_scales(skeleton, (Clip("c", None, take),))
     assert found == [] and clip.joints is not None
     np.testing.assert_allclose(clip.joints.scales, 1, atol=1e-12)
     for frame in range(4):
@@ -46,7 +46,7 @@ def test_frames_have_unit_scales_and_skin_as_before(sizes: list[float]) -> None:
 def test_what_16_bits_hold_stays() -> None:
     skeleton, take = a_chain([1.0, 0.5, 2.0])
     clips = (Clip("c", None, take), Clip("d"))
-    assert unit_scaled(skeleton, clips) == (skeleton, clips, [])
+    assert with_unit_scales(skeleton, clips) == (skeleton, clips, [])
 
 
 def test_scales_that_move_between_16_bit_numbers_are_announced() -> None:
@@ -54,13 +54,13 @@ def test_scales_that_move_between_16_bit_numbers_are_announced() -> None:
     scales = np.array(take.scales)
     scales[2, 1] = 0.7001
     grown = JointsTake(JOINTS, take.times, take.translations, take.rotations, scales)
-    found = unit_scaled(skeleton, (Clip("grows", None, grown),))[2]
+    found = with_unit_scales(skeleton, (Clip("grows", None, grown),))[2]
     assert [(f.code, f.where) for f in found] == [("SCALE_ROUNDED", "grows")]
 
 
 def test_a_joint_that_is_scaled_to_nothing_stays_as_it_is() -> None:
     skeleton, take = a_chain([0.3, 0.0, 1.0])
-    same, (clip,), _ = unit_scaled(skeleton, (Clip("c", None, take),))
+    same, (clip,), _ = with_unit_scales(skeleton, (Clip("c", None, take),))
     assert clip.joints is not None
     assert np.isfinite(same.rest).all() and np.isfinite(clip.joints.scales).all()
     np.testing.assert_array_equal(clip.joints.scales[:, 1], 0)

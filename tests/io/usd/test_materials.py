@@ -58,7 +58,7 @@ def test_a_texture_outside_the_folder_of_its_file_is_left_out(face_rig, tmp_path
     inside.write_text(text)
     rig, findings = read_rig(inside)
     assert rig.materials[0].base_color_texture is None
-    assert codes(findings) == ["TEXTURE_MISSING"] and "outside the folder" in findings[0].message
+    assert codes(findings) == ["ASSET_OUTSIDE"] and "outside the folder" in findings[0].message
     inside.write_text(text.replace("../secret.png", "./none.png"))
     assert "does not exist" in read_rig(inside)[1][0].message
 

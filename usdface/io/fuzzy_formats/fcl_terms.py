@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 from usdface.errors import InputError
 from usdface.fuzzy.system import Term
-from usdface.io.fuzzy_formats.fcl_words import JFUZZY
-from usdface.io.fuzzy_formats.fll_words import FLL_KINDS
+from usdface.io.fuzzy_formats.fcl_keywords import JFUZZY
+from usdface.io.fuzzy_formats.fll_keywords import FLL_KINDS
 
 __all__ = ["known", "number", "read_term"]
 

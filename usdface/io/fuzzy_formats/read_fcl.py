@@ -11,9 +11,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.fuzzy_formats.fcl_statements import BARE, NAMED, Statement, statements
-from usdface.io.fuzzy_formats.fcl_terms import known, number, read_term
-from usdface.io.fuzzy_formats.fcl_words import (
+from usdface.io.fuzzy_formats.fcl_keywords import (
     ACCU,
     AND,
     DUAL_AND,
@@ -22,7 +20,9 @@ from usdface.io.fuzzy_formats.fcl_words import (
     METHODS,
     OR,
 )
-from usdface.io.fuzzy_formats.notes import Draft, finish, guessed_input, read_text
+from usdface.io.fuzzy_formats.fcl_statements import BARE, NAMED, Statement, statements
+from usdface.io.fuzzy_formats.fcl_terms import known, number, read_term
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, guessed_input, read_text
 
 __all__ = ["read_fcl"]
 

@@ -13,8 +13,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import KEYWORDS, Combined, Proposition, Rule, rule_name
 from usdface.fuzzy.system import FuzzySystem, Term, Variable, check_counts
-from usdface.io.fuzzy_formats.fis_sections import Section, check_announced, located, sections
-from usdface.io.fuzzy_formats.fis_words import (
+from usdface.io.fuzzy_formats.fis_keywords import (
     AGGREGATIONS,
     AND,
     DEFUZZIFIERS,
@@ -26,8 +25,9 @@ from usdface.io.fuzzy_formats.fis_words import (
     RAMPS,
     counts_from_0,
 )
-from usdface.io.fuzzy_formats.limits import kept_in_range
-from usdface.io.fuzzy_formats.notes import Draft, finish, guessed_input, read_text
+from usdface.io.fuzzy_formats.fis_sections import Section, check_announced, located, sections
+from usdface.io.fuzzy_formats.format_limits import kept_in_range
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, guessed_input, read_text
 
 __all__ = ["read_fis"]
 

@@ -10,8 +10,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.fuzzy_formats.fll_words import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
-from usdface.io.fuzzy_formats.notes import Draft, finish, guessed_input, read_text
+from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, guessed_input, read_text
 
 __all__ = ["read_fll"]
 

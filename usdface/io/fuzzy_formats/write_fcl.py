@@ -9,10 +9,10 @@ from math import isfinite
 from usdface.findings import Finding
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem, Term
-from usdface.io.fuzzy_formats.fcl_words import ACCU, AND, METHODS, OR, SMOOTH
-from usdface.io.fuzzy_formats.fll_words import FLL_KINDS
-from usdface.io.fuzzy_formats.limits import check_names, differs
-from usdface.io.fuzzy_formats.notes import FACE_SETTINGS, notes_of
+from usdface.io.fuzzy_formats.fcl_keywords import ACCU, AND, METHODS, OR, SMOOTH
+from usdface.io.fuzzy_formats.fll_keywords import FLL_KINDS
+from usdface.io.fuzzy_formats.format_limits import check_names, differs
+from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, condition_text, output_terms
 
 __all__ = ["fcl_text"]

@@ -7,7 +7,7 @@ from usdface.findings import Finding
 from usdface.fuzzy.membership import places
 from usdface.fuzzy.rules import Combined, Proposition, Rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.fuzzy_formats.fis_words import (
+from usdface.io.fuzzy_formats.fis_keywords import (
     AGGREGATIONS,
     AND,
     DEFUZZIFIERS,
@@ -16,8 +16,8 @@ from usdface.io.fuzzy_formats.fis_words import (
     OR,
     counts_from_0,
 )
-from usdface.io.fuzzy_formats.limits import check_names, differs, kept_in_range
-from usdface.io.fuzzy_formats.notes import FACE_SETTINGS, notes_of
+from usdface.io.fuzzy_formats.format_limits import check_names, differs, kept_in_range
+from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, output_terms
 
 __all__ = ["fis_text"]

@@ -5,9 +5,9 @@ from math import inf
 from usdface.findings import Finding
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.io.fuzzy_formats.fll_words import DEFUZZIFIERS, FLL_KINDS, S_NORMS, T_NORMS
-from usdface.io.fuzzy_formats.limits import check_names, check_no_group_negated, differs
-from usdface.io.fuzzy_formats.notes import FACE_SETTINGS, notes_of
+from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, T_NORMS
+from usdface.io.fuzzy_formats.format_limits import check_names, check_no_group_negated, differs
+from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import conclusions, condition_text, output_terms
 
 __all__ = ["fll_text"]

@@ -1,1 +1,1 @@
-"""glTF in and out: pygltflib and OpenImageIO stop here."""
+"""Reader, writer and checks of glTF 2.0; types of pygltflib and OpenImageIO stay in here."""

@@ -18,6 +18,7 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["DTYPES", "WIDTHS", "AccessorReader"]
 
+# By componentType and by type: glTF 2.0, 3.6.2.2.
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 

@@ -1,4 +1,4 @@
-"""What the channels of a glTF animation move: core targets and KHR_animation_pointer.
+"""Targets of animation channels: those of the core, and KHR_animation_pointer.
 
 Source: glTF 2.0 specification, section 3.11 (animations); KHR_animation_pointer and the glTF
 2.0 asset object model for the pointers.
@@ -41,7 +41,7 @@ class Channel:
 def channels_of(
     document: GLTF2, node_weights: Sequence[object], animation: Animation
 ) -> tuple[list[Channel], list[str]]:
-    """Return what an animation moves on nodes, and the targets that it is not known how to.
+    """Return the channels of an animation that move nodes, and the unsupported targets.
 
     The weights of a mesh are those of all nodes that carry it and have none of their own.
 

@@ -1,4 +1,4 @@
-"""What is wrong with the morph targets of a glTF file.
+"""Checks of the morph targets of a glTF file.
 
 One function for one rule, severities as in `usdface.io.usd.check`. Names are a convention
 of glTF (`mesh.extras.targetNames`) that the Khronos validator does not look at: without them
@@ -17,15 +17,15 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.compressed import decompressed
+from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
-from usdface.strays import stray_move, stray_point
 from usdface.takes import FloatArray
 
 __all__ = ["check_gltf"]
 
-_ROUNDING = 1e-5  # what exporters' own arithmetic adds to weights of 0 and 1
+_ROUNDING = 1e-5  # rounding of exporters, beyond weights of 0 and 1
 Findings = Iterator[Finding]
 
 
@@ -40,7 +40,7 @@ class _Mesh:
 
 
 def check_gltf(path: Path) -> list[Finding]:
-    """Return what is wrong with the morph targets of a .glb or .gltf.
+    """Check the morph targets of a .glb or .gltf.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def check_gltf(path: Path) -> list[Finding]:
     """
     findings: list[Finding] = []
     try:
-        file = decompressed(load_document(path))
+        file = decompress(load_document(path))
         for mesh in _meshes(file):
             for rule in _MESH_RULES:
                 findings += rule(mesh)
@@ -185,7 +185,7 @@ def _moves(reader: AccessorReader, target: dict[str, Any]) -> bool:
             if len(reader.offsets(accessor, reader.count(accessor))[0]):
                 return True
         except InputError:
-            return True  # said already: what cannot be read is not empty
+            return True  # reported already: unreadable targets are not empty
     return False
 
 

@@ -1,4 +1,4 @@
-"""The container of glTF 2.0: JSON document, binary chunk, files beside it; in and out.
+"""Containers of glTF 2.0, read and written: JSON document, binary chunk, files beside it.
 
 Source: glTF 2.0 specification, sections 3.6 (binary data), 4.4 (GLB layout), 2.8 (URIs).
 """
@@ -16,19 +16,20 @@ from urllib.parse import quote, unquote
 from pygltflib import GLTF2, Buffer
 
 from usdface.errors import InputError, OutputError
-from usdface.io.atomic import write_bytes
+from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
+from usdface.io.atomic import all_or_none, write_bytes
 
 __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
 
-_MAX_BYTES = 2**32 - 1  # what a GLB header can announce
+_MAX_BYTES = 2**32 - 1  # a GLB header has 32 bits for it (glTF 2.0, 4.4.2)
 _MOST_OBJECTS = 2**18  # of the JSON: about 150 MB as pygltflib's
-_JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
+_JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942  # glTF 2.0, 4.4.3
 # Without these the file can still be read truly, or at worst looks plainer.
 _DECODED = (
     *("KHR_animation_pointer", "KHR_mesh_quantization", "KHR_draco_mesh_compression"),
     *("EXT_meshopt_compression", "KHR_meshopt_compression"),
 )
-_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
+_APPEARANCE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,13 +43,16 @@ class GltfFile:
         ``node.weights`` as in the JSON, None where absent; pygltflib's nodes lack it.
     buffers : tuple of bytes
     folder : Path
-        What relative URIs start from.
+        Folder of relative URIs.
+    asset_root : Path or None
+        A folder above that they may also lead into.
     """
 
     document: GLTF2
     node_weights: tuple[Any, ...]
     buffers: tuple[bytes, ...]
     folder: Path
+    asset_root: Path | None = None
 
 
 def item(items: Sequence[Any], index: object, what: str) -> Any:
@@ -66,8 +70,10 @@ def item(items: Sequence[Any], index: object, what: str) -> Any:
     return items[index]
 
 
-def load_document(path: Path) -> GltfFile:
+def load_document(path: Path, asset_root: Path | None = None) -> GltfFile:
     """Read a .glb or .gltf with its buffers; which of the two it is, its first bytes tell.
+
+    Files beside it come from its own folder, or from `asset_root`.
 
     Raises
     ------
@@ -88,10 +94,10 @@ def load_document(path: Path) -> GltfFile:
     _check_extensions(document)
     folder = path.parent
     buffers = tuple(
-        _buffer_bytes(buffer, chunk if index == 0 else None, index, folder)
+        _buffer_bytes(buffer, chunk if index == 0 else None, index, folder, asset_root)
         for index, buffer in enumerate(document.buffers or [])
     )
-    return GltfFile(document, node_weights, buffers, folder)
+    return GltfFile(document, node_weights, buffers, folder, asset_root)
 
 
 def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:
@@ -158,7 +164,7 @@ def _plain_extras(values: dict[str, Any]) -> dict[str, Any]:
 
 def _check_extensions(document: GLTF2) -> None:
     for name in document.extensionsRequired or []:
-        if name not in _DECODED and not str(name).startswith(_LOOKS):
+        if name not in _DECODED and not str(name).startswith(_APPEARANCE):
             raise InputError(
                 f"the file requires the extension {name}, which usdface does not decode; "
                 "export it without",
@@ -166,11 +172,13 @@ def _check_extensions(document: GLTF2) -> None:
             )
 
 
-def _buffer_bytes(buffer: Buffer | None, chunk: bytes | None, index: int, folder: Path) -> bytes:
+def _buffer_bytes(
+    buffer: Buffer | None, chunk: bytes | None, index: int, folder: Path, asset_root: Path | None
+) -> bytes:
     if buffer is None or not isinstance(buffer.byteLength, int) or buffer.byteLength < 0:
         raise InputError(f"buffer {index} has no valid byteLength", "SCHEMA_BROKEN")
     if buffer.uri is not None:
-        data = resource(buffer.uri, folder)
+        data = resource(buffer.uri, folder, asset_root)
     elif chunk is not None:
         data = chunk
     elif buffer.extensions:  # the fallback of a compression extension: never read
@@ -185,8 +193,8 @@ def _buffer_bytes(buffer: Buffer | None, chunk: bytes | None, index: int, folder
     return data[: buffer.byteLength]
 
 
-def resource(uri: str, folder: Path) -> bytes:
-    """Return the bytes behind a URI: base64 data, or a file inside `folder`.
+def resource(uri: str, folder: Path, asset_root: Path | None = None) -> bytes:
+    """Return the bytes behind a URI: base64 data, or a file inside `folder` or `asset_root`.
 
     Raises
     ------
@@ -202,23 +210,10 @@ def resource(uri: str, folder: Path) -> bytes:
         except (binascii.Error, ValueError) as error:
             raise InputError(f"a data URI is malformed: {error}", "SCHEMA_BROKEN") from error
     name = unquote(uri)
-    try:
-        place = (folder / name).resolve()
-        inside = place.is_relative_to(folder.resolve())
-    except (OSError, ValueError) as error:
-        raise InputError(f"the URI {uri!r} is not a file name", "URI_OUTSIDE") from error
-    if ":" in name.split("/")[0] or "\\" in name or not inside:
-        raise InputError(
-            f"the URI {uri!r} leads outside the file's own folder; that is not read", "URI_OUTSIDE"
-        )
-    try:
-        if place.stat().st_size > _MAX_BYTES:
-            raise InputError(f"{uri!r} is larger than 4 GiB", "TOO_LARGE")
-        return place.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"{uri!r} cannot be read: {error.strerror or error}", "FILE_UNREADABLE"
-        ) from error
+    foreign = ":" in name.split("/")[0] or "\\" in name
+    if foreign or not is_inside(folder / name, (folder, asset_root)):
+        raise InputError(f"the URI {uri!r} {OUTSIDE}", "URI_OUTSIDE")
+    return read_file(folder / name, _MAX_BYTES)
 
 
 def save_document(
@@ -229,7 +224,7 @@ def save_document(
     `blob` are the parts of the buffer, in order. Names in `beside` are relative to the folder of
     `path`.
 
-    Each file is written atomically, the .gltf last. Equal input gives equal bytes.
+    All of them are written or none, the .gltf last. Equal input gives equal bytes.
 
     Raises
     ------
@@ -250,11 +245,12 @@ def save_document(
     )
     text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
     if not binary:
-        if size:
-            write_bytes(path.with_name(name), *blob)
-        for file, data in beside.items():
-            write_bytes(path.parent / file, data)
-        write_bytes(path, text)
+        with all_or_none():
+            if size:
+                write_bytes(path.with_name(name), *blob)
+            for file, data in beside.items():
+                write_bytes(path.parent / file, data)
+            write_bytes(path, text)
         return
     text += b" " * (-len(text) % 4)
     chunks = [struct.pack("<II", len(text), _JSON_CHUNK), text]

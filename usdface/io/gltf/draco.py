@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 
-__all__ = ["decoded_draco"]
+__all__ = ["decode_draco"]
 
 _WORKER = Path(__file__).with_name("draco_worker.py")
-_PATIENCE = 300  # [s]
+_TIMEOUT = 300  # [s], for data on which the decoder does not end
 
 
-def decoded_draco(blobs: Sequence[bytes]) -> list[Mapping[str, NDArray[Any]] | None]:
+def decode_draco(blobs: Sequence[bytes]) -> list[Mapping[str, NDArray[Any]] | None]:
     """Return the arrays of each Draco mesh: ``faces`` (N, 3), and attributes by their unique id.
 
     None stands for data that cannot be decoded.
@@ -32,10 +32,10 @@ def decoded_draco(blobs: Sequence[bytes]) -> list[Mapping[str, NDArray[Any]] | N
     """
     if not blobs:
         return []
-    asked = b"".join(struct.pack("<Q", len(blob)) + blob for blob in blobs)
+    request = b"".join(struct.pack("<Q", len(blob)) + blob for blob in blobs)
     command = [sys.executable, "-P", str(_WORKER)]
     try:
-        done = subprocess.run(command, input=asked, capture_output=True, timeout=_PATIENCE)
+        done = subprocess.run(command, input=request, capture_output=True, timeout=_TIMEOUT)
     except (OSError, subprocess.TimeoutExpired) as error:
         raise InputError(f"the Draco decoder gave no answer: {error}") from error
     try:

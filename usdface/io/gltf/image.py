@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.asset_folder import read_file
 from usdface.materials import Texture
 
 __all__ = ["GltfImage", "channels_image", "has_alpha", "image_type", "to_gltf_image"]
 
 GltfImage = tuple[bytes, str]  # data and MIME type
 
+# First bytes: PNG (Third Edition) 5.2; JPEG, ITU-T T.81, B.1.1.3.
 _PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
-_MAX_BYTES = 2**30
+_MAX_BYTES = 2**30  # of a file: more than _MAX_PIXELS as 32-bit colours
 _MAX_PIXELS = 2**26  # 8192 x 8192; as floats with four channels this is 1 GiB
 
 
@@ -66,7 +68,7 @@ def to_gltf_image(texture: Texture, colour: bool = True) -> tuple[GltfImage | No
         deep = mime == "image/png" and len(data) > 24 and data[24] == 16  # IHDR bit depth
         if mime and not deep and not (colour and texture.space == "raw"):
             return (data, mime), []
-        encoded = _png(_as_eight_bit(texture, data, colour))
+        encoded = _png(_eight_bit_pixels(texture, data, colour))
     except InputError as error:
         return None, [finding("TEXTURE_MISSING", where, f"left out: {error}")]
     return (encoded, "image/png"), [finding("TEXTURE_CONVERTED", where)]
@@ -96,7 +98,7 @@ def channels_image(
     for plane in dict.fromkeys(plane for plane in planes if plane is not None):
         try:
             coloured = colour and plane is planes[0]
-            read[plane] = _as_eight_bit(plane, _bytes_of(plane), coloured)
+            read[plane] = _eight_bit_pixels(plane, _bytes_of(plane), coloured)
         except InputError as error:
             read[plane] = None
             found.append(finding("TEXTURE_MISSING", _name(plane), f"left out: {error}"))
@@ -114,7 +116,7 @@ def channels_image(
                 parts.append(blank if whole else blank[..., :1])
             continue
         pixels = _sized(pixels, size)
-        parts.append(_colours(pixels) if whole else _channel(pixels, texture.channel))
+        parts.append(_rgb(pixels) if whole else _channel(pixels, texture.channel))
     names = " and ".join(_name(texture) for texture in read)
     message = "channels were put into one PNG, as glTF wants them"
     found.append(finding("TEXTURE_CONVERTED", names, message))
@@ -126,7 +128,7 @@ def _sized(pixels: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8
     return np.asarray(pixels[rows][:, columns])
 
 
-def _colours(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _rgb(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return three channels of an image that may be grey."""
     return pixels[..., :3] if pixels.shape[2] > 2 else np.repeat(pixels[..., :1], 3, axis=2)
 
@@ -144,7 +146,7 @@ def _name(texture: Texture) -> str:
     return Path(texture.path).name if texture.path else f"embedded {texture.suffix} image"
 
 
-def _as_eight_bit(texture: Texture, data: bytes, colour: bool) -> NDArray[np.uint8]:
+def _eight_bit_pixels(texture: Texture, data: bytes, colour: bool) -> NDArray[np.uint8]:
     pixels, floating = _pixels(texture, data)
     linear = texture.space == "raw" or (texture.space == "auto" and floating)
     return _eight_bit(pixels, encode=colour and linear)
@@ -153,12 +155,7 @@ def _as_eight_bit(texture: Texture, data: bytes, colour: bool) -> NDArray[np.uin
 def _bytes_of(texture: Texture) -> bytes:
     if texture.data is not None:
         return texture.data
-    try:
-        if Path(texture.path).stat().st_size > _MAX_BYTES:
-            raise InputError("the image file is larger than 1 GiB")
-        return Path(texture.path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(f"the image cannot be read: {error}") from error
+    return read_file(Path(texture.path), _MAX_BYTES)
 
 
 def _pixels(texture: Texture, data: bytes) -> tuple[NDArray[np.float32], bool]:

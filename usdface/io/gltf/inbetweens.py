@@ -1,12 +1,9 @@
 """Inbetweens as morph targets of their own, exactly, and back.
 
-UsdSkel takes a shape straight from one inbetween to the next and on beyond the outer ones. So
-each inbetween is a morph target whose weight is a hat over its place, and weights that are
-linear in time stay linear between the moments at which they pass an inner place: there a key
-is inserted. Since the hats reproduce the line, sum(place * hat) gives the weight back.
-
-Source: OpenUSD, UsdSkel "Blend Shapes" (inbetweens); `UsdSkel.BlendShapeQuery` in 26.11 for
-what lies beyond the outer places.
+UsdSkel's path of a shape is piecewise linear (`usdface.inbetween_path`). So each inbetween is a
+morph target whose weight is a hat over its place, and weights that are linear in time stay linear
+between the moments at which they pass an inner place: there a key is inserted. Since the hats
+reproduce the line, sum(place * hat) gives the weight back.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from usdface.findings import Finding, finding
+from usdface.inbetween_path import distinct_inbetweens, inbetween_path
 from usdface.io.gltf.weld import rows_at
 from usdface.rigs import BlendShape, Inbetween, Mesh
 from usdface.takes import FloatArray
@@ -52,7 +50,7 @@ def flat_mesh(mesh: Mesh) -> tuple[Mesh, list[dict[str, Any]], list[Finding]]:
     notes: list[dict[str, Any]] = []
     found = []
     for shape in mesh.shapes:
-        usable = _usable(shape)
+        usable = distinct_inbetweens(shape)
         for between in shape.inbetweens:
             if between not in usable:
                 message = f"inbetween {between.name!r} of {shape.name!r} has no place of its own"
@@ -76,10 +74,10 @@ def flat_weights(mesh: Mesh, weights: FloatArray) -> FloatArray:
     """Return the weights (F, T) of the targets of `flat_mesh` for weights (F, S) of `mesh`."""
     primary, more = [], []
     for shape, curve in zip(mesh.shapes, weights.T, strict=True):
-        between = _usable(shape)
-        hats = _hats([b.weight for b in between], curve)
-        primary.append(hats[:, -1])
-        more.append(hats[:, :-1])
+        path = inbetween_path(shape)
+        hats = path.hats(curve)
+        primary.append(hats[:, path.weights == 1][:, 0])
+        more.append(hats[:, ~np.isin(path.weights, (0, 1))])  # nothing moves at weight 0
     if not primary:
         return weights
     return np.concatenate([np.stack(primary, 1), *more], 1)
@@ -89,7 +87,7 @@ def crossings(mesh: Mesh, times: FloatArray, weights: FloatArray) -> FloatArray:
     """Return when weights (F, S), linear between `times` (F,) [s], pass an inner place."""
     moments = [np.zeros(0)]
     for shape, curve in zip(mesh.shapes, weights.T, strict=True):
-        for place in sorted([0.0, 1.0, *(b.weight for b in _usable(shape))])[1:-1]:
+        for place in inbetween_path(shape).weights[1:-1].tolist():
             above = curve - place
             k = np.flatnonzero(above[:-1] * above[1:] < 0)
             part = above[k] / (above[k] - above[k + 1])
@@ -180,28 +178,3 @@ def _with_inbetweens(shape: BlendShape, between: Sequence[tuple[Step, BlendShape
     inbetweens = [Inbetween(step.name, step.weight, *spread(part)) for step, part in between]
     inbetweens.sort(key=lambda b: b.weight)
     return BlendShape(shape.name, indices, *spread(shape), tuple(inbetweens), shape.label)
-
-
-def _usable(shape: BlendShape) -> list[Inbetween]:
-    """Return the inbetweens by place; of several at one place, or at 0 or 1, the first counts."""
-    places = {0.0, 1.0}
-    usable = []
-    for between in shape.inbetweens:
-        if np.isfinite(between.weight) and between.weight not in places:
-            places.add(between.weight)
-            usable.append(between)
-    return sorted(usable, key=lambda b: b.weight)
-
-
-def _hats(places: Sequence[float], curve: FloatArray) -> FloatArray:
-    """Return what each of `places`, and last the place 1, has of the values (F,): (F, K + 1)."""
-    knots = np.array([0.0, 1.0, *places])
-    order = np.argsort(knots)
-    knots = knots[order]
-    low = np.searchsorted(knots[1:-1], curve, side="right")
-    part = (curve - knots[low]) / (knots[low + 1] - knots[low])
-    hats = np.zeros((len(curve), len(knots)))
-    frames = np.arange(len(curve))
-    hats[frames, order[low]] = 1 - part
-    hats[frames, order[low + 1]] = part
-    return np.concatenate([hats[:, 2:], hats[:, 1:2]], 1)  # nothing moves at place 0

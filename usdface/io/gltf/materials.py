@@ -15,7 +15,7 @@ import pygltflib
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
-from usdface.io.gltf.extras import kept_extras
+from usdface.io.gltf.extras import read_extras
 from usdface.io.gltf.image import has_alpha
 from usdface.io.gltf.textures import read_texture
 from usdface.materials import AlphaMode, ColourSpace, Material, Texture
@@ -36,7 +36,7 @@ def read_materials(
 ) -> tuple[tuple[Material, ...], list[Finding]]:
     """Return the materials of a file under the given unique `names`.
 
-    `uv_names` are what TEXCOORD_0, TEXCOORD_1, ... are called.
+    `uv_names` are the names of TEXCOORD_0, TEXCOORD_1, ...
 
     Raises
     ------
@@ -71,11 +71,9 @@ def _read(
     def texture(info: Any, space: ColourSpace, channel: str = "") -> Texture | None:
         if info is None:
             return None
-        image, missing = read_texture(file, info, uv_names)
-        if image is None:
-            found.append(finding("TEXTURE_MISSING", where, missing))
-            return None
-        return replace(image, space=space, channel=channel)
+        image, new_findings = read_texture(file, info, uv_names, where)
+        found.extend(new_findings)
+        return replace(image, space=space, channel=channel) if image else None
 
     pbr = source.pbrMetallicRoughness or pygltflib.PbrMetallicRoughness()
     base = _numbers(pbr.baseColorFactor, 4, name) or (1.0,) * 4
@@ -89,8 +87,8 @@ def _read(
     packed = pbr.metallicRoughnessTexture
     normal, occlusion = source.normalTexture, source.occlusionTexture
     rough = texture(packed, "raw", "g")
-    extras, news = kept_extras(source.extras, where=where)
-    found += news
+    extras, new_findings = read_extras(source.extras, where=where)
+    found += new_findings
     return Material(
         name,
         (base[0], base[1], base[2]),
@@ -101,7 +99,7 @@ def _read(
         bool(source.doubleSided),
         mode,
         0.5 if source.alphaCutoff is None else source.alphaCutoff,
-        # An index of 0 asks for reflection at every angle: what a metal does.
+        # An index of 0 means full reflection at every angle, as of a metal.
         _number(extensions.get("KHR_materials_ior"), "ior", 1.5),
         _number(coat, "clearcoatFactor", 0.0),
         _number(coat, "clearcoatRoughnessFactor", Material("").clearcoat_roughness),

@@ -15,20 +15,20 @@ from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.compressed import decompressed
+from usdface.io.gltf.bake_transform import bake_transform
+from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
-from usdface.io.gltf.extras import kept_extras
+from usdface.io.gltf.extras import read_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
-from usdface.io.gltf.placed import placed
-from usdface.io.gltf.read_animation import clips_of, moved_nodes
+from usdface.io.gltf.read_animation import animated_nodes, clips_of
 from usdface.io.gltf.read_mesh import mesh_of_primitives
 from usdface.io.gltf.read_skin import Armature, armature_of
 from usdface.io.gltf.read_weights import PlacedMesh
 from usdface.io.gltf.scene import read_scene
-from usdface.io.gltf.textures import uv_names_in
-from usdface.io.gltf.vertex_colours import is_bare, tinted
+from usdface.io.gltf.textures import read_uv_names
+from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base_color
 from usdface.rigs import Mesh, Rig, Skin
 from usdface.takes import FloatArray
 
@@ -39,7 +39,9 @@ _NUMBERS_PER_BYTE = 64  # of these, for each byte of the file: sparse targets an
 _FEW_NUMBERS = 2**22  # that any file may unfold into
 
 
-def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+def read_gltf(
+    path: Path, asset_root: Path | None = None
+) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Read the default scene of a .glb or .gltf file.
 
     Node transforms are baked into meshes without a skin; skinned meshes stand as they were
@@ -51,6 +53,8 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     Parameters
     ----------
     path : Path
+    asset_root : Path, optional
+        A folder that buffers and images may come from beside that of the file.
 
     Returns
     -------
@@ -68,9 +72,9 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
         that is not decoded.
     """
     try:
-        return _read(path)
+        return _read(path, asset_root)
     except InputError as error:
-        # What has no code of its own is some way or other not as the specification wants it.
+        # Any other error is a violation of the specification.
         code = "SCHEMA_BROKEN" if error.code == InputError.default_code else error.code
         raise InputError(f"{path}: {error}", code) from error
     except (
@@ -88,41 +92,46 @@ def read_gltf(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
         raise InputError(message, "SCHEMA_BROKEN") from error
 
 
-def _read(path: Path) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
-    file = decompressed(load_document(path))
+def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+    file = decompress(load_document(path, asset_root))
     document = file.document
     reader = AccessorReader(file)
     tree = node_tree(document)
     carriers = [n for n in tree.order if n in tree.scene and document.nodes[n].mesh is not None]
     _check_size(document, carriers, reader)
-    bare = [is_bare(material) for material in document.materials or []]
+    bare = [is_default_material(material) for material in document.materials or []]
     shown = compress(document.materials or [], map(not_, bare))
     unique, found = _unique([material.name or "Material" for material in shown], "material")
     named = iter(unique)
     names = tuple("" if none else next(named) for none in bare)
-    uv_names = uv_names_in(document.asset.extras)
-    materials, news = read_materials(file, names, uv_names)
+    uv_names = read_uv_names(document.asset.extras)
+    materials, new_findings = read_materials(file, names, uv_names)
     materials = tuple(material for material in materials if material.name)
-    found += news
-    armature, news = armature_of(document, tree, reader, moved_nodes(file, tree))
-    found += news
-    meshes, news = _meshes(file, carriers, names, uv_names, reader)
-    found += news
+    found += new_findings
+    armature, new_findings = armature_of(document, tree, reader, animated_nodes(file, tree))
+    found += new_findings
+    meshes, new_findings = _meshes(file, carriers, names, uv_names, reader)
+    found += new_findings
     if not meshes:
-        why = "; ".join(f"{f.where}: {f.message}" for f in news) or "no node of its scene has one"
+        why = (
+            "; ".join(f"{f.where}: {f.message}" for f in new_findings)
+            or "no node of its scene has one"
+        )
         raise InputError(f"there is no mesh with triangles to read: {why}", "FACE_MISSING")
     for k, m in enumerate(meshes):  # in place: two of each would be twice the memory
-        mesh = _in_rig_space(tinted(m.mesh, materials), m.node, document, tree, armature)
+        mesh = _in_rig_space(
+            multiply_by_base_color(m.mesh, materials), m.node, document, tree, armature
+        )
         meshes[k] = replace(m, mesh=mesh)
-    finished, clips, news = clips_of(file, meshes, tree, armature, reader)
-    found += news
+    finished, clips, new_findings = clips_of(file, meshes, tree, armature, reader)
+    found += new_findings
     scene = item(document.scenes, document.scene or 0, "scene") if document.scenes else Scene()
-    cameras, lights, news = read_scene(document, tree, moved_nodes(file, tree))
-    found += news
-    extras, news = kept_extras(scene.extras, where="scene")
-    found += news
-    asset, news = kept_extras(document.asset.extras, where="asset")
-    found += news
+    cameras, lights, new_findings = read_scene(document, tree, animated_nodes(file, tree))
+    found += new_findings
+    extras, new_findings = read_extras(scene.extras, where="scene")
+    found += new_findings
+    asset, new_findings = read_extras(document.asset.extras, where="asset")
+    found += new_findings
     if document.asset.copyright:
         asset = {"copyright": document.asset.copyright} | asset
     name = _text(scene.name or path.stem)
@@ -176,12 +185,12 @@ def _meshes(
         index = document.nodes[node].mesh
         source = document.meshes[index]
         if index not in decoded:
-            shape_names, labels, news = _shape_names(source, name)
+            shape_names, labels, new_findings = _shape_names(source, name)
             decoded[index], lost = mesh_of_primitives(
                 name, source.primitives or [], shape_names, materials, reader, uv_names
             )
             decoded[index] = _labelled(decoded[index], labels)
-            found += [*news, *lost]
+            found += [*new_findings, *lost]
             between = steps_in(source.extras, shape_names)
             if between is None:
                 message = "its extras name inbetweens that make no sense; they stay shapes"
@@ -190,7 +199,7 @@ def _meshes(
         mesh = decoded[index]
         if mesh is not None:
             weights = _still_weights(file.node_weights[node] or source.weights, mesh)
-            extras, lost = kept_extras(source.extras, document.nodes[node].extras, where=name)
+            extras, lost = read_extras(source.extras, document.nodes[node].extras, where=name)
             found += lost
             named = replace(mesh, name=name, extras=extras)
             meshes.append(PlacedMesh(named, node, weights, steps[index]))
@@ -200,7 +209,7 @@ def _meshes(
 def _shape_names(
     mesh: GltfMesh, name: str
 ) -> tuple[tuple[str, ...], tuple[str, ...], list[Finding]]:
-    """Return a unique name for each morph target, what it is called, and findings."""
+    """Return a unique name for each morph target, its original name, and findings."""
     count = len(mesh.primitives[0].targets or []) if mesh.primitives else 0
     extras = mesh.extras if isinstance(mesh.extras, Mapping) else {}
     given = _texts(extras.get("targetNames"))
@@ -249,18 +258,18 @@ def _in_rig_space(
         if own.min() < 0 or own.max() >= len(joints):
             raise InputError(f"mesh {mesh.name!r} is skinned to a joint that skin {skin} lacks")
         bound = replace(mesh, skin=Skin(joints[own], mesh.skin.weights))
-        return placed(bound, armature.geometry[skin])
+        return bake_transform(bound, armature.geometry[skin])
     joint = node
     while joint >= 0 and joint not in armature.nodes:
         joint = tree.parents[joint]
     if joint < 0 or armature.skeleton is None:
-        return placed(replace(mesh, skin=None), tree.worlds[node])
+        return bake_transform(replace(mesh, skin=None), tree.worlds[node])
     place = armature.nodes[joint]
     # The joint may stand elsewhere than where it was bound: go back there with it.
     world = tree.below(node, joint) @ armature.skeleton.bind[place]
     count = len(mesh.points)
     rigid = Skin(np.full((count, 1), place), np.ones((count, 1)))
-    return placed(replace(mesh, skin=rigid), world)
+    return bake_transform(replace(mesh, skin=rigid), world)
 
 
 def _unique(given: list[str], what: str) -> tuple[tuple[str, ...], list[Finding]]:

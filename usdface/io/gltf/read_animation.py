@@ -14,22 +14,22 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.channels import Channel, channels_of
-from usdface.io.gltf.curves import Curve, check_size, curve_of
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
 from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, grid_rate, shared_weights
+from usdface.io.gltf.samplers import Curve, check_size, curve_of
 from usdface.io.transforms import compose, decompose, followed_by
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray
 
-__all__ = ["clips_of", "moved_nodes"]
+__all__ = ["animated_nodes", "clips_of"]
 
 _KINDS = {"translation": ("VEC3", 3), "rotation": ("VEC4", 4), "scale": ("VEC3", 3)}
-_SHEAR = 1e-5
+_SHEAR = 1e-5  # of a matrix, as the certificate's limit
 
 
-def moved_nodes(file: GltfFile, tree: NodeTree) -> frozenset[int]:
+def animated_nodes(file: GltfFile, tree: NodeTree) -> frozenset[int]:
     """Return the nodes that an animation moves together with a joint or a mesh without a skin."""
     document = file.document
     carrying = {joint for skin in document.skins or [] for joint in skin.joints or []}
@@ -97,8 +97,8 @@ def clips_of(
         "the animation of the file",
     )
     for number, animation in enumerate(file.document.animations or []):
-        motion, news = _motion(file, animation, number, meshes, armature, reader)
-        found += news
+        motion, new_findings = _motion(file, animation, number, meshes, armature, reader)
+        found += new_findings
         if motion.weights or motion.transforms:
             motions.append(motion)
         else:
@@ -106,12 +106,12 @@ def clips_of(
             found.append(finding("ANIMATION_DROPPED", motion.name, message))
     standing = WeightsMotion({}, np.zeros(0))
     parts = [WeightsMotion(m.weights, m.inserted) for m in motions] or [standing]
-    whole, takes, news = shared_weights(meshes, parts)
-    found += news
+    whole, takes, new_findings = shared_weights(meshes, parts)
+    found += new_findings
     clips = []
     for motion, weights in zip(motions, takes, strict=False):
-        joints, news = _joints(motion, tree, armature)
-        found += news
+        joints, new_findings = _joints(motion, tree, armature)
+        found += new_findings
         clips.append(Clip(motion.name, weights, joints))
     if not motions and takes[0] is not None:
         clips = [Clip("", takes[0])]
@@ -138,16 +138,18 @@ def _motion(
         node = channel.node
         if channel.path != "weights" and node in armature.nodes:
             kind, width = _KINDS[channel.path]
-            curve, news = curve_of(channel.sampler, kind, width, reader, f"{name!r}, node {node}")
+            curve, new_findings = curve_of(
+                channel.sampler, kind, width, reader, f"{name!r}, node {node}"
+            )
             transforms.setdefault(node, {})[channel.path] = curve
         elif channel.path == "weights" and node in place_of:
             place = place_of[node]
-            curve, news = _weights_curve(channel, meshes[place], name, reader)
+            curve, new_findings = _weights_curve(channel, meshes[place], name, reader)
             weights.setdefault(place, []).append((channel.column, curve))
         else:
             lost.append(f"{channel.path} of node {node}")
             continue
-        found += news
+        found += new_findings
     if lost and (transforms or weights):
         some = ", ".join(lost[:3]) + (", ..." if len(lost) > 3 else "")
         message = f"channels that move nothing that is kept were left out: {some}"

@@ -14,11 +14,12 @@ from pygltflib import TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, Primitive
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.placed import TANGENTS, unit_rows
+from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.textures import uv_name
 from usdface.io.gltf.vertex_colours import COLOURS
-from usdface.io.gltf.weld import Rows, rows_at, welded
+from usdface.io.gltf.weld import Rows, rows_at, weld_vertices
 from usdface.rigs import BlendShape, CornerValues, MaterialSubset, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
 
@@ -33,7 +34,7 @@ _DEFAULTS = {COLOURS: np.ones(4), TANGENTS: np.array([1.0, 0.0, 0.0, 1.0])}
 class _Block:
     """The vertices that primitives with the same attributes share.
 
-    What morph targets add is read when it is asked for: all of it at once is most of a face.
+    Morph targets are decoded when they are needed: all at once take most of a face's memory.
     """
 
     points: FloatArray
@@ -70,7 +71,7 @@ def mesh_of_primitives(
         Names of the file's materials.
     reader : AccessorReader
     uv_names : sequence of str
-        What TEXCOORD_0, TEXCOORD_1, ... are called; else st, st1, ...
+        Names of TEXCOORD_0, TEXCOORD_1, ...; else st, st1, ...
 
     Returns
     -------
@@ -101,7 +102,7 @@ def mesh_of_primitives(
                 f"mesh {name!r}: a primitive has {len(targets)} morph targets, "
                 f"another {len(shape_names)}"
             )
-        found += _unread(attributes, targets, name)
+        found += _report_ignored(attributes, targets, name)
         key = (tuple(sorted(attributes.items())), *(tuple(sorted(t.items())) for t in targets))
         if key not in blocks:
             blocks[key] = (count, _block(attributes, targets, reader, uv_names))
@@ -116,7 +117,7 @@ def mesh_of_primitives(
     return _with_materials(mesh, np.concatenate(labels), materials), found
 
 
-def _unread(
+def _report_ignored(
     attributes: dict[str, Any], targets: Sequence[dict[str, Any]], name: str
 ) -> list[Finding]:
     read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_0", "JOINTS_", "WEIGHTS_")
@@ -126,7 +127,7 @@ def _unread(
     if "TANGENT" in moves:
         found.append(finding("TANGENTS_COMPUTED", name))
     for moved in sorted(moves - {"POSITION", "NORMAL", "TANGENT"}):
-        message = f"what blend shapes change of {moved} is left out"
+        message = f"changes of {moved} by blend shapes are left out"
         found.append(finding("FEATURE_DROPPED", name, message))
     return found
 
@@ -217,8 +218,8 @@ def _merged(
     """Concatenate blocks, weld them, and leave out vertices that no face uses."""
     starts = np.cumsum([0, *(len(b.points) for b in blocks)])
     influences = max(b.joints.shape[1] for b in blocks)
-    joints = np.concatenate([_wider(b.joints, influences) for b in blocks])
-    weights = np.concatenate([_wider(b.weights, influences) for b in blocks])
+    joints = np.concatenate([_padded(b.joints, influences) for b in blocks])
+    weights = np.concatenate([_padded(b.weights, influences) for b in blocks])
     points = np.concatenate([b.points for b in blocks])
     # Normals of some primitives only are no normals: the others would be lit as (0, 0, 0).
     given = [b.normals for b in blocks if b.normals is not None]
@@ -233,7 +234,7 @@ def _merged(
     ]
     rows = (read() for read in (*moves, *turns) if read is not None)
     columns = [joints, weights] + ([] if normals is None else [normals])
-    first, of_vertex = welded(points, columns, rows)
+    first, of_vertex = weld_vertices(points, columns, rows)
     used = np.unique(of_vertex[triangles])
     place = np.full(len(first), -1)
     place[used] = np.arange(len(used))
@@ -245,7 +246,7 @@ def _merged(
         points[first],
         np.full(len(triangles), 3),
         place[of_vertex[triangles.ravel()]],
-        None if normals is None else unit_rows(normals[first]),
+        None if normals is None else unit_or_zero(normals[first]),
         next((c.values for c in corners if c.name == first_uvs), None),
         tuple(
             _shape(n, move(), None if turn is None else turn(), first)
@@ -258,7 +259,7 @@ def _merged(
 
 
 def _corners(blocks: Sequence[_Block], triangles: IntArray) -> list[CornerValues]:
-    """Return what vertices hold at the corners of faces; blocks without it have a default."""
+    """Return vertex attributes at the face corners; blocks without the attribute have a default."""
     widths: dict[str, int] = {}
     for block in blocks:
         for name, values in block.corners.items():
@@ -277,7 +278,7 @@ def _corners(blocks: Sequence[_Block], triangles: IntArray) -> list[CornerValues
     ]
 
 
-def _wider(array: NDArray[Any], width: int) -> NDArray[Any]:
+def _padded(array: NDArray[Any], width: int) -> NDArray[Any]:
     return np.pad(array, ((0, 0), (0, width - array.shape[1])))
 
 

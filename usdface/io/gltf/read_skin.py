@@ -23,7 +23,7 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Armature", "armature_of"]
 
-_FLAT = 1e-12  # of a determinant
+_FLAT = 1e-12  # of a determinant: a scale of 1e-4 along each axis
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,7 +61,7 @@ def armature_of(
     in the rig's space, a skin's inverse bind matrix is G B^-1 for a fixed G (row vectors);
     G is chosen so that the first joint is bound where its node stands, or that joints
     shared with an earlier skin agree, and is then baked into the meshes. This changes no
-    skinned position, and gives metres whatever scale the armature has.
+    skinned position, and gives metres under any scale of the armature.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def armature_of(
                 )
     for node in moved:
         world = tree.worlds[node]
-        # What is scaled to nothing at rest cannot be bound there.
+        # A joint with scale 0 at rest cannot be bound there.
         bind.setdefault(node, world if abs(np.linalg.det(world)) > _FLAT else np.eye(4))
     order = [node for node in tree.order if node in bind]
     nodes = {node: place for place, node in enumerate(order)}

@@ -1,4 +1,4 @@
-"""Weights of glTF, which each node has for itself, as one weight for each name."""
+"""Weights of glTF, one set per node, as one weight per blend shape name."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.io.gltf.curves import Curve, check_size
 from usdface.io.gltf.inbetweens import Step, folded
+from usdface.io.gltf.samplers import Curve, check_size
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["PlacedMesh", "WeightsMotion", "grid_rate", "shared_weights"]
 
-_SAME = 1e-6  # of a weight: what float32 leaves of equal curves
+_SAME = 1e-6  # of a weight: rounding of equal curves stored as float32
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,10 +75,10 @@ def shared_weights(
                 for m, clock in zip(motions, clocks, strict=True)
             ]
         )
-        whole, values, news = folded(placed.mesh, placed.steps, values)
-        mesh, changed = _shared(whole, values, columns)
+        whole, values, new_findings = folded(placed.mesh, placed.steps, values)
+        mesh, changed = _merge_curves(whole, values, columns)
         renamed.append(mesh)
-        found += news + changed
+        found += new_findings + changed
     takes: list[WeightsTake | None] = []
     still = not any(placed.weights.any() for placed in meshes)
     for motion, clock, end in zip(motions, clocks, ends.tolist(), strict=True):
@@ -86,12 +86,12 @@ def shared_weights(
             takes.append(None)
             continue
         weights = np.stack([c[end - len(clock) : end] for c in columns.values()], 1)
-        times, weights = _without(motion.inserted, clock, weights)
+        times, weights = _drop_redundant_keys(motion.inserted, clock, weights)
         takes.append(WeightsTake(tuple(columns), times, weights, grid_rate(times)))
     return tuple(renamed), takes, found
 
 
-def _without(
+def _drop_redundant_keys(
     inserted: FloatArray, times: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Leave those times out, if the weights are then still the same lines."""
@@ -103,7 +103,7 @@ def _without(
     return (times[kept], weights[kept]) if same else (times, weights)
 
 
-def _shared(
+def _merge_curves(
     mesh: Mesh, values: FloatArray, columns: dict[str, FloatArray]
 ) -> tuple[Mesh, list[Finding]]:
     """Enter a mesh's curves into `columns`; rename shapes whose name is taken by another."""

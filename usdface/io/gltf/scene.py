@@ -1,4 +1,4 @@
-"""Cameras and lights of glTF, in and out.
+"""Cameras and lights of glTF, read and written.
 
 Source: glTF 2.0 specification, section 3.10 (cameras); KHR_lights_punctual.
 """
@@ -13,7 +13,7 @@ from pygltflib import GLTF2, Node
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import item
-from usdface.io.gltf.extras import kept_extras, written_extras
+from usdface.io.gltf.extras import extras_with_metadata, read_extras
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.transforms import decompose, rigid
 from usdface.scene import Camera, Light, LightKind
@@ -38,7 +38,7 @@ def read_scene(
     document : pygltflib.GLTF2
     tree : NodeTree
     moved : set of int
-        Nodes that an animation moves: what hangs on them stands still, with a finding.
+        Animated nodes; cameras and lights below them stay at rest, with a finding.
 
     Raises
     ------
@@ -62,14 +62,14 @@ def read_scene(
             found.append(finding("ANIMATION_DROPPED", name, message))
         if node.camera is not None:
             source = item(document.cameras or [], node.camera, "camera")
-            extras, news = kept_extras(source.extras, node.extras, where=name)
+            extras, new_findings = read_extras(source.extras, node.extras, where=name)
             cameras.append(_camera(source, node.name or source.name or "Camera", matrix, extras))
-            found += news
+            found += new_findings
         if shining is not None:
             given = item(known, shining.get("light"), "light")
-            extras, news = kept_extras(given.get("extras"), node.extras, where=name)
+            extras, new_findings = read_extras(given.get("extras"), node.extras, where=name)
             lights.append(_light(given, node.name or given.get("name") or "Light", matrix, extras))
-            found += news
+            found += new_findings
     return tuple(cameras), tuple(lights), found
 
 
@@ -136,7 +136,7 @@ def write_scene(
         roots.append(len(document.nodes))
         node = _node(camera.name, camera.matrix)
         node.camera = len(document.cameras)
-        node.extras = written_extras(camera.extras)
+        node.extras = extras_with_metadata(camera.extras)
         document.nodes.append(node)
         document.cameras.append(_written_camera(camera))
     if not lights:
@@ -147,7 +147,7 @@ def write_scene(
         roots.append(len(document.nodes))
         node = _node(light.name, light.matrix)
         node.extensions = {_LIGHTS: {"light": number}}
-        node.extras = written_extras(light.extras)
+        node.extras = extras_with_metadata(light.extras)
         document.nodes.append(node)
 
 

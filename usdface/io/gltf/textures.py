@@ -1,12 +1,13 @@
-"""Textures of glTF: images, samplers, texture coordinates and their transforms; in and out.
+"""Textures of glTF, read and written: images, samplers, texture coordinates, transforms.
 
 Source: glTF 2.0 specification, sections 3.8.2 to 3.8.4; KHR_texture_transform, whose rotation is
 that of the implementations (KhronosGroup/glTF#1563): counter-clockwise where v points up.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
@@ -19,12 +20,15 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
 from usdface.io.gltf.image import GltfImage, image_type
+from usdface.io.inputs import first_free
+from usdface.io.udim import is_udim
 from usdface.materials import Placement, Texture, Wrap
 
-__all__ = ["TextureBuilder", "read_texture", "uv_name", "uv_names_in", "uv_notes"]
+__all__ = ["TextureBuilder", "read_texture", "read_uv_names", "uv_name", "uv_name_extras"]
 
 _TRANSFORM = "KHR_texture_transform"
 _SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
+# Constants of samplers: glTF 2.0, 5.26.
 _WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _WRAP_NUMBERS = {name: number for number, name in _WRAPS.items()}
 _NAME, _MOST_SETS = re.compile(r"[^\W\d]\w{0,62}(:\w{1,62})*"), 64
@@ -37,14 +41,14 @@ def uv_name(index: int, names: Sequence[str] = ()) -> str:
     return names[index] if index < len(names) else f"st{index or ''}"
 
 
-def uv_notes(names: Sequence[str]) -> dict[str, Any]:
-    """Return the extras that tell how texture coordinates are called, where that is not plain."""
+def uv_name_extras(names: Sequence[str]) -> dict[str, Any]:
+    """Return the extras that name the texture coordinates, where they are not st, st1, ..."""
     plain = all(name == uv_name(place) for place, name in enumerate(names))
     return {} if plain else {"usdface": {"uvNames": list(names)}}
 
 
-def uv_names_in(extras: Any) -> tuple[str, ...]:
-    """Return the names that `uv_notes` wrote; none where they make no sense."""
+def read_uv_names(extras: Any) -> tuple[str, ...]:
+    """Return the names that `uv_name_extras` wrote; none where they are malformed."""
     ours = extras.get("usdface") if isinstance(extras, dict) else None
     names = ours.get("uvNames") if isinstance(ours, dict) else None
     if not isinstance(names, list) or len(names) > _MOST_SETS:
@@ -56,8 +60,10 @@ def uv_names_in(extras: Any) -> tuple[str, ...]:
 # -- in ------------------------------------------------------------------------------------
 
 
-def read_texture(file: GltfFile, info: Any, uv_names: Sequence[str]) -> tuple[Texture | None, str]:
-    """Return the texture of a ``textureInfo``, or why there is none.
+def read_texture(
+    file: GltfFile, info: Any, uv_names: Sequence[str], where: str
+) -> tuple[Texture | None, list[Finding]]:
+    """Return the texture of a ``textureInfo``; None, with a finding at `where`, for no image.
 
     Embedded images come as bytes, images beside the file as its path.
 
@@ -68,14 +74,21 @@ def read_texture(file: GltfFile, info: Any, uv_names: Sequence[str]) -> tuple[Te
     """
     texture = item(file.document.textures or [], info.index, "texture")
     if texture.source is None:
-        return None, "its image is in a format that only an extension defines"
-    image, missing = _image(file, texture.source)
-    if image is None:
-        return None, missing
-    return replace(image, placed=_placement(file, texture, info, uv_names)), ""
+        message = "its image is in a format that only an extension defines"
+        return None, [finding("TEXTURE_MISSING", where, message)]
+    try:
+        image = _image(file, texture.source)
+    except _NoImage as error:
+        code = "ASSET_OUTSIDE" if error.code == "URI_OUTSIDE" else "TEXTURE_MISSING"
+        return None, [finding(code, where, f"{error}; the texture is left out")]
+    return replace(image, placed=_placement(file, texture, info, uv_names)), []
 
 
-def _image(file: GltfFile, index: object) -> tuple[Texture | None, str]:
+class _NoImage(InputError):
+    """An image that is left out."""
+
+
+def _image(file: GltfFile, index: object) -> Texture:
     image = item(file.document.images or [], index, "image")
     if image.bufferView is not None:
         view = item(file.document.bufferViews or [], image.bufferView, "bufferView")
@@ -85,16 +98,17 @@ def _image(file: GltfFile, index: object) -> tuple[Texture | None, str]:
             raise InputError(f"bufferView {image.bufferView} reaches beyond its buffer")
         data = buffer[start : start + length]
     elif image.uri is None:
-        return None, f"image {index} has neither a URI nor data"
+        raise _NoImage(f"image {index} has neither a URI nor data")
     else:
         try:
-            data = resource(image.uri, file.folder)
+            data = resource(image.uri, file.folder, file.asset_root)
         except InputError as error:
-            return None, str(error)
-        if not image.uri.startswith("data:"):
-            place = file.folder / unquote(image.uri)
-            return Texture(path=str(place), suffix=place.suffix), ""
-    return Texture(data=data, suffix=_SUFFIXES.get(image_type(data), "")), ""
+            raise _NoImage(str(error), error.code) from error
+        place = file.folder / unquote(image.uri)
+        # A path with a mark of UDIM would stand for other files than this one.
+        if not image.uri.startswith("data:") and not is_udim(place):
+            return Texture(path=str(place), suffix=place.suffix)
+    return Texture(data=data, suffix=_SUFFIXES.get(image_type(data), ""))
 
 
 def _placement(file: GltfFile, texture: Any, info: Any, uv_names: Sequence[str]) -> Placement:
@@ -142,7 +156,7 @@ class TextureBuilder:
     Parameters
     ----------
     uv_names : sequence of str
-        What TEXCOORD_0, TEXCOORD_1, ... of the file hold.
+        Names of TEXCOORD_0, TEXCOORD_1, ... of the file.
     """
 
     def __init__(self, uv_names: Sequence[str]) -> None:
@@ -178,19 +192,27 @@ class TextureBuilder:
         return self._samplers.setdefault(key, len(self._samplers))
 
     def into(
-        self, document: pygltflib.GLTF2, builder: BufferBuilder, path: Path
+        self,
+        document: pygltflib.GLTF2,
+        builder: BufferBuilder,
+        path: Path,
+        taken: Callable[[Path], bool],
     ) -> dict[str, bytes]:
         """Put all into a document at `path`; return the files that belong beside it.
 
-        Images go into a GLB, beside a .gltf.
+        Images go into a GLB, beside a .gltf. Where a place is `taken`, by a file that was read,
+        the image goes to the next one; if that file is the image itself, it serves as it is.
         """
         beside = {}
-        for number, (data, mime) in enumerate(self._images):
+        numbers = count()
+        for data, mime in self._images:
             if path.suffix.lower() == ".glb":
                 image = pygltflib.Image(mimeType=mime, bufferView=builder.view(data))
             else:
-                name = f"{path.stem}_textures/{number}{_SUFFIXES[mime]}"
-                beside[name] = data
+                names = (f"{path.stem}_textures/{n}{_SUFFIXES[mime]}" for n in numbers)
+                name, there = first_free(path.parent, names, data, taken)
+                if not there:
+                    beside[name] = data
                 image = pygltflib.Image(uri=quote(name))
             document.images.append(image)
         document.samplers = [

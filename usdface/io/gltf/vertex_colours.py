@@ -1,7 +1,7 @@
-"""Vertex colours: glTF multiplies them with the material's colour, USD shows them instead of it.
+"""Vertex colours: factors of the base colour in glTF, in place of it in USD.
 
-So on the way in the colour goes into them, and on the way out the material becomes white. With a
-texture they multiply it, which UsdPreviewSurface cannot show.
+Reading multiplies them by the base colour; writing makes the base colour white. Vertex colours over
+a texture multiply it in glTF, which UsdPreviewSurface cannot express.
 
 Source: glTF 2.0 specification, section 3.9.2 (COLOR_0); OpenUSD, UsdGeomGprim.displayColor.
 """
@@ -15,17 +15,24 @@ import pygltflib
 from usdface.materials import Material
 from usdface.rigs import CornerValues, Mesh, Rig
 
-__all__ = ["COLOURS", "bare", "bare_material", "is_bare", "tinted", "whitened"]
+__all__ = [
+    "COLOURS",
+    "default_material",
+    "has_faces_without_material",
+    "is_default_material",
+    "multiply_by_base_color",
+    "white_base_colors",
+]
 
 COLOURS = "displayColor"
 _BARE = {"usdface": {"material": False}}
 _WHITE = (1.0, 1.0, 1.0)
 
 
-def bare(rig: Rig) -> bool:
+def has_faces_without_material(rig: Rig) -> bool:
     """Whether vertex colours are on faces without a material.
 
-    What glTF shows without one is metal, which USD's colours alone are not.
+    glTF's default material is metallic, USD's is not.
     """
     return any(
         mesh.corners(COLOURS) is not None
@@ -35,21 +42,21 @@ def bare(rig: Rig) -> bool:
     )
 
 
-def bare_material() -> pygltflib.Material:
-    """Return what stands for no material, with UsdPreviewSurface's defaults."""
+def default_material() -> pygltflib.Material:
+    """Return a material with the defaults of UsdPreviewSurface, for faces that have none."""
     surface = pygltflib.PbrMetallicRoughness(metallicFactor=0.0, roughnessFactor=0.5)
     return pygltflib.Material(pbrMetallicRoughness=surface, extras=_BARE)
 
 
-def is_bare(material: pygltflib.Material) -> bool:
-    """Whether it is `bare_material`."""
+def is_default_material(material: pygltflib.Material) -> bool:
+    """Whether it is `default_material`."""
     return bool(material.extras == _BARE)
 
 
-def tinted(mesh: Mesh, materials: Iterable[Material]) -> Mesh:
-    """Return the mesh with its vertex colours multiplied by those of its materials."""
+def multiply_by_base_color(mesh: Mesh, materials: Iterable[Material]) -> Mesh:
+    """Return the mesh with its vertex colours multiplied by the base colours of its materials."""
     colours = mesh.corners(COLOURS)
-    tints = {m.name: m for m in materials if _alone(m)}
+    tints = {m.name: m for m in materials if _multiplies_colours(m)}
     if colours is None or not tints:
         return mesh
     factor = np.ones((len(mesh.face_counts), 4))
@@ -64,8 +71,8 @@ def tinted(mesh: Mesh, materials: Iterable[Material]) -> Mesh:
     return replace(mesh, corner_values=(*others, values))
 
 
-def whitened(rig: Rig) -> tuple[Material, ...]:
-    """Return the rig's materials, white where vertex colours stand for theirs."""
+def white_base_colors(rig: Rig) -> tuple[Material, ...]:
+    """Return the rig's materials, with a white base colour where vertex colours contain it."""
     shown = {
         (name, colours.shape[1] == 4)
         for mesh in rig.meshes
@@ -75,7 +82,7 @@ def whitened(rig: Rig) -> tuple[Material, ...]:
 
     def white(material: Material) -> Material:
         name = material.name
-        if not _alone(material) or not {(name, True), (name, False)} & shown:
+        if not _multiplies_colours(material) or not {(name, True), (name, False)} & shown:
             return material
         opacity = 1.0 if (name, True) in shown else material.opacity
         # The mode stays: only the factor goes.
@@ -87,5 +94,5 @@ def whitened(rig: Rig) -> tuple[Material, ...]:
     return tuple(white(material) for material in rig.materials)
 
 
-def _alone(material: Material) -> bool:
+def _multiplies_colours(material: Material) -> bool:
     return material.vertex_colours and material.base_color_texture is None

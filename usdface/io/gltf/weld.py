@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["Rows", "rows_at", "welded"]
+__all__ = ["Rows", "rows_at", "weld_vertices"]
 
 Rows = tuple[IntArray, FloatArray]  # some vertices, increasing, and their offsets (N, 3)
 
 
-def welded(
+def weld_vertices(
     points: FloatArray, columns: list[NDArray[Any]], rows: Iterable[Rows]
 ) -> tuple[IntArray, IntArray]:
     """Find the vertices that are equal in position, in all columns, and in all offsets.

@@ -1,6 +1,6 @@
 """A rig and its clips to glTF 2.0."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -9,21 +9,26 @@ import pygltflib
 
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
-from usdface.io.gltf.boxed import Box, box_of
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
-from usdface.io.gltf.corners import uv_order
 from usdface.io.gltf.document import save_document
-from usdface.io.gltf.extras import written_extras
+from usdface.io.gltf.extras import extras_with_metadata
 from usdface.io.gltf.inbetweens import flat_weights
+from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.scene import write_scene
-from usdface.io.gltf.textures import TextureBuilder, uv_notes
-from usdface.io.gltf.vertex_colours import bare, bare_material, whitened
-from usdface.io.gltf.write_animation import written_clip
-from usdface.io.gltf.write_materials import written_materials
-from usdface.io.gltf.write_mesh import written_mesh
+from usdface.io.gltf.textures import TextureBuilder, uv_name_extras
+from usdface.io.gltf.vertex_colours import (
+    default_material,
+    has_faces_without_material,
+    white_base_colors,
+)
+from usdface.io.gltf.vertex_split import uv_order
+from usdface.io.gltf.write_animation import write_animation
+from usdface.io.gltf.write_materials import write_materials
+from usdface.io.gltf.write_mesh import write_mesh
+from usdface.io.inputs import among
 from usdface.io.transforms import compose, decompose
-from usdface.io.udim import untiled
+from usdface.io.udim import texture_files, untiled
 from usdface.rigs import Mesh, Rig, Skeleton
 from usdface.takes import FloatArray, WeightsTake
 
@@ -36,6 +41,7 @@ def write_gltf(
     clips: Sequence[Clip] = (),
     pointer: bool = False,
     quantize: bool = False,
+    read: Iterable[Path] = (),
 ) -> list[Finding]:
     """Write a rig and its clips as .glb or .gltf with a .bin.
 
@@ -54,8 +60,10 @@ def write_gltf(
     pointer : bool
         Give each weight a channel of its own, too, by KHR_animation_pointer.
     quantize : bool
-        Store vertices as 16-bit integers (`usdface.io.gltf.boxed`); POINTS_ROUNDED says by how
+        Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
         much they are off at most.
+    read : iterable of Path
+        Files that textures beside a .gltf must not replace; those of the rig's own never are.
 
     Returns
     -------
@@ -64,7 +72,7 @@ def write_gltf(
     Raises
     ------
     OutputError
-        If a number does not fit glTF or a file cannot be written; what was at `path`
+        If a number does not fit glTF or a file cannot be written; the previous file at `path`
         before is still there.
 
     Notes
@@ -76,19 +84,20 @@ def write_gltf(
     rig, found = untiled(rig)
     uv_names = uv_order(rig)
     textures = TextureBuilder(uv_names)
-    materials, news = written_materials(whitened(rig), textures)
-    found += news
+    materials, new_findings = write_materials(white_base_colors(rig), textures)
+    found += new_findings
     by_name = {material.name: material for material in materials}
-    if bare(rig):
-        by_name[""] = bare_material()
+    if has_faces_without_material(rig):
+        by_name[""] = default_material()
     document = pygltflib.GLTF2(
         asset=_asset(rig, uv_names),
         materials=list(by_name.values()),
         scene=0,
         extensionsUsed=sorted({key for material in materials for key in material.extensions}),
     )
-    beside = textures.into(document, builder, path)
-    skeleton = _moving(rig, clips)
+    kept = [*read, *texture_files(rig.materials)]
+    beside = textures.into(document, builder, path, among(kept))
+    skeleton = _animated_skeleton(rig, clips)
     held = len(skeleton.joints) if skeleton else 0
     carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)
     roots = [node for node, _ in carriers]
@@ -96,17 +105,17 @@ def write_gltf(
     if skeleton is not None:
         first = len(document.nodes)
         roots += _write_skeleton(skeleton, document, builder, found)
-        _unbox(skeleton, boxed, document, builder)
+        _dequantising_skins(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
     for clip in clips:
         if clip.still and clip.weights is not None:
-            _pose(clip.weights, carriers, document)
+            _write_static_weights(clip.weights, carriers, document)
             continue
-        animation, news = written_clip(clip, carriers, joints, builder, pointer)
-        found += news
+        animation, new_findings = write_animation(clip, carriers, joints, builder, pointer)
+        found += new_findings
         document.animations += [animation] if animation else []
     write_scene(rig.cameras, rig.lights, document, roots)
-    scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=written_extras(rig.extras))
+    scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
     document.scenes = [scene]
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
         document.extensionsUsed = sorted({*(document.extensionsUsed or []), POINTER})
@@ -129,22 +138,22 @@ def _write_meshes(
 ) -> tuple[list[tuple[int, Mesh]], list[tuple[int, Box]]]:
     """Give each mesh a node; return the nodes that carry one, and those whose box a skin holds.
 
-    `held` is how many joints there are; what is in no skin has its box on its node.
+    `held` is the number of joints; a mesh without a skin has its box on its node.
     """
     coloured = {"", *(m.name for m in rig.materials if m.vertex_colours)}
     carriers: list[tuple[int, Mesh]] = []
     boxed: list[tuple[int, Box]] = []
     for mesh in rig.meshes:
-        box = box_of(mesh) if builder.shorts and len(mesh.points) else None
+        box = bounding_box(mesh) if builder.shorts and len(mesh.points) else None
         stored = box.boxed(mesh) if box else mesh
-        made, news = written_mesh(stored, materials, builder, held, uv_names, coloured)
-        found += news
+        made, new_findings = write_mesh(stored, materials, builder, held, uv_names, coloured)
+        found += new_findings
         if made is None:
             continue
         if box:
             found.append(box.announced(mesh.name))
         node = pygltflib.Node(
-            name=mesh.name, mesh=len(document.meshes), extras=written_extras(mesh.extras)
+            name=mesh.name, mesh=len(document.meshes), extras=extras_with_metadata(mesh.extras)
         )
         if held and mesh.skin is not None:
             node.skin = 0
@@ -157,7 +166,7 @@ def _write_meshes(
     return carriers, boxed
 
 
-def _unbox(
+def _dequantising_skins(
     skeleton: Skeleton,
     boxed: Sequence[tuple[int, Box]],
     document: pygltflib.GLTF2,
@@ -189,7 +198,7 @@ def _asset(rig: Rig, uv_names: Sequence[str]) -> pygltflib.Asset:
     owner = kept.pop("copyright", None)
     if owner is not None and not isinstance(owner, str):
         kept["copyright"], owner = owner, None
-    extras = written_extras(kept, **uv_notes(uv_names))
+    extras = extras_with_metadata(kept, **uv_name_extras(uv_names))
     return pygltflib.Asset(generator=f"usdface {_version()}", copyright=owner, extras=extras)
 
 
@@ -200,7 +209,7 @@ def _version() -> str:
         return "(source)"
 
 
-def _pose(
+def _write_static_weights(
     still: WeightsTake, carriers: Sequence[tuple[int, Mesh]], document: pygltflib.GLTF2
 ) -> None:
     for node, mesh in carriers:
@@ -209,8 +218,8 @@ def _pose(
             document.meshes[document.nodes[node].mesh].weights = weights[0].tolist()
 
 
-def _moving(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:
-    """Return the rig's skeleton if it can change what is seen."""
+def _animated_skeleton(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:
+    """Return the rig's skeleton if it can move anything."""
     skeleton = rig.skeleton
     if skeleton is None or not any(mesh.skin is not None for mesh in rig.meshes):
         return None

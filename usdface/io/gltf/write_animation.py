@@ -17,13 +17,13 @@ from usdface.io.gltf.inbetweens import crossings, flat_weights
 from usdface.rigs import Mesh
 from usdface.takes import FloatArray, WeightsTake
 
-__all__ = ["written_clip"]
+__all__ = ["write_animation"]
 
 _SAME = 1e-7  # of a component of a transform: less than float32 tells of 1
 _PATHS = (pygltflib.TRANSLATION, pygltflib.ROTATION, pygltflib.SCALE)
 
 
-def written_clip(
+def write_animation(
     clip: Clip,
     carriers: Sequence[tuple[int, Mesh]],
     joints: Mapping[str, tuple[int, pygltflib.Node]],
@@ -117,7 +117,9 @@ def _write_single(
     clocks: dict[bytes, int] = {}
     for column, curve in enumerate(values.astype(np.float32).T):
         changed = np.diff(curve) != 0
-        kept = np.append(True, changed) | np.append(changed, False)  # ends of what stays the same
+        kept = np.append(True, changed) | np.append(
+            changed, False
+        )  # both ends of a constant stretch
         own = moments[kept]
         key = own.tobytes()
         if key not in clocks:

@@ -1,4 +1,4 @@
-"""Materials into glTF: factors, packed textures, extensions for what the core lacks.
+"""Materials to glTF: factors, packed textures, and extensions of the core.
 
 Source: glTF 2.0 specification, section 3.9; KHR_materials_emissive_strength, _ior, _unlit and
 _clearcoat.
@@ -10,15 +10,15 @@ from typing import Any
 import pygltflib
 
 from usdface.findings import Finding, finding
-from usdface.io.gltf.extras import written_extras
+from usdface.io.gltf.extras import extras_with_metadata
 from usdface.io.gltf.image import GltfImage, channels_image, has_alpha, to_gltf_image
 from usdface.io.gltf.textures import TextureBuilder
 from usdface.materials import AlphaMode, Material, Texture
 
-__all__ = ["written_materials"]
+__all__ = ["write_materials"]
 
 
-def written_materials(
+def write_materials(
     materials: Iterable[Material], textures: TextureBuilder
 ) -> tuple[list[pygltflib.Material], list[Finding]]:
     """Return materials for a document, their images put into `textures`.
@@ -54,8 +54,8 @@ class _Images:
         self, key: Any, make: Callable[[], tuple[GltfImage | None, list[Finding]]]
     ) -> GltfImage | None:
         if key not in self._made:
-            self._made[key], news = make()
-            self._found.extend(news)
+            self._made[key], new_findings = make()
+            self._found.extend(new_findings)
         return self._made[key]
 
 
@@ -73,10 +73,10 @@ def _written(
         return textures.info(kind, chosen, texture.placed, where)
 
     base, rough = material.base_color_texture, material.roughness_texture
-    alpha = _together(material.opacity_texture, base, "opacity", where, found)
+    alpha = _joint_texture(material.opacity_texture, base, "opacity", where, found)
     colours = _colours(base, alpha, mode, images)
-    metal = _together(material.metallic_texture, rough, "metallic", where, found)
-    shine = _shine(rough, metal, images)
+    metal = _joint_texture(material.metallic_texture, rough, "metallic", where, found)
+    shine = _metallic_roughness(rough, metal, images)
     hollow, normal, glow = (
         material.occlusion_texture,
         material.normal_texture,
@@ -96,7 +96,7 @@ def _written(
         alphaMode=mode.upper(),
         alphaCutoff=max(material.alpha_cutoff, 0.0) if mode == "mask" else None,
         doubleSided=material.double_sided,
-        extras=written_extras(material.extras),
+        extras=extras_with_metadata(material.extras),
     )
     _factors(result, material, found)
     return result
@@ -105,8 +105,8 @@ def _written(
 def _colours(
     base: Texture | None, alpha: Texture | None, mode: AlphaMode, images: _Images
 ) -> GltfImage | None:
-    """Return the image of colour and opacity; an opacity that nothing asks for is taken out."""
-    if alpha is not None and not _same(alpha, base, "a"):
+    """Return the image of colour and opacity; an unused opacity is taken out."""
+    if alpha is not None and not _same_channel(alpha, base, "a"):
         return images.packed((base, alpha), colour=True)
     colours = images.plain(base, True)
     if alpha is None and mode != "opaque" and colours and has_alpha(colours[0]):
@@ -114,9 +114,11 @@ def _colours(
     return colours
 
 
-def _shine(rough: Texture | None, metal: Texture | None, images: _Images) -> GltfImage | None:
+def _metallic_roughness(
+    rough: Texture | None, metal: Texture | None, images: _Images
+) -> GltfImage | None:
     """Return the image that has roughness in green and metallic in blue."""
-    if _same(rough, metal, "g") and _same(metal, rough, "b"):
+    if _same_channel(rough, metal, "g") and _same_channel(metal, rough, "b"):
         return images.plain(rough, False)
     return images.packed((None, rough, metal))
 
@@ -156,7 +158,7 @@ def _factors(result: pygltflib.Material, material: Material, found: list[Finding
         }
 
 
-def _together(
+def _joint_texture(
     second: Texture | None, first: Texture | None, role: str, where: str, found: list[Finding]
 ) -> Texture | None:
     """Return `second` if it can be part of the image of `first`: it must lie the same."""
@@ -167,7 +169,7 @@ def _together(
     return None
 
 
-def _same(one: Texture | None, other: Texture | None, channel: str) -> bool:
+def _same_channel(one: Texture | None, other: Texture | None, channel: str) -> bool:
     """Return whether `one` is `channel` of the same image as `other`."""
     if one is None or other is None:
         return one is other

@@ -1,4 +1,4 @@
-"""Polygon meshes as glTF wants them: triangles, one uv per vertex, dense vertex attributes."""
+"""Polygon meshes to glTF: triangles, one uv per vertex, dense vertex attributes."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
@@ -9,24 +9,24 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
+from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
 from usdface.io.gltf.buffer import BufferBuilder
-from usdface.io.gltf.corners import (
-    split_vertices,
-    turned_tangents,
-    wanted_sets,
-    written_colours,
-    written_corners,
-)
 from usdface.io.gltf.inbetweens import flat_mesh
 from usdface.io.gltf.vertex_colours import COLOURS
-from usdface.io.gltf.write_skin import written_influences
-from usdface.io.normals import normals_of_faces, unit
+from usdface.io.gltf.vertex_split import (
+    split_vertices,
+    tangent_deltas,
+    texcoord_count,
+    write_corner_attributes,
+    write_vertex_colours,
+)
+from usdface.io.gltf.write_skin import write_influences
 from usdface.rigs import BlendShape, Mesh
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["triangulated", "written_mesh"]
+__all__ = ["triangulated", "write_mesh"]
 
-_LEAST_TURN = 1e-6  # of a computed unit normal, far below what 8-bit shading shows
+_LEAST_NORMAL_CHANGE = 1e-6  # of a computed unit normal: a 3,900th of a step of 8-bit shading
 
 
 def triangulated(face_counts: IntArray) -> tuple[IntArray, IntArray]:
@@ -52,7 +52,7 @@ def triangulated(face_counts: IntArray) -> tuple[IntArray, IntArray]:
     return np.stack([starts, starts + step + 1, starts + step + 2], 1), faces
 
 
-def written_mesh(
+def write_mesh(
     mesh: Mesh,
     materials: Mapping[str, pygltflib.Material],
     builder: BufferBuilder,
@@ -76,7 +76,7 @@ def written_mesh(
     joints : int
         Joints of the skeleton; 0 leaves the skin out.
     uv_names : sequence of str
-        What TEXCOORD_0, TEXCOORD_1, ... hold (`usdface.io.gltf.corners.uv_order`).
+        Primvars of TEXCOORD_0, TEXCOORD_1, ... (`usdface.io.gltf.vertex_split.uv_order`).
     coloured : collection of str
         Materials that show vertex colours; "" is the lack of one.
 
@@ -94,9 +94,9 @@ def written_mesh(
     corners, faces = triangulated(mesh.face_counts)
     if not len(corners):
         return None, [finding("FEATURE_DROPPED", mesh.name, "a mesh without faces is left out")]
-    found = _announced(mesh)
-    mesh, inbetweens, news = flat_mesh(mesh)
-    found += news
+    found = _report_dropped(mesh)
+    mesh, inbetweens, new_findings = flat_mesh(mesh)
+    found += new_findings
     shows = {*(s.material for s in mesh.subsets), mesh.material} & set(coloured)
     colours = mesh.corners(COLOURS)
     if colours is not None and not shows:
@@ -111,16 +111,18 @@ def written_mesh(
     )
     moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
     normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
-    shared.NORMAL = builder.array(unit(normals[split.source]), ARRAY_BUFFER, short="signed")
-    wanted = wanted_sets(primitives, materials)
-    for attribute, accessor in written_corners(mesh, split, uv_names, wanted, builder).items():
+    shared.NORMAL = builder.array(unit_or_up(normals[split.source]), ARRAY_BUFFER, short="signed")
+    wanted = texcoord_count(primitives, materials)
+    for attribute, accessor in write_corner_attributes(
+        mesh, split, uv_names, wanted, builder
+    ).items():
         setattr(shared, attribute, accessor)
     if joints and mesh.skin is not None:
         count = len(mesh.points)
-        influences, news = written_influences(
+        influences, new_findings = write_influences(
             mesh.skin, split.source, count, joints, mesh.name, builder
         )
-        found += news
+        found += new_findings
         for attribute, accessor in influences.items():
             setattr(shared, attribute, accessor)
     targets = [
@@ -129,9 +131,9 @@ def written_mesh(
     ]
     if shared.TANGENT is not None:
         for target, turn in zip(targets, turns, strict=True):
-            turned = turned_tangents(mesh, split, normals, turn)
+            turned = tangent_deltas(mesh, split, normals, turn)
             target["TANGENT"] = builder.offsets(*turned, len(split.source))
-    tint = written_colours(mesh, split, builder) if shows else None
+    tint = write_vertex_colours(mesh, split, builder) if shows else None
     names = ["", *materials]
     for primitive in primitives:
         primitive.attributes, primitive.targets = shared, targets
@@ -144,7 +146,7 @@ def written_mesh(
 
 
 def _named_targets(mesh: Mesh, inbetweens: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the extras of a mesh: what its morph targets are called, and which are inbetweens."""
+    """Return the extras of a mesh: names of its morph targets, and which are inbetweens."""
     extras: dict[str, Any] = {}
     if mesh.shapes:
         extras["targetNames"] = [shape.label or shape.name for shape in mesh.shapes]
@@ -154,7 +156,7 @@ def _named_targets(mesh: Mesh, inbetweens: list[dict[str, Any]]) -> dict[str, An
     return extras | ({"usdface": ours} if ours else {})
 
 
-def _announced(mesh: Mesh) -> list[Finding]:
+def _report_dropped(mesh: Mesh) -> list[Finding]:
     found = []
     if (mesh.face_counts > 3).any():
         found.append(finding("FACES_TRIANGULATED", mesh.name))
@@ -162,9 +164,7 @@ def _announced(mesh: Mesh) -> list[Finding]:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
     combined = [shape.name for shape in mesh.shapes if shape.combination is not None]
     if combined:
-        message = (
-            f"that these are combinations is not kept, their weights are: {', '.join(combined)}"
-        )
+        message = f"combination shapes become plain ones, with their weights: {', '.join(combined)}"
         found.append(finding("FEATURE_DROPPED", mesh.name, message))
     return found
 
@@ -204,8 +204,8 @@ def _primitives(
 def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]:
     """Return vertex normals (V, 3) and, for each shape, where and how it changes them.
 
-    Where a shape has no normal offsets of its own, they are what the smooth normals change
-    by at weight 1, whatever the neutral normals are.
+    A shape without normal offsets gets the change of the smooth normals at weight 1, also where
+    the neutral normals are authored.
     """
     authored = [(s.indices, s.normal_offsets) for s in mesh.shapes if s.normal_offsets is not None]
     if mesh.normals is not None and len(authored) == len(mesh.shapes):
@@ -219,7 +219,7 @@ def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
         points = mesh.points.copy()
         points[shape.indices] += shape.offsets
         change = smooth(points) - resting
-        turned = np.flatnonzero((np.abs(change) > _LEAST_TURN).any(axis=1))
+        turned = np.flatnonzero((np.abs(change) > _LEAST_NORMAL_CHANGE).any(axis=1))
         return turned, change[turned]
 
     normals = resting if mesh.normals is None else mesh.normals

@@ -13,12 +13,12 @@ from usdface.io.gltf.buffer import BufferBuilder
 from usdface.rigs import Skin
 from usdface.takes import IntArray
 
-__all__ = ["written_influences"]
+__all__ = ["write_influences"]
 
 _SET = 4  # influences; many programs read no more than one set
 
 
-def written_influences(
+def write_influences(
     skin: Skin, source: IntArray, count: int, joints: int, name: str, builder: BufferBuilder
 ) -> tuple[dict[str, int], list[Finding]]:
     """Append the influences of a mesh; return the accessors by attribute.

@@ -1,1 +1,1 @@
-"""Rigs in that are neither USD nor glTF: folders of meshes, MakeHuman."""
+"""Readers of rigs: folders of meshes, MakeHuman; glTF and USD without animations."""

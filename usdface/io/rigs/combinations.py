@@ -15,13 +15,18 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.rigs import Combination, CombinationRule, Rig
 
-__all__ = ["with_combinations_of"]
+__all__ = ["combinations_file", "read_combinations"]
 
 _NAME = "combinations.json"
-_LARGEST = 4_000_000  # bytes
+_LARGEST = 4_000_000  # bytes: some 40,000 combinations
 
 
-def with_combinations_of(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
+def combinations_file(folder: Path) -> Path:
+    """Return the file that declares a folder's combinations, be it there or not."""
+    return folder / _NAME
+
+
+def read_combinations(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
     """Return the rig with the combinations that its folder declares.
 
     Raises
@@ -29,7 +34,7 @@ def with_combinations_of(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
     InputError
         If the file cannot be read as such.
     """
-    path = folder / _NAME
+    path = combinations_file(folder)
     if not path.is_file():
         return rig, []
     if path.stat().st_size > _LARGEST:

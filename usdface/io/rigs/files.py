@@ -1,69 +1,52 @@
-"""Any rig source as a `Rig`: the one place that knows which reader reads what."""
+"""Rigs from files and folders, each by the reader of its format."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
-from usdface.clips import Clip
 from usdface.errors import InputError
-from usdface.findings import Finding, finding
-from usdface.io.rigs.combinations import with_combinations_of
-from usdface.io.rigs.makehuman import is_makehuman, read_makehuman
-from usdface.io.rigs.shape_folder import read_shape_folder
-from usdface.io.usd.clips import clips_of_stage
-from usdface.io.usd.rig import read_rig
-from usdface.io.usd.stage import open_stage
+from usdface.findings import Finding
+from usdface.io.rigs.combinations import combinations_file, read_combinations
+from usdface.io.rigs.formats import RIG_READERS, is_makehuman_folder, mesh_files
+from usdface.io.rigs.verify_rig import verified_rig
 from usdface.options import RigOptions
 from usdface.rigs import Rig
 
-__all__ = ["read_rig_file"]
-
-_GLTF = (".glb", ".gltf")
-_USD = (".usd", ".usda", ".usdc", ".usdz")
+__all__ = ["folder_files", "read_rig_file"]
 
 
 def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, list[Finding]]:
-    """Read a glTF or USD file, a folder of meshes, or a MakeHuman folder.
+    """Read a rig: glTF, USD, a folder of meshes, MakeHuman, or a format of another package.
 
     Raises
     ------
     InputError
-        If it is none of these, cannot be read, or has no blend shapes.
+        If it is none of these, cannot be read, has no blend shapes, or its format does not
+        follow one of the `options`.
+    PluginError
+        If the reader of another package fails, or returns something else than a rig.
     """
-    kind = path.suffix.lower()
-    if path.is_dir():
-        if is_makehuman(path):
-            rig, findings = read_makehuman(path)
-        else:
-            rig, findings = read_shape_folder(path, options or RigOptions())
-        rig, notes = with_combinations_of(path, rig)
-        findings += notes
-    elif not path.exists():
+    options = options or RigOptions()
+    if not path.exists():
         raise InputError(f"no such file or folder: {path}", "FILE_UNREADABLE")
-    elif kind in _GLTF:
-        from usdface.io.gltf.read import read_gltf  # loads glTF's libraries only here
-
-        rig, clips, findings = read_gltf(path)
-        findings += _dropped(clips)
-    elif kind in _USD:
-        rig, findings = read_rig(path)
-        findings += _dropped_of_stage(path, rig)
-    else:
-        known = ", ".join((*_GLTF, *_USD))
-        raise InputError(
-            f"{path} is not a rig that usdface reads; use a folder or {known}", "FILE_KIND_UNKNOWN"
-        )
+    reader, findings = RIG_READERS.find(path)
+    reader.format.check_options(path, options)
+    result = reader.call(reader.format.read, path, options)
+    rig, found = verified_rig(reader, result) if reader.origin else result
+    findings += found
+    if path.is_dir():
+        rig, found = read_combinations(path, rig)
+        findings += found
     if not rig.shape_names:
         raise InputError(f"{path} has no blend shapes; a rig needs at least one", "SHAPES_MISSING")
     return rig, findings
 
 
-def _dropped_of_stage(path: Path, rig: Rig) -> list[Finding]:
-    try:
-        return _dropped(clips_of_stage(open_stage(path), rig)[0])
-    except InputError as error:  # it is left out anyhow
-        return [finding("ANIMATION_DROPPED", "", f"left out, as it cannot be read: {error}")]
+def folder_files(folder: Path) -> list[Path]:
+    """Return the files of a folder that reading it as a rig reads."""
+    if is_makehuman_folder(folder):
+        from usdface.io.rigs.makehuman import makehuman_files
 
-
-def _dropped(clips: Sequence[Clip]) -> list[Finding]:
-    message = "a rig stands still; `usdface import` and `export` keep animations"
-    return [finding("ANIMATION_DROPPED", clip.name, message) for clip in clips if not clip.still]
+        meshes = makehuman_files(folder)
+    else:
+        meshes = mesh_files(folder)
+    combinations = combinations_file(folder)
+    return [*meshes, *([combinations] if combinations.is_file() else [])]

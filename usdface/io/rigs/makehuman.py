@@ -7,12 +7,13 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.rigs.obj import ObjMesh, read_obj
+from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["is_makehuman", "read_makehuman"]
+__all__ = ["is_makehuman", "makehuman_files", "read_makehuman"]
 
-_METERS_PER_UNIT = 0.1
+_METERS_PER_UNIT = 0.1  # "Asset format: targets"
 _BODY = "body"
 
 
@@ -21,12 +22,19 @@ def is_makehuman(folder: Path) -> bool:
     return _base(folder) is not None and bool(_targets(folder)[1])
 
 
-def read_makehuman(folder: Path) -> tuple[Rig, list[Finding]]:
+def makehuman_files(folder: Path) -> list[Path]:
+    """Return the base mesh and the targets of `folder`."""
+    base = _base(folder)
+    return [*([base] if base else []), *_targets(folder)[1]]
+
+
+def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Rig, list[Finding]]:
     """Read `base.obj` and all `.target` files as one mesh with blend shapes.
 
     `folder` holds `base.obj` and `targets/`, or is the folder of targets with `base.obj` one
     level up. A target's name is its path in the folder of targets, without the suffix. Only
-    the faces of the group `body` are kept: the others are helpers for clothes and joints.
+    the faces of the group `body` are kept: the others are helpers for clothes and joints. No option
+    applies: the format defines its unit and its up axis.
 
     Raises
     ------
@@ -81,7 +89,7 @@ def _body(obj: ObjMesh, path: Path) -> tuple[Mesh, IntArray, list[Finding]]:
     """Return the body alone and which points of the file it keeps: (V,) int64."""
     on_body = np.array([group == _BODY for group in obj.groups], bool)
     if not on_body.any():
-        on_body[:] = True  # not the base mesh as published: nothing says what is a helper
+        on_body[:] = True  # not the base mesh as published: helpers are not marked
     corners = np.repeat(on_body, obj.face_counts)
     kept, indices = np.unique(obj.face_indices[corners], return_inverse=True)
     mesh = Mesh(

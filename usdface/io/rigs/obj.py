@@ -15,12 +15,12 @@ from usdface.takes import FloatArray, IntArray
 
 __all__ = ["ObjMesh", "read_obj"]
 
-_LARGEST_FILE = 1 << 30
+_LARGEST_FILE = 1 << 30  # bytes: some ten million points
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ObjMesh:
-    """What an OBJ file holds, in its own unit and axes.
+    """Contents of an OBJ file, in its own unit and axes.
 
     Attributes
     ----------
@@ -85,10 +85,10 @@ def read_obj(path: Path) -> ObjMesh:
     counts = np.array([len(face) for face in corners], np.int64)
     above = np.repeat(np.array(before, np.int64).reshape(-1, 2), counts, axis=0)
     numbers = _corner_numbers(path, [corner for face in corners for corner in face])
-    indices = _from_one(path, numbers[:, 0], above[:, 0], len(points), "point")
+    indices = _zero_based(path, numbers[:, 0], above[:, 0], len(points), "point")
     uvs = None
     if len(texture) and numbers.shape[1] > 1 and len(numbers) and (numbers[:, 1] != 0).all():
-        uvs = texture[_from_one(path, numbers[:, 1], above[:, 1], len(texture), "texture")]
+        uvs = texture[_zero_based(path, numbers[:, 1], above[:, 1], len(texture), "texture")]
     return ObjMesh(points, counts, indices, uvs, tuple(groups), tuple(materials))
 
 
@@ -137,7 +137,7 @@ def _corner_numbers(path: Path, corners: list[str]) -> IntArray:
         ) from error
 
 
-def _from_one(path: Path, numbers: IntArray, above: IntArray, count: int, what: str) -> IntArray:
+def _zero_based(path: Path, numbers: IntArray, above: IntArray, count: int, what: str) -> IntArray:
     indices: IntArray = np.where(numbers < 0, above + numbers, numbers - 1)
     if len(indices) and not 0 <= indices.min() <= indices.max() < count:
         raise InputError(

@@ -9,21 +9,16 @@ import trimesh
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import to_metres
+from usdface.io.rigs.formats import mesh_files
 from usdface.io.rigs.obj import read_obj
 from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
 from usdface.takes import FloatArray
 
-__all__ = ["mesh_files", "read_shape_folder"]
+__all__ = ["read_shape_folder"]
 
-_SUFFIXES = (".obj", ".ply")
 _NEUTRAL_WORDS = frozenset({"neutral", "basis", "base", "rest"})
-_Z_UP_TO_Y_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
-
-
-def mesh_files(folder: Path) -> list[Path]:
-    """Return the OBJ and PLY files of a folder, sorted by name."""
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in _SUFFIXES and p.is_file())
 
 
 def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
@@ -41,11 +36,10 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     """
     files = mesh_files(folder)
     if not files:
-        raise InputError(f"{folder} has no {' or '.join(_SUFFIXES)} files", "FILE_UNREADABLE")
+        raise InputError(f"{folder} has no OBJ or PLY files", "FILE_UNREADABLE")
     chosen = _neutral(folder, files, options.neutral)
-    to_metres = np.eye(3) if options.up_axis == "Y" else _Z_UP_TO_Y_UP
-    to_metres = to_metres * options.meters_per_unit
-    neutral, materials, findings = _read_neutral(chosen, to_metres)
+    space = to_metres(options.meters_per_unit, options.up_axis)
+    neutral, materials, findings = _read_neutral(chosen, space)
     shapes: dict[str, BlendShape] = {}
     for path in files:
         if path == chosen:
@@ -61,7 +55,7 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
             continue
         if not same_faces:
             findings.append(finding("FACES_DIFFER", str(path)))
-        shapes[path.stem] = BlendShape.from_dense(path.stem, points @ to_metres - neutral.points)
+        shapes[path.stem] = BlendShape.from_dense(path.stem, points @ space - neutral.points)
         if not len(shapes[path.stem].indices):
             findings.append(finding("SHAPE_EMPTY", str(path)))
     mesh = Mesh(
@@ -99,22 +93,25 @@ def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:
         if found:
             names = ", ".join(path.name for path in found)
             raise InputError(
-                f"{folder} has several neutral meshes ({names}); name one", "NEUTRAL_UNKNOWN"
+                f"{folder} has several neutral meshes ({names}); choose one with --neutral",
+                "NEUTRAL_UNKNOWN",
             )
     names = ", ".join(path.name for path in files)
-    asked = f"no mesh {wanted!r}" if wanted else "no mesh named neutral, basis, base or rest"
-    raise InputError(f"{folder} has {asked}; name the neutral, one of {names}", "NEUTRAL_UNKNOWN")
+    missing = f"no mesh {wanted!r}" if wanted else "no mesh named neutral, basis, base or rest"
+    raise InputError(
+        f"{folder} has {missing}; choose one with --neutral: {names}", "NEUTRAL_UNKNOWN"
+    )
 
 
 def _read_neutral(
-    path: Path, to_metres: FloatArray
+    path: Path, space: FloatArray
 ) -> tuple[Mesh, tuple[Material, ...], list[Finding]]:
     if path.suffix.lower() == ".ply":
         found, polygons = _read_ply(path)
         counts = np.full(len(found.faces), 3)
-        points = np.asarray(found.vertices) @ to_metres
-        notes = [finding("FACES_TRIANGULATED", str(path))] if polygons != len(counts) else []
-        return Mesh(path.stem, points, counts, np.ravel(found.faces)), (), notes
+        points = np.asarray(found.vertices) @ space
+        findings = [finding("FACES_TRIANGULATED", str(path))] if polygons != len(counts) else []
+        return Mesh(path.stem, points, counts, np.ravel(found.faces)), (), findings
     obj = read_obj(path)
     names = np.array(obj.materials)
     subsets = tuple(
@@ -122,15 +119,15 @@ def _read_neutral(
         for name in dict.fromkeys(obj.materials)
         if name
     )
-    notes = []
+    findings = []
     if subsets:
         message = "materials keep their names and faces; their colours (.mtl) are not read"
-        notes.append(finding("FEATURE_DROPPED", str(path), message))
-    points = obj.points @ to_metres
+        findings.append(finding("FEATURE_DROPPED", str(path), message))
+    points = obj.points @ space
     mesh = Mesh(
         path.stem, points, obj.face_counts, obj.face_indices, None, obj.uvs, subsets=subsets
     )
-    return mesh, tuple(Material(subset.material) for subset in subsets), notes
+    return mesh, tuple(Material(subset.material) for subset in subsets), findings
 
 
 def _read_points(path: Path, neutral: Mesh) -> tuple[FloatArray, bool]:
@@ -152,7 +149,7 @@ def _read_ply(path: Path) -> tuple[trimesh.Trimesh, int]:
             found = trimesh.load(file, file_type="ply", process=False)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}", "FILE_UNREADABLE") from error
-    except Exception as error:  # trimesh raises whatever its parsers run into
+    except Exception as error:  # trimesh lets any error of its parsers through
         raise InputError(
             f"{path} cannot be read as PLY: {error or type(error).__name__}; is it cut off, or "
             "binary with triangles and quads mixed? Then export triangles, ASCII or OBJ",

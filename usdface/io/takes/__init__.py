@@ -1,1 +1,1 @@
-"""Recorded takes in: C3D, TRC, CSV, BVH, Live Link Face."""
+"""Readers of takes: C3D, TRC, CSV, BVH, Live Link Face, USD."""

@@ -58,8 +58,8 @@ def read_bvh(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         rate=nominal_rate(np.array([0.0, step])) if step else 0.0,
         assumed_unit="cm",
     )
-    take, more = finish_take(raw, options)
-    return take, findings + more
+    take, take_findings = finish_take(raw, options)
+    return take, findings + take_findings
 
 
 def _hierarchy(path: Path, tokens: list[str]) -> tuple[list[_Joint], int]:

@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
-from usdface.io.takes.raw_take import DEFAULTS, METRES, RawTake, finish_take
+from usdface.io.takes.raw_take import DEFAULTS, RawTake, finish_take
 from usdface.options import TakeOptions
 from usdface.takes import FloatArray, MarkerTake
 
 __all__ = ["read_c3d"]
 
+# C3D User Guide, "The header section" and, for the processor types, "The parameter section".
 _BLOCK = 512  # bytes
 _KEY = 0x50  # second byte of every C3D file
 _ORDERS: dict[int, ByteOrder] = {84: "intel", 85: "dec", 86: "mips"}
@@ -74,18 +76,18 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     header = _header(path, data)
     parameters = header.parameters
     layout, findings = _layout(path, len(data), header)
-    up_axis, guesses = _up_axis(path, parameters, options)
+    up_axis, axis_findings = _up_axis(path, parameters, options)
     raw = RawTake(
         path=path,
         labels=_labels(parameters, layout.markers),
         positions=_points(data, layout),
         rate=layout.rate,
-        unit=METRES.get(_text(parameters, "POINT:UNITS").lower()),
+        unit=METERS_PER_UNIT.get(_text(parameters, "POINT:UNITS").lower()),
         up_axis=up_axis,
         start_timecode=_timecode(parameters),
     )
-    take, more = finish_take(raw, options)
-    return take, findings + guesses + more
+    take, take_findings = finish_take(raw, options)
+    return take, findings + axis_findings + take_findings
 
 
 def _header(path: Path, data: NDArray[np.uint8]) -> _Header:

@@ -18,12 +18,13 @@ __all__ = ["ByteOrder", "Parameters", "floats", "read_parameters"]
 ByteOrder: TypeAlias = Literal["intel", "dec", "mips"]
 Parameters: TypeAlias = dict[str, FloatArray | list[str]]  # "POINT:RATE" -> numbers or texts
 
+# Bytes by type code (text, byte, word, float), and dimensions: C3D User Guide.
 _ITEM_BYTES = {-1: 1, 1: 1, 2: 2, 4: 4}
 _MOST_DIMENSIONS = 7
 
 
 def floats(raw: NDArray[np.uint8] | bytes, order: ByteOrder) -> FloatArray:
-    """Return the 4-byte floats in `raw`, whatever machine wrote them.
+    """Return the 4-byte floats in `raw`, of any of the three byte orders.
 
     DEC (VAX F) floats hold their 16-bit words in the other order and count their
     exponent from another origin: four times the IEEE number.

@@ -20,8 +20,17 @@ from usdface.takes import FloatArray, IntArray, WeightsTake
 __all__ = ["read_livelink"]
 
 _TIMECODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})[:;](\d{1,3}(?:\.\d{1,9})?)")
-_BASES = (24, 25, 30, 48, 50, 60, 100, 120)  # frames per second that a timecode may count
-_ASSUMED_BASE = 60
+_BASES = (
+    24,
+    25,
+    30,
+    48,
+    50,
+    60,
+    100,
+    120,
+)  # Hz: SMPTE ST 12's, their doubles, and high frame rates
+_ASSUMED_BASE = 60  # that of all recordings seen
 _DAY = 86400.0  # s
 _ROTATION = ("Yaw", "Pitch", "Roll")
 
@@ -54,13 +63,13 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     if ignored:
         message = f"head and eye rotations are not read: {listed(ignored)}"
         findings.append(finding("CHANNEL_IGNORED", str(path), message))
-    seconds, guesses = _seconds(path, kept)
-    times, rate, more = take_times(path, len(kept), seconds=seconds, override=options.rate)
+    seconds, base_findings = _seconds(path, kept)
+    times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)
     try:
         take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name)
     except InputError as error:
         raise InputError(f"{path}: {error}", error.code) from error
-    return take, findings + guesses + more
+    return take, findings + base_findings + time_findings
 
 
 def _rows_with_data(

@@ -1,7 +1,7 @@
 """Marker CSV as OptiTrack Motive exports it (format versions 1.2 and later).
 
-The first line holds metadata as key, value, key, value ...; below it come rows that say
-what each column is (type, name, ID, sometimes parent, quantity), then the row
+The first line holds metadata as key, value, key, value ...; below it come rows that describe each
+column (type, name, ID, sometimes parent, quantity), then the row
 ``Frame, Time (Seconds), X, Y, Z ...`` and the data. Y is up, right-handed.
 """
 
@@ -10,6 +10,7 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take, listed
 from usdface.io.takes.text_table import Row, positive, read_numbers, read_rows, read_text
 from usdface.options import TakeOptions
@@ -17,9 +18,8 @@ from usdface.takes import MarkerTake
 
 __all__ = ["read_motive"]
 
-_UNITS = {"millimeters": 0.001, "centimeters": 0.01, "meters": 1.0, "inches": 0.0254}
 _START = re.compile(r"\d+-\d+-\d+ (\d{1,2})\.(\d{2})\.(\d{2})(?:\.(\d+))?(?: ([AP])M)?")
-_HEADER_ROWS = 12
+_HEADER_ROWS = 12  # exports have 6 or 7: metadata, rows that describe the columns, axes
 
 
 def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -57,7 +57,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         positions=table[:, 2:].reshape(len(data), len(markers), 3),
         seconds=table[:, 1],
         rate=positive(about.get("Export Frame Rate") or about.get("Capture Frame Rate", "")),
-        unit=_UNITS.get(about.get("Length Units", "").lower()),
+        unit=METERS_PER_UNIT.get(about.get("Length Units", "").lower()),
         assumed_unit="m",
         up_axis="Y",
         start_timecode=_start(rows[top][1], data, about),
@@ -74,7 +74,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
 
 
 def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[int]], list[str]]:
-    """Return the x, y, z columns of each measured marker, and what else is there."""
+    """Return the x, y, z columns of each measured marker, and the names of other columns."""
     width = max(len(cells) for _, cells in header)
     full = [cells + [""] * (width - len(cells)) for _, cells in header]
     if len(full) < 4:

@@ -1,7 +1,7 @@
-"""From what a marker file holds to a `MarkerTake`: units, axes, labels, visibility.
+"""Conversion of recorded markers to a `MarkerTake`: units, axes, labels, occlusion.
 
-Every reader hands its numbers over as a `RawTake`, untouched; what a file does not say,
-what the options override and what is announced is decided here, once for all formats.
+Every reader hands its numbers over as a `RawTake`, unconverted; defaults, overrides by the
+options and findings are decided here, once for all formats.
 """
 
 from collections import Counter
@@ -10,25 +10,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import BoolArray, FloatArray, MarkerTake
 
-__all__ = ["DEFAULTS", "METRES", "RawTake", "check_size", "finish_take", "listed"]
+__all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
 
 DEFAULTS = TakeOptions()
-METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254}
-_HEADROOM = 16 * 2**20  # bytes
+_HEADROOM = 16 * 2**20  # bytes that any file may take: tables with few positions are sparse
 _EXPANSION = 64  # bytes of positions for a byte of file; dense text gives about 3
 
 
 @dataclass(frozen=True, eq=False, slots=True, kw_only=True)
 class RawTake:
-    """Markers as their file has them.
+    """Markers as they stand in their file.
 
     Attributes
     ----------
@@ -46,7 +45,7 @@ class RawTake:
     unit : float [m], optional
         None = the file does not say.
     assumed_unit : {"mm", "cm", "m"}
-        What the format's files mostly are, for a file that does not say.
+        The usual unit of the format, for a file without one.
     up_axis : {"Y", "Z"}, optional
         None = the file does not say.
     start_timecode : str
@@ -97,7 +96,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     if not raw.labels:
         raise InputError(f"{path}: there are no markers; expected at least one", "TAKE_EMPTY")
     labels, findings = _unique_labels(path, raw.labels)
-    times, rate, guesses = take_times(
+    times, rate, new_findings = take_times(
         path,
         len(raw.positions),
         rate=raw.rate,
@@ -105,15 +104,13 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         frames=raw.frames,
         override=options.rate,
     )
-    findings += guesses
-    positions, unit, up_axis, guesses = _placed(raw, options)
-    findings += guesses
+    findings += new_findings
+    positions, unit, up_axis, new_findings = _in_metres(raw, options)
+    findings += new_findings
     hidden = np.any(~np.isfinite(positions), axis=2)
-    if hidden.all():
-        raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
     positions[hidden] = np.nan
-    findings += _occlusion(path, labels, hidden)
-    seen = np.any(~hidden, axis=0)
+    seen, occlusion = find_occlusion(path, labels, hidden)
+    findings += occlusion
     take = MarkerTake(
         tuple(label for label, kept in zip(labels, seen, strict=True) if kept),
         times,
@@ -130,8 +127,8 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
 
 def listed(items: Sequence[str], most: int = 5) -> str:
     """Return up to `most` items in one phrase, and how many more there are."""
-    more = f" and {len(items) - most} more" if len(items) > most else ""
-    return ", ".join(items[:most]) + more
+    rest = f" and {len(items) - most} more" if len(items) > most else ""
+    return ", ".join(items[:most]) + rest
 
 
 def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list[Finding]]:
@@ -157,28 +154,37 @@ def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list
     return unique, [finding("LABEL_CHANGED", str(path), f"labels changed: {listed(changes)}")]
 
 
-def _placed(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str, list[Finding]]:
-    """Return positions of our own to write to, metres per unit, up axis, guesses."""
+def _in_metres(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str, list[Finding]]:
+    """Return a copy of the positions in metres, Y up, metres per unit, up axis, findings."""
     where = str(raw.path)
     if options.dimension == 3 and raw.positions.shape[2] == 2:
         raise InputError(f"{where}: only x and y are there; a 3D take needs z", "COLUMNS_WRONG")
     if options.dimension == 2 or raw.positions.shape[2] == 2:
         return raw.positions[..., :2] * [1.0, -1.0], 1.0, "Y", []
     findings = []
-    unit = METRES[options.units] if options.units else raw.unit
+    unit = METERS_PER_UNIT[options.units] if options.units else raw.unit
     if unit is None:
-        unit = METRES[raw.assumed_unit]
+        unit = METERS_PER_UNIT[raw.assumed_unit]
         findings.append(finding("UNITS_ASSUMED", where, f"taken as {raw.assumed_unit}"))
     up_axis = options.up_axis or raw.up_axis
     if up_axis is None:
         up_axis = "Y"
         findings.append(finding("UP_AXIS_ASSUMED", where, "taken as Y up"))
-    if up_axis == "Z":
-        return raw.positions[..., [0, 2, 1]] * [unit, unit, -unit], unit, up_axis, findings
-    return raw.positions * unit, unit, up_axis, findings
+    return in_metres(raw.positions, unit, up_axis), unit, up_axis, findings
 
 
-def _occlusion(path: Path, labels: list[str], hidden: NDArray[np.bool_]) -> list[Finding]:
+def find_occlusion(
+    path: Path, labels: Sequence[str], hidden: BoolArray
+) -> tuple[BoolArray, list[Finding]]:
+    """Return which markers are ever visible (M,), and where markers (F, M) are hidden.
+
+    Raises
+    ------
+    InputError
+        If nothing is ever visible.
+    """
+    if hidden.all():
+        raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
     frame_count = len(hidden)
     counts = hidden.sum(axis=0)
     findings = []
@@ -193,4 +199,4 @@ def _occlusion(path: Path, labels: list[str], hidden: NDArray[np.bool_]) -> list
     if len(empty):
         message = f"no marker is visible in frames {listed([str(i) for i in empty])}"
         findings.append(finding("FRAME_EMPTY", str(path), message))
-    return findings
+    return np.any(~hidden, axis=0), findings

@@ -75,7 +75,7 @@ def read_numbers(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> Flo
     try:
         flat = np.fromiter(map(float, picked), np.float64, count)
     except ValueError:
-        flat = np.fromiter(_cell_by_cell(path, rows, columns), np.float64, count)
+        flat = np.fromiter(_parse_cells(path, rows, columns), np.float64, count)
     return flat.reshape(len(rows), len(columns))
 
 
@@ -88,8 +88,8 @@ def positive(text: str) -> float:
     return value if np.isfinite(value) and value > 0 else 0.0
 
 
-def _cell_by_cell(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> Iterator[float]:
-    """Yield numbers one by one: slower, but knows other words for nothing, and the line."""
+def _parse_cells(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> Iterator[float]:
+    """Yield numbers one by one: slower, but accepts words for missing values and names the line."""
     for line, cells in rows:
         for column in columns:
             cell = cells[column] if column < len(cells) else ""

@@ -1,4 +1,4 @@
-"""The times of a take: from a time column, frame numbers or a rate, whatever the file has."""
+"""Frame times of a take, from a time column, frame numbers or a rate."""
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from usdface.takes import FloatArray
 
 __all__ = ["ASSUMED_RATE", "nominal_rate", "take_times"]
 
-ASSUMED_RATE = 30.0  # Hz, where neither file nor options say
-_SLOWEST, _FASTEST = 1e-3, 1e6  # Hz
+ASSUMED_RATE = 30.0  # Hz, where neither file nor options name one; RATE_ASSUMED reports it
+_SLOWEST, _FASTEST = 1e-3, 1e6  # Hz: a frame in 17 minutes to a frame in a microsecond
 _LONGEST = 1e7  # s, four months
-_ON_GRID = 0.1  # frames: how far a written time may lie from k / rate to mean it
-_WHOLE = 5e-4  # a measured rate this near to a whole number means it
+_GRID_TOLERANCE = 0.1  # frames: times rounded to milliseconds are off by that at 200 Hz
+_WHOLE_RATE_TOLERANCE = 5e-4  # half of the way from 30 to 29.97 Hz
 
 
 def nominal_rate(seconds: FloatArray) -> float:
@@ -27,7 +27,7 @@ def nominal_rate(seconds: FloatArray) -> float:
     if not len(steps):
         return 0.0
     rate = float(1.0 / steps[steps <= 1.5 * np.median(steps)].mean())
-    return float(round(rate)) if abs(rate - round(rate)) < _WHOLE * rate else rate
+    return float(round(rate)) if abs(rate - round(rate)) < _WHOLE_RATE_TOLERANCE * rate else rate
 
 
 def take_times(
@@ -39,7 +39,7 @@ def take_times(
     frames: FloatArray | None = None,
     override: float | None = None,
 ) -> tuple[FloatArray, float, list[Finding]]:
-    """Return times (F,) [s] from 0, the nominal rate [Hz] and what had to be guessed.
+    """Return times (F,) [s] from 0, the nominal rate [Hz] and findings.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def take_times(
     count : int
         F, the number of frames.
     rate : float [Hz]
-        What the file says; 0 = nothing.
+        Rate that the file names; 0 = none.
     seconds : (F,) float [s], optional
         The file's time column, from any origin. Times that lie on the grid of the rate
         within a tenth of a frame are the grid's.
@@ -74,26 +74,26 @@ def take_times(
     if seconds is not None:
         seconds = _from_zero(path, seconds, "time")
         rate = rate or nominal_rate(seconds) or (override or 0.0)
-        guessed: list[Finding] = []
+        findings: list[Finding] = []
     else:
         if rate or override:
-            guessed = []
+            findings = []
         else:
-            guessed = [finding("RATE_ASSUMED", str(path), f"taken as {ASSUMED_RATE:g} Hz")]
+            findings = [finding("RATE_ASSUMED", str(path), f"taken as {ASSUMED_RATE:g} Hz")]
         rate = rate or override or ASSUMED_RATE
         numbers = np.arange(count) if frames is None else _from_zero(path, frames, "frame number")
         seconds = numbers / rate
     exact = seconds * rate
     grid = np.round(exact)
-    if rate and np.abs(exact - grid).max() < _ON_GRID and (np.diff(grid) > 0).all():
+    if rate and np.abs(exact - grid).max() < _GRID_TOLERANCE and (np.diff(grid) > 0).all():
         seconds = grid / rate
     missing = int(np.maximum(np.round(np.diff(exact)) - 1, 0).sum())
     if missing:
         message = f"{missing} frames are missing between the {count} recorded ones; times are kept"
-        guessed.append(finding("FRAMES_DROPPED", str(path), message))
+        findings.append(finding("FRAMES_DROPPED", str(path), message))
     if override and rate:
-        return seconds * (rate / override), override, guessed
-    return seconds, rate, guessed
+        return seconds * (rate / override), override, findings
+    return seconds, rate, findings
 
 
 def _from_zero(path: Path, values: FloatArray, what: str) -> FloatArray:

@@ -10,14 +10,13 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.takes.raw_take import DEFAULTS, METRES, RawTake, check_size, finish_take
+from usdface.geometry.units_and_axes import METERS_PER_UNIT
+from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import Row, positive, read_numbers, read_rows, read_text
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
 __all__ = ["read_trc"]
-
-_UNITS = {**METRES, "millimeters": 0.001, "centimeters": 0.01, "meters": 1.0, "inches": 0.0254}
 
 
 def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -63,10 +62,10 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         positions=table[:, 1:].reshape(len(frames), len(labels), 3),
         seconds=None if np.isnan(seconds).all() else seconds,
         rate=positive(header.get("datarate", "")),
-        unit=_UNITS.get(header.get("units", "").lower()),
+        unit=METERS_PER_UNIT.get(header.get("units", "").lower()),
     )
-    take, more = finish_take(raw, options)
-    return take, findings + more
+    take, take_findings = finish_take(raw, options)
+    return take, findings + take_findings
 
 
 def _whole_frames(

@@ -1,1 +1,1 @@
-"""USD stages and layers in and out: pxr stops here."""
+"""Readers, writers and checks of USD stages and layers; types of pxr stay in here."""

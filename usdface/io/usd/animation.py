@@ -1,32 +1,41 @@
-"""What a layer of ours holds: weights, head motion, emotions, authored as overs."""
+"""The result of a shot authored as overs: weights, head motion, residual, emotions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
-from usdface.io.usd.head import author_head
-from usdface.io.usd.shot import Shot, ShotPrims
+from usdface.geometry.rigid_fit import Pose
+from usdface.io.usd.head_motion import author_head
+from usdface.io.usd.shot import ShotPrims, StagedShot
 from usdface.io.usd.stage import (
     matrices,
     to_si,
 )
-from usdface.retarget.align import Pose
 from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
+from usdface.shot import ShotResult
 from usdface.takes import FloatArray
 
-__all__ = ["Animation", "apply_animation", "author", "complete_weights"]
+__all__ = [
+    "Animation",
+    "apply_animation",
+    "author",
+    "editable_layer",
+    "express_animation",
+    "solve_animation",
+]
 
 _ANIMATION = "UsdFaceAnim"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Animation:
-    """What goes into one layer.
+    """The content of one layer.
 
     Attributes
     ----------
@@ -40,9 +49,9 @@ class Animation:
     firing : (F, R) float64 or None
         How far each rule fires, for the express layer.
     regions : mapping of str to (F,) float64 [m]
-        The residual of each region of the face, for the solve layer.
+        Residual of each region of the face, for the solve layer.
     repairs : tuple of Repair
-        What was cleaned before the solve, for the solve layer.
+        Changes of the marker clean-up, for the solve layer.
     motion : Pose or None
         How the character's head moves, if it is to move, for the solve layer.
     """
@@ -50,39 +59,36 @@ class Animation:
     names: tuple[str, ...]
     weights: FloatArray
     solution: Solution | None
-    emotions: dict[str, FloatArray]
+    emotions: Mapping[str, FloatArray] = field(default_factory=dict)
     repairs: tuple[Repair, ...] = ()
     motion: Pose | None = None
     firing: FloatArray | None = None
-    regions: dict[str, FloatArray] = field(default_factory=dict)
+    regions: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
-def complete_weights(
-    stage: Usd.Stage, shot: Shot, names: tuple[str, ...], weights: FloatArray
-) -> tuple[tuple[str, ...], FloatArray]:
-    """Bring solved weights (F, S) into the order of the rig's animation: (F, T).
-
-    Tokens that were not solved keep what the animation has; shapes that the animation does
-    not name yet are appended.
-    """
-    order = shot.prims.tokens + tuple(n for n in names if n not in shot.prims.tokens)
-    result = np.zeros((len(weights), len(order)))
-    if shot.prims.animation and set(order) - set(names):
-        attribute = UsdSkel.Animation.Get(stage, shot.prims.animation).GetBlendShapeWeightsAttr()
-        varying = attribute.ValueMightBeTimeVarying()
-        count = len(shot.prims.tokens)
-        for row, code in zip(result, shot.codes.tolist() if varying else [0.0], strict=False):
-            value = attribute.Get(code)
-            if value is not None and len(value) == count:
-                row[:count] = value
-        if not varying:
-            result[1:] = result[0]
-    place = {name: i for i, name in enumerate(order)}
-    result[:, [place[name] for name in names]] = weights
-    return order, result
+def solve_animation(result: ShotResult) -> Animation:
+    """Return the content of the solve layer: weights before the correction."""
+    solved = result.solved
+    return Animation(
+        solved.names,
+        solved.weights,
+        result.solution,
+        repairs=result.repairs,
+        motion=result.head_motion,
+        regions=result.region_residuals,
+    )
 
 
-def apply_animation(stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
+def express_animation(result: ShotResult) -> Animation | None:
+    """Return the content of the express layer; None where nothing was corrected."""
+    if result.corrected is None or result.trace is None:
+        return None
+    return Animation(
+        result.solved.names, result.corrected, None, result.emotions, firing=result.trace.firing
+    )
+
+
+def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) -> None:
     """Author one animation as overs on the edit target of an open stage.
 
     Raises
@@ -90,22 +96,34 @@ def apply_animation(stage: Usd.Stage, shot: Shot, animation: Animation) -> None:
     OutputError
         If the edit target cannot be edited, or is not among the stage's own layers.
     """
-    layer = stage.GetEditTarget().GetLayer()
-    if not (stage.HasLocalLayer(layer) and layer.permissionToEdit):
-        raise OutputError(
-            f"the edit target {layer.identifier} cannot take the animation: it must be one of "
-            "the stage's own layers, and not locked"
-        )
+    layer = editable_layer(stage)
     # USD stretches what lies on a layer by the ratio of its clock to the stage's.
     offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
     codes = np.array([offset * code for code in shot.codes.tolist()])
     author(layer, stage, replace(shot, codes=codes), animation, shot.codes.tolist())
 
 
+def editable_layer(stage: Usd.Stage) -> Sdf.Layer:
+    """Return the layer of a stage's edit target.
+
+    Raises
+    ------
+    OutputError
+        If it is locked, or none of the stage's own layers.
+    """
+    layer = stage.GetEditTarget().GetLayer()
+    if not (stage.HasLocalLayer(layer) and layer.permissionToEdit):
+        raise OutputError(
+            f"the edit target {layer.identifier} cannot be authored on: it must be one of the "
+            "stage's own layers, and not locked"
+        )
+    return layer
+
+
 def author(
     layer: Sdf.Layer,
     stage: Usd.Stage,
-    shot: Shot,
+    shot: StagedShot,
     animation: Animation,
     at: list[float] | None = None,
 ) -> None:
@@ -150,7 +168,7 @@ def author(
                 _samples(layer, system, tokens.FIRING, codes, map(Vt.FloatArray.FromNumpy, fired))
 
 
-def _author_repairs(layer: Sdf.Layer, shot: Shot, repairs: tuple[Repair, ...]) -> None:
+def _author_repairs(layer: Sdf.Layer, shot: StagedShot, repairs: tuple[Repair, ...]) -> None:
     prim, names = Sdf.CreatePrimInLayer(layer, shot.prims.retarget), Sdf.ValueTypeNames
     spans = Vt.Vec2iArray([Gf.Vec2i(r.first, r.last) for r in repairs])
     for name, kind, value in (
@@ -195,7 +213,7 @@ def _floats(values: FloatArray) -> list[float]:
 
 
 def _author_solution(
-    layer: Sdf.Layer, shot: Shot, solution: Solution, regions: dict[str, FloatArray]
+    layer: Sdf.Layer, shot: StagedShot, solution: Solution, regions: Mapping[str, FloatArray]
 ) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     codes = shot.codes.tolist()

@@ -36,7 +36,7 @@ def read_shapes(
     count : int
         Its number of points.
     vectors, normals : (3, 3) float64
-        What offsets and normal offsets are multiplied with (row vectors).
+        Matrices of offsets and of normal offsets (row vectors).
 
     Raises
     ------
@@ -64,16 +64,16 @@ def read_shapes(
             message = f"a second target for {token!r} on {prim.GetPath()} is left out"
             findings.append(finding("SHAPE_SKIPPED", where, message))
         else:
-            found, notes = _read_shape(shape, token, count)
-            findings += notes
+            found, new_findings = _read_shape(shape, token, count)
+            findings += new_findings
             if found is not None:
                 label = shape.GetPrim().GetCustomDataByKey(LABEL)
-                combination, notes = read_combination(shape.GetPrim())
-                findings += notes
+                combination, new_findings = read_combination(shape.GetPrim())
+                findings += new_findings
                 found = replace(
                     found, label=label if isinstance(label, str) else "", combination=combination
                 )
-                shapes[token] = _turned(found, vectors, normals)
+                shapes[token] = _in_rig_space(found, vectors, normals)
     return tuple(shapes.values()), findings
 
 
@@ -101,15 +101,15 @@ def _read_shape(
     if sparse and not 0 <= indices.min() <= indices.max() < count:
         return skipped(f"has a point index outside 0 to {count - 1}")
     between, findings = _read_inbetweens(shape, size)
-    columns = [_filled(offsets, size), _filled(normal_offsets, size)]
+    columns = [_zeros_if_empty(offsets, size), _zeros_if_empty(normal_offsets, size)]
     for _, _, moved, turned in between:
-        columns += [_filled(moved, size), _filled(turned, size)]
+        columns += [_zeros_if_empty(moved, size), _zeros_if_empty(turned, size)]
     table = np.stack(columns, axis=1)
     if not np.isfinite(table).all():
         return skipped("has offsets that are not finite numbers")
     if sparse:
-        indices, table, notes = _sorted(indices, table, where)
-        findings += notes
+        indices, table, new_findings = _sorted(indices, table, where)
+        findings += new_findings
     else:
         indices = np.flatnonzero(table.any(axis=(1, 2)))
         table = table[indices]
@@ -127,7 +127,7 @@ def _vectors(values: object) -> FloatArray:
     return np.zeros((0, 3)) if values is None else np.asarray(values, np.float64)
 
 
-def _filled(offsets: FloatArray, size: int) -> FloatArray:
+def _zeros_if_empty(offsets: FloatArray, size: int) -> FloatArray:
     return offsets if len(offsets) else np.zeros((size, 3))
 
 
@@ -175,7 +175,7 @@ def _sorted(
     return unique, table, findings
 
 
-def _turned(shape: BlendShape, vectors: FloatArray, normals: FloatArray) -> BlendShape:
+def _in_rig_space(shape: BlendShape, vectors: FloatArray, normals: FloatArray) -> BlendShape:
     """Return the shape in rig space: offsets are vectors, they do not move with an origin."""
 
     def bent(values: FloatArray | None) -> FloatArray | None:

@@ -1,4 +1,4 @@
-"""What is wrong with the blend shapes of a USD stage, beyond what UsdValidation looks at.
+"""Checks of the blend shapes of a USD stage, beyond those of UsdValidation.
 
 One function for one rule. Severities (see `usdface.findings.CODES`): an *error* makes
 UsdSkel or a common reader move nothing, or something else than authored. A *warning* plays,
@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import open_stage
-from usdface.strays import stray_move, stray_point
 
 __all__ = ["check_stage", "check_usd"]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
-_ROUNDING = 1e-5  # what exporters' own arithmetic adds to weights of 0 and 1
+_ROUNDING = 1e-5  # rounding of exporters, beyond weights of 0 and 1
 Findings = Iterator[Finding]
 
 
@@ -44,7 +44,7 @@ class _Shape:
 
 
 def check_usd(path: Path) -> list[Finding]:
-    """Return what is wrong with the blend shapes of a USD file.
+    """Check the blend shapes of a USD file.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def check_usd(path: Path) -> list[Finding]:
 
 
 def check_stage(stage: Usd.Stage) -> list[Finding]:
-    """Return what is wrong with the blend shapes of an open stage."""
+    """Check the blend shapes of an open stage."""
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         return [f for p in Usd.PrimRange(stage.GetPseudoRoot(), _ALL) for f in _check_prim(p)]
 

@@ -1,7 +1,8 @@
-"""Clips out of USD: what the SkelAnimations of a character do, for each variant that picks one."""
+"""Clips from USD: the SkelAnimations of a character, one for each variant that binds one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
@@ -10,37 +11,51 @@ from usdface.clips import Clip, JointsTake
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.transforms import decompose, followed_by
+from usdface.io.usd.clip_variants import (
+    BoundAnimation,
+    bound_animations,
+    clip_stages,
+    playing_animations,
+    report_unbound,
+)
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.moving import Mover, carrier, merged, movers_of, with_movers
-from usdface.io.usd.playing import Binding, bindings, bound, playing, unbound
 from usdface.io.usd.rig import rig_of_stage
-from usdface.io.usd.skeleton import to_parents
+from usdface.io.usd.rigid_animation import (
+    RigidMotion,
+    add_rigid_joints,
+    find_rigid_motions,
+    merge_joint_takes,
+    skeleton_prefix,
+)
+from usdface.io.usd.skeleton import parent_frames
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Rig, Skeleton
 from usdface.takes import FloatArray, WeightsTake
 
 __all__ = ["animated_rig", "clips_of_stage"]
 
-_SAME_SCALE = 1e-5
-_SAME_WEIGHT = 1e-6
+_SAME_SCALE = 1e-5  # a fiftieth of the step of 16-bit scales at 1 (2**-11)
+_SAME_WEIGHT = 1e-6  # 8 roundings of float32
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
-def animated_rig(stage: Usd.Stage) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+def animated_rig(
+    stage: Usd.Stage, asset_root: Path | None = None
+) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Return the meshes under all SkelRoots as one rig, and its clips.
 
-    What moves as a whole, by the transform of a prim, hangs on a joint of its own.
+    Rigid motion, by the transform of a prim, becomes a joint of its own.
     See `usdface.io.usd.rig.rig_of_stage` and `clips_of_stage`.
     """
-    rig, found = rig_of_stage(stage)
+    rig, found = rig_of_stage(stage, asset_root=asset_root)
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
-        movers = movers_of(stage, rig)
-        found += _bent_differently(stage, rig)
-    clips, more = clips_of_stage(stage, rig, movers=movers)
-    return with_movers(rig, movers), clips, found + more
+        motions = find_rigid_motions(stage, rig)
+        found += _report_skinning_method(stage, rig)
+    clips, clip_findings = clips_of_stage(stage, rig, motions=motions)
+    return add_rigid_joints(rig, motions), clips, found + clip_findings
 
 
-def _bent_differently(stage: Usd.Stage, rig: Rig) -> list[Finding]:
+def _report_skinning_method(stage: Usd.Stage, rig: Rig) -> list[Finding]:
     found = []
     for mesh in rig.meshes:
         primvars = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath(mesh.path))
@@ -52,9 +67,9 @@ def _bent_differently(stage: Usd.Stage, rig: Rig) -> list[Finding]:
 
 
 def clips_of_stage(
-    stage: Usd.Stage, rig: Rig, root: str = "", movers: Sequence[Mover] = ()
+    stage: Usd.Stage, rig: Rig, root: str = "", motions: Sequence[RigidMotion] = ()
 ) -> tuple[tuple[Clip, ...], list[Finding]]:
-    """Return what the SkelAnimations that are bound under the SkelRoots do.
+    """Return the clips of the SkelAnimations that are bound under the SkelRoots.
 
     Times are seconds from the stage's start time code where it has one before the first
     sample, else from that sample. The clock is timeCodesPerSecond. A clip has the display name
@@ -67,8 +82,8 @@ def clips_of_stage(
         As `usdface.io.usd.rig.rig_of_stage` reads it off the stage.
     root : str
         Path of a prim that the SkelRoots are under; "" = the whole stage.
-    movers : sequence of Mover
-        What else moves, as joints (`usdface.io.usd.moving`).
+    motions : sequence of RigidMotion
+        Rigid motions, which become joints (`usdface.io.usd.rigid_animation`).
 
     Raises
     ------
@@ -80,22 +95,22 @@ def clips_of_stage(
     found: list[Finding] = []
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         played: set[Sdf.Path] = set()
-        for variation in playing(stage, root):
-            clip, news = _clip(variation, rig, root, movers)
-            found += news
-            played |= {*bound(variation)}
+        for variation in clip_stages(stage, root):
+            clip, new_findings = _clip(variation, rig, root, motions)
+            found += new_findings
+            played |= {*playing_animations(variation)}
             if clip is not None:
                 clips.append(clip)
-        found += unbound(stage, root, played)
+        found += report_unbound(stage, root, played)
     if len(clips) > 1:
         clips = [clip for clip in clips if not clip.still]
     return tuple(clips), list(dict.fromkeys(found))
 
 
 def _clip(
-    stage: Usd.Stage, rig: Rig, root: str, movers: Sequence[Mover]
+    stage: Usd.Stage, rig: Rig, root: str, motions: Sequence[RigidMotion]
 ) -> tuple[Clip | None, list[Finding]]:
-    playing_now = bindings(stage, root)
+    playing_now = bound_animations(stage, root)
     animations = {b.animation.GetPrim(): b.animation for b in playing_now}
     weighted = [q for q in animations.values() if q.GetBlendShapeWeightTimeSamples()]
     jointed = [
@@ -109,36 +124,36 @@ def _clip(
         [
             *(code for q in weighted for code in q.GetBlendShapeWeightTimeSamples()),
             *(code for b in jointed[:1] for code in b.animation.GetJointTransformTimeSamples()),
-            *(code for mover in movers for code in mover.codes),
+            *(code for motion in motions for code in motion.codes),
         ]
     )
     found: list[Finding] = []
     if not len(codes):
-        still = [q for q in animations.values() if _still(q)]
-        return (Clip("", _still(still[0])) if still else None), found
+        still = [q for q in animations.values() if _static_weights(q)]
+        return (Clip("", _static_weights(still[0])) if still else None), found
     metrics = metrics_of(stage)
     start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
     clock = _Clock(min(start, float(codes[0])), metrics.time_codes_per_second)
-    weights, news = _together(weighted, clock)
-    found += news
-    takes = [_moved(mover, clock) for mover in movers]
+    weights, new_findings = _merged_weights(weighted, clock)
+    found += new_findings
+    takes = [_joint_take(motion, clock) for motion in motions]
     if jointed and rig.skeleton is not None:
-        joints, news = _joints(jointed[0], rig.skeleton, to_si(metrics), clock)
-        found += news
+        joints, new_findings = _joints(jointed[0], rig.skeleton, to_si(metrics), clock)
+        found += new_findings
         if joints is not None:
-            above = carrier(rig, movers)
+            above = skeleton_prefix(rig, motions)
             takes.append(replace(joints, joints=tuple(above + joint for joint in joints.joints)))
     prims = [
         q.GetPrim() for q in (*weighted, *(b.animation for b in jointed), *animations.values())
     ]
-    name = prims[0].GetDisplayName() or prims[0].GetName() if prims else movers[0].name
-    return Clip(name, weights, merged(takes)), found
+    name = prims[0].GetDisplayName() or prims[0].GetName() if prims else motions[0].name
+    return Clip(name, weights, merge_joint_takes(takes)), found
 
 
-def _moved(mover: Mover, clock: "_Clock") -> JointsTake:
-    moves, turns, sizes = (part[:, None] for part in decompose(mover.matrices))
-    times = clock.times(mover.codes)
-    return JointsTake((mover.joint,), times, moves, turns, sizes, clock.grid(times))
+def _joint_take(motion: RigidMotion, clock: "_Clock") -> JointsTake:
+    moves, turns, sizes = (part[:, None] for part in decompose(motion.matrices))
+    times = clock.times(motion.codes)
+    return JointsTake((motion.joint,), times, moves, turns, sizes, clock.grid(times))
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +174,7 @@ def _names(query: UsdSkel.AnimQuery) -> tuple[str, ...]:
     return tuple(str(token) for token in query.GetBlendShapeOrder())
 
 
-def _still(query: UsdSkel.AnimQuery) -> WeightsTake | None:
+def _static_weights(query: UsdSkel.AnimQuery) -> WeightsTake | None:
     """Return weights that do not move, if some are not zero."""
     row = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr().Get()
     names = _names(query)
@@ -186,7 +201,7 @@ def _weights(query: UsdSkel.AnimQuery, clock: _Clock) -> WeightsTake:
     return WeightsTake(names, times, np.array(rows), clock.grid(times))
 
 
-def _together(
+def _merged_weights(
     queries: Sequence[UsdSkel.AnimQuery], clock: _Clock
 ) -> tuple[WeightsTake | None, list[Finding]]:
     """Return the weights of all SkelAnimations that play at once; of equal names the first."""
@@ -207,7 +222,7 @@ def _together(
 
 
 def _joints(
-    binding: Binding, skeleton: Skeleton, si: FloatArray, clock: _Clock
+    binding: BoundAnimation, skeleton: Skeleton, si: FloatArray, clock: _Clock
 ) -> tuple[JointsTake | None, list[Finding]]:
     """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
     where = str(binding.animation.GetPrim().GetPath())
@@ -228,7 +243,7 @@ def _joints(
     turns = _unit(turns)
     xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
     world = xforms.GetLocalToWorldTransform(binding.skeleton.GetPrim())
-    scale, below = to_parents(skeleton.joints, np.array(world, np.float64) @ si)
+    scale, below = parent_frames(skeleton.joints, np.array(world, np.float64) @ si)
     _, _, rests = decompose(skeleton.rest)
     parts = []
     for k in known:

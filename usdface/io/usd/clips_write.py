@@ -15,7 +15,7 @@ from usdface.takes import FloatArray
 __all__ = ["CLIPS", "clock_of", "time_codes", "write_clips"]
 
 CLIPS = "animation"  # the variant set
-_SAME_TIME = 5e-7  # [s]
+_SAME_TIME = 5e-7  # [s]: 4 roundings of float32 at one second
 
 
 def clock_of(clips: Sequence[Clip]) -> float:
@@ -122,7 +122,7 @@ def _write_clip(
 def _write_joints(
     anim: UsdSkel.Animation, skeleton: Skeleton, take: JointsTake, rate: float
 ) -> None:
-    """Author all joints: programs differ in what they make of some of them."""
+    """Author all joints: programs differ in the fallback of joints that are left out."""
     place = {joint: k for k, joint in enumerate(skeleton.joints)}
     own = [place[joint] for joint in take.joints]
     moves, turns, sizes = (np.tile(p, (len(take.times), 1, 1)) for p in decompose(skeleton.rest))

@@ -1,4 +1,4 @@
-"""Combination shapes on a stage: UsdSkel has no word for them, so two attributes of ours say it.
+"""Combination shapes on a stage, which UsdSkel lacks, as two attributes of a BlendShape.
 
 ::
 
@@ -26,7 +26,7 @@ _RULE = "usdface:combination:rule"
 
 
 def read_combination(prim: Usd.Prim) -> tuple[Combination | None, list[Finding]]:
-    """Return what a BlendShape prim combines; None where it stands for itself."""
+    """Return the combination of a BlendShape prim; None where it is none."""
     of = prim.GetAttribute(_OF).Get() if prim.HasAttribute(_OF) else None
     if not of:
         return None, []
@@ -39,7 +39,7 @@ def read_combination(prim: Usd.Prim) -> tuple[Combination | None, list[Finding]]
 
 
 def write_combination(prim: Usd.Prim, combination: Combination | None) -> None:
-    """Author what a BlendShape prim combines."""
+    """Author the combination of a BlendShape prim."""
     if combination is None:
         return
     names, uniform = Sdf.ValueTypeNames, Sdf.VariabilityUniform

@@ -13,25 +13,25 @@ _LONGEST = 400  # characters
 
 
 def usd_message(error: Exception) -> str:
-    """Return what an exception of USD says, without the C++ around it, in one line."""
+    """Return the message of a USD exception in one line, without its C++ context."""
     try:
         # Of several errors the first is the cause.
-        said = [e.commentary for e in error.args if isinstance(e, Tf.Error)] or [str(error)]
+        messages = [e.commentary for e in error.args if isinstance(e, Tf.Error)] or [str(error)]
     except UnicodeError:  # the message quotes bytes of a damaged file
         return "a name in it is not UTF-8"
-    return one_line(said[0])
+    return one_line(messages[0])
 
 
-def one_line(said: str) -> str:
-    """Return the first line of what USD says, cut where it quotes at length."""
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
+def one_line(messages: str) -> str:
+    """Return the first line of a message of USD, shortened where it quotes at length."""
+    lines = [line.strip() for line in messages.splitlines() if line.strip()]
     first = lines[0] if lines else "unknown error"
     return first if len(first) <= _LONGEST else f"{first[:_LONGEST]}..."
 
 
 @contextmanager
 def usd_errors(source: str) -> Iterator[None]:
-    """Raise as InputError, naming `source`, whatever reading a stage runs into.
+    """Raise as InputError, naming `source`, any error while a stage is read.
 
     USD's own warnings are kept off standard error, where our one line goes.
     A damaged file fails late: USD reads values when they are asked for, and names that are

@@ -1,17 +1,18 @@
-"""What a stage shows: the deformed meshes as UsdSkel itself computes them."""
+"""Deformed meshes of a stage, computed by UsdSkel itself."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
-from usdface.certificate.sums import Sums
+from usdface.certificate.linear_morph import LinearMorph
+from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.shown_shapes import ShownShapes
+from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.takes import FloatArray, IntArray
 
-__all__ = ["StagedMesh", "evaluate_usd", "keys_of_stage"]
+__all__ = ["UsdMesh", "evaluate_usd", "stage_keys"]
 
 _ALIKE = 1e-9  # of transforms, in stage units
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
@@ -43,10 +44,10 @@ class _Bound:
 
     def skin_normals(self, normals: Vt.Vec3fArray, moves: Vt.Matrix4dArray, code: float) -> None:
         """Turn normals with the joints, in place."""
-        turns = _turning(np.array(moves))
+        turns = _normal_matrix(np.array(moves))
         UsdSkel.SkinNormals(
             self.skinning.GetSkinningMethod(),
-            _matrix3(_turning(np.array(self.skinning.GetGeomBindTransform(code)))),
+            _matrix3(_normal_matrix(np.array(self.skinning.GetGeomBindTransform(code)))),
             Vt.Matrix3dArray.FromNumpy(turns),
             *self.skinning.ComputeVaryingJointInfluences(len(normals), code),
             self.skinning.GetNumInfluencesPerComponent(),
@@ -55,7 +56,7 @@ class _Bound:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class StagedMesh:
+class UsdMesh:
     """One mesh under a SkelRoot.
 
     Attributes
@@ -71,7 +72,7 @@ class StagedMesh:
     used: IntArray
     _mesh: UsdGeom.Mesh
     _bound: _Bound | None
-    _deformer: ShownShapes
+    _deformer: UsdBlendShapes
     _si: FloatArray
 
     def weights_at(self, codes: FloatArray) -> FloatArray:
@@ -88,13 +89,13 @@ class StagedMesh:
             return None
         return np.stack([self._normals(float(code)) for code in codes])
 
-    def sums_at(self, codes: FloatArray) -> Sums | None:
-        """Return the mesh at `codes` (F,) as sums of what UsdSkel makes of each sub-shape alone.
+    def linear_morph_at(self, codes: FloatArray) -> LinearMorph | None:
+        """Return the mesh at `codes` (F,) as a linear morph of sub-shapes that UsdSkel computes.
 
         None where more than blend shapes moves it, or joints turn its normals in different ways.
         """
         space, moves = self._space(float(codes[0]))
-        turning = self._turned_by(moves, float(codes[0])) @ _turning(space)
+        turning = self._turned_by(moves, float(codes[0])) @ _normal_matrix(space)
         if self._moves() or not np.isfinite(turning).all():
             return None
         still = np.zeros((len(self._mesh.GetPointsAttr().Get(_START)), 3), np.float32)
@@ -112,12 +113,12 @@ class StagedMesh:
         weights = self._deformer.weights(self.weights_at(codes))
         points = self._points(float(codes[0]), posed=False)
         if not self._deformer.turns_normals:
-            return Sums(weights, points, parts)
+            return LinearMorph(weights, points, parts)
         turns = np.zeros_like(parts)
         for k, turn in enumerate(turns):
             turn[:] = np.array(self._deformer.part(k, still, turning=True))[self.used] @ turning
         normals = np.array(self._mesh.GetNormalsAttr().Get(_START), np.float64)[self.used]
-        return Sums(weights, points, parts, normals @ turning, turns)
+        return LinearMorph(weights, points, parts, normals @ turning, turns)
 
     def _turned_by(self, moves: Vt.Matrix4dArray | None, code: float) -> FloatArray:
         """Return the matrix (3, 3) by which a skin turns all normals; NaN where there is none."""
@@ -127,15 +128,15 @@ class StagedMesh:
         if np.ptp(joints, axis=0).max() > _ALIKE:
             return np.full((3, 3), np.nan)
         bound = np.array(self._bound.skinning.GetGeomBindTransform(code))
-        return _turning(bound) @ _turning(joints[0])
+        return _normal_matrix(bound) @ _normal_matrix(joints[0])
 
     def _moves(self) -> bool:
         """Whether anything but blend shapes may move the mesh."""
         mesh, bound = self._mesh, self._bound
-        prims = [mesh.GetPrim(), *_above(mesh.GetPrim())]
+        prims = [mesh.GetPrim(), *_ancestors(mesh.GetPrim())]
         joints = False
         if bound is not None:
-            prims += [bound.skeleton.GetPrim(), *_above(bound.skeleton.GetPrim())]
+            prims += [bound.skeleton.GetPrim(), *_ancestors(bound.skeleton.GetPrim())]
             animation = bound.skeleton.GetAnimQuery()
             joints = (
                 bool(animation)
@@ -155,7 +156,7 @@ class StagedMesh:
         return Vt.FloatArray(len(self.shapes)) if weights is None else weights
 
     def _space(self, code: float) -> tuple[FloatArray, Vt.Matrix4dArray | None]:
-        """Return the space (4, 4) that points end in, and what moves them on the way."""
+        """Return the space (4, 4) of the points, and the transforms of joints that skin them."""
         moves = self._bound.moves(code) if self._bound else None
         stands = self._mesh if self._bound is None or moves is None else self._bound.skeleton
         space = _world(stands.GetPrim(), code) @ self._si
@@ -182,9 +183,8 @@ class StagedMesh:
         space, moves = self._space(code)
         if self._bound is not None and moves is not None:
             self._bound.skin_normals(normals, moves, code)
-        turned = np.array(normals, np.float64)[self.used] @ _turning(space)
-        length = np.linalg.norm(turned, axis=1, keepdims=True)
-        return np.asarray(turned / np.where(length > 0, length, 1.0))
+        turned = np.array(normals, np.float64)[self.used] @ _normal_matrix(space)
+        return unit_or_zero(turned)
 
 
 def _world(prim: Usd.Prim, code: float) -> FloatArray:
@@ -198,13 +198,13 @@ def _matrix3(matrix: FloatArray) -> Gf.Matrix3d:
 _START = Usd.TimeCode.EarliestTime()
 
 
-def _turning(matrix: FloatArray) -> FloatArray:
+def _normal_matrix(matrix: FloatArray) -> FloatArray:
     turns = np.linalg.inv(matrix[..., :3, :3]).swapaxes(-1, -2)
     return np.ascontiguousarray(turns, np.float64)
 
 
-def evaluate_usd(stage: Usd.Stage) -> tuple[StagedMesh, ...]:
-    """Return what UsdSkel shows of the meshes with faces under all SkelRoots, in stage order.
+def evaluate_usd(stage: Usd.Stage) -> tuple[UsdMesh, ...]:
+    """Return the meshes with faces under all SkelRoots, in stage order, for evaluation by UsdSkel.
 
     Raises
     ------
@@ -228,27 +228,27 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[StagedMesh, ...]:
             if len(used):
                 tokens = UsdSkel.BindingAPI(prim).GetBlendShapesAttr().Get() or ()
                 meshes.append(
-                    StagedMesh(
+                    UsdMesh(
                         prim.GetDisplayName() or prim.GetName(),
                         tuple(map(str, tokens)),
                         used.astype(np.int64),
                         UsdGeom.Mesh(prim),
                         bound.get(prim),
-                        ShownShapes(prim),
+                        UsdBlendShapes(prim),
                         si,
                     )
                 )
     return tuple(meshes)
 
 
-def _above(prim: Usd.Prim) -> list[Usd.Prim]:
+def _ancestors(prim: Usd.Prim) -> list[Usd.Prim]:
     above = []
     while (prim := prim.GetParent()) and not prim.IsPseudoRoot():
         above.append(prim)
     return above
 
 
-def keys_of_stage(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
+def stage_keys(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
     """Return the name of the SkelAnimation that plays, its time codes (F,), and times (F,) [s].
 
     Time 0 is the stage's start time code where it has one before the first sample, else that
@@ -259,7 +259,7 @@ def keys_of_stage(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
     name, keys = "", set()
     for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
         cache.Populate(UsdSkel.Root(root), _ALL)
-        for prim in (*_above(root), *Usd.PrimRange(root, _ALL)):
+        for prim in (*_ancestors(root), *Usd.PrimRange(root, _ALL)):
             xform = UsdGeom.Xformable(prim)
             if xform and xform.TransformMightBeTimeVarying():
                 keys |= {*xform.GetTimeSamples()}

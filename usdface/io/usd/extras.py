@@ -1,4 +1,4 @@
-"""JSON values as customData of USD prims, and back; our own notes (`notes`) stay apart."""
+"""JSON values as customData of USD prims, and back; metadata of conversions stays apart."""
 
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
@@ -6,22 +6,22 @@ from typing import Any
 from pxr import Sdf, Usd, Vt
 
 from usdface.findings import Finding, finding
-from usdface.io.usd.notes import KEY
+from usdface.io.usd.conversion_metadata import KEY
 from usdface.scene import Extras
 
 __all__ = ["read_asset", "read_extras", "write_asset", "write_extras"]
 
-_DEEPEST = 16
-_INTS = range(-(2**63), 2**63)
+_DEEPEST = 16  # levels of nesting, for a stack that stays shallow
+_INTS = range(-(2**63), 2**63)  # int64, the widest integer of a USD dictionary
 
 
 def write_extras(prim: Usd.Prim, extras: Extras) -> list[Finding]:
-    """Author extras as customData; what it cannot hold (null, mixed lists) is left out."""
+    """Author extras as customData; null and mixed lists, which it cannot hold, are left out."""
     return _author(prim, extras, prim.SetCustomDataByKey)
 
 
 def write_asset(prim: Usd.Prim, asset: Extras) -> list[Finding]:
-    """Author what is kept with a whole file as assetInfo, as `write_extras` does."""
+    """Author the extras of a file as assetInfo, as `write_extras` does."""
     return _author(prim, asset, prim.SetAssetInfoByKey)
 
 
@@ -64,7 +64,7 @@ def _usd_value(value: Any, path: str, lost: list[str], depth: int) -> Any:
 
 
 def read_extras(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:
-    """Return a prim's customData as JSON values, without our notes and those of its schema."""
+    """Return a prim's customData as JSON values, without metadata of conversions and of schemas."""
     authored: dict[str, Any] = {}
     for spec in reversed(prim.GetPrimStack()):  # the composed value has the schema's own in it
         authored |= dict(spec.customData)

@@ -11,20 +11,20 @@ from usdface.io.transforms import decompose
 from usdface.rigs import Skeleton
 from usdface.takes import FloatArray
 
-__all__ = ["unit_scaled"]
+__all__ = ["with_unit_scales"]
 
-_FLOAT32 = 1e-7  # of a scale
-_COARSE = 1e-6
+_FLOAT32 = 1e-7  # of a scale: the rounding of float32
+_COARSE = 1e-6  # of a size, 8 such roundings
 
 
-def unit_scaled(
+def with_unit_scales(
     skeleton: Skeleton, clips: Sequence[Clip]
 ) -> tuple[Skeleton, tuple[Clip, ...], list[Finding]]:
     """Measure joint frames in units in which the joints have the scale 1 at rest.
 
     Which changes nothing that is shown, as only what a joint does relative to where it was bound
     moves points. Frames stay as they are where 16 bits hold their scales already. A joint that
-    has children keeps what its scales along the axes differ by: their frames would shear.
+    has children keeps its non-uniform scale: their frames would shear.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def _measured(
 ) -> tuple[Skeleton, list[Clip]]:
     place = {joint: k for k, joint in enumerate(skeleton.joints)}
     parents = [place.get(joint.rpartition("/")[0], -1) for joint in skeleton.joints]
-    units = np.ones((len(parents), 3))  # of each joint's frame, in what its frame was before
+    units = np.ones((len(parents), 3))  # of each joint's frame, in units of the frame before
     above = np.ones(len(parents))
     for k, parent in enumerate(parents):  # parents come first
         above[k] = units[parent, 0] if parent >= 0 else 1.0

@@ -1,4 +1,4 @@
-"""What `process` writes: the solve and express layers, and the root that sublayers them.
+"""The layers that `process` writes: the solve and express layers, and the root that sublayers them.
 
 A stronger layer's array hides all weaker samples and all their channels, so each layer holds
 complete arrays over all frames; each carries its own clock, because USD stretches a layer
@@ -11,8 +11,8 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from usdface.errors import InputError
-from usdface.io.usd.animation import Animation, author
-from usdface.io.usd.shot import Shot
+from usdface.io.usd.animation import author, express_animation, solve_animation
+from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import (
     Metrics,
     new_layer,
@@ -21,6 +21,7 @@ from usdface.io.usd.stage import (
     save_layers,
 )
 from usdface.schemas import write_fallback_types
+from usdface.shot import ShotResult
 
 __all__ = ["layer_paths", "open_shot", "write_layers"]
 
@@ -38,11 +39,9 @@ def layer_paths(shot: Path, root: Path | None) -> _Paths:
     Raises
     ------
     InputError
-        If the root would overwrite the shot.
+        If the root has no name of a USD file.
     """
     root = root or shot.parent / f"{shot.stem}.usdface.usda"
-    if root.resolve() == shot.resolve():
-        raise InputError(f"the result would overwrite the shot {shot}; choose another --output")
     if root.suffix not in (".usda", ".usdc", ".usd"):
         raise InputError(
             f"{root} is no USD file name; end it in .usda, .usdc or .usd", "FILE_KIND_UNKNOWN"
@@ -58,7 +57,7 @@ def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
     Raises
     ------
     InputError
-        If it cannot be opened, or `root` would overwrite it.
+        If it cannot be opened.
     """
     ours = layer_paths(shot, root)
     return open_stage(shot, without=(ours.solve, ours.express))
@@ -67,9 +66,8 @@ def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
 def write_layers(
     shot_path: Path,
     stage: Usd.Stage,
-    shot: Shot,
-    solve: Animation,
-    express: Animation | None,
+    shot: StagedShot,
+    result: ShotResult,
     root: Path | None,
     in_place: bool,
 ) -> list[Path]:
@@ -93,7 +91,11 @@ def write_layers(
     clock = shot.metrics.time_codes_per_second, shot.metrics.frames_per_second
     metrics = Metrics(shot.metrics.meters_per_unit, shot.metrics.up_axis, *clock, *span)
     layers: list[tuple[Path, Sdf.Layer]] = []
-    for path, animation in ((paths.solve, solve), (paths.express, express)):
+    contents = (
+        (paths.solve, solve_animation(result)),
+        (paths.express, express_animation(result)),
+    )
+    for path, animation in contents:
         if animation is not None:
             overs = new_layer(metrics)
             author(overs, stage, shot, animation)

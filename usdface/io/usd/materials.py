@@ -5,27 +5,28 @@ Source: OpenUSD, "UsdPreviewSurface Specification" 2.6.
 
 import itertools
 from dataclasses import replace
+from pathlib import Path
 
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.io.usd.extras import read_extras
-from usdface.io.usd.notes import our_notes
-from usdface.io.usd.surface import Surface
+from usdface.io.usd.preview_surface import Surface
 from usdface.io.usd.textures import scale_of
 from usdface.materials import AlphaMode, Material, Texture
 from usdface.rigs import MaterialSubset, Mesh
 
-__all__ = ["with_materials"]
+__all__ = ["read_mesh_materials"]
 
 
-def with_materials(
-    stage: Usd.Stage, meshes: tuple[Mesh, ...]
+def read_mesh_materials(
+    stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None = None
 ) -> tuple[tuple[Mesh, ...], tuple[Material, ...], list[Finding]]:
     """Read the materials that `meshes` name by prim path, and name them by their own names.
 
-    A texture must lie in the folder of the layer that names it or of the stage's root layer
-    (or inside the same package); elsewhere it is left out with a finding.
+    Textures elsewhere than `usdface.io.usd.textures.read_texture` allows are left out, with a
+    finding.
     """
     paths = [path for mesh in meshes for path in _bound(mesh) if path]
     names = {"": ""}
@@ -38,7 +39,7 @@ def with_materials(
         names[path] = next(wanted + s for s in suffixes if wanted + s not in names.values())
         if names[path] != wanted:
             findings.append(finding("NAME_CHANGED", path, f"{wanted!r} is now {names[path]!r}"))
-        material, notes = _read_material(UsdShade.Material(prim), names[path])
+        material, notes = _read_material(UsdShade.Material(prim), names[path], asset_root)
         sided = any(path in _bound(m) and _is_double_sided(stage, m) for m in meshes)
         materials.append(replace(material, double_sided=sided))
         findings += notes
@@ -61,19 +62,21 @@ def _is_double_sided(stage: Usd.Stage, mesh: Mesh) -> bool:
     return bool(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path)).GetDoubleSidedAttr().Get())
 
 
-def _read_material(material: UsdShade.Material, name: str) -> tuple[Material, list[Finding]]:
+def _read_material(
+    material: UsdShade.Material, name: str, asset_root: Path | None
+) -> tuple[Material, list[Finding]]:
     where = str(material.GetPath())
     shader = material.ComputeSurfaceSource()[0]
     if not shader or shader.GetShaderId() != "UsdPreviewSurface":
         message = "the material is not a UsdPreviewSurface; a grey one stands for it"
         return Material(name), [finding("FEATURE_DROPPED", where, message)]
-    surface, kept = Surface(shader, where), our_notes(material)
+    surface, kept = Surface(shader, where, asset_root), read_metadata(material)
     colour, number, texture = surface.colour, surface.number, surface.texture
     threshold = number("opacityThreshold", 0.0)
     opacity, seen_through = number("opacity", 1.0), texture("opacity")
-    lost = _lost(surface, where)
+    lost = _dropped_inputs(surface, where)
     bump = surface.source("normal").texture
-    extras, news = read_extras(material.GetPrim())
+    extras, new_findings = read_extras(material.GetPrim())
     unlit = bool(kept.get("unlit"))
     by_vertex = surface.source("diffuseColor").primvar == "displayColor"
     shown, glow = ("emissiveColor", "") if unlit else ("diffuseColor", "emissiveColor")
@@ -102,7 +105,7 @@ def _read_material(material: UsdShade.Material, name: str) -> tuple[Material, li
         emissive_texture=texture(glow),
         extras=extras,
     )
-    return result, [*surface.findings, *lost, *news]
+    return result, [*surface.findings, *lost, *new_findings]
 
 
 def _alpha_mode(
@@ -115,8 +118,8 @@ def _alpha_mode(
     return "blend" if blends else "opaque"
 
 
-def _lost(surface: Surface, where: str) -> list[Finding]:
-    """Say what of a surface a material does not hold."""
+def _dropped_inputs(surface: Surface, where: str) -> list[Finding]:
+    """Return a finding for the inputs of a surface that `Material` does not have."""
     found = []
     if surface.source("useSpecularWorkflow").value:
         message = "the specular workflow is read as a dielectric of that colour"

@@ -1,19 +1,25 @@
-"""Materials into USD: UsdPreviewSurface with textures beside the file."""
+"""Materials to USD: UsdPreviewSurface with textures beside the file."""
 
 import hashlib
 import math
 import re
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 
 from pxr import Gf, Sdf, Usd, UsdShade
 
+from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.asset_folder import read_file
 from usdface.io.atomic import write_bytes
+from usdface.io.inputs import among, first_free
 from usdface.io.prim_names import prim_names
-from usdface.io.udim import udim_tiles
+from usdface.io.udim import texture_files, udim_tiles
+from usdface.io.usd.assets import LARGEST_ASSET
+from usdface.io.usd.conversion_metadata import write_metadata
 from usdface.io.usd.extras import write_extras
-from usdface.io.usd.notes import note
 from usdface.materials import Material, Texture
 
 __all__ = ["write_materials"]
@@ -36,13 +42,18 @@ class _Node:
 
 
 def write_materials(
-    stage: Usd.Stage, scope: str, materials: tuple[Material, ...], target: Path
+    stage: Usd.Stage,
+    scope: str,
+    materials: tuple[Material, ...],
+    target: Path,
+    read: Iterable[Path] = (),
 ) -> tuple[dict[str, UsdShade.Material], list[Finding]]:
     """Define `materials` below the prim path `scope`; return them by original name.
 
     Textures inside the folder of `target` (the file that the stage will be saved to) are
     referenced relative to it; others, and those held as bytes, are copied to
-    `<stem>_textures` beside it, so that the result can be moved as one.
+    `<stem>_textures` beside it, so that the result can be moved as one. None of them replaces one
+    of the materials' own files, or of those that were `read`.
 
     Raises
     ------
@@ -50,7 +61,7 @@ def write_materials(
         If a texture cannot be written.
     """
     findings: list[Finding] = []
-    files = _TextureFiles(target, findings)
+    files = _TextureFiles(target, findings, among([*read, *texture_files(materials)]))
     made: dict[str, UsdShade.Material] = {}
     for name, material in zip(prim_names(m.name for m in materials), materials, strict=True):
         prim = UsdShade.Material.Define(stage, f"{scope}/{name}")
@@ -66,9 +77,12 @@ def write_materials(
 class _TextureFiles:
     """Where the textures of one stage lie, as asset paths; equal bytes are one file."""
 
-    def __init__(self, target: Path, findings: list[Finding]) -> None:
+    def __init__(
+        self, target: Path, findings: list[Finding], taken: Callable[[Path], bool]
+    ) -> None:
         self._target = target
         self._findings = findings
+        self._taken = taken
         self._written: dict[str, str] = {}
 
     def asset(self, texture: Texture, name: str) -> str:
@@ -82,16 +96,19 @@ class _TextureFiles:
             if path.is_file() and path.is_relative_to(folder):
                 return f"./{path.relative_to(folder).as_posix()}"
             try:
-                data, suffix = path.read_bytes(), path.suffix
-            except OSError as error:
-                message = f"{path}: {error.strerror}; the texture is left out"
+                data, suffix = read_file(path, LARGEST_ASSET), path.suffix
+            except InputError as error:
+                message = f"{error}; the texture is left out"
                 self._findings.append(finding("TEXTURE_MISSING", name, message))
                 return ""
         key = hashlib.sha256(data).hexdigest()
         if key not in self._written:
             kind = "." + re.sub("[^a-z0-9]", "", suffix.lower())
-            place = f"{self._target.stem}_textures/{name}{kind if len(kind) > 1 else ''}"
-            write_bytes(folder / place, data)
+            ending = kind if len(kind) > 1 else ""
+            names = (f"{stem}{ending}" for stem in self._stems(name))
+            place, there = first_free(folder, names, data, self._taken)
+            if not there:
+                write_bytes(folder / place, data)
             self._written[key] = f"./{place}"
         return self._written[key]
 
@@ -105,11 +122,25 @@ class _TextureFiles:
             return ""
         if path.is_relative_to(folder):
             return f"./{path.relative_to(folder).as_posix()}"
-        place = f"{self._target.stem}_textures/{name}.<UDIM>{path.suffix}"
+        for stem in self._stems(name):
+            place = f"{stem}.<UDIM>{path.suffix}"
+            targets = {n: folder / place.replace("<UDIM>", str(n)) for n in tiles}
+            if not any(map(self._taken, targets.values())):
+                break
         for number, tile in tiles.items():
-            data = Path(tile.path).read_bytes()
-            write_bytes(folder / place.replace("<UDIM>", str(number)), data)
+            try:
+                data = read_file(Path(tile.path), LARGEST_ASSET)
+            except InputError as error:
+                message = f"{error}; the tile is left out"
+                self._findings.append(finding("TEXTURE_MISSING", name, message))
+                continue
+            write_bytes(targets[number], data)
         return f"./{place}"
+
+    def _stems(self, name: str) -> Iterator[str]:
+        """Yield endless places for a texture, without ending: its name, then with a number."""
+        first = f"{self._target.stem}_textures/{name}"
+        return (f"{first}_{n}" if n else first for n in count())
 
 
 def _write_surface(
@@ -143,12 +174,12 @@ def _write_surface(
     for name, (kind, value) in values.items():
         surface.CreateInput(name, kind).Set(value)
     if material.unlit:
-        note(prim.GetPrim(), "unlit", True)
+        write_metadata(prim.GetPrim(), "unlit", True)
         message = "unlit is written as a surface that glows and reflects little"
         found.append(finding("FEATURE_APPROXIMATED", str(path), message))
     if material.normal_scale != 1 and material.normal_texture:
         # USD's validators want the scale of a normal map to be 2.
-        note(prim.GetPrim(), "normalScale", material.normal_scale)
+        write_metadata(prim.GetPrim(), "normalScale", material.normal_scale)
         message = "the strength of the normal map is kept for glTF only; USD shows all of it"
         found.append(finding("FEATURE_APPROXIMATED", str(path), message))
     for node in _nodes(material, shown, glow):
@@ -222,7 +253,7 @@ def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShad
         reader.CreateInput(name, Sdf.ValueTypeNames.Token).Set(wrap)
     for name, number in zip(("magFilter", "minFilter"), placed.filters, strict=True):
         if number:
-            note(reader.GetPrim(), name, number)
+            write_metadata(reader.GetPrim(), name, number)
     space = node.texture.space
     if space == "auto":
         space = "sRGB" if node.role in ("baseColor", "emissive") else "raw"
@@ -234,7 +265,7 @@ def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShad
 
 
 def _primvar_reader(prim: UsdShade.Material, name: str, width: int) -> UsdShade.Output:
-    """Return what reads a primvar of one to three floats; there is one reader for each."""
+    """Return the primvar reader of one to three floats; there is one for each primvar."""
     (legal,) = prim_names([name])
     reader = UsdShade.Shader.Define(
         prim.GetPrim().GetStage(), prim.GetPath().AppendChild(f"{legal}_reader")
@@ -250,14 +281,14 @@ def _write_vertex_colours(
 ) -> None:
     """Let the mesh's displayColor drive the base colour, as far as UsdPreviewSurface can."""
     where = str(prim.GetPath())
-    note(prim.GetPrim(), "vertexColors", True)
+    write_metadata(prim.GetPrim(), "vertexColors", True)
     if material.base_color_texture is not None:
         message = "vertex colours do not multiply a texture in UsdPreviewSurface; the texture shows"
         found.append(finding("FEATURE_APPROXIMATED", where, message))
         return
     reader = _primvar_reader(prim, "displayColor", 3)
     node = UsdShade.Shader(reader.GetPrim())
-    # What meshes without vertex colours show.
+    # Fallback of meshes without vertex colours.
     node.CreateInput("fallback", _FLOAT3).Set(Gf.Vec3f(*material.base_color))
     name = "emissiveColor" if material.unlit else "diffuseColor"
     surface.CreateInput(name, _COLOR).ConnectToSource(reader)

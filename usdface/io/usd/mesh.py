@@ -5,10 +5,10 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.normals import unit
+from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.blend_shapes import read_shapes
-from usdface.io.usd.corners import at_corners, read_corners
 from usdface.io.usd.extras import read_extras
+from usdface.io.usd.face_varying_primvars import read_face_varying, to_face_varying
 from usdface.rigs import CornerValues, MaterialSubset, Mesh, Skin
 from usdface.takes import FloatArray, IntArray
 
@@ -16,7 +16,7 @@ __all__ = ["read_mesh"]
 
 _START = Usd.TimeCode.EarliestTime()
 _KEPT_PRIMVARS = {"normals", "displayColor", "displayOpacity"}
-# Corner normals further than this from their mean (about 0.6 degrees) are a hard edge.
+# Corner normals further than this from their mean are a hard edge: about 0.6 degrees.
 _HARD_EDGE = 0.01
 
 
@@ -59,25 +59,27 @@ def read_mesh(
     turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
     counts, indices = _faces(mesh, len(points))
     normals, findings = _normals(mesh, counts, indices, len(points))
-    uv_name, uvs, others, notes = read_corners(mesh, counts, indices, len(points), linear)
-    findings += notes
+    uv_name, uvs, others, new_findings = read_face_varying(
+        mesh, counts, indices, len(points), linear
+    )
+    findings += new_findings
     left = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
     if left != (determinant < 0):
-        order = _turned_corners(counts)
+        order = _reversed_winding(counts)
         indices, uvs = indices[order], None if uvs is None else uvs[order]
         others = tuple(CornerValues(c.name, c.values[order]) for c in others)
-    shapes, notes = read_shapes(prim, len(points), linear, turn)
-    findings += notes
-    subsets, notes = _subsets(prim, len(counts))
-    findings += notes + _left_out(mesh, {uv_name, *(c.name for c in others)})
-    extras, notes = read_extras(prim)
-    findings += notes
+    shapes, new_findings = read_shapes(prim, len(points), linear, turn)
+    findings += new_findings
+    subsets, new_findings = _material_subsets(prim, len(counts))
+    findings += new_findings + _dropped_features(mesh, {uv_name, *(c.name for c in others)})
+    extras, new_findings = read_extras(prim)
+    findings += new_findings
     result = Mesh(
         prim.GetDisplayName() or prim.GetName(),
         points @ linear + space[3, :3],
         counts,
         indices,
-        None if normals is None else unit(normals @ turn),
+        None if normals is None else unit_or_up(normals @ turn),
         uvs,
         shapes,
         skin,
@@ -107,7 +109,7 @@ def _faces(mesh: UsdGeom.Mesh, count: int) -> tuple[IntArray, IntArray]:
     return counts, indices
 
 
-def _turned_corners(counts: IntArray) -> IntArray:
+def _reversed_winding(counts: IntArray) -> IntArray:
     """Return the order (C,) that walks each face the other way round, from its first corner."""
     starts = np.repeat(np.cumsum(counts) - counts, counts)
     local = np.arange(len(starts)) - starts
@@ -129,15 +131,15 @@ def _normals(
     if not given:
         return None, []
     values = np.asarray(given, np.float64)
-    corners = at_corners(values, interpolation, counts, indices, count)
+    corners = to_face_varying(values, interpolation, counts, indices, count)
     if corners is None or not np.isfinite(values).all():
         message = f"{len(values)} {interpolation} normals do not fit the mesh; they are left out"
         return None, [finding("FEATURE_DROPPED", path, message)]
     if len(values) == count and interpolation in ("vertex", "varying"):
         return values, []
     total = [np.bincount(indices, corners[:, axis], count) for axis in range(3)]
-    normals = unit(np.stack(total, axis=1))
-    hard = (np.abs(unit(corners) - normals[indices]) > _HARD_EDGE).any()
+    normals = unit_or_up(np.stack(total, axis=1))
+    hard = (np.abs(unit_or_up(corners) - normals[indices]) > _HARD_EDGE).any()
     message = "normals are kept per point; hard edges become smooth"
     return normals, [finding("FEATURE_DROPPED", path, message)] if hard else []
 
@@ -147,7 +149,9 @@ def _material(prim: Usd.Prim) -> str:
     return str(bound.GetPath()) if bound else ""
 
 
-def _subsets(prim: Usd.Prim, count: int) -> tuple[tuple[MaterialSubset, ...], list[Finding]]:
+def _material_subsets(
+    prim: Usd.Prim, count: int
+) -> tuple[tuple[MaterialSubset, ...], list[Finding]]:
     subsets: list[MaterialSubset] = []
     findings: list[Finding] = []
     whole = _material(prim)
@@ -158,12 +162,12 @@ def _subsets(prim: Usd.Prim, count: int) -> tuple[tuple[MaterialSubset, ...], li
             message = f"faces outside 0 to {count - 1} are left out"
             findings.append(finding("FEATURE_DROPPED", str(subset.GetPath()), message))
         material = _material(subset.GetPrim())
-        if material != whole:  # else it says what the mesh says
+        if material != whole:  # else it repeats that of the mesh
             subsets.append(MaterialSubset(material, faces[inside]))
     return tuple(subsets), findings
 
 
-def _left_out(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
+def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
     path = str(mesh.GetPath())
     scheme = mesh.GetSubdivisionSchemeAttr()
     kept = _KEPT_PRIMVARS | read

@@ -7,8 +7,8 @@ from pxr import Usd
 
 from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
+from usdface.retarget_setup import Pin
 from usdface.schemas import tokens
-from usdface.setup import Pin
 from usdface.takes import FloatArray
 
 __all__ = ["read_pins"]
@@ -21,7 +21,7 @@ def read_pins(
 ) -> tuple[tuple[Pin, ...], list[Finding]]:
     """Read the pins of a `UsdFaceRetarget` prim.
 
-    An attribute is of the blend shape that its display name says, else that follows the prefix;
+    An attribute belongs to the blend shape of its display name, else of its name after the prefix;
     a name that no attribute may have is spelled as a prim's would be (`usdface.io.prim_names`).
     A value without time samples holds for the whole take.
 

@@ -1,4 +1,4 @@
-"""Rigs out of USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
+"""Rigs from USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,8 +10,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.extras import read_asset, read_extras
-from usdface.io.usd.head import without_head
-from usdface.io.usd.materials import with_materials
+from usdface.io.usd.head_motion import inverse_head_motion
+from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
 from usdface.io.usd.skeleton import read_skeleton, read_skin
@@ -34,7 +34,7 @@ class _Bound:
     skinned: bool
 
 
-def read_rig(path: Path) -> tuple[Rig, list[Finding]]:
+def read_rig(path: Path, asset_root: Path | None = None) -> tuple[Rig, list[Finding]]:
     """Read the characters of a USD file (`rig_of_stage` of the whole stage).
 
     Raises
@@ -42,11 +42,11 @@ def read_rig(path: Path) -> tuple[Rig, list[Finding]]:
     InputError
         If the file cannot be read, or has no SkelRoot with a mesh.
     """
-    return rig_of_stage(open_stage(path))
+    return rig_of_stage(open_stage(path), asset_root=asset_root)
 
 
 def rig_of_stage(
-    stage: Usd.Stage, root: str = "", joints: bool = False
+    stage: Usd.Stage, root: str = "", joints: bool = False, asset_root: Path | None = None
 ) -> tuple[Rig, list[Finding]]:
     """Return all meshes under the SkelRoots of an open stage as one rig.
 
@@ -62,6 +62,8 @@ def rig_of_stage(
         Path of a prim that the meshes are under; "" = the whole stage.
     joints : bool
         Keep a skeleton that nothing moves yet.
+    asset_root : Path, optional
+        A folder that textures may come from beside those of their layers.
 
     Raises
     ------
@@ -74,14 +76,16 @@ def rig_of_stage(
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
     with usd_errors(_source(stage)):
-        return _rig(stage, root, joints)
+        return _rig(stage, root, joints, asset_root)
 
 
 def _source(stage: Usd.Stage) -> str:
     return stage.GetRootLayer().realPath or "the stage"
 
 
-def _rig(stage: Usd.Stage, root: str, joints: bool) -> tuple[Rig, list[Finding]]:
+def _rig(
+    stage: Usd.Stage, root: str, joints: bool, asset_root: Path | None
+) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
     bound, skeletons = _bindings(roots)
     si = to_si(metrics_of(stage))
@@ -96,29 +100,29 @@ def _rig(stage: Usd.Stage, root: str, joints: bool) -> tuple[Rig, list[Finding]]
         skin: Skin | None = None
         if binding and skeleton and binding.skinned and binding.skeleton == used:
             count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
-            skin, notes = read_skin(binding.query, count, skeleton.joints)
-            findings += notes
+            skin, new_findings = read_skin(binding.query, count, skeleton.joints)
+            findings += new_findings
         space = _bind_space(prim, binding, xforms) @ si
-        mesh, notes = read_mesh(UsdGeom.Mesh(prim), space, skin)
-        findings += notes
+        mesh, new_findings = read_mesh(UsdGeom.Mesh(prim), space, skin)
+        findings += new_findings
         meshes += [mesh] if mesh else []
     if not meshes:
         raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
-    named, materials, notes = with_materials(stage, tuple(meshes))
+    named, materials, new_findings = read_mesh_materials(stage, tuple(meshes), asset_root)
     top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
     name = top.GetDisplayName() or top.GetName()
     source = stage.GetRootLayer().realPath
     rig = Rig(name, named, skeleton, materials, source)
-    findings += notes
+    findings += new_findings
     if root:  # a character, not a scene
         return rig, findings
-    cameras, lights, notes = read_scene(stage, si)
-    findings += notes
-    extras, notes = read_extras(top)
-    findings += notes
-    asset, notes = read_asset(top)
+    cameras, lights, new_findings = read_scene(stage, si)
+    findings += new_findings
+    extras, new_findings = read_extras(top)
+    findings += new_findings
+    asset, new_findings = read_asset(top)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
-    return rig, findings + notes
+    return rig, findings + new_findings
 
 
 def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
@@ -176,8 +180,8 @@ def _pick_skeleton(
     for prim in skeletons:
         to_rig = _world(prim, xforms) @ si
         moved = joints or _is_moved(prim)
-        skeleton, notes = read_skeleton(UsdSkel.Skeleton(prim), to_rig, moved)
-        findings += notes
+        skeleton, new_findings = read_skeleton(UsdSkel.Skeleton(prim), to_rig, moved)
+        findings += new_findings
         if skeleton and picked:
             message = "a rig keeps one skeleton; meshes bound to this one are not skinned"
             findings.append(finding("FEATURE_DROPPED", str(prim.GetPath()), message))
@@ -199,10 +203,10 @@ def _is_moved(skeleton: Usd.Prim) -> bool:
 
 
 def _world(prim: Usd.Prim, xforms: UsdGeom.XformCache) -> FloatArray:
-    """Return where a prim stands, whatever the head's motion of ours is."""
+    """Return the world transform of a prim without an authored head motion of usdface."""
     root = UsdSkel.Root.Find(prim)
     matrix = _matrix(xforms.GetLocalToWorldTransform(prim))
-    return matrix @ without_head(root.GetPrim()) if root else matrix
+    return matrix @ inverse_head_motion(root.GetPrim()) if root else matrix
 
 
 def _matrix(value: object) -> FloatArray:

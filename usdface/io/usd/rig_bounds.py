@@ -1,4 +1,4 @@
-"""The space that a character fills while its blend shapes move."""
+"""Bounds of a character over all blend shape weights and clips."""
 
 import itertools
 from collections.abc import Sequence
@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdface.clips import Clip, JointsTake
+from usdface.inbetween_path import inbetween_path
 from usdface.io.transforms import compose
-from usdface.rigs import BlendShape, Mesh, Skeleton, Skin
+from usdface.rigs import Mesh, Skeleton, Skin
 from usdface.takes import FloatArray
 
 __all__ = ["posed_bounds"]
@@ -23,7 +24,8 @@ def posed_bounds(mesh: Mesh, skeleton: Skeleton | None, clips: Sequence[Clip]) -
         columns = [take.column(shape.name) for take in takes if shape.name in take.names]
         low = min(0.0, *(column.min() for column in columns), 0.0)
         high = max(1.0, *(column.max() for column in columns), 1.0)
-        reached = _reached(shape, float(low), float(high))
+        knots = inbetween_path(shape).knots_between(float(low), float(high))
+        reached = knots.reshape(len(knots), *shape.offsets.shape)
         box[0, shape.indices] += reached.min(axis=0)
         box[1, shape.indices] += reached.max(axis=0)
     if skeleton is None or mesh.skin is None:
@@ -65,26 +67,8 @@ def _moving_box(
     return result
 
 
-def _reached(shape: BlendShape, low: float, high: float) -> FloatArray:
-    """Return the corners (K, N, 3) of a shape's path over the weights from `low` to `high`.
-
-    The path is straight between inbetweens and goes on straight beyond them, as UsdSkel's.
-    """
-    knots = {0.0: np.zeros_like(shape.offsets), 1.0: shape.offsets}
-    for between in shape.inbetweens:
-        knots.setdefault(between.weight, between.offsets)
-    weights = np.array(sorted(knots))
-    values = np.array([knots[weight] for weight in sorted(knots)])
-    corners = list(values[(weights > low) & (weights < high)])
-    for weight in (low, high):
-        right = int(np.searchsorted(weights, weight).clip(1, len(weights) - 1))
-        part = (weight - weights[right - 1]) / (weights[right] - weights[right - 1])
-        corners.append(values[right - 1] + part * (values[right] - values[right - 1]))
-    return np.array(corners)
-
-
 def _skinning(skeleton: Skeleton, local: FloatArray) -> FloatArray:
-    """Return what joints do to points (..., J, 4, 4), of their transforms to their parents."""
+    """Return the skinning transforms (..., J, 4, 4) for joint transforms to their parents."""
     world = local.copy()
     places = {joint: i for i, joint in enumerate(skeleton.joints)}
     for i, joint in enumerate(skeleton.joints):

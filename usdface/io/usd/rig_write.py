@@ -1,6 +1,6 @@
-"""A rig as UsdSkel: one stage that usdview, Blender, Maya and AR viewers play."""
+"""Writing a rig as UsdSkel, for usdview, Blender, Maya and AR viewers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,15 +11,16 @@ from pxr import Gf, Kind, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
-from usdface.io.normals import normals_of_faces, unit
+from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
+from usdface.io.atomic import all_or_none
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
 from usdface.io.usd.combinations import write_combination
-from usdface.io.usd.corners import write_corners
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.extras import write_asset, write_extras
-from usdface.io.usd.joint_frames import unit_scaled
+from usdface.io.usd.face_varying_primvars import write_face_varying
+from usdface.io.usd.joint_frames import with_unit_scales
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
 from usdface.io.usd.scene import write_scene
@@ -41,7 +42,9 @@ _SUFFIXES = (".usd", ".usda", ".usdc")
 _DUMMY = Skeleton(("root",), ("root",), np.eye(4)[None], np.eye(4)[None])
 
 
-def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]:
+def write_rig(
+    rig: Rig, path: Path, clips: Sequence[Clip] = (), read: Iterable[Path] = ()
+) -> list[Finding]:
     """Write `rig` as UsdSkel, in metres, Y up, with its clips.
 
     Layout: `/Asset` (default prim) holds the SkelRoot `Face` with `Skel`, `Anim` and the
@@ -58,6 +61,8 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
         `.usda` text, `.usdc` or `.usd` binary; replaced only when all is written.
     clips : sequence of Clip
         Time code = time * rate, and the stage's timeCodesPerSecond is the highest of their rates.
+    read : iterable of Path
+        Files that textures beside the stage must not replace; those of the rig's own never are.
 
     Raises
     ------
@@ -75,16 +80,19 @@ def write_rig(rig: Rig, path: Path, clips: Sequence[Clip] = ()) -> list[Finding]
         raise OutputError(f"{path} is not a USD file name; use {', '.join(_SUFFIXES)}")
     if not rig.meshes:
         raise InputError(f"the rig {rig.source or rig.name!r} has no meshes to write")
-    try:
-        stage, findings = _stage_of(rig, path, clips)
-    except Tf.ErrorException as error:
-        raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
-    save_layer(stage.GetRootLayer(), path)
+    with all_or_none():  # textures and layer
+        try:
+            stage, findings = _stage_of(rig, path, clips, read)
+        except Tf.ErrorException as error:
+            raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+        save_layer(stage.GetRootLayer(), path)
     return findings
 
 
-def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, list[Finding]]:
-    skeleton, clips, findings = unit_scaled(rig.skeleton or _DUMMY, clips)
+def _stage_of(
+    rig: Rig, path: Path, clips: Sequence[Clip], read: Iterable[Path]
+) -> tuple[Usd.Stage, list[Finding]]:
+    skeleton, clips, findings = with_unit_scales(rig.skeleton or _DUMMY, clips)
     rig = replace(rig, skeleton=skeleton if rig.skeleton else None)
     rate = clock_of(clips)
     codes = time_codes(np.unique(np.concatenate([np.zeros(1), *(c.times for c in clips)])), rate)
@@ -96,8 +104,8 @@ def _stage_of(rig: Rig, path: Path, clips: Sequence[Clip]) -> tuple[Usd.Stage, l
     findings += write_extras(asset, rig.extras) + write_asset(asset, rig.asset)
     findings += write_scene(stage, rig.cameras, rig.lights)
     if rig.materials:
-        materials, news = write_materials(stage, _scope(stage), rig.materials, path)
-        findings += news
+        materials, new_findings = write_materials(stage, _scope(stage), rig.materials, path, read)
+        findings += new_findings
     else:
         materials = {}
     named = dict.fromkeys(name for clip in clips if clip.weights for name in clip.weights.names)
@@ -153,11 +161,11 @@ def _write_mesh(
     def normals_at(points: FloatArray) -> FloatArray:
         return of_faces()(points)
 
-    normals = normals_at(mesh.points) if mesh.normals is None else unit(mesh.normals)
+    normals = normals_at(mesh.points) if mesh.normals is None else unit_or_up(mesh.normals)
     prim.CreateNormalsAttr(vec3f_array(normals))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     findings = [finding("NORMALS_COMPUTED", path)] if mesh.normals is None else []
-    write_corners(prim, mesh)
+    write_face_varying(prim, mesh)
     if prim.GetPrim().GetName() != mesh.name:
         prim.GetPrim().SetDisplayName(mesh.name)
         findings.append(finding("NAME_CHANGED", path, f"was {mesh.name!r}"))
@@ -175,7 +183,7 @@ def _bind_skin(prim: UsdGeom.Mesh, mesh: Mesh, rig: Rig) -> None:
     binding = UsdSkel.BindingAPI.Apply(prim.GetPrim())
     skin, count = mesh.skin, len(mesh.points)
     if skin is None and rig.skeleton is not None:
-        return  # no joint of a real skeleton may move what is not skinned
+        return  # no joint of a real skeleton may move an unskinned mesh
     if skin is None:
         skin = Skin(np.zeros((count, 1), np.int64), np.ones((count, 1)))
     joints = len((rig.skeleton or _DUMMY).joints)

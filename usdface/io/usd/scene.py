@@ -1,6 +1,6 @@
-"""Cameras and lights of a USD stage, in and out.
+"""Cameras and lights of a USD stage, read and written.
 
-UsdLux speaks of luminance L [nit], glTF of what arrives. A sphere of radius r is seen from afar
+UsdLux has luminance L [nit], glTF illuminance and intensity. A sphere of radius r is seen from afar
 with the luminous intensity L pi r^2; if it is normalised by its surface 4 pi r^2 that is L / 4. A
 distant light whose strength is normalised lights with L [lx]; else with L pi sin^2 of half its
 angle. A scene unit counts as a metre by the stage's metersPerUnit.
@@ -19,8 +19,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import rigid
+from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
 from usdface.io.usd.extras import read_extras, write_extras
-from usdface.io.usd.notes import note, our_notes
 from usdface.scene import Camera, Light
 from usdface.takes import FloatArray
 
@@ -64,8 +64,8 @@ def read_scene(
         thing = _light(prim, matrix, found) if shines else _camera(prim, rigid(matrix), si)
         if thing is None:
             continue
-        extras, news = read_extras(prim)
-        found += news
+        extras, new_findings = read_extras(prim)
+        found += new_findings
         if isinstance(thing, Camera):
             cameras.append(replace(thing, extras=extras))
         else:
@@ -91,7 +91,7 @@ def _unit(matrix: FloatArray) -> float:
 
 def _camera(prim: Usd.Prim, matrix: FloatArray, si: FloatArray) -> Camera:
     seen = UsdGeom.Camera(prim).GetCamera(_START)
-    clip, notes, unit = seen.clippingRange, our_notes(prim), _unit(si)
+    clip, notes, unit = seen.clippingRange, read_metadata(prim), _unit(si)
     far = math.inf if notes.get("endless") else clip.max * unit
     aspect = 0.0 if notes.get("anyAspect") else seen.aspectRatio
     if seen.projection == Gf.Camera.Perspective:
@@ -124,7 +124,7 @@ def _light(prim: Usd.Prim, matrix: FloatArray, found: list[Finding]) -> Light | 
         return None
     radius = UsdLux.SphereLight(prim).GetRadiusAttr().Get(_START) * _unit(matrix)
     candela = strength / 4 if normal else strength * math.pi * radius**2
-    reach = float(our_notes(prim).get("range", math.inf))
+    reach = float(read_metadata(prim).get("range", math.inf))
     shaping = UsdLux.ShapingAPI(prim)
     angle = shaping.GetShapingConeAngleAttr().Get(_START) if _is_shaped(prim) else None
     if angle is None or angle >= 180:
@@ -188,9 +188,9 @@ def _write_camera(stage: Usd.Stage, path: Sdf.Path, camera: Camera) -> Usd.Prim:
     far = camera.far if math.isfinite(camera.far) else _FAR
     made.CreateClippingRangeAttr(Gf.Vec2f(camera.near, far))
     if not camera.aspect:
-        note(made.GetPrim(), "anyAspect", True)
+        write_metadata(made.GetPrim(), "anyAspect", True)
     if not math.isfinite(camera.far):
-        note(made.GetPrim(), "endless", True)
+        write_metadata(made.GetPrim(), "endless", True)
     return made.GetPrim()
 
 
@@ -215,7 +215,7 @@ def _write_light(stage: Usd.Stage, path: Sdf.Path, light: Light, found: list[Fin
         message = "glTF and UsdLux let the light of a spot fade by different curves"
         found.append(finding("FEATURE_APPROXIMATED", str(path), message))
     if math.isfinite(light.reach):
-        note(prim, "range", light.reach)
+        write_metadata(prim, "range", light.reach)
         message = "UsdLux lights have no range; it is only noted"
         found.append(finding("FEATURE_APPROXIMATED", str(path), message))
     return prim

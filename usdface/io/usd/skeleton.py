@@ -7,7 +7,7 @@ from usdface.findings import Finding, finding
 from usdface.rigs import Skeleton, Skin
 from usdface.takes import FloatArray
 
-__all__ = ["read_skeleton", "read_skin", "to_parents"]
+__all__ = ["parent_frames", "read_skeleton", "read_skin"]
 
 
 def read_skeleton(
@@ -41,7 +41,7 @@ def read_skeleton(
         return None, [finding("FEATURE_DROPPED", where, message)]
     if count == 1 and not moved and np.allclose(bind, np.eye(4)) and np.allclose(rest, np.eye(4)):
         return None, []
-    scale, below = to_parents(joints, to_rig)
+    scale, below = parent_frames(joints, to_rig)
     shrink = np.diag([1 / scale] * 3 + [1.0])
     names = tuple(str(name) for name in prim.GetJointNamesAttr().Get() or ())
     if len(names) != count:
@@ -49,8 +49,8 @@ def read_skeleton(
     return Skeleton(joints, names, shrink @ bind @ to_rig, shrink @ rest @ below), []
 
 
-def to_parents(joints: tuple[str, ...], to_rig: FloatArray) -> tuple[float, FloatArray]:
-    """Return a unit of skeleton space in metres, and what leads to parents' frames: (J, 4, 4).
+def parent_frames(joints: tuple[str, ...], to_rig: FloatArray) -> tuple[float, FloatArray]:
+    """Return a unit of skeleton space in metres, and transforms to parents' frames: (J, 4, 4).
 
     A joint's transform in the rig is its transform on the stage, followed by that, and divided
     by the unit, so that a unit of each joint's own frame is a metre.

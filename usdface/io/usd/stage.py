@@ -2,8 +2,8 @@
 
 import os
 from collections.abc import Collection, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,8 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
-from usdface.io.atomic import atomic_path
+from usdface.geometry.units_and_axes import to_metres
+from usdface.io.atomic import all_or_none, atomic_path, when_written
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
 from usdface.takes import FloatArray
 
@@ -22,9 +23,9 @@ __all__ = [
     "author_metrics",
     "codes_of",
     "default_prim",
-    "files_of",
     "matrices",
     "metrics_of",
+    "missing_metrics",
     "new_layer",
     "new_stage",
     "open_stage",
@@ -34,7 +35,6 @@ __all__ = [
     "save_layers",
     "times_of",
     "to_si",
-    "unsaid_metrics",
     "vec2f_array",
     "vec3f_array",
 ]
@@ -43,7 +43,6 @@ __all__ = [
 Stage = Usd.Stage
 
 _FALLBACK_RATE = 24.0  # USD's own
-_Z_UP_TO_Y_UP = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,11 +88,6 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
     return stage
-
-
-def files_of(stage: Usd.Stage) -> list[Path]:
-    """Return the files that a stage is composed of."""
-    return [Path(layer.realPath) for layer in stage.GetUsedLayers() if layer.realPath]
 
 
 def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
@@ -170,16 +164,16 @@ def metrics_of(stage: Usd.Stage) -> Metrics:
     return metrics
 
 
-def unsaid_metrics(stage: Usd.Stage) -> list[Finding]:
-    """Return what the root layer leaves to USD's fallback although a layer below says otherwise.
+def missing_metrics(stage: Usd.Stage) -> list[Finding]:
+    """Return metrics that the root layer lacks although a layer below authors another value.
 
     USD takes units and clock from the root layer alone, so a face in metres under a layer that
-    does not say so becomes one of some millimetres.
+    lacks them becomes one of some millimetres.
     """
     root, *below = stage.GetLayerStack(includeSessionLayers=False)
     metrics = metrics_of(stage)
     found = []
-    for name, code, taken, also in (
+    for name, code, fallback, also in (
         ("metersPerUnit", "UNITS_ASSUMED", metrics.meters_per_unit, ""),
         ("upAxis", "UP_AXIS_ASSUMED", metrics.up_axis, ""),
         # Without a clock of its own a layer has that of its frames.
@@ -187,11 +181,11 @@ def unsaid_metrics(stage: Usd.Stage) -> list[Finding]:
     ):
         if any(root.pseudoRoot.HasInfo(key) for key in (name, also) if key):
             continue
-        said = [layer for layer in below if layer.pseudoRoot.HasInfo(name)]
-        if said and (value := said[0].pseudoRoot.GetInfo(name)) != taken:
+        authored = [layer for layer in below if layer.pseudoRoot.HasInfo(name)]
+        if authored and (value := authored[0].pseudoRoot.GetInfo(name)) != fallback:
             message = (
-                f"{root.GetDisplayName()} does not say {name}, so that USD takes {taken}; "
-                f"{said[0].GetDisplayName()} below it says {value}: copy it"
+                f"{root.GetDisplayName()} has no {name}, so that USD falls back to {fallback}; "
+                f"{authored[0].GetDisplayName()} below it has {value}: copy it"
             )
             found.append(finding(code, root.GetDisplayName(), message))
     return found
@@ -199,8 +193,9 @@ def unsaid_metrics(stage: Usd.Stage) -> list[Finding]:
 
 def to_si(metrics: Metrics) -> FloatArray:
     """Return the (4, 4) matrix from stage space to metres, Y up (row vectors, as in USD)."""
-    scale = np.diag([metrics.meters_per_unit] * 3 + [1.0])
-    return scale @ _Z_UP_TO_Y_UP if metrics.up_axis == "Z" else scale
+    matrix = np.eye(4)
+    matrix[:3, :3] = to_metres(metrics.meters_per_unit, metrics.up_axis)
+    return matrix
 
 
 def times_of(codes: ArrayLike, metrics: Metrics) -> FloatArray:
@@ -256,7 +251,7 @@ def save_layer(layer: Sdf.Layer, path: Path) -> None:
 
 
 def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
-    """Write several layers, all of them or none; what a program holds open is reloaded.
+    """Write several layers, all of them or none; layers that are open are reloaded.
 
     Raises
     ------
@@ -266,16 +261,19 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
     for path, _ in layers:
         if path.suffix not in (".usda", ".usdc", ".usd"):
             raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
-    with ExitStack() as places:
+    with all_or_none():
         for path, layer in layers:
-            temporary = places.enter_context(atomic_path(path))
-            try:
-                done = layer.Export(str(temporary))
-            except Tf.ErrorException as error:
-                raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
-            if not done:
-                raise OutputError(f"cannot write {path}")
-    for path, _ in layers:
-        opened = Sdf.Layer.Find(str(path.resolve()))
-        if opened:
-            opened.Reload(force=True)
+            with atomic_path(path) as temporary:
+                try:
+                    done = layer.Export(str(temporary))
+                except Tf.ErrorException as error:
+                    raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+                if not done:
+                    raise OutputError(f"cannot write {path}")
+            when_written(partial(_reload, path))
+
+
+def _reload(path: Path) -> None:
+    opened = Sdf.Layer.Find(str(path.resolve()))
+    if opened:
+        opened.Reload(force=True)

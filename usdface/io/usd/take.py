@@ -22,7 +22,7 @@ from usdface.io.usd.stage import (
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake
 
-__all__ = ["read_take_prim", "write_take"]
+__all__ = ["define_take", "read_take_prim", "write_take"]
 
 # Drawn width of a marker in a viewer [m].
 _MARKER_WIDTH = 0.003
@@ -51,23 +51,31 @@ def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
         float(codes[-1]),
     )
     stage = new_stage(metrics)
-    if isinstance(take, MarkerTake):
-        prim = _define_markers(stage, take, codes, metrics)
-    else:
-        prim = _define_weights(stage, take, codes)
-    author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, Path(take.source).name)
-    author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
-    author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
-    stage.SetDefaultPrim(prim)
+    stage.SetDefaultPrim(define_take(stage, "/Take", take, metrics))
     if isinstance(take, MarkerTake):
         write_fallback_types(stage.GetRootLayer())
     save_layer(stage.GetRootLayer(), path)
 
 
-def _define_markers(
-    stage: Usd.Stage, take: MarkerTake, codes: FloatArray, metrics: Metrics
+def define_take(
+    stage: Usd.Stage, path: str, take: MarkerTake | WeightsTake, metrics: Metrics
 ) -> Usd.Prim:
-    prim = stage.DefinePrim("/Take", tokens.MARKER_TAKE)
+    """Define the prim of a take; its first frame is at the time code 0."""
+    codes = codes_of(take.times, metrics.time_codes_per_second)
+    if isinstance(take, MarkerTake):
+        prim = _define_markers(stage, path, take, codes, metrics)
+    else:
+        prim = _define_weights(stage, path, take, codes)
+    author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, Path(take.source).name)
+    author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
+    author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
+    return prim
+
+
+def _define_markers(
+    stage: Usd.Stage, path: str, take: MarkerTake, codes: FloatArray, metrics: Metrics
+) -> Usd.Prim:
+    prim = stage.DefinePrim(path, tokens.MARKER_TAKE)
     names = Sdf.ValueTypeNames
     author(prim, tokens.MARKERS_NAMES, names.TokenArray, Vt.TokenArray(take.names))
     author(prim, tokens.DIMENSION, names.Token, f"{take.dimension}d")
@@ -106,8 +114,8 @@ def _last_seen(positions: FloatArray) -> FloatArray:
     return np.nan_to_num(filled)
 
 
-def _define_weights(stage: Usd.Stage, take: WeightsTake, codes: FloatArray) -> Usd.Prim:
-    animation = UsdSkel.Animation.Define(stage, "/Take")
+def _define_weights(stage: Usd.Stage, path: str, take: WeightsTake, codes: FloatArray) -> Usd.Prim:
+    animation = UsdSkel.Animation.Define(stage, path)
     animation.CreateBlendShapesAttr(Vt.TokenArray(take.names))
     weights = animation.CreateBlendShapeWeightsAttr()
     for row, code in zip(take.weights.astype(np.float32), codes.tolist(), strict=True):

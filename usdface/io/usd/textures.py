@@ -1,46 +1,55 @@
-"""Textures of a USD stage: UsdUVTexture, what it is read with and where its image lies.
+"""Textures of a USD stage: UsdUVTexture, its primvar and transform, and its image.
 
 Source: OpenUSD, "UsdPreviewSurface Specification" 2.6 (UsdUVTexture, UsdTransform2d, primvar
 readers, UDIM).
 """
 
-import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pxr import Ar, Sdf, Usd, UsdShade
 
+from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.usd.notes import our_notes
+from usdface.io.asset_folder import OUTSIDE, is_inside
+from usdface.io.udim import udim_tiles
+from usdface.io.usd.assets import folders_of, outer_file, read_asset
+from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.materials import ColourSpace, Placement, Texture, Wrap
 
 __all__ = ["read_texture", "scale_of", "value_of"]
 
-_LARGEST_TEXTURE = 256 * 1024 * 1024
 _SPACES: dict[str, ColourSpace] = {"sRGB": "sRGB", "raw": "raw"}
 _WRAPS: dict[str, Wrap] = {"repeat": "repeat", "mirror": "mirror", "clamp": "clamp"}
 
 
 def value_of(shader: UsdShade.Shader, name: str) -> Any:
-    """Return the value of a shader's input, maybe of what it is connected to; None for none."""
+    """Return the value of a shader's input or of its connection; None where there is none."""
     given = shader.GetInput(name)
     producers = given.GetValueProducingAttributes() if given else []
     return producers[0].Get() if producers else None
 
 
 def scale_of(shader: UsdShade.Shader) -> tuple[float, ...]:
-    """Return what a UsdUVTexture multiplies its four channels by."""
+    """Return the scale of the four channels of a UsdUVTexture."""
     value = value_of(shader, "scale")
     return (1.0, 1.0, 1.0, 1.0) if value is None else tuple(float(v) for v in value)
 
 
-def read_texture(shader: UsdShade.Shader, found: list[Finding]) -> Texture | None:
-    """Return the image and placement of a UsdUVTexture; None, with a finding, for no image."""
+def read_texture(
+    shader: UsdShade.Shader, found: list[Finding], asset_root: Path | None = None
+) -> Texture | None:
+    """Return the image and placement of a UsdUVTexture; None, with a finding, for no image.
+
+    An image must lie in the folder of the layer that names it, of the stage's root layer, or in
+    `asset_root`; one that a package names in that package.
+    """
     where = str(shader.GetPath())
 
-    def missing(why: str) -> Texture | None:
-        found.append(finding("TEXTURE_MISSING", where, f"{why}; the texture is left out"))
+    def missing(why: str, code: str = "TEXTURE_MISSING") -> Texture | None:
+        found.append(finding(code, where, f"{why}; the texture is left out"))
         return None
 
     asset = value_of(shader, "file")
@@ -54,31 +63,34 @@ def read_texture(shader: UsdShade.Shader, found: list[Finding]) -> Texture | Non
         resolved = UsdShade.UdimUtils.ResolveUdimPath(asset.path, layer)
     if not resolved:
         return missing(f"{asset.path} does not exist")
-    outer, inner = Ar.SplitPackageRelativePathOuter(resolved)
-    if not any(Path(outer).resolve().is_relative_to(folder) for folder in _folders(attribute)):
-        return missing(f"{asset.path} is outside the folder of the file that names it")
+    inner = Ar.SplitPackageRelativePathOuter(resolved)[1]
+    if inner and tiled:
+        return missing(f"{asset.path} is a UDIM inside a package")
+    outer = outer_file(resolved)
+    texture = Texture(str(outer), None, outer.suffix)
+    files = [Path(tile.path) for tile in udim_tiles(texture).values()] if tiled else [outer]
+    folders = [*_folders(attribute), asset_root]
+    if not all(is_inside(file, folders) for file in files):
+        return missing(f"{asset.path} {OUTSIDE}", "ASSET_OUTSIDE")
     space = _SPACES.get(str(value_of(shader, "sourceColorSpace")), "auto")
     placed = _placement(shader, where, found)
     if not inner:
-        return Texture(outer, None, Path(outer).suffix, space=space, placed=placed)
-    if tiled:
-        return missing(f"{asset.path} is a UDIM inside a package")
+        return replace(texture, space=space, placed=placed)
     try:
-        with zipfile.ZipFile(outer) as package:
-            if package.getinfo(inner).file_size > _LARGEST_TEXTURE:
-                return missing(f"{inner} is larger than {_LARGEST_TEXTURE >> 20} MiB")
-            data = package.read(inner)
-    except (OSError, KeyError, zipfile.BadZipFile) as error:
-        return missing(f"{asset.path} cannot be read from its package ({error})")
+        data = read_asset(resolved)
+    except InputError as error:
+        return missing(str(error))
     return Texture("", data, Path(inner).suffix, space=space, placed=placed)
 
 
 def _folders(attribute: Usd.Attribute) -> list[Path]:
-    """Return the folders that textures may come from: the naming and the root layers'."""
-    layers = [spec.layer for spec in attribute.GetPropertyStack(Usd.TimeCode.Default())]
-    layers.append(attribute.GetStage().GetRootLayer())
-    paths = [Ar.SplitPackageRelativePathOuter(layer.realPath)[0] for layer in layers]
-    return [Path(path).resolve().parent for path in paths if path]
+    """Return the folders of the layer that gives an attribute its value, and of the root layer."""
+    specs = attribute.GetPropertyStack(Usd.TimeCode.Default())
+    naming = next((spec.layer for spec in specs if spec.HasDefaultValue()), None)
+    return [
+        *(folders_of(naming) if naming else ()),
+        *folders_of(attribute.GetStage().GetRootLayer())[:1],
+    ]
 
 
 def _placement(shader: UsdShade.Shader, where: str, found: list[Finding]) -> Placement:
@@ -89,7 +101,7 @@ def _placement(shader: UsdShade.Shader, where: str, found: list[Finding]) -> Pla
             message = "glTF does not know black beyond the edges of a texture; they are clamped"
             found.append(finding("FEATURE_APPROXIMATED", where, message))
         wraps.append("clamp" if given == "black" else _WRAPS.get(given, "repeat"))
-    notes = our_notes(shader)
+    notes = read_metadata(shader)
     filters = tuple(n if isinstance(n := notes.get(k), int) else 0 for k in _FILTERS)
     reader = _upstream(shader, "st")
     scale, rotation, offset = (1.0, 1.0), 0.0, (0.0, 0.0)

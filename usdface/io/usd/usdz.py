@@ -1,51 +1,94 @@
 """A USD scene as one `.usdz` package."""
 
+import tempfile
 from pathlib import Path
 
-from pxr import Sdf, Tf, Usd, UsdUtils
+from pxr import Sdf, Tf, Usd, UsdSkel
 
-from usdface.errors import OutputError
-from usdface.findings import Finding
+from usdface.clips import check_clip
+from usdface.errors import InputError, OutputError
+from usdface.findings import Finding, finding
+from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import atomic_path
+from usdface.io.usd.clip_variants import clip_stages, playing_animations
+from usdface.io.usd.errors import usd_errors, usd_message
+from usdface.io.usd.evaluate import stage_keys
 from usdface.io.usd.stage import open_stage
+from usdface.io.usd.usdz_assets import localise
+from usdface.io.usd.usdz_package import write_package
+from usdface.options import ExportOptions
 
 __all__ = ["write_usdz"]
 
 
-def write_usdz(source: Path, path: Path) -> list[Finding]:
+def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions()) -> list[Finding]:
     """Flatten a scene into one binary layer and pack it with its textures.
 
     AR viewers read only the package's first layer, and only if it is binary; so what the
     layers of a shot compose to is written, not the layers. The weights animation, and with it
-    the corrector's effect, is what plays there; layers to mute are left behind.
+    the corrector's effect, is what plays there; layers to mute are left behind. Of several
+    clips one plays: that which the stage shows, or the one that `options` name.
+
+    The package is written aside, opened and compared. Equal input gives equal bytes.
+
+    Returns
+    -------
+    list of Finding
+        Files that are left out (`usdface.io.usd.usdz_assets.localise`), and clips that do not
+        play (ANIMATION_DROPPED).
 
     Raises
     ------
     InputError
-        If the scene cannot be opened.
+        If the scene cannot be opened or has no such clip.
     OutputError
-        If the package cannot be written.
+        If the package cannot be written; what was there before still is.
 
     References
     ----------
     OpenUSD, "Usdz File Format Specification".
     """
+    root = asset_folder(options.asset_root)
     stage = open_stage(source)
+    with usd_errors(str(source)):
+        flat, findings = _flattened(stage, options.clip)
+        assets, more = localise(flat, stage, root)
     with atomic_path(path) as temporary:
-        flat = temporary.with_name(f".{path.stem}.usdc")
         try:
-            done = _flatten(stage, flat) and UsdUtils.CreateNewUsdzPackage(
-                Sdf.AssetPath(str(flat)), str(temporary), f"{path.stem}.usdc"
-            )
+            write_package(temporary, {f"{path.stem}.usdc": _binary(flat), **assets})
+            with usd_errors(str(path)):
+                open_stage(temporary)
         except Tf.ErrorException as error:
-            raise OutputError(f"cannot write {path}: {str(error).splitlines()[-1]}") from error
-        finally:
-            flat.unlink(missing_ok=True)
-        if not done:
-            raise OutputError(f"cannot write {path}: USD could not pack {source}")
-    return []
+            raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+        except (InputError, OutputError) as error:
+            raise OutputError(f"cannot write {path}: {error}") from error
+    return findings + more
 
 
-def _flatten(stage: Usd.Stage, path: Path) -> bool:
-    # Flattening makes asset paths absolute, which the packer then gathers.
-    return bool(stage.Flatten(addSourceFileComment=False).Export(str(path)))
+def _binary(layer: Sdf.Layer) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "layer.usdc"
+        if not layer.Export(str(file)):
+            raise OutputError("USD could not write the layer")
+        return file.read_bytes()
+
+
+def _flattened(stage: Usd.Stage, clip: str) -> tuple[Sdf.Layer, list[Finding]]:
+    """Return what a stage composes to, with the clip of a name, or with all and one that plays."""
+    skinned = any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse())
+    stages = list(clip_stages(stage)) if skinned else [stage]
+    names = [stage_keys(staged)[0] for staged in stages]
+    check_clip(clip, [name for name in names if name])
+    chosen = stages[names.index(clip) if clip else 0]
+    flat = chosen.Flatten(addSourceFileComment=False)
+    if not clip:
+        message = f"a package plays one clip, here {names[0] or 'none'}; --clip NAME names another"
+        return flat, [finding("ANIMATION_DROPPED", name, message) for name in names[1:]]
+    others = {path for staged in stages for path in playing_animations(staged)} - {
+        *playing_animations(chosen)
+    }
+    edit = Sdf.BatchNamespaceEdit()
+    for path in sorted(others):
+        edit.Add(path, Sdf.Path.emptyPath)
+    flat.Apply(edit)
+    return flat, []

@@ -28,7 +28,7 @@ def validate(
 ) -> list[UsdValidation.ValidationError]:
     """Return the findings of `usdface.io.usd.check.check_stage` as UsdValidation has them.
 
-    Weights are looked at in all their time samples, whatever `times` asks for.
+    Weights are looked at in all their time samples, also outside of `times`.
     """
     return [_error(stage, found) for found in check_stage(stage)]
 

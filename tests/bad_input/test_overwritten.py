@@ -1,0 +1,179 @@
+"""Every command, every output, every file that it reads: refused, whatever the name is."""
+
+import argparse
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from composed import GLTF, RIG, SHOT, compose
+from spoilt import Place, Refused
+
+from usdface.cli import _parser, main
+from usdface.pipeline import process
+
+BIND, LABELS = ["bind.json"], ["labels.csv", "take.usda"]
+HEADS = ["heads/neutral.obj", "heads/smile.obj", "heads/combinations.json"]
+HUMAN = ["human/base.obj", "human/targets/smile.target"]
+USD, FUZZY, SHOWN, SAID = (".usda",), (".fis", ".usda"), (".png",), (".json",)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command with its inputs, the files that it reads by them, and its outputs' suffixes."""
+
+    command: tuple[str, ...]
+    reads: list[str]
+    outputs: dict[str, tuple[str, ...]]
+
+
+def case(command: str, reads: list[str], **outputs: tuple[str, ...]) -> Case:
+    return Case(tuple(command.split()), reads, outputs | {"report": SAID})
+
+
+CASES = [
+    case("rig lay/rig.usda", RIG, output=USD),
+    case("rig face.gltf", GLTF, output=USD),
+    case("rig heads", HEADS, output=USD),
+    case("rig human", HUMAN, output=USD),
+    case("take take.csv", ["take.csv"], output=USD),
+    case("markers lay/rig.usda --bind bind.json", RIG + BIND, output=SAID, figure=SHOWN),
+    case(
+        "shot --rig lay/rig.usda --take take.usda --bind bind.json --fuzzy system.fis "
+        "--expressions poses.json --calibration who.json",
+        ["take.usda", "system.fis", "poses.json", "who.json", *RIG, *BIND],
+        output=USD,
+        write_bind=SAID,
+        bind_figure=SHOWN,
+    ),
+    case("calibrate shot.usda", SHOT, output=SAID),
+    case("process shot.usda", SHOT, output=USD, gltf=(".glb", ".bin"), figure=SHOWN),
+    case("process shot.usda --in-place", SHOT, gltf=(".glb",), figure=SHOWN),
+    case("export shot.usda", SHOT, output=(".glb", ".bin", ".usdz")),
+    case("import face.gltf", GLTF, output=USD),
+    case("check lay/rig.usda face.gltf", RIG + GLTF),
+    case("formats", []),
+    case("fuzzy explain shot.usda", SHOT, figure=SHOWN),
+    case("fuzzy neutral shot.usda", SHOT),
+    case("fuzzy convert system.fis", ["system.fis"], output=FUZZY),
+    case("fuzzy convert shot.usda", SHOT, output=FUZZY),
+    case("fuzzy paper", [], output=FUZZY),
+    case("fuzzy fit --shot shot.usda", SHOT, output=FUZZY, expressions=SAID, figure=SHOWN),
+    case(
+        "fuzzy fit --rig lay/rig.usda --bind bind.json --labels labels.csv",
+        RIG + BIND + LABELS,
+        output=FUZZY,
+        expressions=SAID,
+        figure=SHOWN,
+    ),
+    case("bench solve --data heads", HEADS),
+]
+OUTPUTS = [
+    pytest.param(c, option, suffix, id=f"{'_'.join(c.command[:3])} {option}{suffix}")
+    for c in CASES
+    for option, suffixes in c.outputs.items()
+    for suffix in suffixes
+    if c.reads
+]
+
+
+@pytest.fixture
+def around(place: Place) -> Place:
+    """The place with all that can be composed; the shot stands on lay/rig.usda."""
+    compose(place.folder)
+    place.replace("shot.usda", "rig.usda", "lay/rig.usda")
+    return place
+
+
+@pytest.mark.parametrize(("case", "option", "suffix"), OUTPUTS)
+def test_no_output_takes_the_place_of_a_file_that_is_read(
+    around: Place,
+    refused: Refused,
+    monkeypatch: pytest.MonkeyPatch,
+    case: Case,
+    option: str,
+    suffix: str,
+) -> None:
+    """Every file that is read, under another name that suits the output."""
+    monkeypatch.chdir(around.folder)
+    command = [*case.command]
+    if "output" in case.outputs and option != "output":
+        command += ["-o", f"new{case.outputs['output'][0]}"]
+    named = "face2.gltf" if suffix == ".bin" else f"face2{suffix}"
+    command += [f"--{option.replace('_', '-')}", named]
+    other = around / f"face2{suffix}"
+    for number, name in enumerate(case.reads):
+        (os.link if number % 2 else os.symlink)(around / name, other)
+        said = refused(command)
+        assert other.name in said and "overwritten" in said, name
+        other.unlink()
+
+
+def _commands(
+    parser: argparse.ArgumentParser, name: str = ""
+) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for word, command in action.choices.items():
+                yield from _commands(command, f"{name} {word}".strip())
+            return
+    yield name, parser
+
+
+def test_the_table_has_every_command_and_every_option_that_names_a_file() -> None:
+    """A new option is an input or an output: the table says which, and the parser agrees."""
+    outputs: dict[str, set[str]] = {}
+    inputs: dict[str, set[str]] = {}
+    for case in CASES:
+        name = " ".join(case.command[: 2 if case.command[0] == "fuzzy" else 1])
+        outputs.setdefault(name, set()).update(case.outputs)
+        given = {word[2:].replace("-", "_") for word in case.command if word.startswith("--")}
+        inputs.setdefault(name, set()).update(given)
+    for name, command in _commands(_parser()):
+        files = {
+            action.dest
+            for action in command._actions
+            if action.type is Path or "FILE" in str(action.metavar) or action.metavar == "ROOT"
+        }
+        written = {*command.get_default("writes"), "report"} & {
+            action.dest for action in command._actions
+        }
+        assert written == outputs[name], name
+        placed = {a.dest for a in command._actions if not a.option_strings}
+        assert files - written - placed <= inputs[name], name
+
+
+def test_two_outputs_are_two_files(around: Place, refused: Refused) -> None:
+    place = around
+    (place / "old.json").write_text("{}")
+    os.link(place / "old.json", place / "other.json")
+    fit = ["fuzzy", "fit", "--shot", place / "shot.usda", "-o", place / "new.fis"]
+    for one, other in (
+        ("a.json", "a.json"),
+        ("a.json", "lay/../a.json"),
+        ("old.json", "other.json"),
+    ):
+        both = [*fit, "--expressions", place / one, "--report", place / other]
+        assert "is the same file as the output" in refused(both)
+        both = ["calibrate", place / "shot.usda", "-o", place / one, "--report", place / other]
+        assert "is the same file as the output" in refused(both)
+
+
+def test_a_result_that_another_layer_reads_is_an_input(place: Place, refused: Refused) -> None:
+    """Processed in place, a shot may be processed again; what others made of it stays."""
+    assert main(["process", str(place / "shot.usda"), "--in-place"]) == 0
+    first = (place / "shot.usdface/solve.usdc").read_bytes()
+    process(place / "shot.usda")
+    assert (place / "shot.usdface/solve.usdc").read_bytes() == first
+    (place / "more.usda").write_text("#usda 1.0\n(subLayers = [@shot.usdface/solve.usdc@])\n")
+    place.edit("shot.usda", lambda stage: stage.GetRootLayer().subLayerPaths.append("more.usda"))
+    said = refused(place.process)
+    assert "solve.usdc is read by" in said and "overwritten" in said
+
+
+def test_results_are_written_again(place: Place) -> None:
+    """Only what is read is kept: the second run replaces what the first has written."""
+    command = [*place.process, "--gltf", place / "face.gltf", "--report", place / "r.json"]
+    for _ in range(2):
+        assert main([str(word) for word in command]) == 0

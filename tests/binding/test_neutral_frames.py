@@ -1,0 +1,56 @@
+import numpy as np
+from worlds import make_world
+
+from usdface.binding.neutral_frames import distant_frames, held_poses, stabilised_take
+from usdface.geometry.rigid_fit import rigid_fit
+
+TIMES = np.arange(120) / 30.0
+
+
+def breathing(hold: slice) -> np.ndarray:
+    """A face of ten markers that swings about, but rests while `hold` says so."""
+    rng = np.random.default_rng(1)
+    rest, swing = 0.05 * rng.normal(size=(10, 3)), 0.01 * rng.normal(size=(10, 3))
+    swing[:6] = 0.0
+    amount = np.sin(2 * np.pi * TIMES) * 0.7 + 1.3
+    amount[hold] = 0.0
+    return rest + amount[:, None, None] * swing
+
+
+def test_the_face_rests_where_it_stays() -> None:
+    positions = breathing(slice(40, 60))
+    first, last = held_poses(stabilised_take(positions), TIMES, 1)[0]
+    assert 40 <= first <= last < 60 and last - first >= 10
+
+
+def test_a_face_that_never_moves_rests_throughout() -> None:
+    positions = np.repeat(breathing(slice(0, 1))[:1], len(TIMES), axis=0)
+    stabilised = stabilised_take(positions)
+    rest = held_poses(stabilised, TIMES, 1)[0]
+    assert rest[0] == 0 or rest[1] == len(TIMES) - 1 or rest[1] > rest[0]
+    assert len(distant_frames(stabilised, rest, 8)) == 0
+
+
+def test_the_head_is_held_still_by_what_is_calm() -> None:
+    world = make_world()
+    unmoved = make_world(head_moves=False).take.positions
+    still = stabilised_take(world.take.positions).positions
+    pose, _ = rigid_fit(unmoved[0], still[:1])
+    back = pose.to_head(still[:1])
+    np.testing.assert_allclose(back[0], unmoved[0], atol=1e-9)
+    # Later on off by what the calm half of the face moves itself.
+    apart = np.linalg.norm(
+        (still - still[0]) - (unmoved - unmoved[0]) @ pose.rotations[0].T, axis=2
+    )
+    assert apart.max() < 0.004
+
+
+def test_peaks_are_far_from_rest_and_from_each_other() -> None:
+    positions = breathing(slice(40, 60))
+    stabilised = stabilised_take(positions)
+    rest = held_poses(stabilised, TIMES, 1)[0]
+    peaks = distant_frames(stabilised, rest, 4)
+    scores = stabilised.scores
+    far = np.linalg.norm(scores - scores[rest[0]], axis=1)
+    assert far[peaks[0]] == far.max()
+    assert not set(peaks.tolist()) & set(range(42, 58))

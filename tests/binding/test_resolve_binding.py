@@ -1,0 +1,190 @@
+"""Shots without a binding, or with a part of one, through the command line."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from worlds import World, make_world
+
+from usdface.binding.resolve_binding import neutral_weights
+from usdface.blend_shapes import Inbetween
+from usdface.cli import main
+from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import open_stage
+from usdface.retarget_setup import Binding, RetargetSetup
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+@pytest.fixture
+def folder(world: World, tmp_path: Path) -> Path:
+    return world.write(tmp_path / "scene")
+
+
+def shot(folder: Path, *options: object) -> int:
+    files = ["--rig", folder / "rig.usda", "--take", folder / "take.usda"]
+    return main([str(a) for a in ["shot", *files, "-o", folder / "shot.usda", *options]])
+
+
+def written(folder: Path, *options: object) -> tuple[dict, dict]:
+    """Make a shot; return the binding and the report that it writes."""
+    bind, report = folder / "made.json", folder / "report.json"
+    assert shot(folder, "--write-bind", bind, "--report", report, *options) == 0
+    return json.loads(bind.read_text()), json.loads(report.read_text())
+
+
+def codes(report: dict) -> set[str]:
+    return {finding["code"] for finding in report["findings"]}
+
+
+def test_without_a_binding_one_is_proposed_and_the_shot_can_be_processed(
+    folder: Path, world: World
+) -> None:
+    bind, report = written(folder)
+    assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
+    assert all(0 < place["confidence"] <= 1 for place in bind["markers"].values())
+    assert bind["head"] == "solve" and bind["nose_tip"] == "nose"
+    assert {"BIND_PROPOSED", "NEUTRAL_FOUND"} <= codes(report)
+    summary = report["summary"]
+    assert summary["markers_bound"] == len(world.points) and summary["confidence_min"] > 0.5
+    assert summary["neutral_frames"] == [0, bind["neutral"]["end"]]
+    assert main(["process", str(folder / "shot.usda")]) == 0
+    # The binding that was written makes the same shot.
+    first = (folder / "shot.usda").read_bytes()
+    assert shot(folder, "--bind", folder / "made.json") == 0
+    assert (folder / "shot.usda").read_bytes() == first
+
+
+def test_a_partial_binding_is_completed_only_when_asked(folder: Path, world: World) -> None:
+    some = dict(list(world.bind["markers"].items())[:6])
+    (folder / "some.json").write_text(json.dumps(world.bind | {"markers": some}))
+    bind, report = written(folder, "--bind", folder / "some.json")
+    assert set(bind["markers"]) == set(some) and "BIND_PROPOSED" not in codes(report)
+    unbound = len(world.points) - len(some)
+    assert f"{unbound} of {len(world.points)} markers are bound to no vertex" in str(
+        report["findings"]
+    )
+    bind, report = written(folder, "--bind", folder / "some.json", "--propose")
+    assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
+    assert [bind["markers"][name]["confidence"] for name in some] == [1.0] * 6
+    # The neutral that the file names is kept.
+    assert "NEUTRAL_FOUND" not in codes(report) and bind["neutral"] == world.bind["neutral"]
+
+
+def test_a_marker_that_the_take_lacks_is_said_at_the_shot(folder: Path) -> None:
+    bind = json.loads((folder / "bind.json").read_text())
+    bind["markers"]["chni"] = {"point": 0}
+    (folder / "typo.json").write_text(json.dumps(bind))
+    _, report = written(folder, "--bind", folder / "typo.json")
+    said = [f["where"] for f in report["findings"] if f["code"] == "MARKER_UNKNOWN"]
+    assert said == ["chni"]
+
+
+def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
+    given = ("--bind", folder / "bind.json", "--neutral")
+    assert written(folder, *given, 1, 2)[0]["neutral"] == {"start": 1, "end": 2}
+    assert written(folder, *given, 3)[0]["neutral"] == {"start": 3, "end": 3}
+    bind, report = written(folder, *given, "auto")
+    assert bind["neutral"]["start"] == 0 and "NEUTRAL_FOUND" in codes(report)
+
+
+def test_weights_of_the_neutral_reach_the_shot(folder: Path, world: World) -> None:
+    weights = {world.rig.meshes[0].shape_names[0]: 0.125}
+    neutral = {"start": 0, "end": 3, "weights": weights}
+    (folder / "rest.json").write_text(json.dumps(world.bind | {"neutral": neutral}))
+    assert written(folder, "--bind", folder / "rest.json")[0]["neutral"] == neutral
+    read, _ = read_shot(open_stage(folder / "shot.usda"), "shot")
+    assert dict(read.shot.setup.neutral_weights) == weights
+    # Frames that are named instead show nothing but what is said of them.
+    bind, _ = written(folder, "--bind", folder / "rest.json", "--neutral", 1, 2)
+    assert bind["neutral"] == {"start": 1, "end": 2}
+
+
+def test_what_a_rest_shows_is_said(folder: Path, world: World) -> None:
+    """A take without its neutral frames, that rests with a shape of its own at 0.3."""
+    mesh = world.rig.meshes[0]
+    points = list(world.points.values())
+    shown = 0.3 * mesh.offsets_at(points)[0]
+    held = world.take.positions[:1] + np.repeat(shown[None], 60, axis=0)
+    positions = np.concatenate([held, world.take.positions[10:]])
+    times = np.arange(len(positions)) / world.take.rate
+    take = replace(world.take, positions=positions, times=times)
+    setup = RetargetSetup(Binding(take.names, np.array(points)), neutral=(0, 20))
+    found = neutral_weights(take, mesh, setup)
+    assert max(found, key=lambda name: found[name]) == mesh.shape_names[0]
+    assert 0.1 < found[mesh.shape_names[0]] <= 0.4
+    # With an inbetween that is at 0.6 of it at weight 0.2, 0.3 is shown at weight 0.1 already.
+    first = mesh.shapes[0]
+    early = Inbetween("early", 0.2, 0.6 * first.offsets)
+    bent = replace(mesh, shapes=(replace(first, inbetweens=(early,)), *mesh.shapes[1:]))
+    weight = neutral_weights(take, bent, setup)[first.name]
+    assert weight == pytest.approx(found[first.name] / 3, abs=1e-3)
+
+
+def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> None:
+    given = ("--bind", folder / "bind.json")
+    assert written(folder, *given)[0]["peaks"] == []
+    assert written(folder, *given, "--peaks", 30, 12)[0]["peaks"] == [30, 12]
+    bind, report = written(folder, *given, "--peaks", "auto")
+    frames = bind["peaks"]
+    assert len(frames) > 4 and report["summary"]["peak_frames"] == frames
+    # The farthest from neutral comes first.
+    away = np.linalg.norm(world.weights, axis=1)
+    assert away[frames[0]] > 0.7 * away.max()
+
+
+def test_places_are_proposed_by_the_peak_frames_that_are_named(folder: Path, world: World) -> None:
+    some = dict(list(world.bind["markers"].items())[:6])
+    (folder / "some.json").write_text(json.dumps(world.bind | {"markers": some, "peaks": [35, 20]}))
+    options = ("--bind", folder / "some.json", "--propose")
+    named, _ = written(folder, *options)
+    assert named["peaks"] == [35, 20]
+    found, _ = written(folder, *options, "--peaks", "auto")
+    assert found["peaks"] != [35, 20] and len(found["peaks"]) > 4
+    sure = [sum(p["confidence"] for p in bind["markers"].values()) for bind in (named, found)]
+    assert sure[0] != sure[1]
+
+
+def test_the_shot_says_how_sure_each_place_is(folder: Path) -> None:
+    given = folder / "given.json"
+    document = json.loads((folder / "bind.json").read_text())
+    first, second, *_ = document["markers"].values()
+    first["confidence"], second["confidence"] = 0.25, 1
+    given.write_text(json.dumps(document | {"peaks": [7]}))
+    assert shot(folder, "--bind", given) == 0
+    read = read_shot(open_stage(folder / "shot.usda"), "shot")[0].shot.setup
+    assert read.binding.confidence is not None
+    np.testing.assert_array_equal(read.binding.confidence[:2], [0.25, 1.0])
+    assert np.isnan(read.binding.confidence[2:]).all() and read.peaks == (7,)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--peaks", "5", "-2"], "--peaks"),
+        (["--peaks", "5", "400"], "the peak frame 400 lies outside the take"),
+        (["--neutral", "5", "2"], "neutral frames 5 to 2"),
+        (["--neutral", "first"], "--neutral is 'first'"),
+        (["--neutral", "0", "400"], "outside the take"),
+        (["--write-bind", "take.usda"], "overwritten"),
+        (["--bind-figure", "face.txt"], "no picture"),
+    ],
+)
+def test_wrong_options_are_one_line(
+    folder: Path,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    options: list[str],
+    said: str,
+) -> None:
+    monkeypatch.chdir(folder)
+    before = (folder / "take.usda").read_bytes()
+    assert shot(folder, "--bind", folder / "bind.json", *options) == 1
+    error = capfd.readouterr().err
+    assert said in error and error.count("\n") == 1
+    assert (folder / "take.usda").read_bytes() == before

@@ -1,0 +1,55 @@
+import numpy as np
+
+from usdface.certificate.linear_morph import LinearMorph, normal_distances, point_distances
+
+RNG = np.random.default_rng(9)
+FRAMES = np.array([1, 4, 5])
+
+
+def sums(count: int, parts: int) -> LinearMorph:
+    moves = RNG.normal(size=(2, parts, count, 3)).astype(np.float32)
+    return LinearMorph(
+        RNG.normal(size=(6, parts)), *(f(count, m) for m in moves for f in (still, kept))
+    )
+
+
+def still(count: int, _: np.ndarray) -> np.ndarray:
+    return RNG.normal(size=(count, 3))
+
+
+def kept(_: int, moves: np.ndarray) -> np.ndarray:
+    return moves
+
+
+def test_blocks_are_what_each_frame_shows() -> None:
+    one, other = sums(7, 3), sums(5, 2)
+    pairs = np.array([0, 6, 3, 3]), np.array([4, 0, 2, 1])
+    apart = np.concatenate(list(point_distances(one, other, pairs, FRAMES)), 1)
+    turned = np.concatenate(list(normal_distances(one, other, pairs, FRAMES)), 1)
+    for row, frame in enumerate(FRAMES):
+        gap = one.points_at(frame)[pairs[0]] - other.points_at(frame)[pairs[1]]
+        np.testing.assert_allclose(apart[row], np.linalg.norm(gap, axis=1), rtol=1e-5)
+        mine, its = one.normals_at(frame), other.normals_at(frame)
+        assert mine is not None and its is not None
+        chord = np.linalg.norm(mine[pairs[0]] - its[pairs[1]], axis=1)
+        np.testing.assert_allclose(turned[row], chord, rtol=1e-4)
+
+
+def test_equal_meshes_are_equal_to_the_last_bit_of_32() -> None:
+    one = sums(50, 4)
+    same = np.arange(50), np.arange(50)
+    assert max(block.max() for block in point_distances(one, one, same, FRAMES)) < 1e-6
+    assert max(block.max() for block in normal_distances(one, one, same, FRAMES)) < 1e-6
+
+
+def test_without_normals_there_are_no_turns() -> None:
+    bare = LinearMorph(np.zeros((6, 1)), np.zeros((2, 3)), np.zeros((1, 2, 3), np.float32))
+    assert bare.normals_at(0) is None
+    assert list(normal_distances(bare, sums(2, 1), (np.arange(2), np.arange(2)), FRAMES)) == []
+
+
+def test_a_mesh_without_parts_stands_still() -> None:
+    still = LinearMorph(np.zeros((6, 0)), np.ones((2, 3)), np.zeros((0, 2, 3), np.float32))
+    moved = LinearMorph(np.zeros((6, 0)), np.zeros((2, 3)), np.zeros((0, 2, 3), np.float32))
+    (apart,) = point_distances(still, moved, (np.arange(2), np.arange(2)), FRAMES)
+    np.testing.assert_allclose(apart, np.sqrt(3), rtol=1e-6)

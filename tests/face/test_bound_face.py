@@ -1,0 +1,69 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from curved_world import COMBINED, make_curved_world
+from slits import EXPRESSIONS, slit_face
+
+from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.layout import find_layout
+from usdface.retarget_setup import Binding, RetargetSetup
+
+WORLD = make_curved_world(head_moves=False)
+MESH = WORLD.rig.face()
+BINDING = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
+SETUP = RetargetSetup(BINDING, nose_tip="nose", roles={"tip": "nose"})
+FACE = bound_face(MESH, SETUP)
+
+
+def test_it_shows_the_take_it_was_recorded_on() -> None:
+    moved = FACE.displacements(WORLD.weights)
+    np.testing.assert_allclose(FACE.neutral + moved, WORLD.take.positions, atol=1e-12)
+
+
+def test_combination_shapes_follow_their_parents_whatever_they_are_given() -> None:
+    wrong = WORLD.weights.copy()
+    wrong[:, [MESH.shape_names.index(name) for name in COMBINED]] = 0.7
+    expected = FACE.displacements(WORLD.weights)
+    np.testing.assert_array_equal(FACE.displacements(wrong), expected)
+
+
+def test_markers_and_their_vertices() -> None:
+    assert dict(FACE.vertex_of) == WORLD.points
+    names = BINDING.markers[4:1:-1]
+    assert FACE.vertices_of(names).tolist() == [WORLD.points[name] for name in names]
+    assert FACE.vertices_of(()).shape == (0,)
+    np.testing.assert_array_equal(FACE.offsets, MESH.offsets_at(BINDING.points))
+    assert FACE.rig_shapes == FACE.shape_names == MESH.shape_names
+
+
+def test_the_nose_tip_is_on_the_midline() -> None:
+    assert FACE.markers[FACE.nose] == "nose"
+    assert FACE.midline == MESH.points[WORLD.points["nose"], 0]
+    without = replace(FACE, nose_tip="")
+    assert without.midline == 0.0
+    with pytest.raises(InputError, match="no nose tip"):
+        _ = without.nose
+
+
+def test_its_layout_is_found_on_the_mesh() -> None:
+    mesh = slit_face()
+    face = bound_face(mesh, RetargetSetup(Binding((), np.zeros(0, int)))).with_layout(EXPRESSIONS)
+    found = find_layout(mesh, EXPRESSIONS, 0.0)
+    assert face.layout.left == found.left and face.layout.lips.tolist() == found.lips.tolist()
+
+
+def test_nothing_of_it_can_be_changed() -> None:
+    with pytest.raises(AttributeError):
+        FACE.nose_tip = "chin"  # type: ignore[misc]
+    for array in (FACE.vertices, FACE.neutral, FACE.offsets):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    with pytest.raises(TypeError):
+        FACE.roles["tip"] = "chin"  # type: ignore[index]
+
+
+def test_a_face_without_markers_has_no_places() -> None:
+    face = BoundFace(MESH, (), np.zeros(0, int))
+    assert face.displacements(WORLD.weights).shape == (len(WORLD.weights), 0, 3)

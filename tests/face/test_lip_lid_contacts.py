@@ -1,0 +1,80 @@
+"""Lips and lids are found where a mesh that was built with them has them, and nowhere else."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ict_face import ict_mesh
+from slits import LID_GAP, LIP_GAP, slit_face
+
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
+from usdface.rigs import BlendShape, Mesh
+
+FACE = slit_face()
+SEAMS = find_lip_lid_contacts(FACE)
+
+
+def test_every_pair_of_lips_and_lids_is_found_and_no_other():
+    upper, lower = FACE.points[SEAMS.lips].swapaxes(0, 1)
+    np.testing.assert_allclose(upper - lower, np.tile([0, LIP_GAP, 0], (18, 1)), atol=1e-12)
+    upper, lower = FACE.points[SEAMS.lids].swapaxes(0, 1)
+    np.testing.assert_allclose(upper - lower, np.tile([0, LID_GAP, 0], (36, 1)), atol=1e-12)
+
+
+def test_it_does_not_hang_on_the_order_of_vertices_or_the_size_of_the_face():
+    order = np.random.default_rng(0).permutation(len(FACE.points))
+    place = np.argsort(order)
+    shapes = []
+    for shape in FACE.shapes:
+        dense = np.zeros(FACE.points.shape)
+        dense[shape.indices] = shape.offsets
+        shapes.append(BlendShape.from_dense(shape.name, 40 * dense[order]))
+    shuffled = replace(
+        FACE,
+        points=40 * FACE.points[order],
+        face_indices=place[FACE.face_indices],
+        shapes=tuple(shapes),
+    )
+    for found, expected in zip(find_lip_lid_contacts(shuffled), SEAMS, strict=True):
+        assert {(order[a], order[b]) for a, b in found} == {tuple(pair) for pair in expected}
+
+
+@pytest.mark.parametrize("missing", ["jawOpen", "eyeBlink"])
+def test_without_the_shape_that_moves_it_a_seam_is_not_known(missing):
+    opening = ("jawOpen", "mouthUpperUp", "mouthSmile") if missing == "jawOpen" else (missing,)
+    kept = tuple(s for s in FACE.shapes if not s.name.startswith(opening))
+    lips, lids = find_lip_lid_contacts(replace(FACE, shapes=kept))
+    assert (len(lips) > 0) == (missing != "jawOpen")
+    assert (len(lids) > 0) == (missing != "eyeBlink")
+
+
+def test_a_sheet_without_holes_has_no_seams():
+    x, y = np.meshgrid(np.linspace(0, 0.1, 8), np.linspace(0, 0.1, 8))
+    points = np.stack([x, y, np.zeros(x.shape)], axis=-1).reshape(-1, 3)
+    first = (np.arange(7)[:, None] * 8 + np.arange(7)).ravel()
+    quads = np.stack([first, first + 1, first + 9, first + 8], axis=1)
+    moved = BlendShape("up", np.arange(20), np.tile([0, 0.02, 0], (20, 1)))
+    sheet = Mesh("sheet", points, np.full(49, 4), quads.ravel(), shapes=(moved,))
+    for mesh in (sheet, replace(sheet, shapes=())):
+        assert [len(pairs) for pairs in find_lip_lid_contacts(mesh)] == [0, 0]
+
+
+@pytest.mark.slow
+def test_the_ict_face_has_lips_and_two_eyes(shared_data):
+    mesh = ict_mesh(shared_data)
+    lips, lids = find_lip_lid_contacts(mesh)
+    middle = 1000 * mesh.points[lips].mean(axis=1)
+    assert len(lips) >= 40 and np.ptp(middle[:, 0]) > 35 and np.ptp(middle[:, 1]) < 5
+    sides = mesh.points[lids, 0].mean(axis=1)
+    assert (sides > 0).sum() >= 40 and (sides < 0).sum() >= 40
+    assert np.ptp(1000 * mesh.points[lids, 1]) < 20
+
+
+@pytest.mark.parametrize("far", [1.0, 100.0, 1e6])
+def test_a_vertex_far_off_hides_no_lips_and_no_lids(far):
+    points = FACE.points.copy()
+    lone = np.setdiff1d(FACE.shapes[0].indices, np.concatenate([*SEAMS.lips, *SEAMS.lids]))[0]
+    points[lone] += far
+    found = find_lip_lid_contacts(replace(FACE, points=points))
+    np.testing.assert_array_equal(found.lips, SEAMS.lips)
+    np.testing.assert_array_equal(found.lids, SEAMS.lids)

@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from usdface.errors import SolveError
+from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
+
+RNG = np.random.default_rng(1)
+
+
+def random_pose(count: int) -> Pose:
+    turns = Rotation.from_rotvec(np.random.default_rng(3).normal(size=(count, 3)))
+    return Pose(turns.as_matrix(), RNG.normal(size=(count, 3)))
+
+
+def test_rigid_fit_finds_any_motion() -> None:
+    face, pose = RNG.normal(size=(9, 3)), random_pose(20)
+    fitted, usable = rigid_fit(face, pose.to_take(np.tile(face, (20, 1, 1))))
+    assert usable.all()
+    np.testing.assert_allclose(fitted.rotations, pose.rotations, atol=1e-12)
+    np.testing.assert_allclose(fitted.translations, pose.translations, atol=1e-12)
+
+
+def test_to_head_undoes_to_take() -> None:
+    pose, positions = random_pose(5), RNG.normal(size=(5, 4, 3))
+    np.testing.assert_allclose(pose.to_head(pose.to_take(positions)), positions, atol=1e-12)
+
+
+def test_a_hidden_marker_does_not_move_the_fit() -> None:
+    face, pose = RNG.normal(size=(9, 3)), random_pose(6)
+    target = pose.to_take(np.tile(face, (6, 1, 1)))
+    target[:, 2] = np.nan
+    fitted, _ = rigid_fit(face, target)
+    np.testing.assert_allclose(fitted.rotations, pose.rotations, atol=1e-12)
+
+
+def test_rotations_are_proper_even_for_a_flat_face() -> None:
+    face = RNG.normal(size=(7, 3)) * [1, 1, 0]
+    fitted, _ = rigid_fit(face, RNG.normal(size=(30, 7, 3)))
+    np.testing.assert_allclose(np.linalg.det(fitted.rotations), 1.0, atol=1e-12)
+
+
+def test_frames_without_three_markers_keep_the_nearest_pose() -> None:
+    face, pose = RNG.normal(size=(5, 3)), random_pose(7)
+    target = pose.to_take(np.tile(face, (7, 1, 1)))
+    target[1:5, :3] = np.nan  # two markers left in frames 1 to 4
+    fitted, usable = rigid_fit(face, target)
+    assert usable.tolist() == [True, False, False, False, False, True, True]
+    nearest = [0, 0, 0, 5, 5, 5, 6]
+    np.testing.assert_allclose(fitted.rotations, pose.rotations[nearest], atol=1e-12)
+
+
+def test_a_take_without_three_markers_is_refused() -> None:
+    with pytest.raises(SolveError, match="three head markers"):
+        rigid_fit(RNG.normal(size=(2, 3)), RNG.normal(size=(4, 2, 3)))
+
+
+def test_similarity_fit_finds_scale_rotation_and_offset() -> None:
+    face = RNG.normal(size=(8, 3))
+    linear = 2.5 * Rotation.from_rotvec([1.2, -0.7, 2.1]).as_matrix().T
+    fitted, offset = similarity_fit(face, face @ linear + [1, 2, 3])
+    np.testing.assert_allclose(fitted, linear, atol=1e-12)
+    np.testing.assert_allclose(offset, [1, 2, 3], atol=1e-12)

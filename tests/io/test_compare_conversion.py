@@ -1,0 +1,106 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from clips import plays, read_one
+
+from usdface.cli import main
+from usdface.io.compare_conversion import certify_conversion
+from usdface.io.gltf.write import write_gltf
+from usdface.io.usd.rig_write import write_rig
+from usdface.io.usd.stage import open_stage
+from usdface.pipeline import export_scene, import_scene
+from usdface.rigs import Rig
+from usdface.takes import WeightsTake
+
+
+def take_for(rig: Rig, keys: int = 30) -> WeightsTake:
+    times = 0.5 + np.arange(keys) / 60
+    phases = 10 * times[:, None] + np.arange(len(rig.shape_names))
+    return WeightsTake(rig.shape_names, times, 0.5 + 1.5 * np.sin(phases), 60.0)
+
+
+@pytest.mark.parametrize("exported", [True, False])
+@pytest.mark.parametrize("which", ["face_rig", "skinned_rig"])
+def test_equal_animations_are_certified(tmp_path: Path, request, which: str, exported) -> None:
+    rig = request.getfixturevalue(which)
+    if exported:
+        write_rig(rig, tmp_path / "a.usdc", plays(take_for(rig)))
+        export_scene(tmp_path / "a.usdc", tmp_path / "a.glb")
+    else:
+        write_gltf(rig, tmp_path / "a.glb", plays(take_for(rig)))
+        import_scene(tmp_path / "a.glb", tmp_path / "a.usdc")
+    stage = open_stage(tmp_path / "a.usdc")
+    certificate, found = certify_conversion(
+        stage, tmp_path / "a.glb", exported=exported, every_frame=True
+    )
+    assert found == [] and certificate is not None
+    assert certificate.vertex_largest < 2e-7
+    assert certificate.normal_largest is not None and certificate.normal_largest < 1e-3
+    assert max(certificate.weights.values()) < 1e-6
+    assert certificate.time_drift < 1e-6
+    assert certificate.frames == certificate.of_frames > 30  # with keys at the inbetweens
+    assert certificate.names == {} and certificate.missing == ()
+
+
+def test_another_animation_is_not(tmp_path: Path, face_rig: Rig) -> None:
+    take = take_for(face_rig)
+    write_rig(face_rig, tmp_path / "a.usdc", plays(take))
+    slower = WeightsTake(take.names, take.times * 2, take.weights)
+    write_gltf(face_rig, tmp_path / "slow.glb", plays(slower))
+    write_gltf(face_rig, tmp_path / "still.glb")
+    for name, drift in (("slow.glb", 0.24), ("still.glb", -1)):
+        stage = open_stage(tmp_path / "a.usdc")
+        certificate, found = certify_conversion(
+            stage, tmp_path / name, exported=True, every_frame=True
+        )
+        assert certificate is not None and certificate.time_drift > drift
+        assert certificate.vertex_largest > 1e-3
+        assert [f.code for f in found] == ["CONVERSION_INEXACT"]
+
+
+def test_what_cannot_be_evaluated_is_said(tmp_path: Path, face_rig: Rig) -> None:
+    write_rig(face_rig, tmp_path / "a.usdc")
+    (tmp_path / "a.gltf").write_text('{"extensionsRequired": ["EXT_unheard_of"]}')
+    stage = open_stage(tmp_path / "a.usdc")
+    certificate, found = certify_conversion(
+        stage, tmp_path / "a.gltf", exported=False, every_frame=True
+    )
+    assert certificate is None
+    assert [f.code for f in found] == ["CONVERSION_UNCERTIFIED"]
+
+
+def test_steps_keep_their_times(tmp_path: Path, write_glb) -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
+    times = (np.array([0, 30, 60, 61, 3600]) / 60).astype("<f4")
+    arrays = [points, points[::-1].copy(), times, np.array([0, 1, 0.5, 0.7, 0.2], "<f4")]
+    primitive = {"attributes": {"POSITION": 0}, "targets": [{"POSITION": 1}]}
+    sampler = {"input": 2, "output": 3, "interpolation": "STEP"}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "weights"}}
+    document = {
+        "meshes": [{"primitives": [primitive]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+        "animations": [{"samplers": [sampler], "channels": [channel]}],
+    }
+    path = write_glb(tmp_path / "a.glb", document, arrays)
+    rig, take, _ = read_one(path)
+    write_rig(rig, tmp_path / "a.usdc", plays(take))
+    stage = open_stage(tmp_path / "a.usdc")
+    certificate, found = certify_conversion(stage, path, exported=False, every_frame=True)
+    assert found == [] and certificate is not None
+    assert max(certificate.weights.values()) < 1e-6
+
+
+def test_the_command_line_reports_it(tmp_path: Path, face_rig: Rig, capfd) -> None:
+    write_rig(face_rig, tmp_path / "a.usdc", plays(take_for(face_rig)))
+    usd, glb, back = (str(tmp_path / name) for name in ("a.usdc", "a.glb", "b.usdc"))
+    report = tmp_path / "r.json"
+    for command in (["export", usd, "-o", glb], ["import", glb, "-o", back]):
+        assert main([*command, "--report", str(report), "--strict"]) == 0
+        assert "certificate" in capfd.readouterr().out
+        certificate = json.loads(report.read_text())["certificate"]
+        assert certificate["frames compared"] == certificate["frames"]
+        assert certificate["vertex error mm, largest"] < 2e-4
+        assert set(certificate["weight error of each channel"]) >= {"Head/口", "Head/Key.1"}

@@ -1,0 +1,68 @@
+from pathlib import Path
+
+import pytest
+from pxr import Gf, Sdf, Usd, UsdShade
+
+from usdface.io.usd.preview_surface import Surface
+
+TYPES = Sdf.ValueTypeNames
+
+
+@pytest.fixture
+def stage(tmp_path: Path) -> Usd.Stage:
+    (tmp_path / "skin.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    stage = Usd.Stage.CreateNew(str(tmp_path / "face.usda"))
+    shader = UsdShade.Shader.Define(stage, "/Skin/Surface")
+    shader.SetShaderId("UsdPreviewSurface")
+    shader.CreateInput("roughness", TYPES.Float).Set(0.25)
+    image = UsdShade.Shader.Define(stage, "/Skin/Image")
+    image.SetShaderId("UsdUVTexture")
+    image.CreateInput("file", TYPES.Asset).Set("./skin.png")
+    image.CreateInput("scale", TYPES.Float4).Set(Gf.Vec4f(0.5, 0.25, 0.75, 1))
+    for name, kind, channel in (
+        ("diffuseColor", TYPES.Color3f, "rgb"),
+        ("metallic", TYPES.Float, "b"),
+        ("occlusion", TYPES.Float, "r"),
+    ):
+        given = shader.CreateInput(name, kind)
+        given.ConnectToSource(image.CreateOutput(channel, kind))
+    stage.Save()
+    return stage
+
+
+def surface(stage: Usd.Stage) -> Surface:
+    return Surface(UsdShade.Shader.Get(stage, "/Skin/Surface"), "/Skin")
+
+
+def test_values_and_what_multiplies_textures(stage: Usd.Stage) -> None:
+    read = surface(stage)
+    assert read.number("roughness", 0.5) == 0.25 and read.number("clearcoat", 0.125) == 0.125
+    assert read.colour("diffuseColor", (0, 0, 0)) == (0.5, 0.25, 0.75)
+    assert read.colour("emissiveColor", (0, 0, 1)) == (0, 0, 1)
+    assert read.number("metallic", 0.0) == 0.75 and read.texture("roughness") is None
+    colour, metallic = read.texture("diffuseColor"), read.texture("metallic")
+    assert colour is not None and metallic is not None
+    assert (colour.channel, metallic.channel) == ("", "b") and colour.path == metallic.path
+    assert read.findings == []
+
+
+def test_a_bias_is_told_but_for_that_of_occlusion(stage: Usd.Stage) -> None:
+    image = UsdShade.Shader.Get(stage, "/Skin/Image")
+    image.CreateInput("bias", TYPES.Float4).Set(Gf.Vec4f(0.1, 0, 0, 0))
+    read = surface(stage)
+    read.number("occlusion", 1.0)
+    assert read.findings == []
+    read.number("metallic", 0.0)
+    assert [f.code for f in read.findings] == ["FEATURE_DROPPED"]
+
+
+def test_another_node_is_told_and_drives_nothing(stage: Usd.Stage) -> None:
+    noise = UsdShade.Shader.Define(stage, "/Skin/Noise")
+    noise.SetShaderId("MyNoise")
+    shader = UsdShade.Shader.Get(stage, "/Skin/Surface")
+    shader.GetInput("roughness").ConnectToSource(noise.CreateOutput("out", TYPES.Float))
+    read = surface(stage)
+    assert read.number("roughness", 0.5) == 0.5
+    assert [f.message for f in read.findings] == [
+        "roughness comes from a shader node that is not kept"
+    ]

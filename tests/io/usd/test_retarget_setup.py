@@ -1,0 +1,151 @@
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, Vt
+
+from usdface.errors import InputError
+from usdface.io.usd.retarget_setup import (
+    read_expressions,
+    read_setup,
+    write_expressions,
+    write_setup,
+)
+from usdface.options import CleanOptions, MapOptions, SolveOptions
+from usdface.retarget_setup import Binding, Expression, RetargetSetup
+from usdface.schemas import tokens
+
+SETUPS = [
+    RetargetSetup(Binding(("a", "b"), np.array([3, 9]), "/Shot/Character/Head")),
+    RetargetSetup(
+        Binding(("a", "b", "c"), np.array([3, 3, 0]), "/Head", np.array([0.5, np.nan, 1.0])),
+        peaks=(51, 7),
+        neutral_weights={"jawOpen": 0.125, "mouthFrown_L": 0.062},
+        head="markers",
+        head_markers=("a", "b", "c"),
+        move_head=True,
+        neutral=(4, 40),
+        nose_tip="a",
+        roles={"lip_lower": "b", "chin": "c"},
+        map=MapOptions(kernel="inverse_quadratic", form="paper", radius=2.0, smoothing=0.25),
+        solve=SolveOptions(
+            limits="known",
+            mode="frame",
+            prior="fixed",
+            pace=5.0,
+            smoothness=0.5,
+            agility=20.0,
+            spread=0.25,
+            sparsity=0.1,
+            symmetry=2.0,
+        ),
+        clean=CleanOptions(swaps=False),
+    ),
+    RetargetSetup(Binding(("a",), np.array([1]), "/Head"), head="stabilised", neutral=None),
+]
+
+
+def written(setup: RetargetSetup) -> Usd.Prim:
+    stage = Usd.Stage.CreateInMemory()
+    stage.DefinePrim(setup.binding.mesh, "Mesh")
+    write_setup(stage, "/Retarget", setup, {tokens.BIND_MESH: [setup.binding.mesh]})
+    HELD.append(stage)
+    return stage.GetPrimAtPath("/Retarget")
+
+
+HELD: list[Usd.Stage] = []  # prims do not keep their stage
+
+
+@pytest.mark.parametrize("sure", [[0.5], [0.5, 0.5, 1.5]])
+def test_confidences_that_do_not_fit_are_refused(sure: list[float]) -> None:
+    prim = written(SETUPS[1])
+    prim.GetAttribute(tokens.BIND_CONFIDENCE).Set(Vt.FloatArray(sure))
+    with pytest.raises(InputError, match=r"</Retarget>: .*confidence"):
+        read_setup(prim)
+
+
+@pytest.mark.parametrize("setup", SETUPS)
+def test_a_setup_survives_usd(setup: RetargetSetup) -> None:
+    back = read_setup(written(setup))
+    assert back.binding.markers == setup.binding.markers
+    assert back.binding.mesh == setup.binding.mesh
+    np.testing.assert_array_equal(back.binding.points, setup.binding.points)
+    if setup.binding.confidence is None:
+        assert back.binding.confidence is None
+    else:
+        np.testing.assert_array_equal(back.binding.confidence, setup.binding.confidence)
+    for name in (
+        "peaks",
+        "head",
+        "head_markers",
+        "move_head",
+        "neutral",
+        "nose_tip",
+        "map",
+        "solve",
+    ):
+        assert getattr(back, name) == getattr(setup, name)
+    assert dict(back.roles) == dict(setup.roles)
+    assert dict(back.neutral_weights) == dict(setup.neutral_weights)
+
+
+def test_what_is_not_authored_has_its_default() -> None:
+    stage = Usd.Stage.CreateInMemory()
+    back = read_setup(stage.DefinePrim("/R", tokens.RETARGET))
+    assert back.head == "solve" and back.neutral == (0, 0) and back.binding.markers == ()
+    assert back.map == MapOptions() and back.solve == SolveOptions()
+
+
+def test_a_stronger_layer_overrides_one_setting() -> None:
+    prim = written(SETUPS[1])
+    stage = prim.GetStage()
+    stage.SetEditTarget(stage.GetSessionLayer())
+    prim.GetAttribute(tokens.MAP_RADIUS).Set(7.0)
+    back = read_setup(prim)
+    assert back.map == MapOptions(
+        kernel="inverse_quadratic", form="paper", radius=7.0, smoothing=0.25
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        (tokens.HEAD_MODE, "stabilized"),
+        (tokens.NEUTRAL_MODE, "first"),
+        (tokens.MAP_KERNEL, "cubic"),
+        (tokens.MAP_RADIUS, float("nan")),
+        (f"{tokens.SOLVE_PREFIX}spread", 0.0),
+        (tokens.BIND_POINTS, Vt.IntArray([1])),
+        (tokens.ROLES_NAMES, Vt.TokenArray(["x"])),
+        (tokens.HEAD_MARKERS, Vt.TokenArray(["a"])),
+    ],
+)
+def test_nonsense_names_the_prim(name: str, value: object) -> None:
+    prim = written(SETUPS[1])
+    prim.GetAttribute(name).Set(value)
+    with pytest.raises(InputError, match="/Retarget") as caught:
+        read_setup(prim)
+    assert "\n" not in str(caught.value)
+
+
+def test_expressions_survive_usd() -> None:
+    stage = Usd.Stage.CreateInMemory()
+    expressions = (
+        Expression("joy", ("smile L", "smile R"), np.array([0.5, 1.0]), gain=0.5),
+        Expression("fear", (), np.zeros(0)),
+    )
+    paths = write_expressions(stage, "/Expressions", expressions)
+    assert paths == ["/Expressions/joy", "/Expressions/fear"]
+    back = read_expressions([stage.GetPrimAtPath(path) for path in paths])
+    for one, other in zip(back, expressions, strict=True):
+        assert (one.name, one.shapes, one.gain) == (other.name, other.shapes, other.gain)
+        np.testing.assert_array_equal(one.weights, other.weights)
+
+
+@pytest.mark.parametrize("weights", [[0.5], [0.5, 1.5], [0.5, float("nan")]])
+def test_expression_weights_must_fit_and_lie_in_the_box(weights: list[float]) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/joy", tokens.EXPRESSION)
+    kinds = Sdf.ValueTypeNames
+    prim.CreateAttribute(tokens.SHAPES, kinds.TokenArray).Set(Vt.TokenArray(["a", "b"]))
+    prim.CreateAttribute(tokens.WEIGHTS, kinds.FloatArray).Set(Vt.FloatArray(weights))
+    with pytest.raises(InputError, match="/joy"):
+        read_expressions([prim])

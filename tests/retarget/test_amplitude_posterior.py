@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from usdface.options import AMPLITUDE_RANGE, AMPLITUDE_SPREAD
+from usdface.retarget.amplitude_posterior import amplitude_posterior
+
+
+def test_a_small_movement_that_is_no_extreme_says_nothing() -> None:
+    gains, spreads = amplitude_posterior(np.array([0.0, 0.2, 0.5]), np.full(3, 0.02), 0.0)
+    assert gains == pytest.approx(1.0)
+    assert spreads == pytest.approx(AMPLITUDE_SPREAD, abs=0.01)
+
+
+def test_what_goes_beyond_the_character_raises_the_gain_even_without_extremes() -> None:
+    gains, spreads = amplitude_posterior(np.array([1.1, 1.25]), np.full(2, 0.01), 0.0)
+    assert gains == pytest.approx([1.1, 1.25], abs=0.03)
+    assert (spreads < 0.7 * AMPLITUDE_SPREAD).all()
+
+
+def test_an_extreme_is_the_gain() -> None:
+    peaks = np.linspace(0.8, 1.25, 10)
+    gains, spreads = amplitude_posterior(peaks, np.full(10, 0.01), 0.8)
+    assert gains == pytest.approx(peaks, abs=0.06)
+    assert (np.diff(gains) > 0).all()
+    assert spreads[4] < 0.4 * AMPLITUDE_SPREAD
+
+
+def test_a_movement_far_from_its_extreme_leaves_the_prior() -> None:
+    gains, spreads = amplitude_posterior(np.array([0.05, 0.3]), np.full(2, 0.02), 0.8)
+    assert gains == pytest.approx(1.0, abs=0.02)
+    assert spreads == pytest.approx(AMPLITUDE_SPREAD, abs=0.02)
+
+
+def test_the_less_sure_the_peak_the_nearer_to_one() -> None:
+    gains, spreads = amplitude_posterior(np.full(4, 1.3), np.array([0.01, 0.1, 0.3, 3.0]), 0.8)
+    assert (np.diff(gains) < 0).all() and gains[-1] == pytest.approx(1.0, abs=0.03)
+    assert (np.diff(spreads) > 0).all()
+
+
+@pytest.mark.parametrize("reached", [0.0, 0.8])
+def test_gains_stay_in_their_range_whatever_the_take_does(reached: float) -> None:
+    gains, spreads = amplitude_posterior(np.array([2.0, 40.0]), np.array([1e-6, 1e-9]), reached)
+    assert (gains >= AMPLITUDE_RANGE[0]).all() and (gains <= AMPLITUDE_RANGE[1]).all()
+    assert gains[1] == AMPLITUDE_RANGE[1] and np.isfinite(spreads).all()

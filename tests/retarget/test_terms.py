@@ -1,0 +1,105 @@
+"""What each term says of weights is one thing, whichever part is asked; a newcomer's is enough."""
+
+import re
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bands import dense
+
+from usdface.options import SolveOptions
+from usdface.retarget.confidence import weight_deviations
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import solve_weights
+from usdface.retarget.terms import TERMS, Ridge, Smoothness, SolverTerm, Sparsity, Symmetry
+
+GUIDE = Path(__file__).parents[2] / "docs" / "solver_terms.md"
+OPTIONS = SolveOptions(spread=0.5, agility=27.0, smoothness=2.0, sparsity=0.7, symmetry=30.0)
+NAMES = ("smileLeft", "jawOpen", "smileRight", "puff")
+RNG = np.random.default_rng(5)
+BASIS = 0.01 * RNG.normal(size=(4, 24))
+NORMAL = BASIS @ BASIS.T
+STEP = 1 / 30
+
+
+def guide() -> dict[str, object]:
+    """Everything that the examples of docs/solver_terms.md define, run from the top."""
+    code = re.findall(r"^```python\n(.*?)^```$", GUIDE.read_text(encoding="utf-8"), re.M | re.S)
+    names: dict[str, object] = {}
+    exec("\n".join(code), names)
+    return names
+
+
+class Sluggish(SolverTerm):
+    """Weights change little from one frame to the next: a term that joins frames."""
+
+    strength = 30.0
+
+    def bands(self, held: Regularisation, times: np.ndarray) -> np.ndarray:
+        bands = np.zeros((3, len(times)))
+        bands[2] = 2.0
+        bands[2, [0, -1]] = 1.0
+        bands[1, 1:] = -1.0
+        return held.noise**2 * self.strength * bands
+
+
+@pytest.mark.parametrize("term", [*TERMS, guide()["Restless"]()], ids=lambda t: type(t).__name__)
+def test_the_value_has_the_slope_of_matrix_and_pull(term: SolverTerm) -> None:
+    held = Regularisation(0.3, 0.1, OPTIONS, NAMES, terms=(term,))
+    weights, step = RNG.random((5, 4)), 1e-6 * np.eye(4)
+    slope = np.stack([held.value(weights + h) - held.value(weights - h) for h in step], axis=1)
+    np.testing.assert_allclose(slope / 2e-6, held.gradient(weights), atol=1e-7)
+
+
+def test_the_terms_are_those_of_the_equation() -> None:
+    held = Regularisation(0.3, 0.1, OPTIONS, NAMES)
+    error = 0.3**2 + 5 * 0.1**2
+    w, times = np.array([[0.2, 0.5, 0.6, 0.0]]), np.arange(5.0)
+    assert Ridge().value(held, w) == pytest.approx(error * (w**2).sum() / 0.5**2 / 2)
+    assert Sparsity().value(held, w) == pytest.approx(error * 0.7 * w.sum())
+    assert Symmetry().value(held, w) == pytest.approx(error * 30 * 0.4**2 / 2)
+    assert Smoothness().bands(held, times)[2, 2] == pytest.approx(6 * 0.3**2 * 2 / 27)
+
+
+def test_every_setting_that_a_term_obeys_is_an_option() -> None:
+    known = {field.name for field in fields(SolveOptions)}
+    assert known >= {name for term in TERMS for name in term.settings}
+
+
+def test_a_newcomers_term_is_solved() -> None:
+    held = guide()["held"]
+    right = np.array([[0.3, 0.1, 0.5, 0.2]]) @ NORMAL
+    found = solve_weights(NORMAL, right, np.zeros(1), held).weights
+    error, own = held.variance, 1 / 0.05**2
+    expected = NORMAL + error * (4 + own) * np.eye(4)
+    np.testing.assert_allclose(found, np.linalg.solve(expected, (right + error * own * 0.1).T).T)
+
+
+def test_a_newcomers_term_is_seen_by_confidence() -> None:
+    held = replace(guide()["held"], noise=0.03)
+    posterior = np.linalg.inv(NORMAL / held.variance + (4 + 1 / 0.05**2) * np.eye(4))
+    np.testing.assert_allclose(
+        weight_deviations(NORMAL, 0.0, held), np.sqrt(np.diag(posterior)), rtol=1e-9
+    )
+    without = weight_deviations(NORMAL, 0.0, replace(held, terms=TERMS))
+    assert (without > 1.5 * weight_deviations(NORMAL, 0.0, held)).all()
+
+
+def test_a_newcomers_term_that_joins_frames_is_solved_and_seen_by_confidence() -> None:
+    """Beside the dense problem of a whole take and, in its middle, the dense posterior."""
+    frames, noise = 61, 0.004
+    options = SolveOptions(spread=1e3, iterations=5000, tolerance=1e-12)
+    held = Regularisation(noise, 0.0, options, terms=(*TERMS, Sluggish()))
+    times = STEP * np.arange(frames)
+    truth = 0.5 + 0.3 * np.sin(np.outer(times, [2.0, 3.0, 4.0, 5.0]))
+    right = truth @ NORMAL
+    whole = np.kron(np.eye(frames), NORMAL + noise**2 / options.spread**2 * np.eye(4))
+    whole += np.kron(dense(held.bands(times)), np.eye(4))
+    found = solve_weights(NORMAL, right, times, held).weights
+    np.testing.assert_allclose(
+        found, np.linalg.solve(whole, right.ravel()).reshape(-1, 4), atol=1e-6
+    )
+    middle = slice(4 * (frames // 2), 4 * (frames // 2) + 4)
+    variances = noise**2 * np.diag(np.linalg.inv(whole))[middle]
+    np.testing.assert_allclose(weight_deviations(NORMAL, STEP, held), np.sqrt(variances), rtol=1e-3)

@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from usdface.rule_design.negative_conditions import FIRES, exclude, ramp_degree
+
+# Four features: what both do, what only the other does (a little, far), and what moves in speech.
+OWN = np.array([0.010, 0.0, 0.0, 0.0])
+OTHER = np.array([0.004, 0.002, 0.008, 0.016])
+RAMPS = {0: (0.0, 0.010)}
+SPEECH = np.array([[0.0, 0.0, 0.0, 0.03]])
+QUIET = np.full(4, 1e-5)
+
+
+def excluded(own=OWN, others=(OTHER,), firing=(0.4,), single=SPEECH, noise=QUIET):
+    return exclude(own, np.array(others), np.array(firing), RAMPS, single, noise)
+
+
+def test_a_ramp_goes_either_way():
+    values = np.array([-0.02, -0.005, 0.0, 0.005, 0.02])
+    assert ramp_degree(values, 0.0, 0.01).tolist() == [0, 0, 0, 0.5, 1]
+    assert ramp_degree(values, 0.0, -0.01).tolist() == [1, 0.5, 0, 0, 0]
+
+
+def test_what_only_the_other_does_and_speech_does_not():
+    """Of what speech leaves alone, that which stands out of the noise most."""
+    ((feature, (foot, top)),), left = excluded()
+    assert feature == 2
+    assert (foot, top) == pytest.approx((0.1 * 0.008, 0.4 * 0.008))
+    assert left.tolist() == [0.0]
+
+
+def test_at_no_intensity_is_much_left_of_the_other():
+    ((feature, ramp),), _ = excluded()
+    for intensity in np.linspace(0, 1, 101):
+        shown = intensity * OTHER
+        fired = min(ramp_degree(shown[0], *RAMPS[0]), 1 - ramp_degree(shown[feature], *ramp))
+        assert fired <= 0.15 and (fired == 0 or intensity < 0.4)
+
+
+def test_the_expression_itself_is_kept_whole():
+    own = np.array([0.010, 0.0, -0.003, 0.001])
+    ((feature, ramp),), _ = excluded(own=own)
+    assert ramp_degree(np.linspace(0, 1, 11) * own[feature], *ramp).max() == 0
+
+
+def test_little_is_let_be():
+    found, left = excluded(firing=(FIRES,))
+    assert found == () and left.tolist() == [FIRES]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"noise": np.full(4, 0.002)},  # nothing clear
+        {"others": (0.5 * OWN,)},  # nothing besides
+        {"own": OWN + OTHER},  # all of it itself
+    ],
+)
+def test_nothing_helps(given):
+    found, left = excluded(**given)
+    assert found == () and left.tolist() == [0.4]
+
+
+def test_one_condition_may_do_for_two():
+    others = (OTHER, 0.9 * OTHER)
+    found, left = excluded(others=others, firing=(0.4, 0.36))
+    assert len(found) == 1 and left.tolist() == [0.0, 0.0]
+
+
+def test_mirrored_markers_give_the_first_whatever_their_last_bits():
+    other = np.array([0.004, 0.0, 0.008, 0.008])
+    for bits in (-1e-16, 1e-16):
+        nudged = other + np.array([0.0, 0.0, 0.0, bits])
+        (found,), _ = excluded(others=(nudged,), single=np.zeros((1, 4)))
+        assert found[0] == 2

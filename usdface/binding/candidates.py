@@ -1,0 +1,86 @@
+"""Candidate vertices for markers, decimated and normalised."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.binding.face_surface import FaceSurface
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_modes import infinitesimal_motions
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["CandidateVertices", "candidate_vertices"]
+
+# The largest weight of a performer whose movements are stronger than the rig's. Set by hand; judge:
+# `python benchmarks/binding.py`, whose performers reach 1.25; docs/constants.md lists them.
+_LARGEST_WEIGHT = 1.5
+# Edge of the cells that even out the mesh before its centre and size are measured [share of the
+# face's size]: longer than the edges of a face mesh, far shorter than the face.
+_EVEN_CELL = 0.08
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CandidateVertices:
+    """The vertices that a marker may be assigned to: a face surface, or a decimated part of it.
+
+    Attributes
+    ----------
+    surface : FaceSurface
+    indices : (N,) int64
+        Into `surface.vertices`, rising.
+    points : (N, 3) float64 [m]
+        From the centre of the moving surface.
+    offsets : (S, N, 3) float64 [m]
+        Offsets of the blend shapes at the largest weight of a strong performer.
+    rigid_motions : (6, N, 3) float64
+        Infinitesimal rigid motions of the face.
+    size : float [m]
+        RMS radius of the moving surface.
+    """
+
+    surface: FaceSurface
+    indices: IntArray
+    points: FloatArray
+    offsets: FloatArray
+    rigid_motions: FloatArray
+    size: float
+
+
+def candidate_vertices(
+    surface: FaceSurface, cell: float = 0.0, keep: IntArray | None = None
+) -> CandidateVertices:
+    """Choose one vertex of the surface in each cell of a grid.
+
+    Parameters
+    ----------
+    surface : FaceSurface
+    cell : float
+        Edge of a cell as a share of the face's size; 0 = all vertices.
+    keep : (K,) int64, optional
+        Indices into the surface that are candidates in any case.
+    """
+    moving = surface.points[surface.moving]
+    # Evenly, or finely meshed lids and lips would be most of the face.
+    even = moving[_decimated(moving, _EVEN_CELL * rms_radius(moving))]
+    centre = even.mean(axis=0)
+    size = rms_radius(even)
+    indices = np.arange(len(surface.points))
+    if cell:
+        indices = _decimated(surface.points, cell * size)
+    if keep is not None:
+        indices = np.union1d(indices, keep)
+    points = surface.points[indices] - centre
+    return CandidateVertices(
+        surface=surface,
+        indices=indices,
+        points=points,
+        offsets=_LARGEST_WEIGHT * surface.offsets_at(indices),
+        rigid_motions=infinitesimal_motions(points),
+        size=size,
+    )
+
+
+def _decimated(points: FloatArray, cell: float) -> IntArray:
+    """Return the index of one point in each cell."""
+    _, first = np.unique(np.floor(points / cell), axis=0, return_index=True)
+    return np.sort(first)

@@ -1,0 +1,222 @@
+"""Neutral and peak frames of a take whose markers are not known: held poses and far expressions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.spatial.distance import cdist
+
+from usdface.errors import InputError
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import rigid_fit
+from usdface.takes import FloatArray, IntArray, MarkerTake, visible
+
+__all__ = [
+    "FEWEST_MARKERS",
+    "MOST_PEAKS",
+    "StabilisedTake",
+    "check_frames",
+    "distant_frames",
+    "held_poses",
+    "neutral_frames",
+    "peak_frames",
+    "positions_3d",
+    "stabilised_take",
+]
+
+# A head pose takes three markers; the fourth lets one of them move with the face.
+FEWEST_MARKERS = 4
+# Peak frames that are looked for. As all numbers below without another source: set by hand; judge:
+# `python benchmarks/binding.py`; docs/constants.md lists them.
+MOST_PEAKS = 24
+# Frames that are compared with each other: bounds the memory (32 MB) and the time.
+_MOST_FRAMES = 2000
+# Modes of the motion.
+_MODES = 8
+# Rounds of choosing the calmer half of the markers.
+_ROUNDS = 4
+# Markers that hold the head still, at least.
+_FEWEST_CALM = 4
+# Median filter of the modes [frames]: a swapped or mislabelled marker jumps for a frame or two.
+_MEDIAN = 5
+# Frames this near to each other, as a share of the spread of the motion, are the same pose.
+_SAME_POSE = 0.15
+# The neutral pose is held no longer than this [s].
+_LONGEST_HOLD = 0.5
+# A face that holds a pose is slow this long [s] before and after; a turning point is slow for a
+# moment.
+_STILL = 0.1
+# Least distance of a peak from neutral and other peaks, as a share of the farthest one's.
+_LEAST_PEAK = 0.02
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StabilisedTake:
+    """Markers without head motion, and their motion in a few modes.
+
+    Attributes
+    ----------
+    positions : (F, M, 3) float64 [m]
+        Without the head motion that the calmer half of the markers shows; NaN where occluded.
+    scores : (F, K) float64 [m]
+        Of the strongest modes of the motion.
+    """
+
+    positions: FloatArray
+    scores: FloatArray
+
+
+def neutral_frames(take: MarkerTake) -> tuple[int, int]:
+    """Return the first and last frame index of the pose that the face most often holds.
+
+    Raises
+    ------
+    InputError
+        If the take is two-dimensional, or has too few markers to hold the head still.
+    """
+    return held_poses(_stabilised(take, "neutral"), take.times, 1)[0]
+
+
+def peak_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
+    """Return the frame indices of expressions far from neutral and from each other, most first.
+
+    Raises
+    ------
+    InputError
+        As `neutral_frames`.
+    """
+    return tuple(distant_frames(_stabilised(take, "peak"), neutral, MOST_PEAKS).tolist())
+
+
+def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Sequence[int]) -> None:
+    """Check that the take has the neutral and peak frames.
+
+    Raises
+    ------
+    InputError
+        Naming the first that it does not have.
+    """
+    there = f"the take {take.source}, which has frames 0 to {len(take.times) - 1}"
+    if neutral and neutral[1] >= len(take.times):
+        raise InputError(
+            f"neutral frames {neutral[0]} to {neutral[1]} lie outside {there}", "FRAMES_OUTSIDE"
+        )
+    if max(peaks, default=0) >= len(take.times):
+        raise InputError(f"the peak frame {max(peaks)} lies outside {there}", "FRAMES_OUTSIDE")
+
+
+def positions_3d(take: MarkerTake) -> FloatArray:
+    """Return the positions (F, M, 3) [m] of a take in space.
+
+    Raises
+    ------
+    InputError
+        If the take is of an image.
+    """
+    if take.dimension != 3:
+        raise InputError(
+            f"the take {take.source} is of an image; where its markers sit cannot be proposed. "
+            "Give all of them in --bind bind.json",
+            "TAKE_KIND_WRONG",
+        )
+    return take.positions
+
+
+def _stabilised(take: MarkerTake, kind: str) -> StabilisedTake:
+    positions = positions_3d(take)
+    if take.visible.sum(axis=1).max() < FEWEST_MARKERS:
+        raise InputError(
+            f"no frame of the take {take.source} shows {FEWEST_MARKERS} markers; "
+            f"{kind} frames cannot be found",
+            "MARKERS_TOO_FEW",
+        )
+    return stabilised_take(positions[:, take.visible.any(axis=0)])
+
+
+def stabilised_take(positions: FloatArray) -> StabilisedTake:
+    """Remove the head motion that the calmer half of the markers shows.
+
+    Parameters
+    ----------
+    positions : (F, M, 3) float64 [m]
+        NaN where occluded; each marker is seen at least once.
+    """
+    seen = visible(positions)
+    still = positions
+    fullest = int(seen.sum(axis=1).argmax())
+    middle = np.where(seen[fullest, :, None], positions[fullest], np.nan)
+    calm = np.ones(positions.shape[1], dtype=bool)
+    for _ in range(_ROUNDS):
+        pose, _ = rigid_fit(np.where(calm[:, None], middle, np.nan), positions)
+        still = pose.to_head(positions)
+        middle = np.nanmedian(still, axis=0)
+        restless = np.sqrt(np.nanmean(((still - middle) ** 2).sum(axis=2), axis=0))
+        calm = restless <= np.median(restless)
+        calm |= np.argsort(np.argsort(restless)) < _FEWEST_CALM
+    away = np.where(seen[..., None], still - middle, 0.0).reshape(len(still), -1)
+    some = away[:: max(1, len(away) // _MOST_FRAMES)]
+    _, _, modes = np.linalg.svd(some - some.mean(axis=0), full_matrices=False)
+    scores = (away - some.mean(axis=0)) @ modes[:_MODES].T
+    return StabilisedTake(still, median_filter(scores, size=(min(_MEDIAN, len(scores)), 1)))
+
+
+def held_poses(stabilised: StabilisedTake, times: FloatArray, count: int) -> list[tuple[int, int]]:
+    """Return the frames of up to `count` different poses that are held, the most usual first.
+
+    Parameters
+    ----------
+    stabilised : StabilisedTake
+    times : (F,) float64 [s]
+    count : int
+
+    Returns
+    -------
+    list of (int, int)
+        First and last frame index of each.
+    """
+    scores = stabilised.scores
+    step = max(1, len(scores) // _MOST_FRAMES)
+    some = scores[::step]
+    spread = rms_radius(some)
+    if spread == 0.0 or len(scores) == 1:
+        return [(0, len(scores) - 1)]
+    size = _SAME_POSE * spread
+    apart = cdist(some, some, "sqeuclidean")
+    usual = np.exp(-apart / (2 * size**2)).mean(axis=1)
+    speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
+    around = round(2 * _STILL / max(float(np.median(np.diff(times))), 1e-9)) + 1
+    speed = maximum_filter1d(speed, min(around, len(speed)))[::step]
+    held = usual / (1.0 + (speed / max(float(np.median(speed)), 1e-12)) ** 2)
+    found: list[tuple[int, int]] = []
+    while len(found) < count and held.max() > 0.0:
+        best = int(held.argmax())
+        found.append(_hold(scores, times, step * best, size=size))
+        held[apart[best] < (2 * size) ** 2] = 0.0
+    return found
+
+
+def _hold(scores: FloatArray, times: FloatArray, best: int, *, size: float) -> tuple[int, int]:
+    """Return the frames around `best` that stay within `size` of it."""
+    near = np.linalg.norm(scores - scores[best], axis=1) < size
+    near &= np.abs(times - times[best]) <= 0.5 * _LONGEST_HOLD
+    breaks = np.flatnonzero(~near)
+    before, after = breaks[breaks < best], breaks[breaks > best]
+    first = int(before[-1]) + 1 if len(before) else 0
+    last = int(after[0]) - 1 if len(after) else len(scores) - 1
+    return first, last
+
+
+def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int], count: int) -> IntArray:
+    """Return up to `count` frame indices far from neutral and from each other, most first."""
+    scores = stabilised.scores
+    step = max(1, len(scores) // _MOST_FRAMES)
+    some = scores[::step]
+    mean = scores[neutral[0] : neutral[1] + 1].mean(axis=0)
+    far = np.linalg.norm(some - mean, axis=1)
+    least = _LEAST_PEAK * float(far.max(initial=0.0))
+    peaks: list[int] = []
+    while len(peaks) < min(count, len(some)) and far.max() > least:
+        peaks.append(int(far.argmax()))
+        far = np.minimum(far, np.linalg.norm(some - some[peaks[-1]], axis=1))
+    return step * np.array(peaks, dtype=np.int64)

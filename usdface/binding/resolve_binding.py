@@ -1,0 +1,182 @@
+"""The binding of a shot: read from a file, proposed, or completed by a proposal."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
+from usdface.binding.propose import Proposal, proposal_findings, propose
+from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.shape_names import rename_weights
+from usdface.findings import Finding, finding
+from usdface.options import BindOptions
+from usdface.retarget.neutral import neutral_markers
+from usdface.retarget.neutral_weights import rest_weights
+from usdface.retarget_setup import Binding, RetargetSetup, unbound
+from usdface.rigs import Mesh, Rig
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = [
+    "ResolvedBinding",
+    "binding_findings",
+    "neutral_weights",
+    "proposal_summary",
+    "resolve_binding",
+]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ResolvedBinding:
+    """A bound mesh, and the setup with binding, neutral and peak frames.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The bound one.
+    setup : RetargetSetup
+        Peak frames are in it where they are named, requested or used to propose vertices.
+    proposal : Proposal or None
+        None where all vertices are given.
+    missing : tuple of str
+        Bound markers that the take does not have.
+    unbound : tuple of str
+        Markers of the take that the binding leaves out; () where a proposal was made.
+    neutral_found : bool
+        The neutral frames were looked for.
+    """
+
+    mesh: Mesh
+    setup: RetargetSetup
+    proposal: Proposal | None = None
+    missing: tuple[str, ...] = ()
+    unbound: tuple[str, ...] = ()
+    neutral_found: bool = False
+
+
+def resolve_binding(
+    character: Rig,
+    take: MarkerTake | WeightsTake,
+    given: RetargetSetup | None,
+    *,
+    options: BindOptions,
+) -> ResolvedBinding:
+    """Complete a binding: vertices, neutral and peak frames.
+
+    Parameters
+    ----------
+    character : Rig
+    take : MarkerTake or WeightsTake
+    given : RetargetSetup or None
+        As the binding file has it; without one all vertices are proposed.
+    options : BindOptions
+
+    Raises
+    ------
+    InputError
+        If no vertices can be proposed, or no curve of a take of weights has a shape's name.
+    """
+    mesh = character.mesh(given.binding.mesh) if given else character.face()
+    if not isinstance(take, MarkerTake):
+        rename_weights(take, character.shape_names)  # refused now, and not when it is played
+        return ResolvedBinding(mesh, given or unbound(take))
+    proposing = given is None or options.propose
+    named = given is not None and not given.neutral_assumed
+    find_neutral = options.neutral == "auto" or (proposing and not (named or options.neutral))
+    setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+    setup = _requested(setup, options)
+    check_frames(take, setup.neutral, setup.peaks)
+    resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral)
+    if proposing:
+        proposal = propose(take, mesh, setup, find_neutral=find_neutral)
+        setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
+    else:
+        resolved = _compared(resolved, take)
+        if find_neutral:
+            setup = replace(setup, neutral=neutral_frames(take))
+        if options.peaks == "auto":
+            setup = replace(setup, peaks=peak_frames(take, setup.neutral or neutral_frames(take)))
+    if find_neutral:
+        setup = replace(setup, neutral_assumed=False)
+        setup = replace(setup, neutral_weights=neutral_weights(take, mesh, setup))
+    return replace(resolved, setup=setup)
+
+
+def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) -> list[Finding]:
+    """Report how a binding was completed for a take."""
+    findings = [
+        finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}")
+        for name in resolved.missing
+    ]
+    if resolved.unbound:  # intended, or an unfinished file
+        message = (
+            f"{len(resolved.unbound)} of {len(take.names)} markers are bound to no vertex; "
+            "--propose finds vertices for them"
+        )
+        findings.append(finding("MARKER_UNBOUND", take.source, message))
+    if resolved.proposal:
+        findings += proposal_findings(resolved.proposal, take.source)
+    if resolved.neutral_found:
+        findings.append(finding("NEUTRAL_FOUND", take.source, _neutral_message(resolved.setup)))
+    return findings
+
+
+def neutral_weights(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[str, float]:
+    """Estimate the blend shape weights that the performer shows in the neutral frames.
+
+    Weights of 0 are left out; {} where the take's neutral is the rig's or no marker is bound.
+    """
+    vertex = bound_face(mesh, setup).vertex_of
+    names = tuple(n for n in take.names if 0 <= vertex.get(n, -1) < len(mesh.points))
+    if not names or setup.neutral is None:
+        return {}
+    face = BoundFace(mesh, names, np.array([vertex[name] for name in names]))
+    positions = take.select(names)
+    neutral = neutral_markers(positions, setup.neutral)
+    linear = rest_weights(positions, neutral, face.neutral, face.offsets)
+    found = face.evaluator.from_linear(linear[None])[0]
+    found[[c.shape for c in face.evaluator.combinations]] = 0.0  # their parents' weights say it
+    pairs = zip(mesh.shape_names, found.round(3).tolist(), strict=True)
+    return {name: weight for name, weight in pairs if weight > 0.0}
+
+
+def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:
+    """Return neutral and peak frames, and the confidence of proposed vertices, for a report."""
+    summary: dict[str, Any] = {}
+    confidence = setup.binding.confidence
+    if setup.peaks:
+        summary["neutral_frames"] = "rig" if setup.neutral is None else list(setup.neutral)
+        summary["peak_frames"] = list(setup.peaks)
+    if confidence is not None and not np.isnan(confidence).all():
+        summary["confidence_mean"] = round(float(np.nanmean(confidence)), 3)
+        summary["confidence_min"] = round(float(np.nanmin(confidence)), 3)
+    return summary
+
+
+def _requested(setup: RetargetSetup, options: BindOptions) -> RetargetSetup:
+    """Return the setup with the neutral and peak frames that the options name."""
+    if isinstance(options.neutral, tuple):
+        setup = replace(setup, neutral=options.neutral, neutral_weights={}, neutral_assumed=False)
+    if options.peaks is not None:
+        setup = replace(setup, peaks=() if options.peaks == "auto" else options.peaks)
+    return setup
+
+
+def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
+    """Compare the markers of binding and take."""
+    bound, head = resolved.setup.binding.markers, resolved.setup.head_markers
+    return replace(
+        resolved,
+        missing=tuple(name for name in bound if name not in take.names),
+        unbound=tuple(name for name in take.names if name not in {*bound, *head}),
+    )
+
+
+def _neutral_message(setup: RetargetSetup) -> str:
+    frames = "{} to {}".format(*setup.neutral or (0, 0))
+    message = f"the face rests in frames {frames}: taken as neutral"
+    shown = sorted(setup.neutral_weights.items(), key=lambda item: -item[1])
+    if shown:
+        most = ", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3])
+        message += f", less the {len(shown)} blend shapes that show there (most: {most})"
+    return message

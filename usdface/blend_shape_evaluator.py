@@ -1,0 +1,309 @@
+"""Where blend shapes bring vertices at given weights: inbetweens and combination shapes included.
+
+A combination shape has no weight of its own: it is the product, or the least, of its
+parents' weights.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from usdface.blend_shapes import BlendShape
+from usdface.findings import Finding, finding
+from usdface.inbetween_path import InbetweenPath, distinct_inbetweens, inbetween_path
+from usdface.rigs import Mesh
+from usdface.takes import FloatArray, IntArray
+
+__all__ = [
+    "BlendShapeEvaluator",
+    "CombinationWeight",
+    "evaluator_of",
+    "with_combinations",
+]
+
+
+# Squared change of the parents' weights that is rounding alone.
+_STILL = 1e-18
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CombinationWeight:
+    """The weight of a combination shape: the product of its parents', or the `least` of them.
+
+    `shape` and `parents` (K,) are places among the shapes.
+    """
+
+    shape: int
+    parents: IntArray
+    least: bool
+
+    def of(self, weights: FloatArray) -> FloatArray:
+        """Return its weight (F,) where all shapes have `weights` (F, S)."""
+        own = weights[:, self.parents]
+        return np.asarray(own.min(axis=1) if self.least else own.prod(axis=1))
+
+    def slopes(self, weights: FloatArray) -> FloatArray:
+        """Return the change of its weight with each parent's: (F, K)."""
+        own = weights[:, self.parents]
+        count = own.shape[1]
+        if self.least:
+            return np.asarray(np.arange(count) == own.argmin(axis=1)[:, None], np.float64)
+        others = [np.delete(own, k, axis=1).prod(axis=1) for k in range(count)]
+        return np.stack(others, axis=1)
+
+    def secants(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Return slopes A (F, K) with ``sum(A * change of the parents) = change of its weight``.
+
+        The mean of the slopes along the segment; Gauss-Legendre quadrature is exact for products.
+        A `least` that changes hands on the way is corrected in proportion to the changes.
+        """
+        places, shares = np.polynomial.legendre.leggauss(len(self.parents) // 2 + 1)
+        mean = np.zeros((len(start), len(self.parents)))
+        for place, share in zip((places + 1.0) / 2.0, shares / 2.0, strict=True):
+            mean += share * self.slopes(start + place * (end - start))
+        change = (end - start)[:, self.parents]
+        off = self.of(end) - self.of(start) - (mean * change).sum(axis=1)
+        size = (change**2).sum(axis=1)
+        rest = np.divide(off, size, out=np.zeros(len(off)), where=size > _STILL)
+        return np.asarray(mean + rest[:, None] * change)
+
+
+@dataclass(frozen=True, eq=False)
+class BlendShapeEvaluator:
+    """S blend shapes, of which P have a weight of their own, at N coordinates.
+
+    Attributes
+    ----------
+    offsets : (S, N) float64 [m]
+        Displacement by each shape at weight 1.
+    inbetweens : tuple of InbetweenPath
+        Of the shapes that have inbetweens.
+    combinations : tuple of CombinationWeight
+        Of the combination shapes, parents before those that build on them.
+    limits : (L, 2) int64
+        Shapes whose weight never exceeds that of another: of both, the place among all shapes.
+    """
+
+    offsets: FloatArray
+    inbetweens: tuple[InbetweenPath, ...] = ()
+    combinations: tuple[CombinationWeight, ...] = ()
+    limits: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+
+    @cached_property
+    def free(self) -> IntArray:
+        """Shapes with a weight of their own: (P,)."""
+        combined = [combination.shape for combination in self.combinations]
+        return np.setdiff1d(np.arange(len(self.offsets)), combined)
+
+    @property
+    def linear(self) -> bool:
+        """Whether displacements are linear in the weights."""
+        return not (self.inbetweens or self.combinations)
+
+    @property
+    def limit_rows(self) -> FloatArray:
+        """Inequalities of the free weights, ``limit_rows @ w <= 0``: (C, P)."""
+        both = np.isin(self.limits, self.free).all(axis=1)
+        places = np.searchsorted(self.free, self.limits[both])
+        rows = np.zeros((len(places), len(self.free)))
+        rows[np.arange(len(places)), places[:, 0]] = 1.0
+        rows[np.arange(len(places)), places[:, 1]] = -1.0
+        return rows
+
+    @property
+    def directions(self) -> FloatArray:
+        """All displacements that shapes can add, on whatever stretch: (K, N) [m]."""
+        return np.vstack([self.offsets, *(path.displacements for path in self.inbetweens)])
+
+    def mapped(self, function: Callable[[FloatArray], FloatArray]) -> "BlendShapeEvaluator":
+        """Return the evaluator of a linear function of the coordinates, (..., N) to (..., K)."""
+        paths = (replace(p, displacements=function(p.displacements)) for p in self.inbetweens)
+        return replace(self, offsets=function(self.offsets), inbetweens=tuple(paths))
+
+    def select(self, coordinates: IntArray) -> "BlendShapeEvaluator":
+        """Return the evaluator of some of the coordinates."""
+        return self.mapped(lambda values: values[:, coordinates])
+
+    def reordered(self, shapes: IntArray) -> "BlendShapeEvaluator":
+        """Return the evaluator for weights in another order.
+
+        Parameters
+        ----------
+        shapes : (T,) int64
+            Which shape each column of the weights is of; -1 = of none here. The weight of a shape
+            that has no column is 0.
+        """
+        known = np.flatnonzero(shapes >= 0)
+        place = dict(zip(shapes[known].tolist(), known.tolist(), strict=True))
+        offsets = np.zeros((len(shapes), self.offsets.shape[1]))
+        offsets[known] = self.offsets[shapes[known]]
+        still: set[int] = set()  # combination shapes that lack a parent
+        combinations = []
+        for combination in self.combinations:
+            parents = [place.get(parent) for parent in combination.parents.tolist()]
+            if combination.shape not in place:
+                continue
+            if None in parents or still.intersection(combination.parents.tolist()):
+                still.add(combination.shape)
+                continue
+            shape = place[combination.shape]
+            combinations.append(replace(combination, shape=shape, parents=np.array(parents)))
+        offsets[[place[shape] for shape in still]] = 0.0
+        paths = tuple(
+            replace(path, shape=place[path.shape])
+            for path in self.inbetweens
+            if path.shape in place and path.shape not in still
+        )
+        limits = [pair for pair in self.limits.tolist() if set(pair) <= place.keys()]
+        moved = np.array([[place[low], place[high]] for low, high in limits], np.int64)
+        return BlendShapeEvaluator(offsets, paths, tuple(combinations), moved.reshape(-1, 2))
+
+    def complete(self, weights: FloatArray) -> FloatArray:
+        """Return the weights of all shapes (F, S) for those of the free ones (F, P)."""
+        result = np.zeros((len(weights), len(self.offsets)))
+        result[:, self.free] = weights
+        for combination in self.combinations:
+            result[:, combination.shape] = combination.of(result)
+        return result
+
+    def combined(self, weights: FloatArray) -> FloatArray:
+        """Return weights (F, S) in which combination shapes follow their parents."""
+        return self.complete(weights[:, self.free]) if self.combinations else weights
+
+    def displacements(self, weights: FloatArray) -> FloatArray:
+        """Return where complete weights (F, S) bring the coordinates, from neutral: (F, N) [m]."""
+        result = weights @ self.offsets
+        for path in self.inbetweens:
+            own = weights[:, path.shape]
+            result += path.at(own) - np.outer(own, self.offsets[path.shape])
+        return np.asarray(result)
+
+    def from_linear(self, weights: FloatArray) -> FloatArray:
+        """Return weights (F, S) that move about as far as others do linearly, each on its path.
+
+        For a first answer, or a small one, of a linear solve: inbetweens are taken by how far they
+        lie along their shape, and combination shapes are left to their parents.
+        """
+        result = weights.copy()
+        for path in self.inbetweens:
+            result[:, path.shape] = path.weights_of(weights[:, path.shape])
+        return self.combined(result)
+
+    def gradient(self, weights: FloatArray, residuals: FloatArray) -> FloatArray:
+        """Return J'r for the free weights, J the Jacobian of `displacements`: (F, P).
+
+        Parameters
+        ----------
+        weights : (F, S) float64
+            Complete.
+        residuals : (F, N) float64
+            r of every frame.
+        """
+        result = residuals @ self.offsets.T
+        frames = np.arange(len(residuals))
+        for path in self.inbetweens:
+            along = residuals @ path.slopes.T
+            result[:, path.shape] = along[frames, path.stretch(weights[:, path.shape])[0]]
+        for combination in reversed(self.combinations):
+            passed = result[:, combination.shape, None] * combination.slopes(weights)
+            for column, parent in enumerate(combination.parents):
+                result[:, parent] += passed[:, column]
+        return np.asarray(result[:, self.free])
+
+    def secants(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Return the mean Jacobian of the free weights along segments between weights: (F, P, N).
+
+        With it, ``displacements(end) - displacements(start)`` is exactly the sum over the free
+        shapes of their changes times their slopes.
+
+        Parameters
+        ----------
+        start, end : (F, S) float64
+            Complete.
+        """
+        result = np.repeat(self.offsets[None], len(start), axis=0)
+        for path in self.inbetweens:
+            result[:, path.shape] = path.secants(start[:, path.shape], end[:, path.shape])
+        for combination in reversed(self.combinations):
+            slopes = combination.secants(start, end)
+            for column, parent in enumerate(combination.parents):
+                result[:, parent] += slopes[:, column, None] * result[:, combination.shape]
+        return np.asarray(result[:, self.free])
+
+
+def evaluator_of(mesh: Mesh, vertices: IntArray) -> tuple[BlendShapeEvaluator, list[Finding]]:
+    """Return the evaluator of the shapes of a mesh at its `vertices` (M,), N = 3 M.
+
+    Returns
+    -------
+    BlendShapeEvaluator
+    list of Finding
+        COMBINATION_IGNORED for shapes that build on missing ones, or on themselves.
+    """
+    names = {name: i for i, name in enumerate(mesh.shape_names)}
+    paths = tuple(
+        _path_at(number, shape, mesh, vertices)
+        for number, shape in enumerate(mesh.shapes)
+        if distinct_inbetweens(shape)
+    )
+    combinations: list[CombinationWeight] = []
+    limits: list[tuple[int, int]] = []
+    findings: list[Finding] = []
+    declared = {s.name: s.combination for s in mesh.shapes if s.combination is not None}
+    for name, combination in declared.items():
+        unknown = [parent for parent in combination.of if parent not in names]
+        if unknown or name in combination.of or not combination.of:
+            message = (
+                f"it builds on {unknown[0]!r}" if unknown else "it builds on itself or nothing"
+            )
+            findings.append(finding("COMBINATION_IGNORED", name, message))
+        elif combination.rule == "limit":
+            limits += [(names[name], names[parent]) for parent in combination.of]
+        else:
+            parents = np.array([names[parent] for parent in combination.of])
+            least = combination.rule == "min"
+            combinations.append(CombinationWeight(names[name], parents, least))
+    ordered, circular = _ordered(combinations)
+    findings += [
+        finding("COMBINATION_IGNORED", mesh.shape_names[c.shape], "it builds on itself or nothing")
+        for c in circular
+    ]
+    offsets = mesh.offsets_at(vertices).reshape(len(mesh.shapes), 3 * len(vertices))
+    pairs = np.array(limits, np.int64).reshape(-1, 2)
+    return BlendShapeEvaluator(offsets, paths, ordered, pairs), findings
+
+
+def _path_at(number: int, shape: BlendShape, mesh: Mesh, vertices: IntArray) -> InbetweenPath:
+    path = inbetween_path(shape, number)
+    knots = path.displacements.reshape(len(path.weights), -1, 3)
+    shapes = (BlendShape(str(k), shape.indices, offsets) for k, offsets in enumerate(knots))
+    at = replace(mesh, shapes=tuple(shapes)).offsets_at(vertices)
+    return replace(path, displacements=at.reshape(len(knots), -1))
+
+
+def with_combinations(mesh: Mesh, names: tuple[str, ...], weights: FloatArray) -> FloatArray:
+    """Return weights (F, T) of shapes `names` in which combination shapes follow their parents."""
+    evaluator, _ = evaluator_of(mesh, np.zeros(0, np.int64))
+    if not evaluator.combinations or not set(mesh.shape_names) <= set(names):
+        return weights
+    columns = [names.index(name) for name in mesh.shape_names]
+    result = weights.copy()
+    result[:, columns] = evaluator.combined(weights[:, columns])
+    return result
+
+
+def _ordered(
+    combinations: list[CombinationWeight],
+) -> tuple[tuple[CombinationWeight, ...], list[CombinationWeight]]:
+    """Return those that can be computed one after the other, and those in a ring."""
+    waiting, ordered = list(combinations), []
+    while waiting:
+        open_shapes = {combination.shape for combination in waiting}
+        ready = [c for c in waiting if open_shapes.isdisjoint(c.parents.tolist())]
+        if not ready:
+            break
+        ordered += ready
+        waiting = [c for c in waiting if c not in ready]
+    return tuple(ordered), waiting

@@ -1,0 +1,31 @@
+"""The command `formats`."""
+
+import argparse
+from dataclasses import replace
+from typing import Any
+
+from usdface import pipeline
+from usdface.cli.command import add_command, report
+
+__all__ = ["add_formats"]
+
+_TITLES = {"takes": "take", "rigs": "rig", "exports": "export"}
+
+
+def add_formats(commands: Any) -> None:
+    """Add `usdface formats`."""
+    add_command(
+        commands, "formats", _formats, "list file formats, also those that other packages add"
+    )
+
+
+def _formats(parsed: argparse.Namespace) -> int:
+    outcome = pipeline.list_formats()
+    if parsed.format == "text":
+        rows = {
+            f"{_TITLES[kind]}: {each['name']}": f"{' '.join(each['suffixes'])}  {each['origin']}"
+            for kind, listed in outcome.details.items()
+            for each in listed
+        }
+        outcome = replace(outcome, summary=rows)
+    return report(parsed, outcome)

@@ -1,0 +1,294 @@
+"""The expression layer over solved weights: designed for a rig, and at work."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.correction.contact import hold
+from usdface.correction.feature_extraction import Features
+from usdface.correction.gains import Gains
+from usdface.correction.gaps import Gaps, gaps_of
+from usdface.correction.pose_blend import correct, eased, pose_shares
+from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
+from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.face.layout import FaceLayout, split_poses
+from usdface.face.mirror import Side
+from usdface.findings import Finding, finding
+from usdface.fuzzy.inference import Evaluation, evaluate
+from usdface.fuzzy.lint import rule_findings
+from usdface.fuzzy.system import FuzzySystem
+from usdface.options import MARKER_NOISE, CorrectionOptions
+from usdface.retarget_setup import Expression, RetargetSetup
+from usdface.rule_design.design import design_system
+from usdface.rule_design.marker_roles import known_roles
+from usdface.takes import FloatArray
+
+__all__ = [
+    "Expressed",
+    "ExpressionTrace",
+    "SideTrace",
+    "adopt",
+    "design",
+    "express",
+    "expression_poses",
+]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SideTrace:
+    """The evaluation of the whole face, or of one half as if the other did the same.
+
+    Attributes
+    ----------
+    inputs : (F, I) float64
+        Features, in units of `ExpressionTrace.unit`; columns as `FuzzySystem.inputs`.
+    evaluation : Evaluation
+        Emotions, firing strengths, and memberships if they were asked for.
+    shown : (F, E) float64
+        How much of its pose each emotion is given; gains of regions are left out.
+    """
+
+    inputs: FloatArray
+    evaluation: Evaluation
+    shown: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExpressionTrace:
+    """Everything that the correction follows from, as it was computed.
+
+    Attributes
+    ----------
+    system : FuzzySystem
+    markers : tuple of str, length I
+        The marker that each input reads.
+    unit : float [m]
+        The length that features are divided by.
+    poses : (E, T) float64
+        Weights of each emotion's pose.
+    sides : mapping of "both", "left", "right" to SideTrace
+        Halves only where a blend shape belongs to one. Blend shapes of neither half follow the
+        smaller answer of the two halves.
+    """
+
+    system: FuzzySystem
+    markers: tuple[str, ...]
+    unit: float
+    poses: FloatArray
+    sides: Mapping[Side, SideTrace]
+
+    @property
+    def emotions(self) -> dict[str, FloatArray]:
+        """The curve (F,) of each emotion, of the whole face."""
+        outputs = self.sides["both"].evaluation.outputs
+        return dict(zip(self.system.emotions, outputs.T, strict=True))
+
+    @property
+    def firing(self) -> FloatArray:
+        """The firing strength of each rule, of the whole face: (F, R)."""
+        return self.sides["both"].evaluation.firing
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Expressed:
+    """The corrected weights (F, T) in [0, 1], how they came about, and findings."""
+
+    weights: FloatArray
+    trace: ExpressionTrace
+    findings: list[Finding]
+
+
+def design(
+    face: BoundFace, expressions: Sequence[Expression], correction: CorrectionOptions
+) -> tuple[FuzzySystem | None, dict[str, str], list[Finding]]:
+    """Design the default system from the expression poses, on the bound markers.
+
+    Returns
+    -------
+    FuzzySystem or None
+        None without markers or expressions.
+    dict of str to str
+        Role to marker: those of the face, and those that the system's variables name besides.
+    list of Finding
+        EXPRESS_SKIPPED where there is no system.
+    """
+    roles = dict(face.roles)
+    if not face.markers or not expressions:
+        reason = "the rig's shapes make no expression" if face.markers else "no marker is bound"
+        message = f"{reason}, so there are no rules and no express layer"
+        return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message)]
+    system, read, findings = design_system(face, expressions, MARKER_NOISE)
+    system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
+    return system, read | roles, findings
+
+
+def adopt(
+    system: FuzzySystem, setup: RetargetSetup, expressions: Sequence[Expression], where: str
+) -> tuple[RetargetSetup, list[Finding]]:
+    """Give the roles that a system names to bound markers: those of the setup, or by label.
+
+    Returns
+    -------
+    RetargetSetup
+    list of Finding
+        EXPRESSION_UNKNOWN for each emotion without a pose.
+
+    Raises
+    ------
+    InputError
+        If a role has no marker; `where` names the system.
+    """
+    names = setup.binding.markers
+    # A marker may play several roles that are given; its label is one more for those without any.
+    given = {role: name for role, name in setup.roles.items() if name in names}
+    known = known_roles(names, setup.roles) | given
+    asked = dict.fromkeys(v.role for v in system.inputs)
+    missing = [role for role in asked if role not in known]
+    if missing:
+        roles = f"role{'s' if len(missing) > 1 else ''} {', '.join(map(repr, missing))}"
+        said = ", ".join(f'"{role}": "..."' for role in missing)
+        raise InputError(
+            f"{where}: the fuzzy system reads the marker {roles}, which no bound marker has; "
+            f'name markers for them in the binding, "roles": {{{said}}}'
+        )
+    posed = {expression.name for expression in expressions}
+    findings = [
+        finding("EXPRESSION_UNKNOWN", name, f"no expression pose for {name!r}; it moves nothing")
+        for name in system.emotions
+        if name not in posed
+    ]
+    setup = replace(setup, roles=dict(setup.roles) | {role: known[role] for role in asked})
+    return setup, findings
+
+
+def express(
+    system: FuzzySystem,
+    features: Features,
+    face: BoundFace,
+    *,
+    names: tuple[str, ...],
+    weights: FloatArray,
+    expressions: Sequence[Expression],
+    gains: Gains | None = None,
+    times: FloatArray | None = None,
+    trace: bool = False,
+) -> Expressed:
+    """Correct weights by the features of a face.
+
+    Parameters
+    ----------
+    system : FuzzySystem
+    features : Features
+        Of "both" sides, and of each half if its shapes are to follow them.
+    face : BoundFace
+        Sides and regions of its layout say which shapes follow which answer; contact is kept
+        where it has lips and lids.
+    names : tuple of str, length T
+    weights : (F, T) float64
+        Solved weights of shapes `names`.
+    expressions : sequence of Expression
+    gains : Gains, optional
+        Without them those of the system and of the expressions, at all times.
+    times : (F,) float64 [s], optional
+        With them the correction is blended in over the system's blend time; otherwise each frame
+        is corrected on its own.
+    trace : bool
+        Keep the memberships of all terms.
+    """
+    layout = face.layout
+    poses, findings = expression_poses(system, names, expressions)
+    findings += [
+        finding("SHAPE_UNKNOWN", name, "a side, region or antagonist of the shot names it")
+        for name in layout.shapes
+        if name not in names
+    ]
+    answers = {
+        side: evaluate(system, inputs, memberships=trace) for side, inputs in features.sides.items()
+    }
+    gains = gains or Gains.constant(system.gain, expressions)
+    asked = _asked(system, answers, poses, names, layout, gains)
+    how = (system.mode, gains.system, system.response)
+    begun = weights
+    if system.ease > 0:
+        raised = correct(np.zeros(weights.shape), *asked, *how)
+        begun = eased(weights, raised, names, layout.antagonists, system.ease)
+    corrected = correct(begun, *asked, *how)
+    over = 0
+    if system.mode == "raise" and times is not None:
+        over = blend_frames(times, system.blend_time)
+        corrected = blended_in(begun, corrected, over)
+    gaps = gaps_of(face, names, poses)
+    corrected, more = _in_contact(weights, corrected, gaps, over)
+    findings += more
+    own = gains.of_emotions(system.emotions, len(weights))
+    sides = {
+        side: SideTrace(features.sides[side], answer, pose_shares(answer.outputs, own, *how))
+        for side, answer in answers.items()
+    }
+    traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
+    return Expressed(corrected, traced, rule_findings(system) + findings)
+
+
+def _asked(
+    system: FuzzySystem,
+    answers: Mapping[Side, Evaluation],
+    poses: FloatArray,
+    names: tuple[str, ...],
+    layout: FaceLayout,
+    gains: Gains,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return how strong each part of a pose is asked for (F, P), it (P, T), and its gain (F, P)."""
+    cut = split_poses(poses, names, layout)
+    drive = {side: answer.outputs for side, answer in answers.items()}
+    heard = drive["both"]
+    if len(drive) > 1:
+        # What belongs to no side follows what both say, so that left is as right.
+        drive["both"] = np.minimum(drive["left"], drive["right"])
+    strengths = np.array([drive.get(side, heard)[:, row] for row, side, _, _ in cut])
+    driven = [(system.emotions[row], region) for row, _, region, _ in cut]
+    return (
+        strengths.reshape(len(cut), len(heard)).T,
+        np.array([pose for *_, pose in cut]).reshape(len(cut), len(names)),
+        gains.of(driven, len(heard)),
+    )
+
+
+def expression_poses(
+    system: FuzzySystem, names: tuple[str, ...], expressions: Sequence[Expression]
+) -> tuple[FloatArray, list[Finding]]:
+    """Return the pose of each emotion (E, T) in shapes `names`; zeros where the rig has none."""
+    poses, findings = np.zeros((len(system.emotions), len(names))), []
+    by_name = {expression.name: expression for expression in expressions}
+    for row, emotion in enumerate(system.emotions):
+        expression = by_name.get(emotion)
+        if expression is None:
+            message = f"no expression pose for {emotion!r}"
+            findings.append(finding("EXPRESSION_UNKNOWN", emotion, message))
+            continue
+        poses[row] = expression.pose(names)
+        for shape in set(expression.shapes) - set(names):
+            findings.append(finding("SHAPE_UNKNOWN", shape, f"{emotion!r} names it"))
+    return poses, findings
+
+
+def _in_contact(
+    weights: FloatArray, corrected: FloatArray, gaps: Gaps, blend: int
+) -> tuple[FloatArray, list[Finding]]:
+    held, limited, excess = hold(weights, corrected, gaps)
+    if limited.any() and blend:
+        # Of a sum of motions, less of each may be more in all; then it is held once more.
+        held = hold(weights, blended_out(weights, corrected, held, blend), gaps)[0]
+    findings = []
+    for contact in dict.fromkeys(gaps.contact):
+        own = np.array([name == contact for name in gaps.contact])
+        frames = np.flatnonzero(limited[:, own].any(axis=1))
+        if len(frames):
+            message = (
+                f"the correction was taken back in {len(frames)} frames ({frames[0]} to "
+                f"{frames[-1]}); it would have moved what touches by up to "
+                f"{1000 * excess[:, own].max():.1f} mm more"
+            )
+            findings.append(finding("CONTACT_KEPT", contact, message))
+    return held, findings

@@ -1,0 +1,115 @@
+"""Features: what a fuzzy system reads off the markers of a face.
+
+The head's own motion must have been removed from the positions. Every feature is the change
+of one marker's distance to the nose tip along one axis, from neutral: Zikky et al. 2013,
+section 4 ("absolute"); the signed form tells a lowered brow from a raised one.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from usdface.errors import InputError
+from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.geometry.marker_spread import marker_spread
+from usdface.takes import FloatArray
+
+__all__ = ["MILLIMETRE", "face_unit", "measure", "smooth"]
+
+MILLIMETRE = 0.001
+_AXES = {"x": 0, "y": 1, "z": 2}
+
+
+def face_unit(system: FuzzySystem, neutral: FloatArray) -> float:
+    """Return the length [m] that the system's features are divided by.
+
+    One millimetre, or the `marker_spread` of the `neutral` markers (M, 3) [m].
+    """
+    return MILLIMETRE if system.face_unit == "none" else marker_spread(neutral)
+
+
+def measure(
+    positions: FloatArray,
+    neutral: FloatArray,
+    names: Sequence[str],
+    variables: Sequence[Variable],
+    roles: Mapping[str, str],
+    nose_tip: str,
+    unit: float,
+) -> FloatArray:
+    """Measure the features of a take.
+
+    Parameters
+    ----------
+    positions : (F, M, 3) float64 [m]
+        Head-stabilised markers; NaN = occluded, which gives NaN.
+    neutral : (M, 3) float64 [m]
+        The same markers on the neutral face.
+    names : sequence of str, length M
+    variables : sequence of Variable, length I
+        "signed": change of p - nose along the axis; "absolute": |change of |p - nose||.
+    roles : mapping of str to str
+        Role to marker; a role that it lacks is itself the name of a marker.
+    nose_tip : str
+        Marker that distances are measured to.
+    unit : float [m]
+        Features are divided by it, see `face_unit`.
+
+    Returns
+    -------
+    (F, I) float64 [unit]
+
+    Raises
+    ------
+    InputError
+        If there is no such marker.
+    """
+    index = {name: i for i, name in enumerate(names)}
+    if nose_tip not in index:
+        raise InputError(
+            f"no nose tip: the markers have no {nose_tip!r}; name one of {', '.join(names)}"
+        )
+    marker = np.array([_marker(index, roles, v) for v in variables], dtype=np.intp)
+    axis = np.array([_AXES[v.axis] for v in variables], dtype=np.intp)
+    nose = index[nose_tip]
+    offset = positions[:, marker, axis] - positions[:, nose, axis]
+    rest = neutral[marker, axis] - neutral[nose, axis]
+    absolute = np.array([v.measure == "absolute" for v in variables], dtype=bool)
+    change = np.where(absolute, np.abs(np.abs(offset) - np.abs(rest)), offset - rest)
+    return np.asarray(change / unit, dtype=np.float64)
+
+
+def _marker(index: Mapping[str, int], roles: Mapping[str, str], variable: Variable) -> int:
+    name = roles.get(variable.role, variable.role)
+    if name not in index:
+        raise InputError(
+            f"fuzzy variable {variable.name!r} reads the role {variable.role!r}, but there is no "
+            f"marker {name!r}; give the role one of {', '.join(index)}"
+        )
+    return index[name]
+
+
+def smooth(features: FloatArray, times: FloatArray, width: float) -> FloatArray:
+    """Smooth features over time: a Gaussian, forwards and backwards alike, so nothing lags.
+
+    Parameters
+    ----------
+    features : (F, I) float64
+        NaN stays NaN and weighs nothing in its neighbours.
+    times : (F,) float64 [s]
+        Increasing; their median step counts.
+    width : float [s]
+        Standard deviation of the Gaussian; 0 changes nothing.
+    """
+    if width == 0 or len(times) < 2:
+        return features
+    frames = width / float(np.median(np.diff(times)))
+    seen = ~np.isnan(features)
+    total, share = (
+        gaussian_filter1d(values, frames, axis=0, mode="nearest")
+        for values in (np.where(seen, features, 0.0), seen.astype(np.float64))
+    )
+    smoothed = np.full(features.shape, np.nan)
+    np.divide(total, share, out=smoothed, where=seen)
+    return smoothed

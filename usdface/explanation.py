@@ -1,0 +1,230 @@
+"""The explanation of a correction: features, memberships, rules, emotions and weights of a frame.
+
+Everything is read from the trace that the expression layer kept; nothing is evaluated again.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdface.correction.expression_layer import ExpressionTrace, SideTrace
+from usdface.correction.temporal_blend import blend_frames
+from usdface.errors import InputError
+from usdface.fuzzy.rules import Proposition
+from usdface.fuzzy.system import FuzzySystem
+from usdface.shot import ShotResult
+from usdface.takes import FloatArray
+
+__all__ = ["HALF_SHOWN_APART", "Explanation", "explain_result"]
+
+# A weight that moves by less is not seen: half of what a percent slider of a host shows.
+_VISIBLE = 0.005
+# A half of the face is listed where it is given this much more or less of a pose than the whole.
+HALF_SHOWN_APART = 0.1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Explanation:
+    """A retargeted shot with the trace of its correction, frame by frame.
+
+    Attributes
+    ----------
+    result : ShotResult
+    trace : ExpressionTrace
+        Of `result`, with memberships.
+    """
+
+    result: ShotResult
+    trace: ExpressionTrace
+
+    @property
+    def system(self) -> FuzzySystem:
+        """The fuzzy system."""
+        return self.trace.system
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the frames: (F,) [s]."""
+        return self.result.solved.times
+
+    @property
+    def whole(self) -> SideTrace:
+        """The evaluation of the whole face."""
+        return self.trace.sides["both"]
+
+    @property
+    def halves(self) -> dict[str, SideTrace]:
+        """The evaluation of each half; empty where no blend shape belongs to one."""
+        return {side: traced for side, traced in self.trace.sides.items() if side != "both"}
+
+    @property
+    def peak(self) -> int:
+        """The frame in which the strongest emotion is strongest, on the face or on a half of it.
+
+        0 where there is none.
+        """
+        outputs = [traced.evaluation.outputs for traced in self.trace.sides.values()]
+        return int(np.max([each.max(axis=1, initial=0.0) for each in outputs], axis=0).argmax())
+
+    def frame_at(self, seconds: float) -> int:
+        """Return the frame nearest to a time of the take.
+
+        Raises
+        ------
+        InputError
+            If the time lies outside the take by more than half a frame.
+        """
+        first, last = float(self.times[0]), float(self.times[-1])
+        slack = float(np.median(np.diff(self.times))) / 2 if len(self.times) > 1 else 0.0
+        if not first - slack <= seconds <= last + slack:
+            raise InputError(
+                f"there is no frame at {seconds:g} s; the take goes from {first:g} to {last:g} s"
+            )
+        return int(np.abs(self.times - seconds).argmin())
+
+    def frame(self, index: int) -> dict[str, Any]:
+        """Return one frame as plain values for people and JSON.
+
+        Of the halves of the face only those that are shown more or less than the whole.
+
+        Raises
+        ------
+        InputError
+            If the take has no such frame.
+        """
+        count = len(self.times)
+        if not 0 <= index < count:
+            raise InputError(f"there is no frame {index}; the take has frames 0 to {count - 1}")
+        shown = self.whole.shown[index]
+        return {
+            "frame": index,
+            "time_s": round(float(self.times[index]), 4),
+            **self._side(self.whole, index),
+            "nothing_fires": not self.trace.firing[index].any(),
+            "halves": {
+                side: self._side(half, index)
+                for side, half in self.halves.items()
+                if np.abs(half.shown[index] - shown).max(initial=0.0) >= HALF_SHOWN_APART
+            },
+            "features": [self._feature(index, i) for i in range(len(self.system.inputs))],
+            "weights": self._weights(index),
+        }
+
+    def _side(self, traced: SideTrace, index: int) -> dict[str, Any]:
+        """Return emotions, shares of their poses, and rules of the whole face or of a half."""
+        return {
+            "emotions": self._by_emotion(traced.evaluation.outputs[index]),
+            "poses_shown": self._by_emotion(traced.shown[index]),
+            "rules": self._rules(traced, index),
+        }
+
+    def _weights(self, index: int) -> dict[str, dict[str, Any]]:
+        """Return the weights that the correction moves, the largest change first."""
+        solved, corrected = self.result.solved, self.result.weights
+        change = corrected.weights[index] - solved.weights[index]
+        moved = sorted(np.flatnonzero(np.abs(change) >= _VISIBLE), key=lambda s: -abs(change[s]))
+        return {
+            solved.names[s]: {
+                "solved": round(float(solved.weights[index, s]), 4),
+                "corrected": round(float(corrected.weights[index, s]), 4),
+                "by": self._cause(index, int(s)),
+            }
+            for s in moved
+        }
+
+    def _by_emotion(self, values: FloatArray) -> dict[str, float]:
+        """Return the values of a frame (E,) by name."""
+        pairs = zip(self.system.emotions, values, strict=True)
+        return {name: round(float(value), 4) for name, value in pairs}
+
+    def _rules(self, traced: SideTrace, index: int) -> list[dict[str, Any]]:
+        """Return the rules with their conditions, the strongest of a frame first."""
+        rules = [
+            {
+                "rule": " ".join(rule.text.split()),
+                "fires": round(float(strength), 4),
+                "weight": rule.weight,
+                "enabled": rule.enabled,
+                "conditions": [self._condition(traced, index, p) for p in rule.propositions],
+            }
+            for rule, strength in zip(
+                self.system.rules, traced.evaluation.firing[index], strict=True
+            )
+        ]
+        return sorted(rules, key=lambda rule: -rule["fires"])
+
+    def _cause(self, index: int, shape: int) -> str | None:
+        """Return the emotion that asks most of a shape; where none does, that is blended in or out.
+
+        None where none is near.
+        """
+        reach = blend_frames(self.times, self.system.blend_time)
+        near = slice(max(0, index - reach), index + reach + 1)
+        followed = self._followed(shape)
+        for shown in (followed[index], followed[near].max(axis=0)):
+            requested = shown * self.trace.poses[:, shape]
+            if requested.any():
+                return self.system.emotions[int(requested.argmax())]
+        return None
+
+    def _followed(self, shape: int) -> FloatArray:
+        """Return how much of each pose a shape is given (F, E): its half's, or what both say."""
+        if not self.halves:
+            return self.whole.shown
+        name, layout = self.result.solved.names[shape], self.result.shot.layout
+        if name in layout.left:
+            return self.halves["left"].shown
+        if name in layout.right:
+            return self.halves["right"].shown
+        return np.asarray(np.min([half.shown for half in self.halves.values()], axis=0))
+
+    def _feature(self, index: int, column: int) -> dict[str, Any]:
+        variable, value = self.system.inputs[column], self.whole.inputs[index, column]
+        memberships = self.whole.evaluation.memberships
+        return {
+            "name": variable.name,
+            "role": variable.role,
+            "marker": self.trace.markers[column],
+            "measured_to": self.result.shot.setup.nose_tip,
+            "axis": variable.axis,
+            "value": round(float(value), 5) if np.isfinite(value) else None,
+            "mm": self._millimetres(value),
+            "terms": {
+                term.name: round(
+                    float(memberships[Proposition(variable.name, term.name)][index]), 4
+                )
+                for term in variable.terms
+            },
+        }
+
+    def _millimetres(self, value: float) -> float | None:
+        return round(1000.0 * self.trace.unit * float(value), 3) if np.isfinite(value) else None
+
+    def _condition(self, traced: SideTrace, index: int, proposition: Proposition) -> dict[str, Any]:
+        column = [v.name for v in self.system.inputs].index(proposition.variable)
+        return {
+            "variable": proposition.variable,
+            "marker": self.trace.markers[column],
+            "mm": self._millimetres(traced.inputs[index, column]),
+            "is": " ".join((*proposition.hedges, proposition.term)),
+            "degree": round(float(traced.evaluation.memberships[proposition][index]), 4),
+        }
+
+
+def explain_result(result: ShotResult) -> Explanation:
+    """Return the explanation of a shot that was retargeted with ``ProcessOptions(trace=True)``.
+
+    Raises
+    ------
+    InputError
+        If the shot has no expression layer, or no trace was kept.
+    """
+    trace = result.trace
+    if trace is None:
+        raise InputError(
+            "the shot has no expression layer to explain; give it a fuzzy system and expressions"
+        )
+    if trace.system.rules and not trace.sides["both"].evaluation.memberships:
+        raise InputError("the memberships were not kept; retarget with ProcessOptions(trace=True)")
+    return Explanation(result, trace)

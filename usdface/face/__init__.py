@@ -1,0 +1,1 @@
+"""The anatomy of a face: regions, sides, antagonists, lip and lid contacts, FACS names."""

@@ -1,0 +1,52 @@
+"""Antagonists: shapes that pull the same skin in opposite directions."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from usdface.face.expression_poses import units_of
+from usdface.retarget_setup import Expression
+from usdface.rigs import BlendShape, Mesh
+
+__all__ = ["antagonists"]
+
+# Cosine between two displacement fields below which they oppose each other.
+_OPPOSED = -0.3
+# Action units that oppose each other by their muscles, though their fields hardly do: the corners
+# of the mouth go up and out (12), or down (15). On the same side, that is.
+_UNITS = {12, 15}
+_SAME_SIDE = -0.05
+
+
+def antagonists(mesh: Mesh, expressions: Sequence[Expression]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of shapes, of all that expressions raise, that oppose each other.
+
+    Two shapes that one expression shows together are no antagonists.
+    """
+    used = [s for s in mesh.shapes if any(s.name in e.shapes for e in expressions)]
+    together = {(a, b) for e in expressions for a in e.shapes for b in e.shapes}
+    units = units_of([shape.name for shape in used])
+    fields = _directions(used, len(mesh.points))
+    cosine = (fields @ fields.T).toarray()
+    pairs = []
+    for i, j in np.argwhere(np.tril(cosine < _SAME_SIDE, k=-1)):
+        a, b = used[i].name, used[j].name
+        one, other = (units.get(name, set()) & _UNITS for name in (a, b))
+        named = bool(one and other and one != other)
+        if (named or cosine[i, j] < _OPPOSED) and (a, b) not in together:
+            pairs.append((b, a))
+    return tuple(sorted(pairs))
+
+
+def _directions(shapes: Sequence[BlendShape], count: int) -> csr_array:
+    """Return the displacement fields of shapes, each of length 1 or 0: (S, 3 V)."""
+    columns = [(3 * shape.indices[:, None] + np.arange(3)).ravel() for shape in shapes]
+    unit = []
+    for shape in shapes:
+        field = shape.offsets.ravel() / max(np.abs(shape.offsets).max(initial=0.0), 1e-300)
+        unit.append(field / max(float(np.linalg.norm(field)), 1e-300))
+    starts = np.cumsum([0, *(len(own) for own in columns)])
+    indices = np.concatenate([*columns, np.zeros(0, dtype=np.int64)])
+    values = np.concatenate([*unit, np.zeros(0)])
+    return csr_array((values, indices, starts), shape=(len(shapes), 3 * count))

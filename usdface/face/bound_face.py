@@ -1,0 +1,156 @@
+"""A bound face: a mesh with blend shapes, the markers that sit on it, and its anatomy."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.errors import InputError
+from usdface.face.layout import FaceLayout, find_layout
+from usdface.findings import Finding
+from usdface.retarget_setup import Expression, RetargetSetup
+from usdface.rigs import Mesh
+from usdface.takes import FloatArray, IntArray, frozen
+
+__all__ = ["BoundFace", "bound_face"]
+
+
+@dataclass(frozen=True, eq=False)
+class BoundFace:
+    """A mesh with S blend shapes and B markers on it; immutable.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    markers : tuple of str, length B
+        The bound markers, ...
+    vertices : (B,) int64
+        ... and the vertex of the mesh that each sits on.
+    nose_tip : str
+        Marker that features are measured to; "" = none.
+    roles : mapping of str to str
+        Role to marker.
+    layout : FaceLayout
+        Sides, regions, antagonists, lips and lids.
+    rig_shapes : tuple of str
+        Blend shapes of the whole rig, of which the mesh may have some only.
+    """
+
+    mesh: Mesh
+    markers: tuple[str, ...]
+    vertices: IntArray
+    nose_tip: str = ""
+    roles: Mapping[str, str] = field(default_factory=dict)
+    layout: FaceLayout = field(default_factory=FaceLayout)
+    rig_shapes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
+        object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
+
+    @property
+    def shape_names(self) -> tuple[str, ...]:
+        """Names of the mesh's blend shapes: S."""
+        return self.mesh.shape_names
+
+    @cached_property
+    def vertex_of(self) -> Mapping[str, int]:
+        """The vertex of each marker."""
+        return MappingProxyType(dict(zip(self.markers, self.vertices.tolist(), strict=True)))
+
+    @cached_property
+    def nose(self) -> int:
+        """Which marker is the nose tip.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if self.nose_tip not in self.markers:
+            raise InputError(
+                f"no nose tip: there is no marker {self.nose_tip!r} among {', '.join(self.markers)}"
+            )
+        return self.markers.index(self.nose_tip)
+
+    @property
+    def midline(self) -> float:
+        """X of the face's midline [m]: that of the nose tip, 0 without one."""
+        there = self.nose_tip in self.markers
+        return float(self.neutral[self.nose, 0]) if there else 0.0
+
+    @cached_property
+    def neutral(self) -> FloatArray:
+        """Where the markers are on the neutral face: (B, 3) [m]."""
+        return frozen(self.mesh.points[self.vertices])
+
+    @cached_property
+    def offsets(self) -> FloatArray:
+        """Displacement of the markers by each blend shape at weight 1: (S, B, 3) [m]."""
+        return frozen(self.mesh.offsets_at(self.vertices))
+
+    @property
+    def evaluator(self) -> BlendShapeEvaluator:
+        """Of the blend shapes at the markers, N = 3 B."""
+        return self._evaluated[0]
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Combination shapes that the evaluator ignores."""
+        return self._evaluated[1]
+
+    @cached_property
+    def _evaluated(self) -> tuple[BlendShapeEvaluator, tuple[Finding, ...]]:
+        evaluator, findings = evaluator_of(self.mesh, self.vertices)
+        return evaluator, tuple(findings)
+
+    def displacements(self, weights: FloatArray) -> FloatArray:
+        """Return how far weights (F, S) move the markers from neutral: (F, B, 3) [m].
+
+        Combination shapes follow their parents, whatever weight they are given.
+        """
+        moved = self.evaluator.displacements(self.evaluator.combined(weights))
+        return np.asarray(moved.reshape(len(weights), *self.neutral.shape))
+
+    def vertices_of(self, markers: Sequence[str]) -> IntArray:
+        """Return the vertices of some markers: (len(markers),) int64."""
+        return np.array([self.vertex_of[name] for name in markers], dtype=np.int64)
+
+    def with_layout(self, expressions: Sequence[Expression]) -> "BoundFace":
+        """Return the face with the layout that is found on its mesh and `expressions`."""
+        return replace(self, layout=find_layout(self.mesh, expressions, self.midline))
+
+
+def bound_face(
+    mesh: Mesh,
+    setup: RetargetSetup,
+    *,
+    layout: FaceLayout | None = None,
+    rig_shapes: tuple[str, ...] = (),
+) -> BoundFace:
+    """Return the face of a mesh with the markers of a setup on it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The one that the setup's binding names.
+    setup : RetargetSetup
+        Fitted to the mesh (`usdface.retarget_setup.fit_setup`).
+    layout : FaceLayout, optional
+        As the shot has it; empty, if left out (`BoundFace.with_layout` finds one).
+    rig_shapes : tuple of str, optional
+        Blend shapes of the whole rig; those of the mesh, if left out.
+    """
+    binding = setup.binding
+    return BoundFace(
+        mesh,
+        binding.markers,
+        binding.points,
+        setup.nose_tip,
+        setup.roles,
+        layout or FaceLayout(),
+        rig_shapes or mesh.shape_names,
+    )

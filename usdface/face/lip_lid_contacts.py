@@ -1,0 +1,171 @@
+"""Where the lips and the lids of a rig touch: found on its mesh and its blend shapes.
+
+Two vertices of one skin that face each other across a gap are a pair. Lips are pairs that lie
+close together on the neutral face and that some shape draws apart by several times their
+distance; no skin stretches like that. Lids are pairs with a gap that some shape closes, one that
+does not move the lips.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.stray_points import stray_points
+from usdface.geometry.vertex_normals import vertex_normals
+from usdface.rigs import BlendShape, Mesh
+from usdface.takes import BoolArray, FloatArray, IntArray
+
+__all__ = ["LipLidContacts", "find_lip_lid_contacts"]
+
+# In spreads of the moving skin (54 to 74 mm). Pairs found on the faces of ICT, MakeHuman and the
+# example: resting lips are up to 0.023, 0.059 and 0.057 apart and drawn apart by at least 0.12,
+# 0.06 and 0.15; open lids are 0.05 to 0.15, 0.06 to 0.17 and 0.07 to 0.35 apart.
+_CLOSE = 0.06
+_DRAWN_APART = 0.06
+_LID_GAP = (0.05, 0.35)
+# A vertex that moves by less, half a millimetre, is taken along and not moved.
+_STILL = 0.01
+# Lips: drawn apart by this much of their distance (skin stretches less; the three faces: by 14, 3.9
+# and 3.4). Lids: brought together to this part of it (down to 0.27, 0.26 and 0.29).
+_TIMES = 3.0
+_CLOSED = 0.3
+# Cosine between a normal and the way to the partner: within 78 degrees of it.
+_FACING = 0.2
+# Nearest vertices among which a partner is looked for: bounds time and memory on dense meshes.
+_NEIGHBOURS = 24
+# Fewer pairs are a fold, no eye.
+_LEAST_LIDS = 4
+
+
+class LipLidContacts(NamedTuple):
+    """Pairs of vertices, upper and lower: (P, 2) int64 each."""
+
+    lips: IntArray
+    lids: IntArray
+
+
+class _Skin(NamedTuple):
+    points: FloatArray
+    normals: FloatArray
+    piece: IntArray
+    spread: float
+
+
+def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
+    """Find the pairs of vertices that touch where the mouth or an eye is closed.
+
+    A rig whose mouth stands open at rest has no lips here, one that cannot blink no lids.
+    """
+    none = np.zeros((0, 2), dtype=np.int64)
+    reach = np.zeros(len(mesh.points))
+    for shape in mesh.shapes:
+        size = np.linalg.norm(shape.offsets, axis=1)
+        reach[shape.indices] = np.maximum(reach[shape.indices], size)
+    moving = np.flatnonzero(reach > 0)
+    if len(moving) < 2:
+        return LipLidContacts(none, none)
+    skin = _skin(mesh, moving)
+    lips = _lips(mesh, skin, np.flatnonzero(reach > _STILL * skin.spread))
+    closing = [s for s in mesh.shapes if not _moves(s, lips, _STILL * skin.spread)]
+    lids = [pairs for s in closing if len(pairs := _closed_by(s, skin)) >= _LEAST_LIDS]
+    # Where several shapes close an eye, a vertex keeps the partner of the first.
+    joined = np.concatenate([none, *lids])
+    first = np.unique(joined[:, 0], return_index=True)[1]
+    return LipLidContacts(_upper_first(lips, skin), _upper_first(joined[np.sort(first)], skin))
+
+
+def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
+    count = len(mesh.points)
+    corners, following = mesh.face_indices, _following(mesh)
+    normals = vertex_normals(mesh.points, mesh.face_counts, corners)
+    edges = coo_matrix((np.ones(len(corners)), (corners, following)), shape=(count, count))
+    piece = connected_components(edges, directed=False)[1]
+    seen = mesh.points[moving]
+    spread = rms_radius(seen[~stray_points(seen)])
+    return _Skin(mesh.points, normals, piece, spread)
+
+
+def _following(mesh: Mesh) -> IntArray:
+    """Return the next corner's vertex for each corner of each face."""
+    last = np.cumsum(mesh.face_counts) - 1
+    following = np.roll(mesh.face_indices, -1)
+    full = mesh.face_counts > 0
+    following[last[full]] = mesh.face_indices[(last - mesh.face_counts + 1)[full]]
+    return following
+
+
+def _moves(shape: BlendShape, pairs: IntArray, least: float) -> bool:
+    size = np.linalg.norm(shape.offsets, axis=1)
+    return bool(np.isin(shape.indices[size > least], pairs).any())
+
+
+def _neighbours(at: FloatArray, vertices: IntArray, among: IntArray, reach: float) -> IntArray:
+    """Return the pairs (P, 2) of `vertices` and the nearest of `among`, nearest first."""
+    count = min(_NEIGHBOURS, len(among))
+    distance, near = cKDTree(at[among]).query(at[vertices], k=count, distance_upper_bound=reach)
+    distance, near = distance.reshape(-1), near.reshape(-1)
+    order = np.argsort(distance, kind="stable")[: int(np.isfinite(distance).sum())]
+    pairs = [np.repeat(vertices, count)[order], among[near[order]]]
+    return np.asarray(np.stack(pairs, axis=1), dtype=np.int64)
+
+
+def _facing(pairs: IntArray, skin: _Skin) -> BoolArray:
+    a, b = pairs.T
+    way = skin.points[b] - skin.points[a]
+    length = np.linalg.norm(way, axis=1)
+    least = _FACING * length
+    inward = (skin.normals[a] * way).sum(axis=1) > least
+    opposed = (skin.normals[b] * way).sum(axis=1) < -least
+    return np.asarray((length > 0) & inward & opposed & (skin.piece[a] == skin.piece[b]))
+
+
+def _mutual(pairs: IntArray) -> IntArray:
+    """Return the pairs, nearest first, of which each is the other's nearest."""
+    first = pairs[np.sort(np.unique(pairs[:, 0], return_index=True)[1])]
+    partner = dict(first.tolist())
+    kept = [(a, b) for a, b in first.tolist() if a < b and partner.get(b) == a]
+    return np.array(kept, dtype=np.int64).reshape(-1, 2)
+
+
+def _lips(mesh: Mesh, skin: _Skin, moving: IntArray) -> IntArray:
+    pairs = _neighbours(skin.points, moving, moving, _CLOSE * skin.spread)
+    pairs = _mutual(pairs[_facing(pairs, skin)])
+    a, b = pairs.T
+    way = skin.points[b] - skin.points[a]
+    gap = np.linalg.norm(way, axis=1)
+    apart = ((mesh.offsets_at(b) - mesh.offsets_at(a)) * way).sum(axis=2) / np.maximum(gap, 1e-12)
+    drawn = apart.max(axis=0, initial=0.0)
+    wide = drawn > np.maximum(_TIMES * gap, _DRAWN_APART * skin.spread)
+    return np.asarray(pairs[wide], dtype=np.int64)
+
+
+def _closed_by(shape: BlendShape, skin: _Skin) -> IntArray:
+    """Return the pairs with a gap that a shape closes."""
+    size = np.linalg.norm(shape.offsets, axis=1)
+    moved = shape.indices[size > _STILL * skin.spread]
+    if len(moved) < 2:
+        return np.zeros((0, 2), dtype=np.int64)
+    at = skin.points.copy()
+    at[shape.indices] += shape.offsets
+    reach = _CLOSE * skin.spread
+    low, high = at[moved].min(axis=0) - reach, at[moved].max(axis=0) + reach
+    among = np.flatnonzero(((at >= low) & (at <= high)).all(axis=1))
+    pairs = _neighbours(at, moved, among, reach)
+    before = np.linalg.norm(skin.points[pairs[:, 1]] - skin.points[pairs[:, 0]], axis=1)
+    after = np.linalg.norm(at[pairs[:, 1]] - at[pairs[:, 0]], axis=1)
+    least, most = (share * skin.spread for share in _LID_GAP)
+    closed = (before > least) & (before < most) & (after < _CLOSED * before)
+    pairs = pairs[closed & _facing(pairs, skin)]
+    first = np.sort(np.unique(pairs[:, 0], return_index=True)[1])
+    return np.asarray(pairs[first], dtype=np.int64)
+
+
+def _upper_first(pairs: IntArray, skin: _Skin) -> IntArray:
+    """Put the upper vertex of each pair first, and pairs in order."""
+    y = skin.points[pairs, 1]
+    turned = np.where((y[:, :1] < y[:, 1:]), pairs[:, ::-1], pairs)
+    return np.unique(turned.reshape(-1, 2), axis=0)

@@ -1,0 +1,69 @@
+"""How far the markers of each region of a face are from the solved face."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from usdface.face.bound_face import BoundFace
+from usdface.face.regions import regions_of
+from usdface.takes import FloatArray
+
+__all__ = ["region_errors", "region_residuals"]
+
+
+def region_residuals(
+    face: BoundFace, markers: Sequence[str], distances: FloatArray
+) -> dict[str, FloatArray]:
+    """Return, for each region, the RMS distance of its seen markers from the solved face.
+
+    Parameters
+    ----------
+    face : BoundFace
+    markers : sequence of str, length M
+        The markers that were solved.
+    distances : (F, M) float64 [m]
+        Of each marker from the solved face; NaN where occluded.
+
+    Returns
+    -------
+    dict of str to (F,) float64 [m]
+        0 in frames that show none of a region's markers.
+    """
+    own = _by_region(face, markers, distances)
+    return {region: _rms(values) for region, values in own.items()}
+
+
+def region_errors(
+    face: BoundFace, markers: Sequence[str], distances: FloatArray
+) -> dict[str, dict[str, Any]]:
+    """Return the residual of each region for a report [mm]: over the take, and frame by frame.
+
+    Parameters are those of `region_residuals`.
+    """
+    result = {}
+    for region, own in _by_region(face, markers, distances).items():
+        curve = _rms(own)
+        result[region] = {
+            "markers": own.shape[1],
+            "rms": round(1000.0 * float(np.sqrt(np.nanmean(own**2))), 3),
+            "worst": round(1000.0 * float(curve.max()), 3),
+            "worst_frame": int(curve.argmax()),
+            "frames": np.round(1000.0 * curve, 3).tolist(),
+        }
+    return result
+
+
+def _by_region(
+    face: BoundFace, markers: Sequence[str], distances: FloatArray
+) -> dict[str, FloatArray]:
+    """Return the distances of the markers of each region: (F, m) each."""
+    regions = np.array(regions_of(face.mesh, face.vertices_of(markers)))
+    return {str(region): distances[:, regions == region] for region in np.unique(regions)}
+
+
+def _rms(distances: FloatArray) -> FloatArray:
+    """Return the RMS of the markers that each frame shows, 0 where it shows none: (F,)."""
+    seen = ~np.isnan(distances)
+    squares = np.where(seen, distances, 0.0) ** 2
+    return np.asarray(np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1)))

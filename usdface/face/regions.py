@@ -1,0 +1,147 @@
+"""Regions of a face: the one list of them, and which blend shapes and vertices belong where.
+
+A shape belongs where its name says: by a word in it, or by the action unit of FACS that it stands
+for. Where no name tells, the height at which it moves the skin does, between lips and lids.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from usdface.face.expression_poses import units_of
+from usdface.face.lip_lid_contacts import LipLidContacts
+from usdface.rigs import BlendShape, Mesh
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["GAIN_REGIONS", "REGIONS", "GainRegion", "Region", "regions_of", "shape_regions"]
+
+Region = Literal["brows", "eyes", "nose", "mouth", "jaw", "cheeks"]
+GainRegion = Literal["brows", "eyes", "mouth"]
+REGIONS: tuple[Region, ...] = get_args(Region)
+GAIN_REGIONS: tuple[GainRegion, ...] = get_args(GainRegion)
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """Shapes of one region: words in their names, their action units, whose gain they follow."""
+
+    region: Region
+    gain: GainRegion
+    words: str
+    units: frozenset[int]
+
+
+# The more telling words first: a cheek squints, too. Units are those of FACS. Raised cheeks push
+# the lower lids (AU6, around the eye); it is the lips that hold the air of puffed ones (AU34).
+_ROWS = (
+    _Row("cheeks", "mouth", r"puff", frozenset((34,))),
+    _Row("cheeks", "eyes", r"cheek", frozenset((6,))),
+    _Row("brows", "brows", r"brow|forehead", frozenset((1, 2, 4))),
+    _Row("nose", "mouth", r"nose|nostril|sneer", frozenset((9,))),
+    _Row("jaw", "mouth", r"jaw|chin", frozenset((26, 27, 29))),
+    _Row("eyes", "eyes", r"eye|lid|blink|wink|squint", frozenset((5, 7, 43, 61, 62, 63, 64))),
+    _Row(
+        "mouth",
+        "mouth",
+        r"mouth|lip|smile|frown|pucker|funnel|dimple|viseme|tongue",
+        frozenset((10, 12, 14, 15, 16, 17, 18, 20, 22, 23, 24, 25, 28)),
+    ),
+)
+# Heights above the eyes, in distances from mouth to eyes: brows begin, eyes (with the cheeks that
+# push the lower lid) end.
+_BROWS, _EYES = 0.2, -0.4
+_ELSEWHERE = "face"
+_SHARED = 0.1  # of a region's largest energy
+_PARTS = 5
+_PAIRED = ("cheeks", "eyes")  # nothing in the middle
+
+
+def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tuple[str, ...]]:
+    """Return the shapes whose gain each region has; a shape is in one at most.
+
+    Those whose names tell nothing are in none where lips and lids were not found either.
+    """
+    found: dict[GainRegion, list[str]] = {region: [] for region in GAIN_REGIONS}
+    rows = _rows_of(mesh)
+    placed = len(contacts.lips) > 0 and len(contacts.lids) > 0
+    mouth, eyes = (_height(mesh, pairs) for pairs in contacts) if placed else (0.0, 0.0)
+    for shape in mesh.shapes:
+        energy = (shape.offsets**2).sum(axis=1)
+        if shape.name in rows:
+            found[rows[shape.name].gain].append(shape.name)
+        elif placed and energy.sum() > 0:
+            height = float(np.average(mesh.points[shape.indices, 1], weights=energy))
+            found[_at_height((height - eyes) / max(eyes - mouth, 1e-12))].append(shape.name)
+    return {region: tuple(names) for region, names in found.items()}
+
+
+def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
+    """Return the region of each vertex of a mesh: one of `REGIONS`.
+
+    A vertex belongs to the nearest region by where shapes with a telling name move the skin: of
+    each region, the middles of five parts from right to left count. "face" where no name tells.
+    """
+    energies = _energies(mesh)
+    labels: list[str] = []
+    centres: list[FloatArray] = []
+    for region, energy in energies.items():
+        # Lips that shapes of others take along are the mouth's.
+        if region in ("cheeks", "jaw", "nose") and "mouth" in energies:
+            energy = np.where(energies["mouth"] > _SHARED * energies["mouth"].max(), 0.0, energy)
+        for part in _parts(mesh.points, energy, region in _PAIRED):
+            labels.append(region)
+            centres.append(part)
+    if not centres:
+        return (_ELSEWHERE,) * len(vertices)
+    away = np.linalg.norm(mesh.points[vertices, None] - np.array(centres), axis=2)
+    return tuple(labels[k] for k in away.argmin(axis=1).tolist())
+
+
+def _rows_of(mesh: Mesh) -> Mapping[str, _Row]:
+    """Return the row of each shape whose name tells its region."""
+    units = units_of(mesh.shape_names)
+    rows = ((shape, _row_of(shape, units.get(shape.name, set()))) for shape in mesh.shapes)
+    return {shape.name: row for shape, row in rows if row is not None}
+
+
+def _row_of(shape: BlendShape, units: set[int]) -> _Row | None:
+    name = shape.name.lower()
+    by_word = (row for row in _ROWS if re.search(row.words, name))
+    return next(by_word, None) or next((row for row in _ROWS if row.units & units), None)
+
+
+def _height(mesh: Mesh, pairs: IntArray) -> float:
+    return float(mesh.points[pairs, 1].mean())
+
+
+def _at_height(height: float) -> GainRegion:
+    if height > _BROWS:
+        return "brows"
+    return "eyes" if height > _EYES else "mouth"
+
+
+def _energies(mesh: Mesh) -> dict[Region, FloatArray]:
+    """Return, for each region that shapes are named after, how much these move each vertex."""
+    energies: dict[Region, FloatArray] = {}
+    rows = _rows_of(mesh)
+    for shape in mesh.shapes:
+        squares = (shape.offsets**2).sum(axis=1)
+        if shape.name not in rows or not squares.any():
+            continue
+        energy = energies.setdefault(rows[shape.name].region, np.zeros(len(mesh.points)))
+        np.maximum.at(energy, shape.indices, squares / squares.max())
+    return energies
+
+
+def _parts(points: FloatArray, energy: FloatArray, paired: bool) -> list[FloatArray]:
+    """Return the middles of the parts of the skin that is moved, from right to left: (3,) each."""
+    moved = energy > _SHARED
+    if not moved.any():
+        return []
+    low, high = points[moved, 0].min(), points[moved, 0].max()
+    part = np.digitize(points[:, 0], np.linspace(low, high, _PARTS + 1)[1:-1])
+    chosen = [moved & (part == k) for k in range(_PARTS) if not (paired and k == _PARTS // 2)]
+    return [np.average(points[one], axis=0, weights=energy[one]) for one in chosen if one.any()]

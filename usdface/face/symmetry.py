@@ -1,0 +1,37 @@
+"""Which blend shapes of a rig are each other's mirror image, by name."""
+
+import numpy as np
+
+from usdface.face.shape_names import shape_key
+from usdface.takes import IntArray
+
+__all__ = ["mirrored_pairs", "symmetric_pairs"]
+
+# Left and right of these are directions, not sides: nobody does both at once.
+_DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose", "eyelookin", "eyelookout"))
+
+
+def mirrored_pairs(names: tuple[str, ...]) -> IntArray:
+    """Return the left and the right shape of each pair: (P, 2) int64 into `names`.
+
+    Names are read in any spelling: ``mouthSmileLeft``, ``mouthSmile_L``, ``eye-left-slit``.
+    """
+    return np.array([pair for _, pair in _pairs(names)], dtype=np.int64).reshape(-1, 2)
+
+
+def symmetric_pairs(names: tuple[str, ...]) -> IntArray:
+    """Return the `mirrored_pairs` that a face shows together: (P, 2) int64 into `names`.
+
+    Directions as in ``jawLeft``, and of the eyes' look inwards and outwards, are left out.
+    """
+    sides = [pair for base, pair in _pairs(names) if base not in _DIRECTIONS]
+    return np.array(sides, dtype=np.int64).reshape(-1, 2)
+
+
+def _pairs(names: tuple[str, ...]) -> list[tuple[str, tuple[int, int]]]:
+    sides: dict[str, dict[str, int]] = {}
+    for i, name in enumerate(names):
+        base, side = shape_key(name)
+        if side:
+            sides.setdefault(base, {}).setdefault(side, i)
+    return [(b, (own["left"], own["right"])) for b, own in sides.items() if len(own) == 2]

@@ -1,1 +1,0 @@
-"""Fitting a fuzzy system: from labelled examples, or as the fuzzy paper has it."""

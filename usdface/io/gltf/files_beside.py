@@ -1,0 +1,67 @@
+"""The files that a glTF names, without reading more of it than its JSON.
+
+Source: glTF 2.0 specification, sections 2.8 (URIs) and 4.4 (GLB layout).
+"""
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+__all__ = ["files_beside", "may_be_gltf"]
+
+_HEADER = 20  # bytes: that of the file, and length and type of the first chunk
+_LARGEST = 2**32  # bytes
+
+
+def may_be_gltf(path: Path) -> bool:
+    """Return whether a file begins as GLB or as JSON, whatever its name."""
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            begin = file.read(64)
+    except (OSError, ValueError):
+        return False
+    return begin.startswith(b"glTF") or begin.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
+
+
+def files_beside(path: Path) -> list[Path]:
+    """Return the buffers and images that a .glb or .gltf refers to and that lie in its folder.
+
+    What cannot be understood names no files; that it cannot, its reader says.
+    """
+    try:
+        document = json.loads(_text(path))
+    except (OSError, ValueError, RecursionError, struct.error):
+        return []
+    lists = [document.get(key) for key in ("buffers", "images")] if _is_object(document) else []
+    entries = [e for found in lists if isinstance(found, list) for e in found if _is_object(e)]
+    uris = [uri for e in entries if isinstance(uri := e.get("uri"), str)]
+    places = [_place(path.parent, uri) for uri in uris if not uri.startswith("data:")]
+    return list(dict.fromkeys(place for place in places if place))
+
+
+def _text(path: Path) -> bytes:
+    if path.stat().st_size > _LARGEST:
+        raise ValueError("larger than glTF can be")
+    with path.open("rb") as file:
+        begin = file.read(_HEADER)
+        if not begin.startswith(b"glTF"):
+            return begin + file.read()
+        return file.read(min(struct.unpack_from("<I", begin, 12)[0], path.stat().st_size))
+
+
+def _is_object(value: Any) -> bool:
+    return isinstance(value, dict)
+
+
+def _place(folder: Path, uri: str) -> Path | None:
+    """Return the file behind a URI; None outside `folder`, which is never read."""
+    try:
+        place = folder / unquote(uri)
+        inside = place.resolve().is_relative_to(folder.resolve())
+        return place if inside and place.is_file() else None
+    except (OSError, ValueError):
+        return None

@@ -1,0 +1,311 @@
+"""Evaluation of a glTF file, which shares no code with the reader and the writer.
+
+It takes the written bytes apart with json and struct, so that a certificate
+(`usdface.certificate`) does not repeat the mistakes it should find.
+
+Source: glTF 2.0 specification, sections 3.5 (node transforms), 3.6.2 (accessors), 3.7.2 (morph
+targets), 3.7.3 (skins), 3.11 (animations), appendix C (interpolation).
+"""
+
+import json
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh, Sampled
+from usdface.io.gltf.reference_player.gltf_file import PlayerFile
+from usdface.io.gltf.reference_player.morph_targets import PlayerTargets, Target
+from usdface.io.gltf.reference_player.node_motion import PlayerNodes, Space
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["PlayerClip", "evaluate_clips", "evaluate_gltf"]
+
+_BROKEN = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    OSError,
+    TypeError,
+    ValueError,
+    struct.error,
+)  # raised by JSON of the wrong form
+_TRANSFORMS = ("translation", "rotation", "scale")
+_Space = Callable[[PlayerNodes], Space]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlayerClip:
+    """The meshes of a file in one animation; `times` (K,) [s] are all of its keys.
+
+    `cubic` tells whether anything moves along curves between them, `decoded` whether our own
+    decoder had a part in it.
+    """
+
+    name: str
+    meshes: tuple[PlayerMesh, ...]
+    times: FloatArray
+    cubic: bool
+    decoded: bool = False
+
+
+def evaluate_gltf(path: Path) -> tuple[PlayerMesh, ...]:
+    """Evaluate the default scene of a .glb or .gltf in its first animation."""
+    return evaluate_clips(path)[0].meshes
+
+
+def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[PlayerClip, ...]:
+    """Take a .glb or .gltf apart into the meshes of its default scene, for each animation.
+
+    Animations that move nothing that is shown are left out; without any there is one clip, in
+    which all stands still.
+
+    Raises
+    ------
+    InputError
+        If it uses features that this evaluator does not support, or is malformed.
+    """
+    try:
+        return _Scene(path, asset_root).clips()
+    except _BROKEN as error:
+        raise InputError(f"{path} cannot be evaluated: {error}") from error
+    except RecursionError as error:
+        raise InputError(f"{path} cannot be evaluated: its nodes form a ring") from error
+
+
+class _Scene(PlayerFile):
+    """The default scene of one file."""
+
+    def clips(self) -> tuple[PlayerClip, ...]:
+        nodes = self.json.get("nodes", [])
+        parents = self._parents(nodes)
+        still = PlayerNodes(nodes, parents, {})
+        meshes = [(n, self._mesh(n, still)) for n in parents if nodes[n].get("mesh") is not None]
+        meshes = [(node, part) for node, part in meshes if len(part.mesh.points)]
+        clips = []
+        for number, animation in enumerate(self.json.get("animations", [])):
+            name = str(animation.get("name") or f"animation {number}")
+            clip = self._clip(name, self._curves(animation), still, meshes)
+            clips += [clip] if len(clip.times) else []
+        return tuple(clips) or (self._clip("", {}, still, meshes),)
+
+    def _parents(self, nodes: list[dict[str, Any]]) -> dict[int, int]:
+        """Return the parent of each node of the scene, parents first."""
+        children = {child for node in nodes for child in node.get("children", [])}
+        roots = [k for k in range(len(nodes)) if k not in children]
+        scenes = self.json.get("scenes", [])
+        if scenes:
+            roots = scenes[self.json.get("scene", 0)].get("nodes", [])
+        parents: dict[int, int] = {}
+
+        def visit(index: int, above: int) -> None:
+            if index in parents:
+                raise ValueError("its nodes form a ring, or have two parents")
+            parents[index] = above
+            for child in nodes[index].get("children", []):
+                visit(child, index)
+
+        for root in roots:
+            if root not in parents:
+                visit(root, -1)
+        return parents
+
+    def _curves(self, animation: dict[str, Any]) -> dict[tuple[int, str], Sampled]:
+        """Return the samplers of an animation by ``(node, path)`` or ``(node, "weights/3")``."""
+        curves: dict[tuple[int, str], Sampled] = {}
+        for channel in animation.get("channels", []):
+            target = channel["target"]
+            sampler = animation["samplers"][channel["sampler"]]
+            if target["path"] != "pointer":
+                places = [(target.get("node", -1), target["path"])]
+            else:
+                pointer = target["extensions"]["KHR_animation_pointer"]["pointer"]
+                places = self._pointed(pointer)
+            for place in places:
+                curves[place] = self._sampled(sampler, place[1])
+        return curves
+
+    def _pointed(self, pointer: str) -> list[tuple[int, str]]:
+        _, kind, index, *rest = pointer.split("/")
+        if kind == "nodes":
+            return [(int(index), "/".join(rest))]
+        if kind != "meshes" or rest[:1] != ["weights"]:
+            return []
+        nodes = self.json.get("nodes", [])
+        mesh = int(index)
+        users = [k for k, n in enumerate(nodes) if n.get("mesh") == mesh and not n.get("weights")]
+        return [(user, "/".join(rest)) for user in users]
+
+    def _sampled(self, sampler: dict[str, Any], path: str) -> Sampled:
+        kind = str(sampler.get("interpolation", "LINEAR"))
+        times = self.accessor(sampler["input"])[:, 0].astype(np.float64)
+        values = self.accessor(sampler["output"]).astype(np.float64)
+        values = values.reshape(len(times), *([3] if kind == "CUBICSPLINE" else []), -1)
+        return Sampled(times, values, kind, path == "rotation")
+
+    def _clip(
+        self,
+        name: str,
+        curves: dict[tuple[int, str], Sampled],
+        still: PlayerNodes,
+        meshes: list[tuple[int, "_Part"]],
+    ) -> PlayerClip:
+        transforms = {place: c for place, c in curves.items() if place[1] in _TRANSFORMS}
+        moving = PlayerNodes(still.nodes, still.parents, transforms)
+        used: list[Sampled] = []
+        shown = []
+        for node, part in meshes:
+            weights = part.mesh.weights
+            own = {p: c for (n, p), c in curves.items() if n == node and p.startswith("weights")}
+            if own and part.mesh.targets:
+                weights = _weighted(own, weights)
+                used += own.values()
+            chains = {a for n in part.nodes for a in _chain(n, still.parents)}
+            used += [curve for (n, _), curve in transforms.items() if n in chains]
+            shown.append(replace(part.mesh, weights=weights, space=part.space(moving)))
+        times = np.unique(np.concatenate([np.zeros(0), *(curve.times for curve in used)]))
+        cubic = any(curve.interpolation == "CUBICSPLINE" for curve in used)
+        return PlayerClip(name, tuple(shown), times, cubic, self.decoded)
+
+    def _mesh(self, node: int, still: PlayerNodes) -> "_Part":
+        n = self.json["nodes"][node]
+        mesh = self.json["meshes"][n["mesh"]]
+        parts = [p for p in mesh["primitives"] if p.get("mode", 4) in (4, 5, 6)]
+        # Primitives that share their vertices are one; only used vertices are shown.
+        blocks: dict[str, tuple[dict[str, Any], list[IntArray]]] = {}
+        for part in parts:
+            key = json.dumps([part["attributes"], part.get("targets", [])], sort_keys=True)
+            used = self.json["accessors"][part["attributes"]["POSITION"]]["count"]
+            corners = (
+                self.accessor(part["indices"])[:, 0].astype(np.int64)
+                if "indices" in part
+                else np.arange(used)
+            )
+            blocks.setdefault(key, (part, []))[1].append(corners)
+        read = [self._block(p, np.unique(np.concatenate(c))) for p, c in blocks.values()]
+        count = max((len(b["moves"].targets) for b in read), default=0)
+        extras = mesh.get("extras") or {}
+        names = (extras.get("usdface") or {}).get("names") or extras.get("targetNames") or []
+        targets = tuple(str(names[k]) if k < len(names) else f"target_{k}" for k in range(count))
+        rest = n.get("weights") or mesh.get("weights") or [0.0] * count
+        points = np.concatenate([np.zeros((0, 3)), *(b["points"] for b in read)])
+        normals = None
+        if all(b["normals"] is not None for b in read):
+            normals = np.concatenate([np.zeros((0, 3)), *(b["normals"] for b in read)])
+        nodes, space = self._placed(node, read)
+        shown = PlayerMesh(
+            n.get("name") or mesh.get("name") or "Mesh",
+            targets,
+            points,
+            normals,
+            PlayerTargets.side_by_side([b["moves"] for b in read], count),
+            PlayerTargets.side_by_side([b["turns"] for b in read], count),
+            Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
+            _inbetweens(mesh.get("extras"), targets),
+            space(still),
+        )
+        return _Part(shown, nodes, space)
+
+    def _block(self, part: dict[str, Any], used: IntArray) -> dict[str, Any]:
+        at = part["attributes"]
+        points = self.accessor(at["POSITION"])[used].astype(np.float64)
+
+        def target(stored: dict[str, Any], what: str) -> Target:
+            if what not in stored:
+                return Target.of(np.zeros((0, 3), np.float32))
+            return Target.of(self.accessor(stored[what])[used].astype(np.float32))
+
+        def targets(what: str) -> PlayerTargets:
+            stored = part.get("targets", [])
+            return PlayerTargets(len(used), tuple(target(one, what) for one in stored))
+
+        lit = "NORMAL" in at and all("NORMAL" in t for t in part.get("targets", []))
+        return {
+            "points": points,
+            "normals": self.accessor(at["NORMAL"])[used].astype(float) if lit else None,
+            "moves": targets("POSITION"),
+            "turns": targets("NORMAL"),
+            "at": at,
+            "used": used,
+        }
+
+    def _placed(self, node: int, read: list[dict[str, Any]]) -> tuple[tuple[int, ...], _Space]:
+        """Return the nodes that place a mesh, and how."""
+        n = self.json["nodes"][node]
+        if "skin" not in n or not all("JOINTS_0" in b["at"] for b in read):
+            return (node,), lambda nodes: nodes.of_node(node)
+        skin = self.json["skins"][n["skin"]]
+        from scipy.sparse import csr_array  # only skins need it
+
+        joints = tuple(skin["joints"])
+        inverse = np.tile(np.eye(4), (len(joints), 1, 1))
+        if "inverseBindMatrices" in skin:
+            stored = self.accessor(skin["inverseBindMatrices"]).astype(np.float64)
+            inverse = stored.reshape(-1, 4, 4).swapaxes(1, 2)[: len(joints)]  # columns come first
+        rows, columns, values = [], [], []
+        start = 0
+        for block in read:
+            own = np.arange(start, start + len(block["used"]))
+            start += len(block["used"])
+            number = 0
+            while f"JOINTS_{number}" in block["at"]:
+                influences = self.accessor(block["at"][f"JOINTS_{number}"])[block["used"]]
+                weights = self.accessor(block["at"][f"WEIGHTS_{number}"])[block["used"]]
+                rows.append(np.repeat(own, influences.shape[1]))
+                columns.append(influences.ravel().astype(np.int64))
+                values.append(weights.ravel().astype(np.float64))
+                number += 1
+        held = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        weights = csr_array(held, shape=(start, len(joints)))
+        return joints, lambda nodes: nodes.of_skin(joints, inverse, weights)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Part:
+    """A mesh that stands still, the nodes that would move it, and its space when nodes move."""
+
+    mesh: PlayerMesh
+    nodes: tuple[int, ...]
+    space: _Space
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Columns(Sampled):
+    """Weights of which some have curves of their own."""
+
+    single: Mapping[int, Sampled] = field(default_factory=dict)
+
+    def at(self, times: FloatArray) -> FloatArray:
+        values = Sampled(self.times, self.values, self.interpolation).at(times).copy()
+        for column, curve in self.single.items():
+            values[:, column] = curve.at(times)[:, 0]
+        return values
+
+
+def _weighted(curves: dict[str, Sampled], rest: Sampled) -> Sampled:
+    """Return the weights of a mesh; pointers to some of them go over those to all."""
+    whole = curves.get("weights", rest)
+    single = {int(path.partition("/")[2]): c for path, c in curves.items() if path != "weights"}
+    if not single:
+        return whole
+    return _Columns(whole.times, whole.values, whole.interpolation, False, single)
+
+
+def _chain(node: int, parents: Mapping[int, int]) -> list[int]:
+    chain = []
+    while node >= 0:
+        chain.append(node)
+        node = parents[node]
+    return chain
+
+
+def _inbetweens(extras: Any, targets: tuple[str, ...]) -> tuple[tuple[int, int, float], ...]:
+    notes = ((extras or {}).get("usdface") or {}).get("inbetweens") or []
+    return tuple(
+        (targets.index(note["target"]), targets.index(note["shape"]), float(note["weight"]))
+        for note in notes
+    )

@@ -1,0 +1,89 @@
+"""Morph targets of a mesh, stored sparsely: most vertices of a face do not move."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from usdface.takes import FloatArray
+
+__all__ = ["PlayerTargets", "Target"]
+
+_BLOCK = 2**18  # numbers of all targets at once
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Target:
+    """One target: `values` (n, 3) float32 at the vertices `places` (n,), which increase."""
+
+    places: NDArray[np.int32]
+    values: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, values: NDArray[np.float32]) -> "Target":
+        """Make a target of the rows of values (N, 3) that are not zero."""
+        places = np.flatnonzero(values.any(axis=1)).astype(np.int32)
+        return cls(places, values[places])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlayerTargets:
+    """All targets of a mesh.
+
+    Attributes
+    ----------
+    count : int
+        N, vertices of the mesh.
+    targets : tuple of Target
+    """
+
+    count: int
+    targets: tuple[Target, ...]
+
+    @classmethod
+    def of(cls, values: NDArray[np.float32]) -> "PlayerTargets":
+        """Make targets of the rows of values (T, N, 3) that are not zero."""
+        return cls(values.shape[1], tuple(map(Target.of, values)))
+
+    @classmethod
+    def side_by_side(cls, meshes: Sequence["PlayerTargets"], count: int) -> "PlayerTargets":
+        """Join meshes of which each has up to `count` targets to one."""
+        if len(meshes) == 1:
+            return meshes[0]
+        places: list[list[NDArray[np.int32]]] = [[] for _ in range(count)]
+        values: list[list[NDArray[np.float32]]] = [[] for _ in range(count)]
+        start = 0
+        for mesh in meshes:
+            for k, target in enumerate(mesh.targets):
+                places[k].append(target.places + np.int32(start))
+                values[k].append(target.values)
+            start += mesh.count
+        joined = (
+            Target(np.concatenate(p), np.concatenate(v))
+            for p, v in zip(places, values, strict=True)
+        )
+        return cls(start, tuple(joined))
+
+    def dense(self) -> NDArray[np.float32]:
+        """Return the values of all vertices: (T, N, 3)."""
+        return self._part(np.arange(len(self.targets)), 0, self.count)
+
+    def added(self, weights: FloatArray) -> FloatArray:
+        """Return the weighted sum of the targets for `weights` (F, T): (F, N, 3)."""
+        used = np.flatnonzero(weights.any(axis=0))
+        result = np.zeros((len(weights), self.count, 3))
+        step = max(1, _BLOCK // max(3 * len(used), 1))
+        for start in range(0, self.count if len(used) else 0, step):
+            part = self._part(used, start, min(start + step, self.count)).astype(np.float64)
+            result[:, start : start + step] = np.tensordot(weights[:, used], part, 1)
+        return result
+
+    def _part(self, used: NDArray[np.int64], start: int, stop: int) -> NDArray[np.float32]:
+        """Return the values of some targets at vertices `start` to `stop`."""
+        result = np.zeros((len(used), stop - start, 3), np.float32)
+        for row, number in zip(result, used.tolist(), strict=True):
+            target = self.targets[number]
+            first, last = np.searchsorted(target.places, (start, stop))
+            row[target.places[first:last] - start] = target.values[first:last]
+        return result

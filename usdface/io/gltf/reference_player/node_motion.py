@@ -1,0 +1,138 @@
+"""Nodes and skins of a glTF in one animation.
+
+Source: glTF 2.0 specification, sections 3.5 (node transforms), 3.7.3 (skins), 3.11 (animations).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from usdface.io.gltf.reference_player.deformed_mesh import Sampled
+from usdface.takes import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+__all__ = ["PlayerNodes", "Space"]
+
+Space = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlayerNodes:
+    """The nodes of a scene in one animation.
+
+    Attributes
+    ----------
+    nodes : sequence of dict
+        As in the JSON.
+    parents : mapping of int to int
+        Parent of each node of the scene, -1 for a root.
+    curves : mapping of (int, str) to Sampled
+        Animated translations, rotations and scales of nodes.
+    """
+
+    nodes: Sequence[dict[str, Any]]
+    parents: Mapping[int, int]
+    curves: Mapping[tuple[int, str], Sampled]
+    _known: dict[tuple[tuple[int, ...], bytes], FloatArray] = field(default_factory=dict)
+
+    def moves(self, node: int) -> bool:
+        """Whether a node moves, by itself or with one above it."""
+        moving = {n for n, _ in self.curves}
+        while node >= 0 and node not in moving:
+            node = self.parents[node]
+        return node >= 0
+
+    def worlds(self, wanted: Sequence[int], times: FloatArray) -> FloatArray:
+        """Return the transforms of nodes to the scene: (J, F or 1, 4, 4), for column vectors."""
+        key = tuple(wanted), times.tobytes()
+        if key not in self._known:
+            if len(self._known) > 3:  # meshes that share a skin ask for the same, one by one
+                self._known.clear()
+            self._known[key] = self._worlds(wanted, times)
+        return self._known[key]
+
+    def _worlds(self, wanted: Sequence[int], times: FloatArray) -> FloatArray:
+        known: dict[int, FloatArray] = {-1: np.eye(4)[None]}
+
+        def world(node: int) -> FloatArray:
+            if node not in known:
+                known[node] = world(self.parents[node]) @ self._local(node, times)
+            return known[node]
+
+        result = [world(node) for node in wanted]
+        frames = max((len(r) for r in result), default=1)
+        return np.stack([np.broadcast_to(r, (frames, 4, 4)) for r in result])
+
+    def _local(self, index: int, times: FloatArray) -> FloatArray:
+        node = self.nodes[index]
+        if "matrix" in node:
+            return np.array(node["matrix"], np.float64).reshape(1, 4, 4).swapaxes(1, 2)
+
+        def part(path: str, rest: list[float]) -> FloatArray:
+            curve = self.curves.get((index, path))
+            return np.array([node.get(path, rest)], float) if curve is None else curve.at(times)
+
+        linear = _rotations(part("rotation", [0, 0, 0, 1])) * part("scale", [1, 1, 1])[:, None, :]
+        move = part("translation", [0, 0, 0])
+        local = np.tile(np.eye(4), (max(len(linear), len(move)), 1, 1))
+        local[:, :3, :3], local[:, :3, 3] = linear, move
+        return local
+
+    def of_node(self, node: int) -> Space:
+        """Return the transforms of points and normals of a mesh without a skin to the scene."""
+
+        def space(times: FloatArray) -> tuple[FloatArray, FloatArray]:
+            world = self.worlds([node], times)[0]
+            return (world[:, None], _normal_matrix(world)[:, None]) if moving else (still, turned)
+
+        moving = self.moves(node)
+        still = self.worlds([node], np.zeros(1))[0, 0]
+        turned = _normal_matrix(still)
+        return space
+
+    def of_skin(self, joints: Sequence[int], inverse: FloatArray, weights: "csr_array") -> Space:
+        """Return the transforms of points and normals of a skinned mesh to the scene.
+
+        `inverse` (J, 4, 4) are the inverse bind matrices, `weights` (N, J) the influences.
+        """
+
+        def blended(times: FloatArray) -> tuple[FloatArray, FloatArray]:
+            moves = self.worlds(joints, times) @ inverse[:, None]
+            return _blend(weights, moves), _blend(weights, _normal_matrix(moves))
+
+        if any(self.moves(joint) for joint in joints):
+            return blended
+        points, normals = (part[0] for part in blended(np.zeros(1)))
+        return lambda times: (points, normals)
+
+
+def _blend(weights: "csr_array", matrices: FloatArray) -> FloatArray:
+    """Return the matrices (J, F, K, K) mixed by `weights` (N, J): (F, N, K, K)."""
+    joints, frames, size, _ = matrices.shape
+    mixed = np.asarray(weights @ matrices.reshape(joints, -1))
+    return mixed.reshape(-1, frames, size, size).swapaxes(0, 1)
+
+
+def _normal_matrix(matrices: FloatArray) -> FloatArray:
+    linear = matrices[..., :3, :3]
+    flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to nothing: there is no normal to see
+    safe = np.where(flat[..., None, None], np.eye(3), linear)
+    return np.asarray(np.linalg.inv(safe).swapaxes(-1, -2), np.float64)
+
+
+def _rotations(quaternions: FloatArray) -> FloatArray:
+    """Return quaternions x, y, z, w (F, 4) as matrices (F, 3, 3)."""
+    length = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    if not length.all():
+        raise ValueError("a rotation is the zero quaternion")
+    x, y, z, w = (quaternions / length).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)

@@ -1,0 +1,62 @@
+"""The rig formats of usdface; loads no library, so that help texts can list them."""
+
+from pathlib import Path
+
+from usdface.formats import RigReader
+from usdface.io.format_table import FormatTable
+from usdface.lazy import lazy_function
+
+__all__ = ["RIG_READERS", "is_makehuman_folder", "mesh_files"]
+
+_MESHES = (".obj", ".ply")
+
+
+def mesh_files(folder: Path) -> list[Path]:
+    """Return the OBJ and PLY files of a folder, sorted by name."""
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in _MESHES and p.is_file())
+
+
+def is_makehuman_folder(folder: Path) -> bool:
+    """Return whether a folder has MakeHuman targets and a base mesh, there or above."""
+    from usdface.io.rigs.makehuman import is_makehuman
+
+    return is_makehuman(folder)
+
+
+def _is_shape_folder(folder: Path) -> bool:
+    """Return whether a folder has meshes and is none of MakeHuman's."""
+    return bool(mesh_files(folder)) and not is_makehuman_folder(folder)
+
+
+RIG_READERS = FormatTable(
+    RigReader,
+    "usdface.rigs",
+    ("rigs", "read"),
+    (
+        RigReader(
+            name="glTF",
+            suffixes=(".glb", ".gltf"),
+            options=("asset_root",),
+            read=lazy_function("usdface.io.rigs.scene_rig", "read_gltf_rig"),
+        ),
+        RigReader(
+            name="USD",
+            suffixes=(".usd", ".usda", ".usdc", ".usdz"),
+            options=("asset_root",),
+            read=lazy_function("usdface.io.rigs.scene_rig", "read_usd_rig"),
+        ),
+        RigReader(
+            name="folder of OBJ or PLY",
+            folder=True,
+            sniff=_is_shape_folder,
+            options=("meters_per_unit", "up_axis", "neutral"),
+            read=lazy_function("usdface.io.rigs.shape_folder", "read_shape_folder"),
+        ),
+        RigReader(
+            name="folder of MakeHuman targets",
+            folder=True,
+            sniff=is_makehuman_folder,
+            read=lazy_function("usdface.io.rigs.makehuman", "read_makehuman"),
+        ),
+    ),
+)

@@ -1,0 +1,62 @@
+"""Rigs that the readers of other packages return, held to the rules of usdface's own readers."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from usdface.findings import Finding
+from usdface.formats import RigReader
+from usdface.io.format_table import Registered
+from usdface.rigs import Mesh, Rig
+from usdface.takes import FloatArray
+
+__all__ = ["verified_rig"]
+
+
+def verified_rig(reader: Registered[RigReader], result: object) -> tuple[Rig, list[Finding]]:
+    """Return a reader's rig and findings, checked.
+
+    The types check points, faces and blend shapes when they are made; this function
+    checks lengths and ranges of all other arrays of a mesh.
+
+    Raises
+    ------
+    PluginError
+        If `result` is no rig with its findings.
+    """
+    if not (isinstance(result, tuple) and len(result) == 2):
+        raise reader.wrong(f"{type(result).__name__}; expected (rig, findings)")
+    rig, findings = result[0], reader.findings(result[1])
+    if not isinstance(rig, Rig) or not all(isinstance(mesh, Mesh) for mesh in rig.meshes):
+        raise reader.wrong(f"{type(rig).__name__}; expected a Rig of meshes")
+    for mesh in rig.meshes:
+        for fault in _faults(mesh, len(rig.skeleton.joints) if rig.skeleton else 0):
+            raise reader.wrong(f"mesh {mesh.name!r} with {fault}")
+    return rig, findings
+
+
+def _faults(mesh: Mesh, joints: int) -> Iterator[str]:
+    """Yield the faults of a mesh that `Mesh` does not check itself."""
+    points, corners = len(mesh.points), len(mesh.face_indices)
+    if len(mesh.face_counts) and mesh.face_counts.min() < 3:
+        yield f"a face of {mesh.face_counts.min()} corners; expected 3 or more"
+    if not all(isinstance(name, str) and name.strip() for name in (mesh.name, *mesh.shape_names)):
+        yield "a name that is no text; expected one for the mesh and for each blend shape"
+    if mesh.normals is not None and not _finite(mesh.normals, (points, 3)):
+        yield f"normals {mesh.normals.shape}; expected finite numbers, {(points, 3)}"
+    if mesh.uvs is not None and not _finite(mesh.uvs, (corners, 2)):
+        yield f"texture coordinates {mesh.uvs.shape}; expected finite numbers, {(corners, 2)}"
+    if mesh.skin is not None:
+        indices, weights = mesh.skin.joints, mesh.skin.weights
+        if len(indices) != points or not _finite(weights, indices.shape):
+            yield f"a skin {weights.shape}; expected joints and weights for {points} points"
+        elif indices.size and not 0 <= indices.min() <= indices.max() < joints:
+            yield f"skin joints outside 0 to {joints - 1}"
+    for subset in mesh.subsets:
+        faces = subset.faces
+        if len(faces) and not 0 <= faces.min() <= faces.max() < len(mesh.face_counts):
+            yield f"faces of the material {subset.material!r} outside the mesh"
+
+
+def _finite(values: FloatArray, shape: tuple[int, ...]) -> bool:
+    return values.shape == shape and bool(np.isfinite(values).all())

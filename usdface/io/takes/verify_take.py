@@ -1,0 +1,58 @@
+"""Takes that the readers of other packages return, held to the rules of usdface's own readers."""
+
+from dataclasses import replace
+from math import isfinite
+from pathlib import Path
+
+from usdface.findings import Finding
+from usdface.formats import TakeReader
+from usdface.io.format_table import Registered
+from usdface.io.takes.raw_take import check_size, find_occlusion
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["verified_take"]
+
+
+def verified_take(
+    reader: Registered[TakeReader], path: Path, result: object
+) -> tuple[MarkerTake | WeightsTake, list[Finding]]:
+    """Return a reader's take and findings, checked.
+
+    The types check their arrays when they are made; this function checks types and
+    ranges of the other fields, and the size against that of the file; occlusion is announced as by
+    the readers of usdface where this reader did not.
+
+    Raises
+    ------
+    PluginError
+        If `result` is no take with its findings.
+    InputError
+        If no marker is ever visible, or the take is out of all proportion to its file.
+    """
+    if not (isinstance(result, tuple) and len(result) == 2):
+        raise reader.wrong(f"{type(result).__name__}; expected (take, findings)")
+    take, findings = result[0], reader.findings(result[1])
+    if not isinstance(take, MarkerTake | WeightsTake):
+        raise reader.wrong(f"{type(take).__name__}; expected a MarkerTake or a WeightsTake")
+    if not all(isinstance(name, str) and name.strip() for name in take.names):
+        raise reader.wrong("names that are not all text; expected a name for each column")
+    if not _number(take.rate, least=0.0):
+        raise reader.wrong(f"a rate of {take.rate!r}; expected Hz, 0 where it is unknown")
+    for name in ("start_timecode", "source"):
+        if not isinstance(getattr(take, name), str):
+            raise reader.wrong(f"{name} = {getattr(take, name)!r}; expected text")
+    if isinstance(take, WeightsTake):
+        return take, findings
+    if not _number(take.meters_per_unit, least=1e-12):
+        raise reader.wrong(f"meters_per_unit = {take.meters_per_unit!r}; expected a number above 0")
+    if path.is_file():
+        check_size(path, len(take.times), len(take.names))
+    seen, occlusion = find_occlusion(path, take.names, ~take.visible)
+    if not seen.all():
+        names = tuple(name for name, kept in zip(take.names, seen, strict=True) if kept)
+        take = replace(take, names=names, positions=take.positions[:, seen])
+    return take, findings + [each for each in occlusion if each not in findings]
+
+
+def _number(value: object, least: float) -> bool:
+    return isinstance(value, int | float) and isfinite(value) and value >= least

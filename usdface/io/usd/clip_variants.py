@@ -1,0 +1,87 @@
+"""Clips of a stage: the bound SkelAnimations, and variants that bind others."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pxr import Sdf, Usd, UsdSkel
+
+from usdface.findings import Finding, finding
+from usdface.io.usd.rig import skel_roots
+
+__all__ = [
+    "BoundAnimation",
+    "bound_animations",
+    "clip_stages",
+    "playing_animations",
+    "report_unbound",
+]
+
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+
+
+@dataclass(frozen=True, slots=True)
+class BoundAnimation:
+    """A skeleton and the SkelAnimation that moves it."""
+
+    skeleton: UsdSkel.SkeletonQuery
+    animation: UsdSkel.AnimQuery
+
+
+def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
+    """Yield the stage with each of its clips bound; the authored selection comes first.
+
+    A variant set of a SkelRoot whose variants bind different SkelAnimations chooses between
+    clips; where there is none the stage itself is all. The stage is not changed.
+    """
+    yield stage
+    seen = {playing_animations(stage)}
+    places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
+    others: dict[tuple[Sdf.Path, ...], Usd.Stage] = {}
+    for prim in skel_roots(stage, root):
+        if prim.IsInstanceProxy():
+            continue
+        sets = prim.GetVariantSets()
+        for name in sets.GetNames():
+            for variant in sets.GetVariantSet(name).GetVariantNames():
+                session = Sdf.Layer.CreateAnonymous(".usda")
+                session.TransferContent(stage.GetSessionLayer())
+                spec = Sdf.CreatePrimInLayer(session, prim.GetPath())
+                spec.variantSelections[name] = variant
+                other = Usd.Stage.Open(stage.GetRootLayer(), session)
+                others.setdefault(playing_animations(other), other)
+    order = sorted(others, key=lambda paths: [places.get(path, len(places)) for path in paths])
+    for paths in order:
+        if paths and paths not in seen:
+            yield others[paths]
+
+
+def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
+    """Return the skeletons with a SkelAnimation, in the order of the stage."""
+    cache = UsdSkel.Cache()
+    found: dict[Sdf.Path, BoundAnimation] = {}
+    for skel_root in map(UsdSkel.Root, skel_roots(stage, root)):
+        cache.Populate(skel_root, _ALL)
+        for binding in cache.ComputeSkelBindings(skel_root, _ALL):
+            query = cache.GetSkelQuery(binding.GetSkeleton())
+            if query.GetAnimQuery():
+                path = binding.GetSkeleton().GetPath()
+                found.setdefault(path, BoundAnimation(query, query.GetAnimQuery()))
+    return list(found.values())
+
+
+def playing_animations(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
+    """Return the paths of the bound SkelAnimations."""
+    return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in bound_animations(stage)))
+
+
+def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[Finding]:
+    """Return ANIMATION_DROPPED for each animation that no variant binds."""
+    prims = dict.fromkeys(p for r in skel_roots(stage, root) for p in Usd.PrimRange(r, _ALL))
+    message = "nothing on the stage binds it, in no variant"
+    return [
+        finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
+        for prim in prims
+        if prim.IsA(UsdSkel.Animation)
+        and prim.GetPath() not in played
+        and any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAttributes())
+    ]

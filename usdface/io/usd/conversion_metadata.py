@@ -1,0 +1,22 @@
+"""Metadata of conversions, apart from that of users: customData["usdface"]."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pxr import Usd, UsdShade
+
+__all__ = ["KEY", "read_metadata", "write_metadata"]
+
+KEY = "usdface"
+
+
+def read_metadata(of: Usd.Prim | UsdShade.ConnectableAPI | Any) -> Mapping[str, Any]:
+    """Return the metadata of a prim, or of the prim of a schema; empty where there is none."""
+    prim = of if isinstance(of, Usd.Prim) else of.GetPrim()
+    notes = prim.GetCustomDataByKey(KEY)
+    return notes if isinstance(notes, Mapping) else {}
+
+
+def write_metadata(prim: Usd.Prim, name: str, value: object) -> None:
+    """Author one entry on a prim."""
+    prim.SetCustomDataByKey(f"{KEY}:{name}", value)

@@ -1,0 +1,88 @@
+"""The files that a USD file brings in: layers, in every variant, and the assets that they name."""
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+from pxr import Ar, Sdf, Tf, UsdShade, UsdUtils
+
+from usdface.errors import InputError
+from usdface.io.usd.stage import open_stage
+
+__all__ = ["dependencies", "is_usd"]
+
+
+def is_usd(path: Path) -> bool:
+    """Return whether USD reads files of this name."""
+    return Sdf.FileFormat.FindByExtension(str(path)) is not None
+
+
+def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
+    """Return the files that a stage is, or may be, composed of, and assets such as textures.
+
+    Sublayers, references and payloads are followed in every variant, be it chosen or not, as are
+    value clips, in layers of their own or by a template; a texture of tiles (UDIM) is all of its
+    tiles. What is in a package (USDZ) is the package. Files that are not there are left out, and
+    a layer that cannot be read leads no further.
+
+    Parameters
+    ----------
+    path : Path
+    apart : collection of Path
+        Direct sublayers of `path` that do not count, unless another layer names them, too.
+
+    Returns
+    -------
+    list of Path
+        Absolute, without `path`; each once, in an order that the files alone determine.
+    """
+    left_out = {str(layer.resolve()) for layer in apart}
+    delegate = UsdUtils.CoalescingDiagnosticDelegate()  # no word of USD's on standard error
+    try:
+        # What only the composed stage knows: layers named by variables that a stronger one sets.
+        stage = open_stage(path, without=apart)
+        used = sorted(layer.realPath for layer in stage.GetUsedLayers() if layer.realPath)
+    except InputError:
+        stage, used = None, []
+    root = str(path.resolve())
+    waiting, found = [root, *used], dict.fromkeys((root, *used))
+    while waiting:
+        layer = waiting.pop(0)
+        skipped = left_out if layer == root else set()
+        for name in _named_by(layer, skipped):
+            if name not in found:
+                found[name] = None
+                waiting.append(name)
+    del delegate, stage  # which held the layers open until they were looked at
+    files = dict.fromkeys(Path(Ar.SplitPackageRelativePathOuter(name)[0]) for name in found)
+    return [file for file in files if str(file) != root and file.is_file()]
+
+
+def _named_by(name: str, skipped: Collection[str]) -> Iterator[str]:
+    """Yield what the layer `name` names, resolved; nothing for what is no layer that can be read.
+
+    `skipped` are sublayers that do not count.
+    """
+    if not Path(name).is_file() or not is_usd(Path(name)):
+        return
+    try:
+        layer = Sdf.Layer.FindOrOpen(name)
+        sublayers, references, payloads = UsdUtils.ExtractExternalReferences(name)
+    except (Tf.ErrorException, UnicodeError):
+        return
+    if not layer:
+        return
+    for asset in (*sublayers, *references, *payloads):
+        try:
+            if "<UDIM>" in asset:
+                tiles = UsdShade.UdimUtils.ResolveUdimTilePaths(asset, layer)
+                yield from (str(Path(tile).resolve()) for tile, _ in tiles)
+                continue
+            place = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
+            resolved = str(Ar.GetResolver().Resolve(place))
+        except (Tf.ErrorException, UnicodeError):
+            continue
+        if resolved:
+            outer, inner = Ar.SplitPackageRelativePathOuter(resolved)
+            outer = str(Path(outer).resolve())
+            if outer not in skipped or asset not in sublayers:
+                yield Ar.JoinPackageRelativePath(outer, inner) if inner else outer

@@ -1,0 +1,112 @@
+"""The parts of a face, and the gains over a take, as USD attributes (`docs/architecture.md`)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Sdf, Usd, Vt
+
+from usdface.correction.gains import Gains
+from usdface.errors import InputError
+from usdface.face.layout import FaceLayout
+from usdface.face.regions import GainRegion
+from usdface.io.usd.attributes import author, value_of
+from usdface.options import CONTACT_TOLERANCE
+from usdface.schemas import tokens
+from usdface.takes import FloatArray, IntArray
+
+__all__ = ["read_gains", "read_layout", "write_layout"]
+
+_NAMES = Sdf.ValueTypeNames
+_REGION_SHAPES: dict[GainRegion, str] = {
+    "brows": tokens.BROWS_SHAPES,
+    "eyes": tokens.EYES_SHAPES,
+    "mouth": tokens.MOUTH_SHAPES,
+}
+_REGION_GAINS: dict[GainRegion, str] = {
+    "brows": tokens.BROWS_GAIN,
+    "eyes": tokens.EYES_GAIN,
+    "mouth": tokens.MOUTH_GAIN,
+}
+
+
+def write_layout(prim: Usd.Prim, parts: FaceLayout, meters_per_unit: float) -> None:
+    """Author the parts of a face on its `UsdFaceRetarget` prim."""
+    names = {tokens.LEFT_SHAPES: parts.left, tokens.RIGHT_SHAPES: parts.right}
+    names |= {token: parts.regions.get(r, ()) for r, token in _REGION_SHAPES.items()}
+    names[tokens.ANTAGONISTS] = tuple(name for pair in parts.antagonists for name in pair)
+    for token, listed in names.items():
+        author(prim, token, _NAMES.TokenArray, Vt.TokenArray(listed))
+    for token, pairs in ((tokens.CONTACT_LIPS, parts.lips), (tokens.CONTACT_LIDS, parts.lids)):
+        value = Vt.Vec2iArray.FromNumpy(pairs.astype(np.int32).reshape(-1, 2))
+        author(prim, token, _NAMES.Int2Array, value)
+    tolerance = parts.tolerance / meters_per_unit
+    author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
+
+
+def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
+    """Read the layout of a face off its `UsdFaceRetarget` prim; missing parts are empty.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be used; the message names the prim.
+    """
+    try:
+        opposed = _names(prim, tokens.ANTAGONISTS)
+        if len(opposed) % 2:
+            raise InputError(f"{tokens.ANTAGONISTS} has {len(opposed)} entries; expected pairs")
+        tolerance = value_of(prim, tokens.CONTACT_TOLERANCE, float)
+        return FaceLayout(
+            _names(prim, tokens.LEFT_SHAPES),
+            _names(prim, tokens.RIGHT_SHAPES),
+            {region: _names(prim, token) for region, token in _REGION_SHAPES.items()},
+            tuple(zip(opposed[::2], opposed[1::2], strict=True)),
+            _pairs(prim, tokens.CONTACT_LIPS),
+            _pairs(prim, tokens.CONTACT_LIDS),
+            CONTACT_TOLERANCE if tolerance is None else tolerance * meters_per_unit,
+        )
+    except InputError as error:
+        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
+
+
+def read_gains(
+    system: Usd.Prim | None, expressions: Sequence[Usd.Prim], codes: FloatArray
+) -> Gains:
+    """Read the gains at the time codes of a take, between authored samples as USD has it.
+
+    Raises
+    ------
+    InputError
+        If a gain is not a number, or below 0; the message names the prim.
+    """
+    regions: dict[GainRegion, FloatArray] = {}
+    overall = np.ones(1)
+    if system is not None:
+        overall = _curve(system, tokens.GAIN, codes)
+        regions = {r: _curve(system, token, codes) for r, token in _REGION_GAINS.items()}
+    emotions = {prim.GetName(): _curve(prim, tokens.GAIN, codes) for prim in expressions}
+    return Gains(overall, emotions, regions)
+
+
+def _curve(prim: Usd.Prim, name: str, codes: FloatArray) -> FloatArray:
+    """Return an attribute over time: (F,), or (1,) where it stands still; 1 where there is none."""
+    attribute = prim.GetAttribute(name)
+    times = codes.tolist() if attribute and attribute.ValueMightBeTimeVarying() else [codes[0]]
+    values = [attribute.Get(time) if attribute else None for time in times]
+    known = [1.0 if value is None else value for value in values]
+    for value in known:
+        if not (isinstance(value, float) and np.isfinite(value) and value >= 0):
+            raise InputError(
+                f"prim <{prim.GetPath()}>: {name} is {value}; expected a number, 0 or more"
+            )
+    # A float as its shortest decimal: 0.7 is 0.7.
+    return np.array([float(str(np.float32(value))) for value in known])
+
+
+def _names(prim: Usd.Prim, name: str) -> tuple[str, ...]:
+    return tuple(str(entry) for entry in value_of(prim, name, Vt.TokenArray) or ())
+
+
+def _pairs(prim: Usd.Prim, name: str) -> IntArray:
+    value = value_of(prim, name, Vt.Vec2iArray)
+    return np.zeros((0, 2), np.int64) if value is None else np.array(value, np.int64).reshape(-1, 2)

@@ -1,0 +1,231 @@
+"""The head's motion on a stage: on the joint that carries the face, else on the SkelRoot."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+
+from usdface.errors import InputError
+from usdface.geometry.rigid_fit import Pose
+from usdface.io.usd.stage import matrices
+from usdface.retarget.head_joint import carrying_joint, joint_track, matrices_of, named_joint
+from usdface.retarget_setup import RetargetSetup
+from usdface.rigs import Mesh, Skeleton
+from usdface.takes import FloatArray
+
+__all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "inverse_head_motion"]
+
+HEAD_OP = "xformOp:transform:usdfaceHead"
+# Joint attributes of a SkelAnimation.
+_PARTS = (
+    ("translations", Sdf.ValueTypeNames.Float3Array, Vt.Vec3fArray),
+    ("rotations", Sdf.ValueTypeNames.QuatfArray, Vt.QuatfArray),
+    ("scales", Sdf.ValueTypeNames.Half3Array, Vt.Vec3hArray),
+)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HeadCarrier:
+    """The prim or joint that the head motion is authored on.
+
+    Attributes
+    ----------
+    joint : int
+        The joint of `skeleton` that carries the face; -1 = the SkelRoot moves.
+    skeleton : Skeleton or None
+        In metres, Y up.
+    to_rig : (4, 4) float64
+        Leads from the space that the moves are authored in to metres, Y up: from the skeleton's
+        where a joint moves, else from the SkelRoot's own.
+    ops : tuple of str
+        The SkelRoot's own transform ops.
+    """
+
+    joint: int
+    skeleton: Skeleton | None
+    to_rig: FloatArray = field(repr=False)
+    ops: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The joint's path, or "SkelRoot"."""
+        return self.skeleton.joints[self.joint] if self.skeleton else "SkelRoot"
+
+
+def find_carrier(
+    mesh: Mesh,
+    skeleton: Skeleton | None,
+    setup: RetargetSetup,
+    prim: Usd.Prim,
+    root: Usd.Prim,
+    si: FloatArray,
+) -> HeadCarrier | None:
+    """Return the joint or SkelRoot that the bound markers follow; None without a SkelRoot.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    skeleton : Skeleton or None
+        The rig's.
+    setup : RetargetSetup
+        It may name the joint.
+    prim, root : Usd.Prim
+        The skeleton that the mesh is bound to, and the SkelRoot (may be invalid).
+    si : (4, 4) float64
+        From stage space to metres, Y up.
+
+    Raises
+    ------
+    InputError
+        If the named joint is not there.
+    """
+    points = setup.binding.points
+    points = points[(points >= 0) & (points < len(mesh.points))]
+    xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
+    if skeleton is not None and mesh.skin is not None:
+        joint = (
+            named_joint(skeleton, setup.head_joint)
+            if setup.head_joint
+            else carrying_joint(skeleton, mesh.skin, points)
+        )
+        if joint is not None:
+            to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ inverse_head_motion(root)
+            return HeadCarrier(joint, skeleton, to_world @ si)
+    elif setup.head_joint:
+        raise InputError(
+            f"the head's joint is {setup.head_joint!r}, but no skeleton with joints moves "
+            f"{mesh.path}; leave it out, and the SkelRoot moves",
+            "JOINT_UNKNOWN",
+        )
+    if not root:
+        return None
+    to_world = np.array(xforms.GetLocalToWorldTransform(root)) @ inverse_head_motion(root)
+    order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() or ()
+    ops = tuple(str(op) for op in order if op != HEAD_OP)
+    return HeadCarrier(-1, None, to_world @ si, ops)
+
+
+def inverse_head_motion(root: Usd.Prim) -> FloatArray:
+    """Return the inverse (4, 4) of an authored head motion, for world transforms below a SkelRoot.
+
+    Multiply a prim's local-to-world transform at the earliest time with it.
+    """
+    start = Usd.TimeCode.EarliestTime()
+    xform = UsdGeom.Xformable(root) if root else None
+    order = xform.GetXformOpOrderAttr().Get() if xform else None
+    if not order or order[-1] != HEAD_OP:
+        return np.eye(4)
+    head = np.array(root.GetAttribute(HEAD_OP).Get(start) or Gf.Matrix4d(1.0))
+    world = np.array(UsdGeom.XformCache(start).GetLocalToWorldTransform(root))
+    rest = np.linalg.inv(head) @ world
+    return np.asarray(np.linalg.inv(world) @ rest, np.float64)
+
+
+def author_head(
+    layer: Sdf.Layer,
+    stage: Usd.Stage,
+    paths: tuple[str, str],
+    carrier: HeadCarrier,
+    motion: Pose,
+    codes: list[float],
+    at: list[float],
+) -> None:
+    """Author the motion on a layer; `paths` are SkelRoot and SkelAnimation.
+
+    `codes` are time codes of the layer, `at` the same moments on the stage.
+    """
+    root, animation = paths
+    if carrier.skeleton is None:
+        _author_root(layer, root, carrier, motion, codes)
+    else:
+        _author_joint(layer, stage, animation, carrier, motion, codes, at)
+
+
+def _author_root(
+    layer: Sdf.Layer, path: str, carrier: HeadCarrier, motion: Pose, codes: list[float]
+) -> None:
+    """Move the SkelRoot below its own transform ops, so that it may stand anywhere."""
+    root = Sdf.CreatePrimInLayer(layer, path)
+    local = carrier.to_rig @ matrices_of(motion) @ np.linalg.inv(carrier.to_rig)
+    _samples(layer, root, HEAD_OP, Sdf.ValueTypeNames.Matrix4d, codes, matrices(local))
+    order = root.attributes.get("xformOpOrder") or Sdf.AttributeSpec(
+        root, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform
+    )
+    order.default = Vt.TokenArray([*carrier.ops, HEAD_OP])
+
+
+def _author_joint(
+    layer: Sdf.Layer,
+    stage: Usd.Stage,
+    path: str,
+    carrier: HeadCarrier,
+    motion: Pose,
+    codes: list[float],
+    at: list[float],
+) -> None:
+    """Author complete joint arrays: the head's joint moves, the others keep their motion."""
+    moved = UsdSkel.DecomposeTransforms(matrices(_local(carrier, motion)))
+    names, others = _authored_joints(stage, path, at)
+    if carrier.name not in names:
+        names = (*names, carrier.name)
+    place = names.index(carrier.name)
+    anim, kinds = Sdf.CreatePrimInLayer(layer, path), Sdf.ValueTypeNames
+    order = anim.attributes.get("joints") or Sdf.AttributeSpec(
+        anim, "joints", kinds.TokenArray, Sdf.VariabilityUniform
+    )
+    order.default = Vt.TokenArray(names)
+    for (name, kind, array), there, own in zip(
+        _PARTS, zip(*others, strict=True), moved, strict=True
+    ):
+        values = np.array(own)
+        rows = np.empty((len(codes), len(names), values.shape[1]), values.dtype)
+        before = np.array([np.array(part) for part in there])
+        rows[:, : before.shape[1]] = before
+        rows[:, place] = values
+        _samples(layer, anim, name, kind, codes, map(array.FromNumpy, rows))
+
+
+def _local(carrier: HeadCarrier, motion: Pose) -> FloatArray:
+    """Return the joint's transforms to its parent in the skeleton's units: (F, 4, 4)."""
+    assert carrier.skeleton is not None
+    track = joint_track(carrier.skeleton, carrier.joint, motion)
+    scale = np.cbrt(abs(np.linalg.det(carrier.to_rig[:3, :3]))) or 1.0
+    shrink, grow = np.diag([1 / scale] * 3 + [1.0]), np.diag([scale] * 3 + [1.0])
+    is_root = "/" not in carrier.name
+    below = np.linalg.inv(carrier.to_rig) if is_root else shrink
+    return np.asarray(grow @ track @ below)
+
+
+def _authored_joints(
+    stage: Usd.Stage, path: str, codes: list[float]
+) -> tuple[tuple[str, ...], list[tuple[Any, Any, Any]]]:
+    """Return the joints that an animation moves, and their parts at each time, or once."""
+    nothing = [tuple(array() for _, _, array in _PARTS)]
+    animation = UsdSkel.Animation.Get(stage, path)
+    if not animation:
+        return (), nothing
+    query = UsdSkel.Cache().GetAnimQuery(animation)
+    names = tuple(str(name) for name in query.GetJointOrder()) if query else ()
+    if not names:
+        return (), nothing
+    times = codes if query.JointTransformsMightBeTimeVarying() else codes[:1]
+    parts = [query.ComputeJointLocalTransformComponents(time) for time in times]
+    if any(part is None or len(part[0]) != len(names) for part in parts):
+        return (), nothing
+    return names, parts
+
+
+def _samples(
+    layer: Sdf.Layer,
+    prim: Sdf.PrimSpec,
+    name: str,
+    kind: Sdf.ValueTypeName,
+    codes: list[float],
+    values: object,
+) -> None:
+    if name not in prim.attributes:
+        Sdf.AttributeSpec(prim, name, kind, Sdf.VariabilityVarying)
+    path = prim.path.AppendProperty(name)
+    for code, value in zip(codes, values, strict=True):  # type: ignore[call-overload]
+        layer.SetTimeSample(path, code, value)

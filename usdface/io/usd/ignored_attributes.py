@@ -1,0 +1,72 @@
+"""Authored attributes and children of usdface prims that have no effect."""
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+
+from pxr import Sdf, Usd
+
+from usdface.errors import did_you_mean
+from usdface.findings import Finding, finding
+from usdface.schemas import plugin_dir, tokens
+
+__all__ = ["ignored_attributes"]
+
+_OURS = "usdface:"
+# Attributes that carry the name of a shape, an emotion or a region.
+_NAMED = (tokens.PIN_PREFIX, tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX)
+
+
+def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
+    """Return SETTING_UNREAD for each attribute or child of usdface prims without effect.
+
+    Parameters
+    ----------
+    prims : sequence of Usd.Prim
+        Their children are looked at, too.
+    """
+    every = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
+    findings: dict[str, Finding] = {}
+    for prim in every:
+        for path, message in (*_attributes(prim), *_undefined_child(prim)):
+            findings[path] = finding("SETTING_UNREAD", path, message)
+    return list(findings.values())
+
+
+@cache
+def _schema() -> Sdf.Layer:
+    """Return our prim types; read from their file, for a host may not have registered them."""
+    return Sdf.Layer.FindOrOpen(str(plugin_dir() / "generatedSchema.usda"))
+
+
+def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
+    kind = _schema().GetPrimAtPath(f"/{prim.GetTypeName()}") if prim.GetTypeName() else None
+    if not kind:
+        return
+    known = {str(each.name): each for each in kind.properties}
+    for written in map(str, prim.GetAuthoredPropertyNames()):
+        if not written.startswith(_OURS) or written.startswith(_NAMED):
+            continue
+        where = f"<{prim.GetPath()}>.{written}"
+        if written not in known:
+            yield where, f"nothing reads {written}{did_you_mean(written, known)}"
+        elif known[written].variability == Sdf.VariabilityUniform and _has_samples(prim, written):
+            yield where, f"{written} is one value for the whole take; its samples are not read"
+
+
+def _has_samples(prim: Usd.Prim, name: str) -> bool:
+    attribute = prim.GetAttribute(name)
+    return bool(attribute) and int(attribute.GetNumTimeSamples()) > 0
+
+
+def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
+    """Report a child without a type: an override of an undefined prim, or a forgotten type."""
+    parent = prim.GetParent()
+    if prim.GetTypeName() or not parent.IsDefined():
+        return
+    name, where = prim.GetName(), f"<{prim.GetPath()}>"
+    if not prim.IsDefined():
+        there = [child.GetName() for child in parent.GetChildren()]
+        message = f"the override of {name} changes nothing: no layer defines it"
+        yield where, message + did_you_mean(name, there)
+    elif parent.GetTypeName() == tokens.FUZZY_SYSTEM:
+        yield where, f"{name} has no type, so nothing reads it; write def {tokens.FUZZY_RULE}"

@@ -1,0 +1,207 @@
+"""The setup of a face and its expression poses as USD prims (`docs/architecture.md`)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, Vt
+
+from usdface.errors import InputError
+from usdface.io.usd.attributes import author
+from usdface.options import CleanOptions, MapOptions, SolveOptions, solve_settings
+from usdface.retarget_setup import Binding, Calibration, Expression, RetargetSetup
+from usdface.schemas import tokens
+
+__all__ = ["read_expressions", "read_setup", "write_expressions", "write_setup"]
+
+_NAMES = Sdf.ValueTypeNames
+_MAP = {
+    tokens.MAP_KERNEL: ("kernel", _NAMES.Token),
+    tokens.MAP_FORM: ("form", _NAMES.Token),
+    tokens.MAP_CHOICE: ("choice", _NAMES.Token),
+    tokens.MAP_RADIUS: ("radius", _NAMES.Double),
+    tokens.MAP_SMOOTHING: ("smoothing", _NAMES.Double),
+}
+_SOLVE = {
+    f"{tokens.SOLVE_PREFIX}{name}": (
+        name,
+        _NAMES.Token if setting.choices else _NAMES.Double,
+    )
+    for name, setting in solve_settings().items()
+}
+_CLEAN = {
+    tokens.CLEAN_SWAPS: ("swaps", _NAMES.Bool),
+    tokens.CLEAN_SPIKES: ("spikes", _NAMES.Bool),
+    tokens.CLEAN_GAPS: ("gaps", _NAMES.Bool),
+}
+
+
+def write_setup(
+    stage: Usd.Stage, path: str, setup: RetargetSetup, targets: dict[str, list[str]]
+) -> None:
+    """Define a `UsdFaceRetarget` prim; `targets` gives the prim paths of its relationships."""
+    prim = stage.DefinePrim(path, tokens.RETARGET)
+    for relationship, paths in targets.items():
+        prim.CreateRelationship(relationship, custom=False).SetTargets(paths)
+    author(prim, tokens.BIND_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.binding.markers))
+    author(prim, tokens.BIND_POINTS, _NAMES.IntArray, Vt.IntArray(setup.binding.points.tolist()))
+    if setup.binding.confidence is not None:
+        sure = Vt.FloatArray(setup.binding.confidence.tolist())
+        author(prim, tokens.BIND_CONFIDENCE, _NAMES.FloatArray, sure)
+    author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
+    author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
+    author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
+    author(prim, tokens.HEAD_JOINT, _NAMES.Token, setup.head_joint)
+    author(prim, tokens.NOSE_TIP, _NAMES.Token, setup.nose_tip)
+    author(prim, tokens.ROLES_NAMES, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles)))
+    author(
+        prim, tokens.ROLES_MARKERS, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles.values()))
+    )
+    mode = "rig" if setup.neutral is None else "frames"
+    author(prim, tokens.NEUTRAL_MODE, _NAMES.Token, mode)
+    author(prim, tokens.NEUTRAL_RANGE, _NAMES.Int2, Gf.Vec2i(*(setup.neutral or (0, 0))))
+    if setup.neutral_weights:
+        shapes, weights = zip(*setup.neutral_weights.items(), strict=True)
+        author(prim, tokens.NEUTRAL_SHAPES, _NAMES.TokenArray, Vt.TokenArray(shapes))
+        author(prim, tokens.NEUTRAL_WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(weights))
+    if setup.peaks:
+        author(prim, tokens.PEAKS, _NAMES.IntArray, Vt.IntArray(setup.peaks))
+    for name, (field, kind) in _MAP.items():
+        author(prim, name, kind, getattr(setup.map, field))
+    for name, (field, kind) in _SOLVE.items():
+        author(prim, name, kind, getattr(setup.solve, field))
+    for name, (field, kind) in _CLEAN.items():
+        author(prim, name, kind, getattr(setup.clean, field))
+    if setup.calibration is not None:
+        _author_calibration(prim, setup.calibration)
+
+
+def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
+    gains, offsets = calibration.amplitudes.tolist(), calibration.offsets.tolist()
+    names = Vt.TokenArray(calibration.shapes)
+    author(prim, tokens.CALIBRATION_SHAPES, _NAMES.TokenArray, names)
+    author(prim, tokens.CALIBRATION_GAINS, _NAMES.FloatArray, Vt.FloatArray(gains))
+    author(prim, tokens.CALIBRATION_OFFSETS, _NAMES.FloatArray, Vt.FloatArray(offsets))
+
+
+def _read_calibration(prim: Usd.Prim) -> Calibration | None:
+    shapes = _strings(prim, tokens.CALIBRATION_SHAPES)
+    gains = np.array(_value(prim, tokens.CALIBRATION_GAINS, ()), dtype=np.float64)
+    offsets = np.array(_value(prim, tokens.CALIBRATION_OFFSETS, ()), dtype=np.float64)
+    if not (shapes or gains.size or offsets.size):
+        return None
+    return Calibration(shapes, gains, offsets if offsets.size else np.zeros(len(shapes)))
+
+
+def read_setup(prim: Usd.Prim) -> RetargetSetup:
+    """Read a `UsdFaceRetarget` prim; attributes that are not there have their defaults.
+
+    Raises
+    ------
+    InputError
+        If an attribute's value cannot be used; the message names prim and attribute.
+    """
+    mesh = prim.GetRelationship(tokens.BIND_MESH).GetTargets()
+    markers = _strings(prim, tokens.BIND_MARKERS)
+    roles, playing = _strings(prim, tokens.ROLES_NAMES), _strings(prim, tokens.ROLES_MARKERS)
+    if len(roles) != len(playing):
+        raise InputError(
+            f"{prim.GetPath()}: {tokens.ROLES_NAMES} has {len(roles)} entries, "
+            f"{tokens.ROLES_MARKERS} has {len(playing)}; expected as many",
+            "SCHEMA_BROKEN",
+        )
+    shown = _strings(prim, tokens.NEUTRAL_SHAPES)
+    weights = np.array(_value(prim, tokens.NEUTRAL_WEIGHTS, ()), dtype=np.float64).round(6)
+    if len(shown) != len(weights):
+        raise InputError(
+            f"{prim.GetPath()}: {tokens.NEUTRAL_SHAPES} has {len(shown)} entries, "
+            f"{tokens.NEUTRAL_WEIGHTS} has {len(weights)}; expected as many",
+            "SCHEMA_BROKEN",
+        )
+    start, end = _value(prim, tokens.NEUTRAL_RANGE, (0, 0))
+    points = np.array(_value(prim, tokens.BIND_POINTS, ()), dtype=np.int64)
+    sure = np.array(_value(prim, tokens.BIND_CONFIDENCE, ()), dtype=np.float64)
+    head = _choice(prim, tokens.HEAD_MODE, ("solve", "markers", "stabilised"))
+    neutral = _choice(prim, tokens.NEUTRAL_MODE, ("frames", "rig"))
+    try:
+        return RetargetSetup(
+            Binding(markers, points, str(mesh[0]) if mesh else "", sure if sure.size else None),
+            head=head,
+            head_markers=_strings(prim, tokens.HEAD_MARKERS),
+            move_head=bool(_value(prim, tokens.HEAD_APPLY, True)),
+            head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
+            neutral=None if neutral == "rig" else (int(start), int(end)),
+            neutral_weights=dict(zip(shown, weights.tolist(), strict=True)),
+            peaks=tuple(int(frame) for frame in _value(prim, tokens.PEAKS, ())),
+            nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
+            roles=dict(zip(roles, playing, strict=True)),
+            map=MapOptions(**_fields(prim, _MAP)),
+            solve=SolveOptions(**_fields(prim, _SOLVE)),
+            clean=CleanOptions(**_fields(prim, _CLEAN)),
+            calibration=_read_calibration(prim),
+        )
+    except InputError as error:
+        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
+
+
+def _value(prim: Usd.Prim, name: str, default: Any) -> Any:
+    value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
+    return default if value is None else value
+
+
+def _strings(prim: Usd.Prim, name: str) -> tuple[str, ...]:
+    return tuple(str(entry) for entry in _value(prim, name, ()))
+
+
+def _choice(prim: Usd.Prim, name: str, choices: Sequence[str]) -> Any:
+    value = str(_value(prim, name, choices[0]))
+    if value not in choices:
+        raise InputError(
+            f"prim <{prim.GetPath()}>: {name} is {value!r}; expected {', '.join(choices)}",
+            "SETTING_WRONG",
+        )
+    return value
+
+
+def _fields(prim: Usd.Prim, table: dict[str, tuple[str, Any]]) -> dict[str, Any]:
+    """Read the settings that are authored, under the names of their options."""
+    authored = {field: _value(prim, name, None) for name, (field, _) in table.items()}
+    return {field: value for field, value in authored.items() if value is not None}
+
+
+def write_expressions(stage: Usd.Stage, scope: str, expressions: Sequence[Expression]) -> list[str]:
+    """Define a `UsdFaceExpression` under `scope` for each expression; return their paths."""
+    stage.DefinePrim(scope, "Scope")
+    paths = []
+    for expression in expressions:
+        prim = stage.DefinePrim(f"{scope}/{expression.name}", tokens.EXPRESSION)
+        author(prim, tokens.SHAPES, _NAMES.TokenArray, Vt.TokenArray(expression.shapes))
+        author(prim, tokens.WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(expression.weights.tolist()))
+        gain = prim.CreateAttribute(tokens.GAIN, _NAMES.Float, False)
+        gain.Set(expression.gain)
+        paths.append(str(prim.GetPath()))
+    return paths
+
+
+def read_expressions(prims: Sequence[Usd.Prim]) -> tuple[Expression, ...]:
+    """Read `UsdFaceExpression` prims.
+
+    Raises
+    ------
+    InputError
+        If shapes and weights do not fit each other, or a weight lies outside [0, 1].
+    """
+    result = []
+    for prim in prims:
+        try:
+            result.append(
+                Expression(
+                    prim.GetName(),
+                    _strings(prim, tokens.SHAPES),
+                    np.array(_value(prim, tokens.WEIGHTS, ()), dtype=np.float64),
+                    float(_value(prim, tokens.GAIN, 1.0)),
+                )
+            )
+        except InputError as error:
+            raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
+    return tuple(result)

@@ -1,0 +1,171 @@
+"""Rigid motion of prims as joints, which glTF and UsdSkel move in the same way."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdface.clips import JointsTake
+from usdface.io.prim_names import prim_names
+from usdface.io.transforms import along
+from usdface.io.usd.stage import metrics_of, to_si
+from usdface.rigs import Mesh, Rig, Skeleton, Skin
+from usdface.takes import FloatArray
+
+__all__ = [
+    "RigidMotion",
+    "add_rigid_joints",
+    "find_rigid_motions",
+    "merge_joint_takes",
+    "skeleton_prefix",
+    "transform_time_codes",
+]
+
+_SAME = 1e-9  # of a matrix: above the rounding of its doubles, below that of float32 points
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RigidMotion:
+    """Rigid motion of some prims, relative to the start of the stage.
+
+    Attributes
+    ----------
+    name : str
+        Of the lowest prim with an animated transform.
+    joint : str
+        Path of the joint that it becomes, at the root of the skeleton.
+    paths : tuple of str
+        Meshes, or the skeleton, with this motion.
+    codes : (F,) float64
+        Time codes of its keys.
+    matrices : (F, 4, 4) float64
+        In the rig's space, for row vectors, metres.
+    """
+
+    name: str
+    joint: str
+    paths: tuple[str, ...]
+    codes: FloatArray
+    matrices: FloatArray
+
+
+def transform_time_codes(prim: Usd.Prim) -> dict[Sdf.Path, list[float]]:
+    """Return the time codes of the transform samples of a prim and its ancestors."""
+    found = {}
+    while prim and not prim.IsPseudoRoot():
+        xform = UsdGeom.Xformable(prim)
+        if xform and xform.TransformMightBeTimeVarying():
+            found[prim.GetPath()] = list(xform.GetTimeSamples())
+        prim = prim.GetParent()
+    return found
+
+
+def find_rigid_motions(stage: Usd.Stage, rig: Rig) -> tuple[RigidMotion, ...]:
+    """Return the rigid motions of the meshes without a skin, and of the skeleton, of a rig.
+
+    A mesh with a skin moves with its skeleton. Prims with equal motion share one.
+    """
+    prims = [stage.GetPrimAtPath(m.path) for m in rig.meshes if m.skin is None]
+    prims += [skeleton for skeleton in map(_skeleton_of, _skinned(stage, rig)) if skeleton][:1]
+    motions: list[RigidMotion] = []
+    for prim in prims:
+        keys = transform_time_codes(prim)
+        if not keys:
+            continue
+        codes = np.unique(np.concatenate([np.array(k) for k in keys.values()]))
+        matrices = _motion_since_start(prim, codes)
+        path = str(prim.GetPath())
+        same = [m for m in motions if _same_motion(m, codes, matrices)]
+        if same:
+            place = motions.index(same[0])
+            motions[place] = replace(same[0], paths=(*same[0].paths, path))
+        else:
+            motions.append(RigidMotion(next(iter(keys)).name, "", (path,), codes, matrices))
+    used_names = rig.skeleton.joints if rig.skeleton else ()
+    names = prim_names((motion.name for motion in motions), (j for j in used_names if "/" not in j))
+    return tuple(replace(m, joint=name) for m, name in zip(motions, names, strict=True))
+
+
+def _skinned(stage: Usd.Stage, rig: Rig) -> list[Usd.Prim]:
+    return [stage.GetPrimAtPath(mesh.path) for mesh in rig.meshes if mesh.skin is not None]
+
+
+def _skeleton_of(mesh: Usd.Prim) -> Usd.Prim:
+    return UsdSkel.BindingAPI(mesh).GetInheritedSkeleton().GetPrim()
+
+
+def _same_motion(motion: RigidMotion, codes: FloatArray, matrices: FloatArray) -> bool:
+    return np.array_equal(motion.codes, codes) and np.allclose(
+        motion.matrices, matrices, rtol=0, atol=_SAME
+    )
+
+
+def _motion_since_start(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
+    si = to_si(metrics_of(prim.GetStage()))
+
+    def world(code: Usd.TimeCode) -> FloatArray:
+        xform = UsdGeom.XformCache(code).GetLocalToWorldTransform(prim)
+        return np.array(xform, np.float64) @ si
+
+    start = np.linalg.inv(world(Usd.TimeCode.EarliestTime()))
+    worlds = np.array([world(Usd.TimeCode(code)) for code in codes.tolist()])
+    return np.asarray(start @ worlds, np.float64)
+
+
+def skeleton_prefix(rig: Rig, motions: Sequence[RigidMotion]) -> str:
+    """Return the path of the joint, with a slash, that moves the skeleton as a whole, else ""."""
+    meshes = {mesh.path for mesh in rig.meshes}
+    return next((f"{m.joint}/" for m in motions if not meshes.issuperset(m.paths)), "")
+
+
+def add_rigid_joints(rig: Rig, motions: Sequence[RigidMotion]) -> Rig:
+    """Return the rig with a joint at the origin for each rigid motion."""
+    if not motions:
+        return rig
+    old = rig.skeleton or Skeleton((), (), np.zeros((0, 4, 4)), np.zeros((0, 4, 4)))
+    prefix, still = skeleton_prefix(rig, motions), np.tile(np.eye(4), (len(motions), 1, 1))
+    skeleton = Skeleton(
+        (*(m.joint for m in motions), *(prefix + joint for joint in old.joints)),
+        (*(m.name for m in motions), *old.names),
+        np.concatenate([still, old.bind]),
+        np.concatenate([still, old.rest]),
+    )
+    place = {path: k for k, motion in enumerate(motions) for path in motion.paths}
+    meshes = tuple(_with_skin(mesh, place.get(mesh.path), len(motions)) for mesh in rig.meshes)
+    return replace(rig, meshes=meshes, skeleton=skeleton)
+
+
+def _with_skin(mesh: Mesh, motion: int | None, shift: int) -> Mesh:
+    if mesh.skin is not None:
+        return replace(mesh, skin=Skin(mesh.skin.joints + shift, mesh.skin.weights))
+    if motion is None:
+        return mesh
+    count = len(mesh.points)
+    return replace(mesh, skin=Skin(np.full((count, 1), motion), np.ones((count, 1))))
+
+
+def merge_joint_takes(takes: Sequence[JointsTake]) -> JointsTake | None:
+    """Return takes of different joints as one, with the keys of all."""
+    if len(takes) < 2:
+        return takes[0] if takes else None
+    times = np.unique(np.concatenate([take.times for take in takes]))
+    parts = [_resampled(take, times) for take in takes]
+    moves, turns, sizes = (np.concatenate(values, 1) for values in zip(*parts, strict=True))
+    joints = tuple(joint for take in takes for joint in take.joints)
+    return JointsTake(joints, times, moves, turns, sizes, max(take.rate for take in takes))
+
+
+def _resampled(take: JointsTake, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    place = (np.searchsorted(take.times, times, side="right") - 1).clip(0)
+    follow = (place + 1).clip(max=len(take.times) - 1)
+    span = take.times[follow] - take.times[place]
+    part = ((times - take.times[place]) / np.where(span > 0, span, 1.0)).clip(0, 1)
+    part = np.where(span > 0, part, 0.0)
+
+    def straight(values: FloatArray) -> FloatArray:
+        change = part[:, None, None] * (values[follow] - values[place])
+        return np.asarray(values[place] + change, np.float64)
+
+    turns = [along(take.rotations[:, k], place, part) for k in range(len(take.joints))]
+    return straight(take.translations), np.stack(turns, 1), straight(take.scales)

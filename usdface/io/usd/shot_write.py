@@ -1,0 +1,172 @@
+"""Shots into USD: as a file that references rig and take, or on an open stage."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdface.errors import InputError, OutputError
+from usdface.io.usd.animation import editable_layer
+from usdface.io.usd.face_layout import write_layout
+from usdface.io.usd.fuzzy import write_fuzzy
+from usdface.io.usd.retarget_setup import write_expressions, write_setup
+from usdface.io.usd.stage import (
+    Metrics,
+    default_prim,
+    matrices,
+    metrics_of,
+    new_stage,
+    open_stage,
+    relative_asset,
+    save_layer,
+    to_si,
+)
+from usdface.io.usd.take import define_take
+from usdface.schemas import tokens, write_fallback_types
+from usdface.shot import Shot
+
+__all__ = ["author_shot", "write_shot"]
+
+_CHARACTER = "/Shot/Character"
+_CAPTURE = "/Shot/Capture"
+_TAKE = "/Shot/Capture/Take"
+
+
+def write_shot(path: Path, rig: Path, take: Path, shot: Shot) -> None:
+    """Write a shot that references the files `rig` and `take` and holds the set-up of `shot`.
+
+    Units and up axis are the rig's, the clock is the take's. The bound mesh of the set-up is a
+    prim path on the rig's own stage.
+
+    Raises
+    ------
+    InputError
+        If rig or take cannot be opened.
+    OutputError
+        If the shot cannot be written.
+    """
+    rig_stage, take_stage = open_stage(rig), open_stage(take)
+    character = _root_of(rig_stage, rig)
+    stage = _stage_of(metrics_of(rig_stage), metrics_of(take_stage))
+    targets = {tokens.TAKE: [_TAKE]}
+    mesh = shot.setup.binding.mesh
+    if mesh:
+        targets[tokens.BIND_MESH] = [_referenced(mesh, character, rig)]
+        root = _skel_root(rig_stage.GetPrimAtPath(mesh))
+        targets |= {tokens.RIG: [_referenced(root, character, rig)]} if root else {}
+    _define_setup(stage, "/Shot", shot, targets)
+    # On a layer that no stage composes, because the paths are relative to where it will lie.
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.TransferContent(stage.GetRootLayer())
+    for place, asset, root in (
+        (_CHARACTER, rig, character),
+        (_TAKE, take, str(default_prim(take_stage, take).GetPath())),
+    ):
+        prim = Sdf.CreatePrimInLayer(layer, place)
+        prim.specifier = Sdf.SpecifierDef
+        prim.referenceList.prependedItems = [Sdf.Reference(relative_asset(asset, path), root)]
+    write_fallback_types(layer)
+    save_layer(layer, path)
+
+
+def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> None:
+    """Author the set-up of a shot on the edit target of the stage that its rig is on.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+    scope : str
+        Path of the prim that is to hold the set-up; what a set-up left there is replaced.
+    shot : Shot
+        `setup.binding.mesh` is a prim path on the stage.
+    take : str
+        Path of the take's prim; without one the take is authored below `scope`.
+
+    Raises
+    ------
+    OutputError
+        If the edit target cannot be edited, has a clock of its own, or is none of the stage's
+        own layers.
+    """
+    layer = editable_layer(stage)
+    target = stage.GetEditTarget()
+    offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset
+    if not offset.IsIdentity():
+        raise OutputError(
+            f"the edit target {layer.identifier} has a clock of its own (offset {offset.offset:g}, "
+            f"scale {offset.scale:g}); choose a layer with the stage's clock"
+        )
+    metrics = metrics_of(stage)
+    beside = new_stage(metrics)  # so that the stage changes once, and whole
+    if not take:
+        take = f"{scope}/Take"
+        define_take(beside, take, shot.take, metrics)
+    mesh = shot.setup.binding.mesh
+    targets = {tokens.TAKE: [take]}
+    if mesh:
+        root = _skel_root(stage.GetPrimAtPath(mesh))
+        targets |= {tokens.BIND_MESH: [mesh]} | ({tokens.RIG: [root]} if root else {})
+    _define_setup(beside, scope, shot, targets)
+    beside.GetPrimAtPath(scope).SetTypeName("Scope")
+    place = Sdf.Path(scope)
+    there = {prim.GetPath() for prim in stage.Traverse()}
+    new = [path for path in place.GetPrefixes()[:-1] if path not in there]
+    with Sdf.ChangeBlock():
+        Sdf.CreatePrimInLayer(layer, target.MapToSpecPath(place))
+        for parent in new:  # else it would be an over over nothing, which nobody traverses
+            spec = layer.GetPrimAtPath(target.MapToSpecPath(parent))
+            spec.specifier, spec.typeName = Sdf.SpecifierDef, "Scope"
+        Sdf.CopySpec(beside.GetRootLayer(), place, layer, target.MapToSpecPath(place))
+
+
+def _define_setup(stage: Usd.Stage, scope: str, shot: Shot, targets: dict[str, list[str]]) -> None:
+    """Define the prims of a set-up below `scope`; `targets` are relationships of the set-up."""
+    if shot.system is not None:
+        write_fuzzy(stage, f"{scope}/Fuzzy", shot.system)
+        targets[tokens.SYSTEM] = [f"{scope}/Fuzzy"]
+    if shot.expressions:
+        posed = write_expressions(stage, f"{scope}/Expressions", shot.expressions)
+        targets[tokens.EXPRESSIONS] = posed
+    write_setup(stage, f"{scope}/Retarget", shot.setup, targets)
+    if shot.system is not None:
+        unit = metrics_of(stage).meters_per_unit
+        write_layout(stage.GetPrimAtPath(f"{scope}/Retarget"), shot.layout, unit)
+
+
+def _stage_of(rig: Metrics, take: Metrics) -> Usd.Stage:
+    """Make a stage in the rig's space on the take's clock, with a place for the take."""
+    stage = new_stage(
+        replace(take, meters_per_unit=rig.meters_per_unit, up_axis=rig.up_axis), "Shot"
+    )
+    # The units of the take are put right on a parent, which every reader of USD understands.
+    capture = UsdGeom.Xform.Define(stage, _CAPTURE)
+    matrix = to_si(take) @ np.linalg.inv(to_si(rig))
+    if not np.allclose(matrix, np.eye(4), rtol=0, atol=1e-12):
+        capture.AddTransformOp().Set(matrices(matrix)[0])
+    return stage
+
+
+def _referenced(prim: str, character: str, rig: Path) -> str:
+    """Return where a prim of the rig's own stage is once the shot references `character`."""
+    if not Sdf.Path(prim).HasPrefix(character):
+        raise InputError(
+            f"{rig}: <{prim}> is not under the defaultPrim <{character}>, which the shot references"
+        )
+    return str(Sdf.Path(prim).ReplacePrefix(Sdf.Path(character), Sdf.Path(_CHARACTER)))
+
+
+def _root_of(stage: Usd.Stage, path: Path) -> str:
+    if stage.GetDefaultPrim():
+        return str(stage.GetDefaultPrim().GetPath())
+    for prim in stage.TraverseAll():
+        if prim.IsA(UsdSkel.Root):
+            return str(prim.GetPath().GetPrefixes()[0])
+    raise InputError(
+        f"{path} has neither a defaultPrim nor a SkelRoot to reference", "DEFAULT_PRIM_MISSING"
+    )
+
+
+def _skel_root(prim: Usd.Prim) -> str:
+    root = UsdSkel.Root.Find(prim) if prim else None
+    return str(root.GetPath()) if root else ""

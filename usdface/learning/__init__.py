@@ -1,1 +1,0 @@
-"""A fuzzy system learned: from the poses of a rig, or from labelled takes."""

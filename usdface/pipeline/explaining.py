@@ -1,0 +1,136 @@
+"""Questions to the fuzzy system of a shot: `usdface fuzzy explain` and `fuzzy neutral`."""
+
+from pathlib import Path
+
+from usdface.blas_threads import one_blas_thread
+from usdface.correction.neutral_check import RestingAnswer, resting_answers
+from usdface.errors import InputError
+from usdface.explanation import Explanation, explain_result
+from usdface.findings import Finding
+from usdface.io.atomic import StrPath
+from usdface.io.inputs import check_outputs, files_read
+from usdface.io.usd.layers import open_shot
+from usdface.io.usd.shot import read_shot
+from usdface.options import ProcessOptions
+from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.retarget_shot import retarget
+from usdface.shot import Shot
+
+__all__ = ["check_neutral", "explain"]
+
+
+@one_blas_thread()
+def explain(
+    shot: StrPath,
+    *,
+    frame: int | None = None,
+    time: float | None = None,
+    figure: StrPath | None = None,
+    on_progress: OnProgress | None = None,
+) -> Result[Explanation]:
+    """Explain why a frame of a shot gets its emotions: features, memberships, rules, weights.
+
+    Parameters
+    ----------
+    shot : path
+        It is processed, and nothing of it written.
+    frame : int, optional
+        Frame index of the take; the one in which the strongest emotion is strongest, if left out.
+    time : float [s], optional
+        The frame nearest to it, in place of a frame index.
+    figure : path, optional
+        Draw the explanation: .png, .svg or .pdf.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of Explanation
+        `details` are those of the frame (`Explanation.frame`).
+
+    Raises
+    ------
+    InputError
+        If the shot cannot be processed, has no fuzzy system, or has no such frame.
+
+    Examples
+    --------
+    >>> result = usdface.explain("examples/shot.usda", frame=72)
+    >>> max(result.details["emotions"], key=result.details["emotions"].get)
+    'joy'
+    """
+    if frame is not None and time is not None:
+        raise InputError("a frame index and a time are given; expected one of them")
+    path, picture = Path(shot), Path(figure) if figure else None
+    if picture:
+        from usdface.figures.picture import check_picture
+
+        check_picture(picture)
+    progress = Progress.of(on_progress)
+    with progress.step("read"):
+        check_outputs([picture], files_read(path))
+        read, findings = _read(path)
+    solved = retarget(read, options=ProcessOptions(trace=True), on_progress=progress)
+    explanation = explain_result(solved)
+    index = explanation.peak if frame is None else frame
+    if time is not None:
+        index = explanation.frame_at(time)
+    facts = explanation.frame(index)
+    if picture:
+        from usdface.figures.explanation import write_explanation_figure
+
+        with progress.step("draw"):
+            write_explanation_figure(explanation, index, picture)
+    return Result(
+        explanation,
+        (picture,) if picture else (),
+        (*findings, *solved.findings),
+        {"frame": index, "time_s": facts["time_s"]},
+        facts,
+        progress.seconds,
+    )
+
+
+@one_blas_thread()
+def check_neutral(
+    shot: StrPath, *, on_progress: OnProgress | None = None
+) -> Result[tuple[RestingAnswer, ...]]:
+    """Evaluate the fuzzy paper's system and that of a shot on a neutral face.
+
+    Parameters
+    ----------
+    shot : path
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of tuple of RestingAnswer
+
+    Raises
+    ------
+    InputError
+        If the shot cannot be read or has no fuzzy system.
+
+    Examples
+    --------
+    >>> paper, own = usdface.check_neutral("examples/shot.usda").value
+    >>> paper.exact["anger"], own.exact["anger"]
+    (1.0, 0.0)
+    """
+    progress = Progress.of(on_progress)
+    with progress.step("read"):
+        read, findings = _read(Path(shot))
+    assert read.system is not None
+    with progress.step("evaluate"):
+        answers = resting_answers(read.rig, read.setup, read.system)
+    return Result(answers, (), tuple(findings), seconds=progress.seconds)
+
+
+def _read(path: Path) -> tuple[Shot, list[Finding]]:
+    register_schemas()
+    stage = open_shot(path)
+    staged, findings = read_shot(stage, str(path))
+    if staged.shot.system is None:
+        raise InputError(f"{path} has no fuzzy system; `usdface shot` designs one")
+    return staged.shot, findings

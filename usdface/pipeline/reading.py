@@ -1,0 +1,108 @@
+"""Rigs, takes and bindings read into arrays."""
+
+from pathlib import Path
+
+from usdface.findings import Finding
+from usdface.io import bind_file
+from usdface.io.atomic import StrPath
+from usdface.io.rigs.files import read_rig_file
+from usdface.io.takes import files as take_files
+from usdface.options import RigOptions, TakeOptions
+from usdface.pipeline.schemas import register_schemas
+from usdface.retarget_setup import RetargetSetup
+from usdface.rigs import Rig
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["read_bind", "read_rig", "read_take"]
+
+
+def read_rig(path: StrPath, *, options: RigOptions = RigOptions()) -> tuple[Rig, list[Finding]]:
+    """Read a character: UsdSkel, glTF, a folder of OBJ or PLY meshes, or MakeHuman targets.
+
+    Parameters
+    ----------
+    path : path
+    options : RigOptions
+        Unit, up axis and neutral mesh of a folder of meshes, which does not name them.
+
+    Returns
+    -------
+    Rig
+        In metres, Y up.
+    list of Finding
+        Everything that was dropped, guessed or approximated.
+
+    Raises
+    ------
+    InputError
+        If it is no rig, cannot be read, or has no blend shapes.
+
+    Examples
+    --------
+    >>> rig, findings = usdface.read_rig("examples/head.usdc")
+    >>> rig.meshes[0].points.shape[1], len(rig.shape_names)
+    (3, 33)
+    """
+    register_schemas()
+    return read_rig_file(Path(path), options)
+
+
+def read_take(
+    path: StrPath, *, options: TakeOptions = TakeOptions()
+) -> tuple[MarkerTake | WeightsTake, list[Finding]]:
+    """Read a take: C3D, TRC, CSV, BVH, Live Link Face, or USD.
+
+    Parameters
+    ----------
+    path : path
+    options : TakeOptions
+        Unit, up axis, rate in place of the file's own. A take in USD carries them itself: options
+        for it are an error.
+
+    Returns
+    -------
+    MarkerTake or WeightsTake
+        In metres (pixels, of an image), seconds, Y up.
+    list of Finding
+        Everything that was dropped, guessed or approximated.
+
+    Raises
+    ------
+    InputError
+        If it is no take, or cannot be used.
+
+    Examples
+    --------
+    >>> take, _ = usdface.read_take("examples/performance.trc")
+    >>> take.positions.shape == (len(take.times), len(take.names), 3)
+    True
+    """
+    register_schemas()
+    return take_files.read_take(Path(path), options)
+
+
+def read_bind(path: StrPath) -> tuple[RetargetSetup, list[Finding]]:
+    """Read a binding file, JSON: which vertex each marker sits on, neutral frames, nose tip.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    RetargetSetup
+    list of Finding
+        NEUTRAL_ASSUMED where it names no neutral frames.
+
+    Raises
+    ------
+    InputError
+        If it is no such file.
+
+    Examples
+    --------
+    >>> setup, _ = usdface.read_bind("examples/bind.json")
+    >>> len(setup.binding.markers) == len(setup.binding.points)
+    True
+    """
+    return bind_file.read_bind(Path(path))

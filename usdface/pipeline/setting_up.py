@@ -1,0 +1,133 @@
+"""The set-up of a shot on a stage that a host holds open."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from usdface.blas_threads import one_blas_thread
+from usdface.errors import InputError
+from usdface.face.expression_poses import ActionPose
+from usdface.fuzzy.system import FuzzySystem
+from usdface.io.atomic import StrPath
+from usdface.io.bind_file import read_bind
+from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.shot_write import author_shot
+from usdface.io.usd.stage import Stage
+from usdface.io.usd.take import read_take_prim
+from usdface.options import BindOptions
+from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.retarget_setup import Calibration, Expression, RetargetSetup
+from usdface.schemas import tokens
+from usdface.shot import Shot
+from usdface.shot_assembly import assemble_shot
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["set_up"]
+
+
+@one_blas_thread()
+def set_up(
+    stage: Stage,
+    *,
+    take: str | MarkerTake | WeightsTake,
+    rig: str = "",
+    bind: StrPath | RetargetSetup | None = None,
+    binding: BindOptions = BindOptions(),
+    calibration: Calibration | None = None,
+    poses: Mapping[str, Expression | ActionPose | None] | None = None,
+    system: FuzzySystem | None = None,
+    correction: Mapping[str, Any] | None = None,
+    scope: str = "/UsdFace",
+    on_progress: OnProgress | None = None,
+) -> Result[Shot]:
+    """Author the set-up of a shot on a stage that a host holds open, for `apply`.
+
+    The prims go onto the edit target; nothing is saved. A set-up that was authored at `scope`
+    before is replaced.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+        With the character; it need not be a file.
+    take : str, MarkerTake or WeightsTake
+        The path of a take's prim on the stage, or a take to author below `scope`, whose first
+        frame is at the time code 0.
+    rig : str
+        Path of the SkelRoot; "" where there is one.
+    bind : path or RetargetSetup, optional
+        The binding; without one, places for the markers are proposed.
+    binding : BindOptions
+    calibration, poses, system, correction
+        As of `assemble_shot`.
+    scope : str
+        Path of the prim that is to hold the set-up.
+    on_progress : callable, optional
+        Called with a `Step`; what it raises ends the job before anything is authored.
+
+    Returns
+    -------
+    Result of Shot
+
+    Raises
+    ------
+    InputError
+        If rig, take and binding do not belong together, or the stage has a set-up elsewhere.
+    OutputError
+        If the edit target cannot be authored on; then nothing is.
+
+    Examples
+    --------
+    >>> stage = Usd.Stage.Open("examples/head.usdc", Usd.Stage.LoadAll)
+    >>> stage.SetEditTarget(stage.GetSessionLayer())
+    >>> take, _ = usdface.read_take("examples/take.usdc")
+    >>> shot = usdface.set_up(stage, take=take, bind="examples/bind.json").value
+    >>> usdface.apply(stage).summary["frames"]
+    240
+    """
+    register_schemas()
+    progress = Progress.of(on_progress)
+    where = stage.GetRootLayer().identifier
+    with progress.step("read"):
+        _refuse_other_setups(stage, scope)
+        character, findings = rig_of_stage(stage, rig, joints=True)
+        recorded = _take_at(stage, take) if isinstance(take, str) else take
+        if bind is None or isinstance(bind, RetargetSetup):
+            setup = bind
+        else:
+            setup, more = read_bind(Path(bind))
+            findings += more
+    with progress.step("bind"):
+        shot, more = assemble_shot(
+            character,
+            recorded,
+            setup=setup,
+            binding=binding,
+            calibration=calibration,
+            poses=poses,
+            system=system,
+            system_source=where,
+            correction=correction,
+        )
+    with progress.step("write"):
+        author_shot(stage, scope, shot, take if isinstance(take, str) else "")
+    summary = {"markers_bound": len(shot.setup.binding.markers), "scope": scope}
+    return Result(shot, (), (*findings, *more), summary, seconds=progress.seconds)
+
+
+def _refuse_other_setups(stage: Stage, scope: str) -> None:
+    for prim in stage.Traverse():
+        path = str(prim.GetPath())
+        if prim.GetTypeName() == tokens.RETARGET and not path.startswith(f"{scope}/"):
+            raise InputError(
+                f"the stage has a set-up at <{path}> already; name its scope, or remove it",
+                "SETTING_WRONG",
+            )
+
+
+def _take_at(stage: Stage, path: str) -> MarkerTake | WeightsTake:
+    prim = stage.GetPrimAtPath(path)
+    if not prim:
+        raise InputError(f"there is no take at <{path}> on the stage", "SHOT_INCOMPLETE")
+    return read_take_prim(prim)[0]

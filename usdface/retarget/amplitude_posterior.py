@@ -1,0 +1,59 @@
+"""How large a performer's movement is, from how far it went: a posterior for each amplitude.
+
+A take alone cannot tell a small smile from a low amplitude: only the product of amplitude and
+weight moves the markers. A peak p of that product says that the weight there was at most 1, so that
+the amplitude is p or more. Where the performer went to the extreme, the weight there was 1, and the
+amplitude is p. Both are likelihoods of it; with its prior they give a posterior on a grid.
+"""
+
+import numpy as np
+from scipy.special import ndtr
+
+from usdface.options import AMPLITUDE_RANGE, AMPLITUDE_SPREAD
+from usdface.takes import FloatArray
+
+__all__ = ["amplitude_posterior"]
+
+_GRID = np.linspace(*AMPLITUDE_RANGE, 301)
+# An extreme is repeated to within this share. Set by hand.
+_REACH = 0.05
+# Peaks of weights that are no extremes are anywhere, on a logarithmic scale, from this to 1: two
+# deviations of a weight at 0.3 mm of noise (0.023, docs/method.md).
+_LEAST = 0.05
+
+
+def amplitude_posterior(
+    peaks: FloatArray, deviations: FloatArray, reached: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return each amplitude and its standard deviation: (S,), (S,).
+
+    Parameters
+    ----------
+    peaks : (S,) float64
+        Largest product of amplitude and weight in the take, for each shape.
+    deviations : (S,) float64
+        Their standard deviation.
+    reached : float
+        Probability that a movement went to its extreme.
+
+    Notes
+    -----
+    The likelihood of a peak p with deviation s is ``reached * N(p; g, s^2 + (0.05 g)^2)`` plus
+    ``(1 - reached) * P(g > p) / (p log 20)``; the prior N(1, 0.2^2) on [0.5, 2]. Without
+    extremes, a peak well below 1 says nothing and leaves the prior as it is.
+    """
+    peak = np.maximum(peaks, _LEAST)[:, None]
+    error = np.maximum(deviations, 1e-6)[:, None]
+    width = np.hypot(error, _REACH * _GRID)
+    extreme = np.exp(-0.5 * ((peak - _GRID) / width) ** 2) / (np.sqrt(2.0 * np.pi) * width)
+    below = ndtr((_GRID - peak) / error) / (-peak * np.log(_LEAST))
+    prior = np.exp(-0.5 * ((_GRID - 1.0) / AMPLITUDE_SPREAD) ** 2)
+    density = prior * (reached * extreme + (1.0 - reached) * below)
+    total = density.sum(axis=1)
+    # A peak beyond the whole range: all that is left is its end.
+    density = np.where(total[:, None] > 0.0, density, AMPLITUDE_RANGE[1] <= _GRID)
+    density /= density.sum(axis=1, keepdims=True)
+    mean = density @ _GRID
+    # Cut off on one side, the prior has a mean that says more than the take does; its peak stays.
+    amplitudes = mean if reached else _GRID[density.argmax(axis=1)]
+    return amplitudes, np.sqrt(np.maximum(density @ _GRID**2 - mean**2, 0.0))

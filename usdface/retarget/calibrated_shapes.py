@@ -1,0 +1,49 @@
+"""The character's shapes as a calibrated performer makes them: larger or smaller, from rest."""
+
+from collections.abc import Collection
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.retarget_setup import Calibration
+from usdface.takes import FloatArray
+
+__all__ = ["performed"]
+
+
+def performed(
+    model: BlendShapeEvaluator,
+    names: tuple[str, ...],
+    calibration: Calibration,
+    rested: Collection[str] = (),
+) -> tuple[BlendShapeEvaluator, FloatArray]:
+    """Return the performer's shapes, and the displacement of the markers in their neutral.
+
+    A combination shape has no amplitude of its own.
+
+    Parameters
+    ----------
+    model : BlendShapeEvaluator
+        Of the character: S shapes, N marker coordinates.
+    names : tuple of str, length S
+    calibration : Calibration
+    rested : collection of str
+        Shapes whose weights at rest were taken off the markers' neutral already: their offsets,
+        which describe the same, do not count.
+
+    Returns
+    -------
+    BlendShapeEvaluator
+    (N,) float64 [m]
+    """
+    amplitudes, offsets = calibration.of(names)
+    free = np.isin(np.arange(len(names)), model.free)
+    measured = np.array([name in rested for name in names], dtype=bool)
+    amplitudes, offsets = np.where(free, amplitudes, 1.0), np.where(free & ~measured, offsets, 0.0)
+    paths = tuple(
+        replace(p, displacements=amplitudes[p.shape] * p.displacements) for p in model.inbetweens
+    )
+    scaled = amplitudes[:, None] * model.offsets
+    # Offsets are shares of the whole shapes, as they are found: no weights on a path.
+    return replace(model, offsets=scaled, inbetweens=paths), offsets @ model.offsets

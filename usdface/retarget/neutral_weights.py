@@ -1,0 +1,126 @@
+"""Blend shape weights of a resting face that is not neutral.
+
+Faces rest with weights of their own, half closed lids or pressed lips say. Displacements from
+such a rest lack them, and where a weight falls below its rest they ask for less than 0. That
+tells the rest's weights: with them every frame is explained by weights of 0 or more. Whatever
+the frames do not ask for stays 0.
+"""
+
+import numpy as np
+
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.bounded_least_squares import solve_bounded
+from usdface.takes import FloatArray, visible
+
+__all__ = ["rest_weights", "without_weights"]
+
+# As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in
+# any frame, its error in the mean of all, and the motion beyond which a frame says less,
+# because performer and rig differ more in strong expressions. Set by hand: 1 mm, 0.2 mm and 2 mm on
+# that face, where a real take of another face has a misfit of 0.9 mm (AnimFace, docs/method.md).
+_ERROR, _LASTING_ERROR, _STRONG = 0.016, 0.0032, 0.032
+# Expected size of weights (`SolveOptions.spread`), how much fewer are preferred, and expected size
+# of the rest's. Set by hand.
+_SPREAD, _SPARSITY, _REST_SPREAD = 0.5, 0.5, 0.15
+_LARGEST = 0.5  # more than half of a shape is no rest
+# Bounds on time: frames that are looked at, and steps of the search.
+_FRAMES, _STEPS = 200, 60
+# A marker must be seen in so many of the frames, and so many frames show all those markers; eight
+# markers say 18 numbers beside the head's six.
+_SEEN, _FEWEST_FRAMES, _FEWEST_MARKERS = 0.9, 10, 8
+# Performers of another face than the rig's seem to show up to 0.15 where they show nothing: if no
+# weight is larger the rest is a neutral. Of others small weights are left out. Set by hand;
+# python benchmarks/binding.py rests measures them.
+_NEUTRAL, _LEAST = 0.16, 0.02
+
+
+def rest_weights(
+    positions: FloatArray, neutral: FloatArray, points: FloatArray, offsets: FloatArray
+) -> FloatArray:
+    """Estimate the weights that a performer's resting face shows: (S,) in [0, 0.5].
+
+    A convex problem: the weights of the rest and of each frame, in their bounds, that explain
+    the displacements from rest, with few weights preferred. All 0 where
+    too little is seen, or none is clearly more than the difference of two faces makes it seem.
+
+    Parameters
+    ----------
+    positions : (F, M, 3) float64
+        The take, NaN where occluded.
+    neutral : (M, 3) float64
+        The rest in one head pose, NaN where it does not show a marker.
+    points : (M, 3) float64 [m]
+        The markers' places on the neutral character.
+    offsets : (S, M, 3) float64 [m]
+        Their offset by each blend shape at weight 1.
+    """
+    from scipy.optimize import minimize  # costs more to import than a solve needs
+
+    count = len(offsets)
+    shared = _in_errors(positions, neutral, points, offsets)
+    if shared is None:
+        return np.zeros(count)
+    moved, shapes = shared
+    normal = shapes @ shapes.T
+    right = moved @ shapes.T - _SPARSITY / _SPREAD
+    says = 1.0 / (1.0 + (moved**2).mean(axis=1) * (_ERROR / _STRONG) ** 2)
+    says /= says.sum()
+    ridge = (_LASTING_ERROR / _ERROR / _REST_SPREAD) ** 2
+
+    def cost(rest: FloatArray) -> tuple[float, FloatArray]:
+        weights = solve_bounded(normal + np.eye(count) / _SPREAD**2, right + rest @ normal)
+        left = moved + (rest - weights) @ shapes
+        each = 0.5 * (left**2).sum(axis=1) + 0.5 * (weights**2).sum(axis=1) / _SPREAD**2
+        each += _SPARSITY / _SPREAD * weights.sum(axis=1)
+        value = float(says @ each + 0.5 * ridge * (rest**2).sum())
+        return value, says @ (left @ shapes.T) + ridge * rest
+
+    found = minimize(
+        cost,
+        np.zeros(count),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(0.0, _LARGEST)] * count,
+        options={"maxiter": _STEPS},
+    ).x
+    if found.max() < _NEUTRAL:
+        return np.zeros(count)
+    return np.where(found < _LEAST, 0.0, found)
+
+
+def _in_errors(
+    positions: FloatArray, neutral: FloatArray, points: FloatArray, offsets: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Return displacements (F, 3 M) and offsets (S, 3 M) in units of the error of a marker.
+
+    On the character, of some frames and the markers that these and the rest show, without the
+    head's motion; None where they are too few.
+    """
+    seen = visible(positions)
+    used = (seen.mean(axis=0) >= _SEEN) & visible(neutral)
+    whole = np.flatnonzero(seen[:, used].all(axis=1))
+    if used.sum() < _FEWEST_MARKERS or len(whole) < _FEWEST_FRAMES:
+        return None
+    frames = positions[whole[:: max(1, len(whole) // _FRAMES)]][:, used]
+    rest, target = neutral[used], points[used]
+    size = rms_radius(target)
+    pose, _ = rigid_fit(rest, frames)
+    moved = (pose.to_head(frames) - rest) @ similarity_fit(rest, target)[0]
+    rigid = motion_basis(target, 3)
+    flat = np.concatenate(
+        [moved.reshape(len(moved), -1), offsets[:, used].reshape(len(offsets), -1)]
+    )
+    flat = (flat - (flat @ rigid) @ rigid.T) / (_ERROR * size)
+    return flat[: len(moved)], flat[len(moved) :]
+
+
+def without_weights(neutral: FloatArray, points: FloatArray, shown: FloatArray) -> FloatArray:
+    """Return the performer's neutral (M, 3) without the displacements that the rest shows.
+
+    `neutral` and `points` are as in `rest_weights`, without NaN; `shown` (M, 3) [m] is the rest's
+    displacement on the character.
+    """
+    linear, _ = similarity_fit(neutral, points)
+    return np.asarray(neutral - shown @ np.linalg.inv(linear))

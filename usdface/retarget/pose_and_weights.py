@@ -1,0 +1,234 @@
+"""Weights, head pose and occluded markers of a whole take, solved together.
+
+The head pose is found with the weights because brows, lids and jaw move with the
+expression: a rigid fit on face markers alone puts a tenth of a weight into the answer.
+Each round solves the weights with small head motions projected out of the problem (so that
+one normal matrix serves the whole take), then takes the residual as the pose's error.
+Occluded markers follow the same rounds: they are filled with the rig's prediction.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.geometry.gap_interpolation import interpolate_gaps
+from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.bounds import Bounds
+from usdface.retarget.neutral import on_plane
+from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
+from usdface.retarget.nonlinear_solve import first_guess, solve_nonlinear
+from usdface.retarget.pins import pin_bounds
+from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
+from usdface.retarget_setup import RetargetSetup
+from usdface.takes import FloatArray, visible
+
+__all__ = ["PoseAndWeights", "solve_pose_and_weights"]
+
+# A bound on time; and steps of a nonlinear solve in a round. Set by hand; docs/constants.md.
+_ROUNDS = 30
+_ROUGH = 4
+# The rounds end when markers move by less than this share of their error, or this far [m]: further
+# rounds would change weights by a hundredth of their error.
+_SETTLED_SHARE = 0.01
+_SETTLED = 1e-9
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PoseAndWeights:
+    """The joint solution.
+
+    Attributes
+    ----------
+    weights : (F, S) float64
+    pose : Pose
+    displaced : (F, M, 3) float64 [m]
+        Displacement of the markers from neutral on the character, NaN where occluded.
+    regularisation : Regularisation
+        With noise, misfit (that of an expressive frame) and covariance as found in the take.
+    rounds : int
+    """
+
+    weights: FloatArray
+    pose: Pose
+    displaced: FloatArray
+    regularisation: Regularisation
+    rounds: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Rows:
+    """The least-squares rows: displacements of the markers by shapes and by the head.
+
+    Attributes
+    ----------
+    axes : int
+        2 for an image, which has no say on depth; else 3.
+    model : BlendShapeEvaluator
+        Of M * axes coordinates, P of its shapes with a weight of their own.
+    rigid : (M * axes, K) float64
+        Orthonormal small head motions, K = 6 or 0.
+    """
+
+    axes: int
+    model: BlendShapeEvaluator
+    rigid: FloatArray
+
+    def displacements(self, weights: FloatArray) -> FloatArray:
+        """Return the markers' displacements by free weights (F, P): (F, M * axes)."""
+        return self.model.displacements(self.model.complete(weights))
+
+
+def solve_pose_and_weights(
+    times: FloatArray,
+    positions: FloatArray,
+    target: FloatArray,
+    model: BlendShapeEvaluator,
+    space: SpaceMap,
+    pose: Pose,
+    setup: RetargetSetup,
+    names: tuple[str, ...] = (),
+) -> PoseAndWeights:
+    """Solve the weights of a take, and the head pose with them if the setup says so.
+
+    Parameters
+    ----------
+    times : (F,) float64 [s]
+    positions : (F, M, D) float64
+        NaN where occluded.
+    target : (M, 3) float64 [m]
+        Neutral feature points on the character.
+    model : BlendShapeEvaluator
+        Of their displacements by the blend shapes: S shapes, 3 M coordinates.
+    space : SpaceMap
+        From the performer's neutral (its centres) to `target`.
+    pose : Pose
+        A first guess, or the pose where it is known.
+    setup : RetargetSetup
+    names : tuple of str, length S
+        The blend shapes; needed where the setup has pins or asks for symmetry.
+    """
+    free = tuple(names[shape] for shape in model.free) if names else ()
+    rows = _rows(target, model, positions.shape[2], setup.head == "solve")
+    markers, seen = on_plane(positions), visible(positions)
+    fit_pose = setup.head == "solve" and rows.axes == 3
+    back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
+
+    here = pose.to_head(markers)
+    basis_of_rest = unexplained(np.vstack([rows.model.directions, rows.rigid.T]))
+    whole = np.asarray(seen.all(axis=1))
+
+    iterate: Iterate | None = None
+    regularisation = Regularisation(0.0, 0.0, setup.solve, free)
+    for done in range(1, _ROUNDS + 1):
+        displaced, observed = _displaced(here, space, rows, iterate, times)
+        rest = observed @ basis_of_rest
+        noise = marker_noise(rest, whole) if done <= 2 else regularisation.noise
+        # A pose that is off in the first rounds looks like misfit.
+        misfit = marker_misfit(rest, whole, noise)
+        regularisation = replace(regularisation, noise=noise, misfit=misfit)
+        if not fit_pose and seen.all():
+            break
+        iterate = _step(rows, observed, times, regularisation, iterate)
+        leftover = (observed - rows.displacements(iterate.weights)).reshape(*seen.shape, -1)
+        moved = _rms(leftover[~seen])
+        if fit_pose:
+            pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
+            before, here = here, pose.to_head(markers)
+            moved = max(moved, _rms((here - before)[seen]))
+        if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
+            if regularisation.covariance is not None:
+                break
+            regularisation = _learned(rows, observed, times, regularisation, iterate)
+            if regularisation.covariance is None:
+                break
+    displaced, observed = _displaced(here, space, rows, iterate, times)
+    if regularisation.covariance is None:
+        regularisation = _learned(rows, observed, times, regularisation, iterate)
+    bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
+    final = _step(rows, observed, times, regularisation, iterate, bounds)
+    if setup.pins:
+        bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.limit_rows)
+        final = _step(rows, observed, times, regularisation, final, bounds)
+    weights = final.weights
+    if rows.axes == 2:
+        # A flat image of a turning head cannot be undone in depth: the motion's small part
+        # is taken out of the markers on the character instead.
+        leftover = (observed - rows.displacements(weights)) @ rows.rigid @ rows.rigid.T
+        displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
+    return PoseAndWeights(model.complete(weights), pose, displaced, regularisation, done)
+
+
+def _rows(target: FloatArray, model: BlendShapeEvaluator, axes: int, moving_head: bool) -> _Rows:
+    seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
+    rigid = motion_basis(target, axes) if moving_head else np.zeros((axes * len(target), 0))
+    return _Rows(axes, model.select(seen), rigid)
+
+
+def _step(
+    rows: _Rows,
+    observed: FloatArray,
+    times: FloatArray,
+    regularisation: Regularisation,
+    start: Iterate | None,
+    final: Bounds | None = None,
+) -> Iterate:
+    """Solve the free weights for displacements (F, M * axes).
+
+    Without `final` bounds a few steps are taken only.
+    """
+    model, rigid, rough = rows.model, rows.rigid, final is None
+    bounds = final or Bounds(rows=model.limit_rows, limits=np.zeros(len(model.limit_rows)))
+    if model.linear:
+        normal, right = _equations(rows, observed)
+        return solve_weights(normal, right, times, regularisation, start, rough, bounds)
+    start = start or first_guess(model, rigid, observed, times, regularisation)
+    steps = {"steps": _ROUGH} if rough else {}
+    return solve_nonlinear(model, rigid, observed, times, regularisation, start, bounds, **steps)
+
+
+def _learned(
+    rows: _Rows,
+    observed: FloatArray,
+    times: FloatArray,
+    regularisation: Regularisation,
+    start: Iterate | None,
+) -> Regularisation:
+    """Learn how the free weights move in this take; without a covariance if it cannot be told."""
+    if not rows.model.linear:
+        return regularisation
+    return with_learned_covariance(*_equations(rows, observed), times, regularisation, start)
+
+
+def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return normal matrix (S, S) and right-hand sides (F, S), without the head's motion."""
+    shapes = rows.model.offsets - (rows.model.offsets @ rows.rigid) @ rows.rigid.T
+    return shapes @ shapes.T, observed @ shapes.T
+
+
+def _displaced(
+    here: FloatArray,
+    space: SpaceMap,
+    rows: _Rows,
+    iterate: Iterate | None,
+    times: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Carry markers of a still head over to the character.
+
+    Return them (F, M, 3) with gaps, and flat (F, N) without.
+    """
+    displaced = space.displacements(here[..., : rows.axes])
+    observed = displaced[..., : rows.axes].reshape(len(displaced), -1)
+    hidden = np.isnan(observed)
+    if not hidden.any():
+        return displaced, observed
+    if iterate is None:
+        return displaced, interpolate_gaps(observed, hidden, times)
+    return displaced, np.where(hidden, rows.displacements(iterate.weights), observed)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0

@@ -1,0 +1,257 @@
+"""From a marker take to blend shape weights: which markers count, where they rest, the solve."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.geometry.rigid_fit import Pose, rigid_fit
+from usdface.retarget.calibrated_shapes import performed
+from usdface.retarget.map_choice import choose_map
+from usdface.retarget.neutral import neutral_markers, on_plane
+from usdface.retarget.neutral_weights import without_weights
+from usdface.retarget.pose_and_weights import solve_pose_and_weights
+from usdface.retarget.solution import Solution
+from usdface.retarget_setup import RetargetSetup
+from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, visible
+
+__all__ = ["solve_take"]
+
+# Markers are in a line if they reach no further to the side than this share of its length: 1 mm of
+# 50, where noise of 0.3 mm would turn the head by 17 degrees.
+_IN_LINE = 0.02
+
+
+def solve_take(
+    take: MarkerTake,
+    points: FloatArray,
+    offsets: FloatArray,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator | None = None,
+) -> tuple[Solution, list[Finding]]:
+    """Retarget a marker take onto a face.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    points : (B, 3) float64 [m]
+        Neutral positions on the character of the B markers of `setup.binding`.
+    offsets : (S, B, 3) float64 [m]
+        Their offset by each blend shape at weight 1.
+    shape_names : tuple of str, length S
+    setup : RetargetSetup
+    model : BlendShapeEvaluator, optional
+        Of all B markers' displacements, inbetweens and combinations included; linear, if left
+        out.
+
+    Returns
+    -------
+    Solution
+    list of Finding
+
+    Raises
+    ------
+    InputError
+        If the binding or the neutral frames do not fit the take.
+    SolveError
+        If the bound markers do not determine an answer.
+    """
+    used, neutral, findings = _usable_markers(take, points, setup)
+    names = tuple(setup.binding.markers[i] for i in used)
+    positions = take.select(names)
+    target = points[used]
+    basis = offsets[:, used]
+    setup, notes = _determined(setup, take, positions, basis)
+    findings += notes + _unseen_shapes(basis[..., : take.dimension], shape_names)
+    model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
+    model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
+    neutral = _without_weights(neutral, target, model, shape_names, take, setup)
+    space, choice = choose_map(neutral, target, setup.map)
+    pose, pose_findings = _first_pose(take, positions, neutral, setup)
+    findings += pose_findings
+
+    if setup.calibration is not None:
+        # The rig's own neutral is at rest, the performer's need not be.
+        rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
+        model, start = performed(model, shape_names, setup.calibration, rested)
+        space = replace(space, start=start.reshape(target.shape))
+    joint = solve_pose_and_weights(
+        take.times, positions, target, model, space, pose, setup, shape_names
+    )
+    weights, displaced = joint.weights, joint.displaced
+    predicted = model.displacements(weights).reshape(displaced.shape)
+    misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
+    if take.dimension == 2:
+        misfit[..., 2] = 0.0
+    seen = visible(displaced)
+    findings += _unsolved_frames(seen, take.source)
+    residual = np.sqrt((misfit**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=1), 1))
+    features = target + np.where(np.isnan(displaced), predicted, displaced)
+    result = WeightsTake(
+        shape_names, take.times, weights, take.rate, take.start_timecode, take.source
+    )
+    solution = Solution(
+        result,
+        joint.pose,
+        residual,
+        features,
+        names,
+        neutral,
+        joint.regularisation.noise,
+        joint.regularisation.misfit,
+        joint.rounds,
+        choice,
+        np.where(seen, np.sqrt((misfit**2).sum(axis=2)), np.nan),
+        in_space=take.dimension == 3,
+        covariance=joint.regularisation.covariance,
+    )
+    return solution, findings
+
+
+def _usable_markers(
+    take: MarkerTake, points: FloatArray, setup: RetargetSetup
+) -> tuple[list[int], FloatArray, list[Finding]]:
+    """Return which bound markers the solve can use, their neutral, and why not the others."""
+    binding, findings = setup.binding, []
+    known = [i for i, name in enumerate(binding.markers) if name in take.names]
+    for name in sorted(set(binding.markers) - set(take.names)):
+        findings.append(finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}"))
+    unbound = [name for name in take.names if name not in binding.markers]
+    if unbound:
+        findings.append(finding("MARKER_UNBOUND", take.source, f"not bound: {', '.join(unbound)}"))
+    if not known:
+        raise InputError(
+            f"none of the {len(binding.markers)} bound markers is in the take "
+            f"{take.source}; bound: {', '.join(binding.markers[:6])}, ...; "
+            f"in the take: {', '.join(take.names[:6])}, ...",
+            "MARKER_UNKNOWN",
+        )
+    positions = take.select(tuple(binding.markers[i] for i in known))
+    if setup.neutral is None:
+        if take.dimension == 2:
+            raise InputError(
+                'a 2D take cannot have the neutral "rig"; name neutral frames', "TAKE_KIND_WRONG"
+            )
+        neutral = points[known]
+    else:
+        neutral = neutral_markers(positions, setup.neutral)
+    ever = np.asarray(visible(positions).any(axis=0))
+    resting = visible(neutral)
+    for i, name in enumerate(binding.markers[k] for k in known):
+        if not ever[i]:
+            findings.append(finding("MARKER_NEVER_SEEN", name))
+        elif not resting[i]:
+            findings.append(finding("MARKER_WITHOUT_NEUTRAL", name))
+    keep = np.flatnonzero(ever & resting)
+    if len(keep) < 4:
+        raise InputError(
+            f"only {len(keep)} bound markers are visible in the neutral frames of "
+            f"{take.source}; at least 4 are needed. Name other neutral frames or bind more",
+            "MARKERS_TOO_FEW",
+        )
+    hidden = np.isnan(positions[:, keep, 0]).sum(axis=0)
+    for k, count in zip(keep, hidden, strict=True):
+        if count:
+            name = binding.markers[known[k]]
+            findings.append(
+                finding("MARKER_OCCLUDED", name, f"hidden in {count} of {len(positions)} frames")
+            )
+    return [known[k] for k in keep], neutral[keep], findings
+
+
+def _without_weights(
+    neutral: FloatArray,
+    target: FloatArray,
+    model: BlendShapeEvaluator,
+    shape_names: tuple[str, ...],
+    take: MarkerTake,
+    setup: RetargetSetup,
+) -> FloatArray:
+    if not setup.neutral_weights:
+        return neutral
+    if take.dimension == 2:
+        raise InputError("a 2D take cannot have neutral weights", "TAKE_KIND_WRONG")
+    unknown = sorted(setup.neutral_weights.keys() - set(shape_names))
+    if unknown:
+        raise InputError(
+            f"a neutral weight is of {unknown[0]!r}, a blend shape the rig has not", "SHAPE_UNKNOWN"
+        )
+    weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
+    shown = model.displacements(model.combined(weights)).reshape(target.shape)
+    return without_weights(neutral, target, shown)
+
+
+def _determined(
+    setup: RetargetSetup, take: MarkerTake, positions: FloatArray, basis: FloatArray
+) -> tuple[RetargetSetup, list[Finding]]:
+    """Report degrees of freedom that the markers leave open; drop head markers in a line."""
+    findings = []
+    if setup.head == "markers":
+        rigid = on_plane(take.select(setup.head_markers))
+        rest = neutral_markers(rigid, setup.neutral or (0, 0))
+        rest = rest[visible(rest)]
+        extent = np.linalg.svd(rest - rest.mean(axis=0), compute_uv=False) if len(rest) else [0.0]
+        if len(extent) < 2 or extent[1] <= _IN_LINE * extent[0]:
+            where = ", ".join(setup.head_markers)
+            findings.append(finding("HEAD_MARKERS_IN_LINE", where))
+            setup = replace(setup, head="solve", head_markers=())
+    moved = np.abs(basis).max(axis=(1, 2))
+    shapes = int((moved > 1e-9 * moved.max(initial=0.0)).sum())
+    known = take.dimension * basis.shape[1] - (6 if setup.head == "solve" else 0)
+    if known < shapes:
+        message = (
+            f"{basis.shape[1]} markers say {max(known, 0)} numbers of the face for {shapes} blend "
+            "shapes; what they leave open stays as small as can be. Bind more markers"
+        )
+        findings.append(finding("MARKERS_FEW", take.source, message))
+    span = np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)
+    if len(positions) > 1 and not span.any():
+        findings.append(finding("TAKE_STILL", take.source))
+    return setup, findings
+
+
+def _unseen_shapes(basis: FloatArray, names: tuple[str, ...]) -> list[Finding]:
+    moved = np.abs(basis).max(axis=(1, 2))
+    return [
+        finding("SHAPE_UNSEEN", name)
+        for name, size in zip(names, moved, strict=True)
+        if size <= 1e-9 * moved.max()
+    ]
+
+
+def _unsolved_frames(seen: BoolArray, source: str) -> list[Finding]:
+    empty = np.flatnonzero(~seen.any(axis=1))
+    if not len(empty):
+        return []
+    message = (
+        f"no bound marker is visible in {len(empty)} of {len(seen)} frames, "
+        f"the first of them frame {empty[0]}; they follow their neighbours"
+    )
+    return [finding("FRAME_UNSOLVED", source, message)]
+
+
+def _first_pose(
+    take: MarkerTake, positions: FloatArray, neutral: FloatArray, setup: RetargetSetup
+) -> tuple[Pose, list[Finding]]:
+    if setup.head == "stabilised":
+        return Pose.identity(len(positions)), []
+    if setup.head == "solve":
+        pose, usable = rigid_fit(on_plane(neutral), on_plane(positions))
+    else:
+        rigid = take.select(setup.head_markers)
+        frames = setup.neutral or (0, 0)
+        pose, usable = rigid_fit(on_plane(neutral_markers(rigid, frames)), on_plane(rigid))
+    if usable.all():
+        return pose, []
+    missing = int((~usable).sum())
+    return pose, [
+        finding(
+            "HEAD_MARKERS_FEW",
+            take.source,
+            f"fewer than three head markers in {missing} of {len(usable)} frames; "
+            "the head keeps the pose of the nearest frame there",
+        )
+    ]

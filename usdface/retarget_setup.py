@@ -1,0 +1,323 @@
+"""The setup of one face: which marker sits where on the rig, and how the take is solved."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.options import (
+    AMPLITUDE_RANGE,
+    LARGEST_OFFSET,
+    CleanOptions,
+    HeadMode,
+    MapOptions,
+    SolveOptions,
+)
+from usdface.rigs import Mesh
+from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
+
+__all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "fit_setup", "unbound"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Binding:
+    """Where markers sit on the rig: `markers[i]` on vertex `points[i]` of `mesh`.
+
+    `mesh` is a mesh name or prim path; "" = the only mesh of the rig that has shapes.
+    `confidence` (len(markers),) float64 in [0, 1] says how sure proposed places are
+    (`usdface.binding`); NaN = not said, None = of none.
+    """
+
+    markers: tuple[str, ...]
+    points: IntArray
+    mesh: str = ""
+    confidence: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", frozen(self.points, np.int64))
+        if self.confidence is not None:
+            object.__setattr__(self, "confidence", frozen(self.confidence))
+            if self.confidence.shape != (len(self.markers),):
+                raise InputError(
+                    f"the binding has {self.confidence.size} confidences "
+                    f"for {len(self.markers)} markers",
+                    "SCHEMA_BROKEN",
+                )
+            if ((self.confidence < 0) | (self.confidence > 1)).any():
+                raise InputError(
+                    "a confidence of the binding is not within 0 to 1", "SETTING_WRONG"
+                )
+        if len(set(self.markers)) != len(self.markers):
+            raise InputError("the binding names a marker twice", "NAME_REPEATED")
+        if self.points.shape != (len(self.markers),):
+            raise InputError(
+                f"the binding has {self.points.size} points for {len(self.markers)} markers",
+                "SCHEMA_BROKEN",
+            )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Expression:
+    """One key shape of the rig as weights of its blend shapes: an expression pose."""
+
+    name: str
+    shapes: tuple[str, ...]
+    weights: FloatArray
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "weights", frozen(self.weights))
+        if self.weights.shape != (len(self.shapes),):
+            raise InputError(
+                f"expression {self.name!r} has {self.weights.size} weights "
+                f"for {len(self.shapes)} shapes",
+                "WEIGHTS_LENGTH_WRONG",
+            )
+        if not ((self.weights >= 0) & (self.weights <= 1)).all():
+            raise InputError(
+                f"expression {self.name!r}: weights must lie in [0, 1]", "SETTING_WRONG"
+            )
+
+    def pose(self, names: tuple[str, ...]) -> FloatArray:
+        """Return the weights in the order of `names`: (len(names),); others are left out."""
+        own = dict(zip(self.shapes, self.weights, strict=True))
+        return np.array([own.get(name, 0.0) for name in names])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pin:
+    """Weights of one blend shape that are fixed: `weights` (K,) in [0, 1] at `frames` (K,).
+
+    `frames` are frame indices of the take, rising.
+    """
+
+    shape: str
+    frames: IntArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "frames", frozen(self.frames, np.int64))
+        object.__setattr__(self, "weights", frozen(self.weights))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Calibration:
+    """How a performer's movements relate to the character's blend shapes.
+
+    A performer's weight w of shape k moves the markers as ``amplitudes[k] * w - offsets[k]`` times
+    the character's shape does; shapes that are not named have amplitude 1 and offset 0.
+
+    Attributes
+    ----------
+    shapes : tuple of str, length K
+    amplitudes : (K,) float64
+        How large each movement is against the character's, in `usdface.options.AMPLITUDE_RANGE`.
+    offsets : (K,) float64
+        How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. What a
+        take's own `RetargetSetup.neutral_weights` say of a shape goes before its offset.
+    """
+
+    shapes: tuple[str, ...]
+    amplitudes: FloatArray
+    offsets: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "amplitudes", frozen(self.amplitudes))
+        object.__setattr__(self, "offsets", frozen(self.offsets))
+        count = len(self.shapes)
+        if len(set(self.shapes)) != count:
+            raise InputError("the calibration names a blend shape twice", "NAME_REPEATED")
+        for name, values, low, high in (
+            ("gains", self.amplitudes, *AMPLITUDE_RANGE),
+            ("offsets", self.offsets, 0.0, LARGEST_OFFSET),
+        ):
+            if values.shape != (count,):
+                raise InputError(
+                    f"the calibration has {values.size} {name} for {count} blend shapes",
+                    "WEIGHTS_LENGTH_WRONG",
+                )
+            # Files hold single precision.
+            good = (values >= low - 1e-6) & (values <= high + 1e-6)
+            if not good.all():
+                worst = int(np.argmin(good))
+                raise InputError(
+                    f"the calibration's {name} must lie in {low:g} to {high:g}; "
+                    f"{self.shapes[worst]!r} has {values[worst]:g}",
+                    "SETTING_WRONG",
+                )
+
+    def of(self, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
+        """Return amplitudes and offsets in the order of `names`: (len(names),), (len(names),)."""
+        own = {n: k for k, n in enumerate(self.shapes)}
+        amplitudes, offsets = np.ones(len(names)), np.zeros(len(names))
+        for place, name in enumerate(names):
+            if name in own:
+                k = own[name]
+                amplitudes[place], offsets[place] = self.amplitudes[k], self.offsets[k]
+        return amplitudes, offsets
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RetargetSetup:
+    """Everything `retarget` needs to know about a face besides take and rig.
+
+    Attributes
+    ----------
+    binding : Binding
+    head : {"solve", "markers", "stabilised"}
+        "solve": the head pose is found together with the weights. "markers": a rigid fit
+        on `head_markers`, which sit on something truly rigid. "stabilised": no head motion.
+    move_head : bool
+        The character's head moves as the performer's; else the face stays in its place.
+    head_joint : str
+        Path or name of the joint that carries the face; "" = found by the skin of the face, and
+        the whole character moves if there is none.
+    neutral : (int, int) or None
+        First and last neutral frame index, inclusive; None = the take's neutral is the
+        rig's own neutral mesh, in the same space.
+    neutral_assumed : bool
+        `neutral` stands in for frames that nobody has named or looked for.
+    neutral_weights : mapping of str to float
+        Blend shape weights of the character that the performer shows in the neutral frames, a
+        little open mouth say; those not named are 0, or as `calibration` says.
+    peaks : tuple of int
+        Frame indices of strong expressions, by which places are proposed; () = not named.
+    nose_tip : str
+        Marker that the fuzzy system measures distances to; "" = none.
+    roles : mapping of str to str
+        Role name (as in "lip_lower_y") to marker name.
+    pins : tuple of Pin
+        Weights that are fixed in some frames, one for a blend shape.
+    calibration : Calibration or None
+        Of the performer; None = movements are as large as the character's.
+    """
+
+    binding: Binding
+    head: HeadMode = "solve"
+    head_markers: tuple[str, ...] = ()
+    move_head: bool = True
+    head_joint: str = ""
+    neutral: tuple[int, int] | None = (0, 0)
+    neutral_assumed: bool = False
+    neutral_weights: Mapping[str, float] = field(default_factory=dict)
+    peaks: tuple[int, ...] = ()
+    nose_tip: str = ""
+    roles: Mapping[str, str] = field(default_factory=dict)
+    map: MapOptions = field(default_factory=MapOptions)
+    solve: SolveOptions = field(default_factory=SolveOptions)
+    clean: CleanOptions = field(default_factory=CleanOptions)
+    pins: tuple[Pin, ...] = ()
+    calibration: Calibration | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
+        weights = MappingProxyType(dict(self.neutral_weights))
+        object.__setattr__(self, "neutral_weights", weights)
+        for name, weight in weights.items():
+            if not 0 <= weight <= 1:
+                raise InputError(
+                    f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
+                )
+        if weights and self.neutral is None:
+            raise InputError(
+                'the neutral "rig" has no weights; name neutral frames', "SETTING_WRONG"
+            )
+        if self.head == "markers" and len(self.head_markers) < 3:
+            raise InputError(
+                f"the head needs at least three rigid markers; got {len(self.head_markers)}. "
+                'Name more, or use "solve"',
+                "MARKERS_TOO_FEW",
+            )
+
+
+def unbound(take: MarkerTake | WeightsTake) -> RetargetSetup:
+    """Return the setup of a take that needs no binding.
+
+    Raises
+    ------
+    InputError
+        If it is a marker take.
+    """
+    if isinstance(take, MarkerTake):
+        raise InputError(
+            f"the markers of {take.source} need a place on the rig: give --bind bind.json, "
+            f'e.g. {{"markers": {{"{take.names[0]}": {{"point": 0}}}}}}',
+            "BINDING_MISSING",
+        )
+    return RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+
+
+def fit_setup(
+    setup: RetargetSetup, mesh: Mesh, take: MarkerTake | WeightsTake | None = None
+) -> tuple[RetargetSetup, list[Finding]]:
+    """Check a setup against rig and take; name the mesh, and the nose tip if it is not named.
+
+    Without a take only what concerns the rig is checked.
+
+    Raises
+    ------
+    InputError
+        If a marker sits outside the mesh, none is in the take, or a named head marker or
+        nose tip is not there.
+    """
+    setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
+    binding = setup.binding
+    findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
+    if not binding.markers:
+        return setup, findings
+    outside = (binding.points < 0) | (binding.points >= len(mesh.points))
+    if outside.any():
+        first = int(outside.argmax())
+        raise InputError(
+            f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
+            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}",
+            "VERTEX_OUTSIDE",
+        )
+    if isinstance(take, MarkerTake):
+        take.select(setup.head_markers)
+        if setup.neutral and setup.neutral[1] >= len(take.times):
+            raise InputError(
+                f"neutral frames {setup.neutral[0]} to {setup.neutral[1]} lie outside the take "
+                f"{take.source}, which has frames 0 to {len(take.times) - 1}",
+                "FRAMES_OUTSIDE",
+            )
+        if not set(binding.markers) & set(take.names):
+            raise InputError(
+                f"no bound marker is in the take {take.source}; bound: "
+                f"{', '.join(binding.markers[:8])}; in the take: {', '.join(take.names[:8])}",
+                "MARKER_UNKNOWN",
+            )
+    if setup.nose_tip and setup.nose_tip not in binding.markers:
+        raise InputError(
+            f"the nose tip {setup.nose_tip!r} is not among the bound markers: "
+            f"{', '.join(binding.markers)}",
+            "MARKER_UNKNOWN",
+        )
+    if setup.nose_tip:
+        if isinstance(take, MarkerTake):
+            take.select((setup.nose_tip,))
+        return setup, findings
+    foremost = binding.markers[int(np.argmax(mesh.points[binding.points, 2]))]
+    return replace(setup, nose_tip=foremost), [
+        *findings,
+        finding("NOSE_TIP_ASSUMED", foremost, "no nose tip is named; the foremost marker is taken"),
+    ]
+
+
+def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None) -> list[Finding]:
+    if not setup.neutral_assumed:
+        return []
+    message = "no neutral frames are named; the first frame is taken"
+    return [finding("NEUTRAL_ASSUMED", take.source if take else setup.binding.mesh, message)]
+
+
+def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:
+    known = set(mesh.shape_names)
+    return [
+        finding("SHAPE_UNKNOWN", name, "the calibration names it")
+        for name in (setup.calibration.shapes if setup.calibration else ())
+        if name not in known
+    ]

@@ -1,0 +1,180 @@
+"""The main job on arrays: a shot cleaned, solved and corrected."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.advice import advice
+from usdface.blas_threads import one_blas_thread
+from usdface.blend_shape_evaluator import with_combinations
+from usdface.correction.expression_layer import Expressed, express
+from usdface.correction.feature_extraction import sided_features
+from usdface.face.bound_face import BoundFace
+from usdface.face.region_residuals import region_residuals
+from usdface.findings import Finding, finding
+from usdface.geometry.rigid_fit import Pose
+from usdface.options import CleanOptions, ProcessOptions
+from usdface.progress import OnProgress, Progress
+from usdface.retarget.head_motion import head_motion
+from usdface.retarget.pins import bent_to_pins, kept_at_pins
+from usdface.retarget.solution import Solution
+from usdface.retarget_setup import RetargetSetup
+from usdface.retarget_take import clean, solve
+from usdface.shot import Shot, ShotResult
+from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, visible
+
+__all__ = ["retarget"]
+
+
+@one_blas_thread()
+def retarget(
+    shot: Shot,
+    *,
+    options: ProcessOptions = ProcessOptions(),
+    on_progress: OnProgress | Progress | None = None,
+) -> ShotResult:
+    """Clean a shot's markers, solve its weights and correct them: no file, no stage.
+
+    Parameters
+    ----------
+    shot : Shot
+    options : ProcessOptions
+        What this run does otherwise than the shot says.
+    on_progress : callable, optional
+        Called with a `Step` at each step; what it raises ends the job.
+
+    Returns
+    -------
+    ShotResult
+
+    Raises
+    ------
+    InputError
+        If set-up, take and rig do not belong together.
+    SolveError
+        If the markers do not determine an answer.
+
+    Examples
+    --------
+    >>> rig, _ = usdface.read_rig("examples/head.usdc")
+    >>> take, _ = usdface.read_take("examples/take.usdc")
+    >>> shot, _ = usdface.assemble_shot(rig, take, bind="examples/bind.json")
+    >>> result = usdface.retarget(shot)
+    >>> result.weights.weights.shape == (len(take.times), len(rig.shape_names))
+    True
+    >>> max(result.emotions, key=lambda name: result.emotions[name].max())
+    'joy'
+    """
+    progress = Progress.of(on_progress)
+    shot = replace(shot, setup=_with_overrides(shot.setup, options))
+    with progress.step("clean"):
+        take, cleaned, findings = clean(shot.take, shot.setup)
+        shot = replace(shot, take=take)
+    face = shot.face
+    with progress.step("solve"):
+        weights, solution, more = solve(take, face, shot.setup, cleaned=cleaned, progress=progress)
+        regions, failed = _region_residuals(face, solution)
+        findings += more + failed
+        result = ShotResult(
+            shot,
+            _with_pinned_base(shot, weights),
+            solution=solution,
+            head_motion=_head_motion(shot, face, solution) if options.head else None,
+            repairs=cleaned.repairs if cleaned else (),
+            region_residuals=regions,
+        )
+    if not options.express:
+        return replace(result, findings=tuple(findings))
+    if shot.system is None or not shot.expressions:
+        return replace(result, findings=(*findings, finding("EXPRESS_SKIPPED", "")))
+    with progress.step("express"):
+        expressed = _express(face, weights, result, trace=options.trace)
+        findings += expressed.findings
+        solved = result.solved
+        corrected = kept_at_pins(
+            shot.setup.pins, solved.names, take.times, solved.weights, expressed.weights
+        )
+        corrected = with_combinations(shot.mesh, solved.names, corrected)
+    return replace(result, corrected=corrected, trace=expressed.trace, findings=tuple(findings))
+
+
+def _with_overrides(setup: RetargetSetup, options: ProcessOptions) -> RetargetSetup:
+    """Return the setup with the options of this run."""
+    if not options.clean:
+        setup = replace(setup, clean=CleanOptions(swaps=False, spikes=False, gaps=False))
+    if options.solve is not None:
+        setup = replace(setup, solve=replace(setup.solve, mode=options.solve))
+    return setup
+
+
+def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:
+    """Return solved weights over the base, whose pins are kept, too."""
+    complete = shot.with_base(weights.names, weights.weights)
+    others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
+    pinned = bent_to_pins(others, complete.names, complete.times, complete.weights)
+    return replace(complete, weights=pinned)
+
+
+def _region_residuals(
+    face: BoundFace, solution: Solution | None
+) -> tuple[dict[str, FloatArray], list[Finding]]:
+    """Return the residual of each region; it only informs, so none where that fails."""
+    if solution is None:
+        return {}, []
+    return advice(
+        "residual by region",
+        lambda: region_residuals(face, solution.markers, solution.distances),
+        {},
+    )
+
+
+def _express(
+    face: BoundFace, weights: WeightsTake, result: ShotResult, *, trace: bool
+) -> Expressed:
+    shot = result.shot
+    assert shot.system is not None
+    features = sided_features(
+        shot.system,
+        face,
+        shot.take,
+        weights=weights,
+        solution=result.solution,
+        sides=face.layout.sides,
+    )
+    return express(
+        shot.system,
+        features,
+        face,
+        names=result.solved.names,
+        weights=result.solved.weights,
+        expressions=shot.expressions,
+        gains=shot.gains,
+        times=shot.take.times,
+        trace=trace,
+    )
+
+
+def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:
+    setup = shot.setup
+    if solution is None or not solution.in_space:
+        return None
+    if not setup.move_head or setup.head == "stabilised":
+        return None
+    target = face.mesh.points[face.vertices_of(solution.markers)]
+    return head_motion(
+        solution.pose,
+        solution.weights.times,
+        solution.neutral,
+        target,
+        solution.noise,
+        _head_seen(shot, solution),
+    )
+
+
+def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
+    """Return where markers tell the head's pose: (F, M) bool."""
+    seen = ~np.isnan(solution.distances)
+    if shot.setup.head == "markers" and isinstance(shot.take, MarkerTake):
+        rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= 3
+        seen = np.broadcast_to(rigid[:, None], seen.shape)
+    return seen

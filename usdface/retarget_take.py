@@ -1,0 +1,175 @@
+"""A take cleaned, and its weights solved on the bound mesh: retarget without correction."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.blas_threads import one_blas_thread
+from usdface.blend_shape_evaluator import (
+    BlendShapeEvaluator,
+    with_combinations,
+)
+from usdface.cleanup.clean import Cleaned, clean_take
+from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.face.known_limits import with_known_limits
+from usdface.face.shape_names import rename_weights
+from usdface.findings import Finding, finding
+from usdface.progress import Progress
+from usdface.retarget.backend import compile_kernels
+from usdface.retarget.calibration import Calibrated, calibrate_take
+from usdface.retarget.pins import bent_to_pins
+from usdface.retarget.solution import Solution
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget_setup import RetargetSetup, fit_setup
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["calibrate", "clean", "retarget", "solve"]
+
+
+@one_blas_thread()
+def retarget(
+    take: MarkerTake | WeightsTake, face: BoundFace, setup: RetargetSetup
+) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
+    """Clean a take and solve its weights on the bound mesh.
+
+    Parameters
+    ----------
+    take : MarkerTake or WeightsTake
+    face : BoundFace
+        Of the setup's binding.
+    setup : RetargetSetup
+
+    Returns
+    -------
+    take : MarkerTake or WeightsTake
+        Its markers cleaned.
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights.
+    findings : list of Finding
+    """
+    take, cleaned, findings = clean(take, setup)
+    weights, solution, more = solve(take, face, setup, cleaned=cleaned)
+    return take, weights, solution, findings + more
+
+
+@one_blas_thread()
+def clean(
+    take: MarkerTake | WeightsTake, setup: RetargetSetup
+) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
+    """Clean the markers of a take as its setup says; a take of weights stays as it is.
+
+    Returns
+    -------
+    take : MarkerTake or WeightsTake
+    cleaned : Cleaned or None
+        The clean-up; None for a take of weights.
+    findings : list of Finding
+    """
+    if isinstance(take, WeightsTake):
+        return take, None, []
+    on_the_face = (*setup.binding.markers, *setup.head_markers)
+    moving = setup.head != "stabilised"
+    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving=moving)
+    return cleaned.take, cleaned, findings
+
+
+@one_blas_thread()
+def solve(
+    take: MarkerTake | WeightsTake,
+    face: BoundFace,
+    setup: RetargetSetup,
+    *,
+    cleaned: Cleaned | None,
+    progress: Progress | None = None,
+) -> tuple[WeightsTake, Solution | None, list[Finding]]:
+    """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
+
+    `progress` is told where the solver must be compiled first.
+
+    Returns
+    -------
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights, which are renamed, bent to pins and combined.
+    findings : list of Finding
+    """
+    if isinstance(take, WeightsTake):
+        weights, findings = rename_weights(take, face.rig_shapes)
+        bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
+        combined = with_combinations(face.mesh, weights.names, bent)
+        return replace(weights, weights=combined), None, findings
+    take, setup, model, findings = _prepared(take, face, setup, cleaned, progress)
+    solution, more = solve_take(take, face.neutral, face.offsets, face.shape_names, setup, model)
+    return solution.weights, solution, findings + more
+
+
+@one_blas_thread()
+def calibrate(
+    take: MarkerTake | WeightsTake,
+    face: BoundFace,
+    setup: RetargetSetup,
+    *,
+    extremes: bool = False,
+    progress: Progress | None = None,
+) -> tuple[Calibrated, list[Finding]]:
+    """Clean a take and find its performer's gains and offsets.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    face : BoundFace
+        Of the setup's binding.
+    setup : RetargetSetup
+    extremes : bool
+        The take goes through the whole range of motion, each movement to its extreme.
+    progress : Progress, optional
+        Told where the solver must be compiled first.
+
+    Raises
+    ------
+    InputError
+        If the take is of weights, or too short.
+    """
+    if isinstance(take, WeightsTake):
+        raise InputError(
+            f"{take.source} is a take of weights; a calibration needs markers, which show how "
+            "large a movement is",
+            "TAKE_KIND_WRONG",
+        )
+    _, cleaned, findings = clean(take, setup)
+    take = cleaned.take if cleaned else take
+    take, setup, model, more = _prepared(take, face, setup, cleaned, progress)
+    calibrated, notes = calibrate_take(
+        take, face.neutral, face.offsets, face.shape_names, setup, model, extremes
+    )
+    return calibrated, findings + more + notes
+
+
+def _prepared(
+    take: MarkerTake,
+    face: BoundFace,
+    setup: RetargetSetup,
+    cleaned: Cleaned | None,
+    progress: Progress | None,
+) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
+    """Return the take as observed, the setup fitted to the mesh, the evaluator of its shapes."""
+    setup, findings = fit_setup(setup, face.mesh, take)
+    if cleaned is not None:
+        # Filled gaps are no observations: the rig predicts hidden markers better.
+        take = replace(
+            take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
+        )
+    evaluator, names = face.evaluator, face.shape_names
+    if setup.solve.limits == "known":
+        evaluator = with_known_limits(evaluator, names)
+    combined = {names[combination.shape] for combination in evaluator.combinations}
+    findings += face.findings
+    findings += [
+        finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
+        for pin in setup.pins
+        if pin.shape in combined
+    ]
+    findings += compile_kernels(len(take.times), len(face.mesh.shapes), progress or Progress())
+    return take, setup, evaluator, findings

@@ -1,0 +1,1 @@
+"""Fuzzy rules designed from the expression poses of a rig."""

@@ -1,0 +1,109 @@
+"""Names that people read: roles of markers, features and their terms."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from usdface.face.mirror import sides_of
+from usdface.fuzzy.system import Axis, Measure, Variable
+from usdface.geometry.marker_spread import marker_spread
+from usdface.takes import FloatArray
+
+__all__ = [
+    "AXES",
+    "degrees",
+    "direction",
+    "direction_words",
+    "known_roles",
+    "marker_sides",
+    "marker_variables",
+    "role_names",
+]
+
+AXES: tuple[Axis, ...] = ("x", "y", "z")
+# A marker this close to the midline, in face units, has no inward and outward.
+_MIDLINE = 0.1
+_DEGREES = {1: ("",), 2: ("slightly_", ""), 3: ("slightly_", "", "far_")}
+
+
+def role_names(names: Sequence[str]) -> list[str]:
+    """Return a role for each marker: its label as a lower-case identifier, unique."""
+    roles: list[str] = []
+    for name in names:
+        role = re.sub(r"\W", "_", name).lower()
+        role = role if role[:1].isalpha() else f"m_{role}"
+        while role in roles:
+            role += "_"
+        roles.append(role)
+    return roles
+
+
+def marker_sides(neutral: FloatArray, nose: int) -> list[int]:
+    """Return 1 for a marker on the character's left, -1 on its right, 0 near the midline.
+
+    Parameters
+    ----------
+    neutral : (M, 3) float64 [m]
+    nose : int
+        Which of them is the nose tip.
+    """
+    reach = _MIDLINE * marker_spread(neutral)
+    return [int(side) for side in sides_of(neutral, float(neutral[nose, 0]), reach)]
+
+
+def known_roles(names: Sequence[str], roles: Mapping[str, str]) -> dict[str, str]:
+    """Return role to marker for all markers: the `roles` that are given, else their labels.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Markers.
+    roles : mapping of str to str
+        Role to marker, as in `RetargetSetup.roles`; other markers' roles are left out.
+    """
+    given = {role: name for role, name in roles.items() if name in names and role.isidentifier()}
+    named = set(given.values())
+    found = {marker: role for role, marker in reversed(given.items())}
+    for name, role in zip(names, role_names(names), strict=True):
+        if name not in named:
+            while role in given:
+                role += "_"
+            found[name] = role
+    return {found[name]: name for name in names}
+
+
+def marker_variables(roles: Iterable[str], measure: Measure = "signed") -> tuple[Variable, ...]:
+    """Return an input without terms for each marker and axis: (3 M,), x, y, z in turn."""
+    return tuple(
+        Variable(f"{role}_{axis}", "input", role, axis, measure) for role in roles for axis in AXES
+    )
+
+
+def direction_words(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:
+    """Return what a negative and a positive value of each feature is called: (3 M,).
+
+    Parameters
+    ----------
+    neutral : (M, 3) float64 [m]
+    nose : int
+        Which of them is the nose tip.
+    """
+    sides = marker_sides(neutral, nose)
+    return tuple(
+        (direction(axis, -1, side), direction(axis, 1, side)) for side in sides for axis in AXES
+    )
+
+
+def direction(axis: Axis, sign: int, side: int) -> str:
+    """Return the word for a motion along an axis, of a marker on that `side` (0 = midline)."""
+    if axis == "y":
+        return "raised" if sign > 0 else "lowered"
+    if axis == "z":
+        return "forward" if sign > 0 else "back"
+    if side:
+        return "outward" if sign == side else "inward"
+    return "left" if sign > 0 else "right"
+
+
+def degrees(count: int) -> tuple[str, ...]:
+    """Return what stands before the word of a direction, for terms that reach ever farther."""
+    return _DEGREES.get(count, tuple(f"step_{i + 1}_" for i in range(count)))

@@ -1,0 +1,143 @@
+"""Designing a system as the fuzzy paper does: from one pose of each expression.
+
+Zikky, Hariadi, Muhtadin 2013, section 4: Low, Medium and High of an input come from its
+minimum, medium and maximum over the reference poses (here the median; the paper does not say
+how it took the medium). The paper wrote its rules by hand. With its thirteen inputs and six
+emotions they are taken; otherwise each reference gives one rule, of the terms that it meets and
+the others do not (L.-X. Wang, J. Mendel, "Generating Fuzzy Rules by Learning from Examples", 1992).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.fuzzy.membership import membership
+from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.system import FuzzySystem, Space, Term, Variable
+from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, RULES, three_terms
+from usdface.takes import BoolArray, FloatArray, IntArray
+
+__all__ = ["fit_paper"]
+
+_CONDITIONS = 3
+# In standard deviations of a feature's noise: between the least and the largest reference.
+_LEAST_RANGE = 4.0
+_LEAST_MOTION = 1e-5  # [face unit]
+_LEAST_GAIN = 0.01
+# A rule that its own pose meets less far says nothing of it.
+_MET = 0.5
+# Cost of a feature that differs between the references by no more than its noise.
+_NOISE_COST = 4.0
+_DIGITS = 9
+
+
+def fit_paper(
+    variables: Sequence[Variable],
+    references: FloatArray,
+    emotions: Sequence[str],
+    noise: FloatArray,
+    space: Space = "character",
+) -> tuple[FuzzySystem, list[Finding]]:
+    """Design a system from reference poses.
+
+    Parameters
+    ----------
+    variables : sequence of Variable, length I
+        "absolute" inputs without terms.
+    references : (R, I) float64 [face unit]
+        Features of the reference poses; several may show one emotion.
+    emotions : sequence of str, length R
+    noise : (I,) float64 [face unit]
+        Standard deviation of each feature at rest; inputs that hardly differ are not used.
+    space : {"take", "character"}
+        Where the features were measured.
+
+    Returns
+    -------
+    system : FuzzySystem
+        Without a neutral rule, as the paper's: it may answer something at neutral.
+    findings : list of Finding
+        EXPRESSION_UNSEEN for each emotion that gets no rule.
+
+    Raises
+    ------
+    InputError
+        If fewer than two emotions are shown, or no feature differs between the poses.
+    """
+    names = tuple(dict.fromkeys(emotions))
+    if len(names) < 2:
+        raise InputError(f"the paper's way compares reference poses; found only {names}")
+    low, high = references.min(axis=0), references.max(axis=0)
+    usable = high - low > np.maximum(_LEAST_RANGE * noise, _LEAST_MOTION)
+    given = [
+        replace(v, terms=three_terms(*sorted(map(float, (a, np.median(column), b))))) if used else v
+        for v, a, b, column, used in zip(variables, low, high, references.T, usable, strict=True)
+    ]
+    by_name = {v.name: v for v in given}
+    if set(MEDIUM) <= {v.name for v in given if v.terms} and set(EMOTIONS) <= set(names):
+        rules = tuple(parse_rule(text) for text in RULES)
+    else:
+        small = (noise / np.maximum(high - low, _LEAST_MOTION)) ** 2
+        rules = _rules(given, references, emotions, _NOISE_COST * small)
+    asked = {name for rule in rules for name, _ in rule.antecedent}
+    inputs = [by_name[v.name] for v in given if v.name in asked]
+    outputs = [Variable(name, "output") for name in names]
+    system = FuzzySystem((*inputs, *outputs), rules, space=space, neutral_rule=False, mode="add")
+    said = {output for rule in rules for output, _ in rule.consequents}
+    return system, [
+        finding("EXPRESSION_UNSEEN", name, f"no motions are those of {name} alone; it gets no rule")
+        for name in names
+        if name not in said
+    ]
+
+
+def _rules(
+    variables: Sequence[Variable],
+    references: FloatArray,
+    emotions: Sequence[str],
+    cost: FloatArray,
+) -> tuple[Rule, ...]:
+    """Return a rule for each reference that has terms of its own.
+
+    `cost` (I,) is that of a feature's noise.
+    """
+    table: list[tuple[int, Term]] = [(i, t) for i, v in enumerate(variables) for t in v.terms]
+    if not table:
+        raise InputError("no marker moves differently in two reference poses")
+    degrees = np.array([membership(t.kind, t.parameters, references[:, i]) for i, t in table]).T
+    marker = np.array([i // 3 for i, _ in table])
+    # A neutral face is Low in everything; a rule asks for something else first.
+    neutral = np.array([t.name == "low" for _, t in table])
+    texts: list[str] = []
+    for row, emotion in enumerate(emotions):
+        rivals = [k for k, other in enumerate(emotions) if other != emotion]
+        noise = cost[[i for i, _ in table]]
+        chosen = _telling(degrees[row], degrees[rivals], marker, neutral, noise)
+        if degrees[row, chosen].min() < _MET:
+            continue
+        conditions = (f"{variables[table[c][0]].name} IS {table[c][1].name}" for c in chosen)
+        texts.append(f"IF {' AND '.join(conditions)} THEN {emotion} IS 1")
+    return tuple(parse_rule(text) for text in dict.fromkeys(texts))
+
+
+def _telling(
+    own: FloatArray, rivals: FloatArray, marker: IntArray, neutral: BoolArray, noise: FloatArray
+) -> list[int]:
+    """Return the terms that one pose meets and its rivals together do not, the best first."""
+    chosen: list[int] = []
+    met, fired, least = 1.0, np.ones((len(rivals), 1)), np.inf
+    while len(chosen) < _CONDITIONS:
+        together, others = np.minimum(own, met), np.minimum(rivals, fired) ** 2
+        cost = (1 - together) ** 2 + others.mean(axis=0) + others.max(axis=0)
+        cost = np.round(cost + np.maximum(noise, noise[chosen].max(initial=0.0)), _DIGITS)
+        taken = np.isin(marker, marker[chosen])
+        cost[taken if chosen else neutral] = np.inf
+        best = int(np.argmin(cost))
+        if not cost[best] < least - _LEAST_GAIN:
+            break
+        chosen, least = [*chosen, best], float(cost[best])
+        met, fired = float(together[best]), np.sqrt(others[:, [best]])
+    return chosen

@@ -1,0 +1,1 @@
+"""Fuzzy rules learned from labelled takes."""

@@ -1,0 +1,184 @@
+"""How well a fitted system hears what it was not fitted on.
+
+Every fold is fitted anew, choice of features included, without the recording or the variant
+that it is then tested on.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from usdface.findings import Finding, finding
+from usdface.rule_learning.examples import NO_EMOTION, Examples
+from usdface.rule_learning.learned_system import answers, fit_system, heard
+from usdface.takes import BoolArray, FloatArray, IntArray, frozen
+
+__all__ = ["Holding", "Validation", "cross_validate", "folds", "held_out"]
+
+Holding = Literal["recording", "variant", "none"]
+# An emotion that is taken for another in this share of its examples is confused with it.
+_CONFUSED = 0.25
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Validation:
+    """What was heard in held-out examples.
+
+    Attributes
+    ----------
+    holding : {"recording", "variant", "none"}
+        What was left out at a time; "none" = nothing could be.
+    names : tuple of str, length E
+        Emotions; the last row and column of `counts` is no emotion.
+    counts : (E + 1, E + 1) int64
+        Examples by what they show (rows) and what was heard (columns).
+    margins : (N,) float64
+        Of each example: the right emotion's output less the strongest other; of a face that
+        shows none: minus the strongest. NaN = not tested.
+    shown : tuple of str, length N
+    """
+
+    holding: Holding
+    names: tuple[str, ...]
+    counts: IntArray
+    margins: FloatArray
+    shown: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "counts", frozen(self.counts, np.int64))
+        object.__setattr__(self, "margins", frozen(self.margins))
+
+    @property
+    def tested(self) -> int:
+        """How many examples were tested."""
+        return int(self.counts.sum())
+
+    @property
+    def right(self) -> int:
+        """How many of them were heard as what they are."""
+        return int(np.trace(self.counts))
+
+    @property
+    def accuracy(self) -> float:
+        """Share of the tested examples that were heard right; NaN where none was tested."""
+        return self.right / self.tested if self.tested else np.nan
+
+    @property
+    def untested(self) -> tuple[str, ...]:
+        """Emotions of which nothing was tested, for want of a second recording or variant."""
+        return tuple(n for n, row in zip(self.names, self.counts, strict=False) if not row.any())
+
+    def margins_of(self, name: str) -> FloatArray:
+        """Return the margins of the tested examples of an emotion."""
+        own = np.array([shown == name for shown in self.shown], dtype=bool)
+        return np.asarray(self.margins[own & ~np.isnan(self.margins)])
+
+    def findings(self) -> list[Finding]:
+        """FIT_UNTESTED and FIT_CONFUSED, where they hold."""
+        found = [
+            finding("FIT_UNTESTED", name, f"{name} was learned but could not be tested: there is "
+                    "no second recording or variant of it")
+            for name in self.untested
+        ]  # fmt: skip
+        labels = [*self.names, "no emotion"]
+        for name, row in zip(self.names, self.counts, strict=False):
+            for other, count in zip(labels, row.tolist(), strict=True):
+                if other != name and count and count >= _CONFUSED * row.sum():
+                    message = f"{name} is taken for {other} in {count} of {row.sum()} examples"
+                    found.append(finding("FIT_CONFUSED", name, f"held out, {message}"))
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for a report."""
+        labels = [*self.names, "none"]
+        margins = {name: self.margins_of(name) for name in self.names}
+        return {
+            "held out": self.holding,
+            "tested": self.tested,
+            "right": self.right,
+            "confusion": {
+                label: dict(zip(labels, map(int, row), strict=True))
+                for label, row in zip(labels, self.counts, strict=True)
+            },
+            "margins": {
+                name: {"mean": round(float(m.mean()), 4), "worst": round(float(m.min()), 4)}
+                for name, m in margins.items()
+                if m.size
+            },
+            "untested": list(self.untested),
+        }
+
+
+def held_out(examples: Examples) -> Holding:
+    """Return what can be left out: recordings where emotions occur in several, else variants."""
+    choices: tuple[Holding, ...] = ("recording", "variant")
+    for holding in choices:
+        groups = _groups(examples, holding)
+        several = [
+            len({g for g, e in zip(groups, examples.emotions, strict=True) if e == name}) > 1
+            for name in examples.names
+        ]
+        if several and 2 * sum(several) >= len(several):
+            return holding
+    return "none"
+
+
+def folds(examples: Examples, holding: Holding) -> Iterator[BoolArray]:
+    """Yield which examples are left out at a time: (N,) bool, each once."""
+    if holding == "none":
+        return
+    groups = _groups(examples, holding)
+    for group in dict.fromkeys(groups):
+        if holding == "recording" or group[0] != NO_EMOTION:
+            yield np.array([g == group for g in groups], dtype=bool)
+
+
+def _groups(examples: Examples, holding: Holding) -> list[tuple[str, ...]]:
+    if holding == "recording":
+        return [(recording,) for recording in examples.recordings]
+    return list(zip(examples.emotions, examples.variants, strict=True))
+
+
+def cross_validate(
+    examples: Examples,
+    holding: Holding,
+    fit: Callable[[Examples, Examples], tuple[FloatArray, tuple[str, ...]]] | None = None,
+) -> Validation:
+    """Fit without each recording or variant in turn, and hear what was left out.
+
+    Parameters
+    ----------
+    examples : Examples
+    holding : {"recording", "variant", "none"}
+    fit : callable, optional
+        From the examples to fit on and those to hear to outputs (N, E) and the names of their
+        columns, in place of `fit_system`: for comparison.
+    """
+    names = examples.names
+    label = {name: i for i, name in enumerate((*names, NO_EMOTION))}
+    counts = np.zeros((len(label), len(label)), dtype=np.int64)
+    margins = np.full(len(examples.emotions), np.nan)
+    for out in folds(examples, holding):
+        kept, left = examples.subset(~out), examples.subset(out)
+        outputs, known = (fit or _fit)(kept, left)
+        said = heard(outputs, known)
+        for i, shown, word, row in zip(
+            np.flatnonzero(out), left.emotions, said, outputs, strict=True
+        ):
+            # What nobody has been shown cannot be heard: that is no test.
+            if shown in known or shown == NO_EMOTION:
+                counts[label[shown], label[word]] += 1
+                margins[i] = _margin(row, known, shown)
+    return Validation(holding, names, counts, margins, examples.emotions)
+
+
+def _fit(kept: Examples, left: Examples) -> tuple[FloatArray, tuple[str, ...]]:
+    system, _ = fit_system(kept)
+    return answers(system, left), system.emotions
+
+
+def _margin(row: FloatArray, known: tuple[str, ...], shown: str) -> float:
+    own = np.array([name == shown for name in known], dtype=bool)
+    return float(row[own].sum() - row[~own].max(initial=0.0))

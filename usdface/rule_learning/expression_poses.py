@@ -1,0 +1,41 @@
+"""Expression poses learned from the solved weights of labelled examples."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.retarget_setup import Expression
+from usdface.rule_learning.examples import Examples
+from usdface.takes import FloatArray
+
+__all__ = ["learned_poses"]
+
+# Weights below this are what a solve leaves on any face.
+_LEAST_WEIGHT = 0.05
+_DIGITS = 4
+
+
+def learned_poses(
+    examples: Examples, weights: FloatArray, shape_names: Sequence[str]
+) -> tuple[Expression, ...]:
+    """Return a pose for each emotion: what all its variants show, at full intensity.
+
+    The mean of each variant's examples, and of these the least: with an open and a closed mouth
+    among the variants the pose opens no mouth, so that raising it fits each of them.
+
+    Parameters
+    ----------
+    examples : Examples
+    weights : (N, S) float64
+        Solved weights of the examples.
+    shape_names : sequence of str, length S
+    """
+    whole = np.clip(weights / examples.intensities[:, None], 0.0, 1.0)
+    poses = []
+    for emotion in examples.names:
+        variants = examples.variants_of(emotion)
+        means = [whole[examples.rows(emotion, variant)].mean(axis=0) for variant in variants]
+        pose = np.round(np.min(means, axis=0), _DIGITS)
+        shown = np.flatnonzero(pose >= _LEAST_WEIGHT).tolist()
+        poses.append(Expression(emotion, tuple(shape_names[s] for s in shown), pose[shown]))
+    return tuple(poses)

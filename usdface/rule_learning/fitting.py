@@ -1,0 +1,161 @@
+"""Fitting a fuzzy system: from the rig's own poses, or from labelled takes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdface.correction.expression_layer import design
+from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.findings import Finding
+from usdface.fuzzy.lint import rule_findings
+from usdface.fuzzy.system import FuzzySystem
+from usdface.options import CorrectionOptions, FitOptions
+from usdface.retarget_setup import Expression
+from usdface.rule_design.marker_roles import known_roles, marker_variables
+from usdface.rule_design.paper_design import fit_paper
+from usdface.rule_learning.cross_validation import Validation, cross_validate, held_out
+from usdface.rule_learning.expression_poses import learned_poses
+from usdface.rule_learning.labelled_takes import Labelled, feature_noise, pose_features
+from usdface.rule_learning.learned_system import answers_to, fit_system
+from usdface.rule_learning.separation import Separation, pose_separations, separations
+from usdface.takes import FloatArray
+
+__all__ = ["Fitted", "fit_labelled", "fit_rig"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fitted:
+    """A fitted system and what is known of it.
+
+    Attributes
+    ----------
+    system : FuzzySystem
+    expressions : tuple of Expression
+        A pose for each emotion.
+    validation : Validation or None
+        What it hears in examples it was not fitted on; None where there are none.
+    separations : tuple of Separation
+        How every two emotions lie apart.
+    neutral : float
+        The largest answer to a face at rest.
+    findings : tuple of Finding
+    """
+
+    system: FuzzySystem
+    expressions: tuple[Expression, ...]
+    validation: Validation | None
+    separations: tuple[Separation, ...]
+    neutral: float
+    findings: tuple[Finding, ...]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """A few numbers, under stable keys."""
+        facts: dict[str, Any] = {
+            "emotions": list(self.system.emotions),
+            "rules": sum(rule.weight == 1 for rule in self.system.rules),
+            "fallback_rules": sum(rule.weight < 1 for rule in self.system.rules),
+            "inputs": len(self.system.inputs),
+            "neutral_output_max": round(self.neutral, 4),
+        }
+        tested = self.validation
+        if tested is not None and tested.tested:
+            facts["cross_validation"] = {
+                "held_out": tested.holding,
+                "correct": tested.right,
+                "tested": tested.tested,
+            }
+        return facts
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """All of it as plain values, for a report."""
+        facts: dict[str, Any] = {
+            "rules": [rule.text for rule in self.system.rules],
+            "weights": [rule.weight for rule in self.system.rules],
+            "separations": [pair.as_dict() for pair in self.separations],
+        }
+        if self.validation is not None:
+            facts["validation"] = self.validation.as_dict()
+        return {"fit": facts}
+
+
+def fit_rig(face: BoundFace, expressions: Sequence[Expression], options: FitOptions) -> Fitted:
+    """Fit to the rig's own expression poses: the default design, or the paper's way.
+
+    Raises
+    ------
+    InputError
+        If the rig has no expression poses or no bound markers, or the features are to be measured
+        on a take, which there is none of.
+    """
+    if options.space == "take" and not options.paper:
+        raise InputError('the default design reads the character; give labels for space "take"')
+    roles = known_roles(face.markers, face.roles)
+    variables = marker_variables(roles, "absolute" if options.paper else "signed")
+    poses = np.array([e.pose(face.shape_names) for e in expressions])
+    seen = pose_features(poses.reshape(len(expressions), -1), face, variables)
+    noise = feature_noise(face, "take" if options.paper else "character")
+    emotions = [e.name for e in expressions]
+    if options.paper:
+        system, findings = fit_paper(variables, seen, emotions, noise, options.space)
+    else:
+        system, findings = _designed(face, expressions)
+    apart = tuple(pose_separations(emotions, seen, noise, variables))
+    findings = [*findings, *(f for pair in apart for f in pair.findings())]
+    return _fitted(system, tuple(expressions), None, apart, findings)
+
+
+def _designed(
+    face: BoundFace, expressions: Sequence[Expression]
+) -> tuple[FuzzySystem, list[Finding]]:
+    system, _, findings = design(face, expressions, CorrectionOptions())
+    if system is None:
+        raise InputError("the rig has no expression poses to fit to; give labelled takes")
+    return system, findings
+
+
+def fit_labelled(labelled: Labelled, face: BoundFace, options: FitOptions) -> Fitted:
+    """Fit to labelled examples, and test the fit on what is left out in turn.
+
+    Raises
+    ------
+    InputError
+        If the examples do not determine a system.
+    """
+    examples = labelled.examples
+    poses = learned_poses(examples, labelled.weights, labelled.shape_names)
+    if options.paper:
+        references, emotions = _references(labelled)
+        noise = feature_noise(face, "take")
+        system, findings = fit_paper(examples.variables, references, emotions, noise, options.space)
+        return _fitted(system, poses, None, (), findings)
+    system, findings = fit_system(examples, options.space)
+    holding = held_out(examples) if options.hold_out == "auto" else options.hold_out
+    validation = cross_validate(examples, holding)
+    apart = tuple(separations(examples, holding))
+    findings = [*findings, *validation.findings(), *(f for pair in apart for f in pair.findings())]
+    return _fitted(system, poses, validation, apart, findings)
+
+
+def _references(labelled: Labelled) -> tuple[FloatArray, list[str]]:
+    """Return the mean features of each emotion's variants: (R, I), and what each shows."""
+    examples = labelled.examples
+    groups = [(e, v) for e in examples.names for v in sorted(examples.variants_of(e))]
+    means = [np.nan_to_num(examples.whole[examples.rows(*g)]).mean(axis=0) for g in groups]
+    return np.array(means), [emotion for emotion, _ in groups]
+
+
+def _fitted(
+    system: FuzzySystem,
+    expressions: tuple[Expression, ...],
+    validation: Validation | None,
+    apart: tuple[Separation, ...],
+    findings: Sequence[Finding],
+) -> Fitted:
+    rest = answers_to(system, system.inputs, np.zeros((1, len(system.inputs))))
+    found = (*findings, *rule_findings(system))
+    return Fitted(system, expressions, validation, apart, float(rest.max(initial=0.0)), found)

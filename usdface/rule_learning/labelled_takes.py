@@ -1,0 +1,229 @@
+"""From labelled takes to examples: every take is retargeted, every stretch becomes one row."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from usdface.correction.feature_extraction import features
+from usdface.correction.features import measure
+from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.findings import Finding
+from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.geometry.marker_spread import marker_spread
+from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
+from usdface.progress import Progress
+from usdface.retarget.solution import Solution
+from usdface.retarget_setup import RetargetSetup
+from usdface.retarget_take import retarget
+from usdface.rule_design.design import face_features, solved_noise
+from usdface.rule_design.feature_selection import single_movements
+from usdface.rule_design.marker_roles import direction_words, known_roles, marker_variables
+from usdface.rule_learning.examples import NO_EMOTION, Examples
+from usdface.rule_learning.labels import NEUTRAL, Label
+from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
+
+__all__ = ["Labelled", "examples_of", "feature_noise", "pose_features"]
+
+# Of a stretch count the frames that move at least this share of the most expressive one; of a
+# face at rest all.
+_PEAK = 0.8
+_LEAST_NOISE = 0.5
+
+ReadTake = Callable[[Path], tuple[MarkerTake | WeightsTake, list[Finding]]]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Labelled:
+    """Examples with the weights that were solved for them.
+
+    Attributes
+    ----------
+    examples : Examples
+    weights : (N, S) float64
+        Where the expression is at its height.
+    shape_names : tuple of str, length S
+    """
+
+    examples: Examples
+    weights: FloatArray
+    shape_names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "weights", frozen(self.weights))
+
+
+def examples_of(
+    labels: Sequence[Label],
+    face: BoundFace,
+    setup: RetargetSetup,
+    *,
+    read: ReadTake,
+    options: FitOptions,
+    progress: Progress,
+) -> tuple[Labelled, list[Finding]]:
+    """Retarget every take that is labelled, and measure its stretches at their height.
+
+    The first stretch called `neutral` of a take is its neutral; without one the setup's counts.
+
+    Parameters
+    ----------
+    labels : sequence of Label
+    face : BoundFace
+    setup : RetargetSetup
+        How the takes are retargeted.
+    read : callable
+        From a path to a take.
+    options : FitOptions
+        Where features are measured, and whether they are the paper's, without sign.
+    progress : Progress
+
+    Raises
+    ------
+    InputError
+        If a take cannot be read or solved, or does not have the labelled frames.
+    """
+    variables = marker_variables(_roles(face), "absolute" if options.paper else "signed")
+    paths = list(dict.fromkeys(label.take for label in labels))
+    labels = sorted(labels, key=lambda label: paths.index(label.take))
+    rows, weights, findings = [], [], []
+    for path in paths:
+        own = [label for label in labels if label.take == path]
+        with progress.step(f"retarget {path.name}"):
+            take, more = read(path)
+            findings += more
+            seen, solved, more = _stretches(take, own, face, setup, options.space, variables)
+        rows.append(seen)
+        weights.append(solved)
+        findings += more
+    examples = Examples(
+        variables,
+        direction_words(face.neutral, face.nose),
+        np.concatenate(rows),
+        tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
+        tuple(label.variant for label in labels),
+        tuple(str(label.take) for label in labels),
+        np.array([label.intensity for label in labels]),
+        feature_noise(face, options.space),
+        pose_features(single_movements(face.shape_names), face, variables),
+    )
+    if not examples.names:
+        raise InputError("the labels name no emotion; without one there is nothing to learn")
+    return Labelled(examples, np.concatenate(weights), face.shape_names), findings
+
+
+def _stretches(
+    take: MarkerTake | WeightsTake,
+    labels: Sequence[Label],
+    face: BoundFace,
+    setup: RetargetSetup,
+    space: FeatureSpace,
+    variables: tuple[Variable, ...],
+) -> tuple[FloatArray, FloatArray, list[Finding]]:
+    """Return features (N, I) and weights (N, S) of one take's stretches."""
+    frames = [_frames(label, take) for label in labels]
+    rest = [f for f, label in zip(frames, labels, strict=True) if label.emotion == NEUTRAL]
+    if rest:
+        setup = replace(setup, neutral=(int(rest[0][0]), int(rest[0][-1])))
+    take, weights, solution, findings = retarget(take, face, setup)
+    weights = weights.reordered(face.shape_names)
+    seen = _features(take, weights, solution, face, space, variables)
+    at_rest = [label.emotion == NEUTRAL for label in labels]
+
+    def heights(values: FloatArray) -> list[FloatArray]:
+        rows = [values[f] for f in frames]
+        return [r if rest else r[_height(r)] for r, rest in zip(rows, at_rest, strict=True)]
+
+    # Each at its own height: features are smoothed over time, weights are not.
+    return (
+        np.array([_mean(rows) for rows in heights(seen)]),
+        np.array([rows.mean(axis=0) for rows in heights(weights.weights)]),
+        findings,
+    )
+
+
+def _features(
+    take: MarkerTake | WeightsTake,
+    weights: WeightsTake,
+    solution: Solution | None,
+    face: BoundFace,
+    space: FeatureSpace,
+    variables: tuple[Variable, ...],
+) -> FloatArray:
+    """Measure every marker along every axis: (F, I); a marker that the take lacks is hidden."""
+    face = replace(face, roles=_roles(face))
+    there = set(solution.markers if solution and space == "take" else face.markers)
+    known = [face.roles[v.role] in there for v in variables]
+    everything = FuzzySystem(
+        tuple(v for v, yes in zip(variables, known, strict=True) if yes),
+        (),
+        space=space,
+        smoothing=LEARNED_SMOOTHING,
+    )
+    seen = np.full((len(take.times), len(variables)), np.nan)
+    seen[:, known] = features(everything, face, take, weights=weights, solution=solution)
+    return seen
+
+
+def _frames(label: Label, take: MarkerTake | WeightsTake) -> IntArray:
+    """Return the frame indices of a stretch."""
+    last = len(take.times) - 1
+    place = np.arange(last + 1) if label.unit == "frame" else take.times
+    found = np.flatnonzero((place >= label.start - 1e-9) & (place <= label.end + 1e-9))
+    # A frame lasts until the next would come: 12 s at 60 frames a second end 1/60 s after the last.
+    lasts = np.diff(take.times).max(initial=0.0) if label.unit == "s" else 0.0
+    if not found.size or label.end > place[-1] + lasts + 1e-9:
+        raise InputError(
+            f"{label.take}: {label.emotion} is labelled from {label.start:g} to {label.end:g} "
+            f"[{label.unit}], but the take has frames 0 to {last}, 0 to {take.times[-1]:g} s"
+        )
+    return found
+
+
+def _height(seen: FloatArray) -> IntArray:
+    """Return which rows of `seen` (F, I) are the most expressive."""
+    size = np.sqrt(np.nansum(seen**2, axis=1))
+    return np.flatnonzero(size >= _PEAK * size.max())
+
+
+def _mean(seen: FloatArray) -> FloatArray:
+    """Return the mean of what was seen; NaN where a feature is hidden in all rows."""
+    count = (~np.isnan(seen)).sum(axis=0)
+    mean = np.full(seen.shape[1], np.nan)
+    np.divide(np.nansum(seen, axis=0), count, out=mean, where=count > 0)
+    return mean
+
+
+def pose_features(
+    weights: FloatArray, face: BoundFace, variables: tuple[Variable, ...]
+) -> FloatArray:
+    """Measure poses of the rig, weights (N, S): (N, I) [face unit]."""
+    return measure(
+        face.neutral + face.displacements(weights),
+        face.neutral,
+        face.markers,
+        variables,
+        _roles(face),
+        face.nose_tip,
+        marker_spread(face.neutral),
+    )
+
+
+def _roles(face: BoundFace) -> dict[str, str]:
+    """Return role to marker, for every bound marker."""
+    return known_roles(face.markers, face.roles)
+
+
+def feature_noise(face: BoundFace, space: FeatureSpace) -> FloatArray:
+    """Return what optical markers' noise is in every feature: (3 M,) [face unit].
+
+    On the take it is that of two markers, on the character what the solve leaves of it, though
+    not less than a share: rules are to be about motions that a person can see.
+    """
+    unit = marker_spread(face.neutral)
+    if space == "take":
+        return np.full(3 * len(face.neutral), np.sqrt(2.0) * MARKER_NOISE / unit)
+    solved = solved_noise(face.evaluator.offsets, face_features(face).offsets, MARKER_NOISE)
+    return np.maximum(solved, _LEAST_NOISE * MARKER_NOISE) / unit

@@ -1,0 +1,33 @@
+"""Rules that say nothing new: where one fires, another for that emotion fires as far or further.
+
+AND is the minimum, so a rule that asks for more fires less. Terms of one feature and direction
+begin and end the farther out the more they ask for: `far_raised` holds nowhere further than
+`raised`, and `NOT raised` nowhere further than `NOT far_raised`.
+"""
+
+from usdface.rule_learning.terms import Words
+from usdface.rule_learning.training_set import Conditions
+
+__all__ = ["subsumes"]
+
+
+def subsumes(general: Conditions, special: Conditions, words: Words) -> bool:
+    """Return whether `special` fires nowhere further than `general`.
+
+    Parameters
+    ----------
+    general, special : tuple of (term, negated)
+        Terms are columns of `words`.
+    words : Words
+    """
+    return all(any(_implies(s, g, words) for s in special) for g in general)
+
+
+def _implies(special: tuple[int, bool], general: tuple[int, bool], words: Words) -> bool:
+    (one, negated), (other, denied) = special, general
+    if negated != denied or words.feature[one] != words.feature[other]:
+        return False
+    reach, wanted = words.top[one], words.top[other]
+    if reach * wanted < 0:
+        return False
+    return bool(abs(reach) <= abs(wanted) if negated else abs(reach) >= abs(wanted))

@@ -1,0 +1,113 @@
+"""The words that learned rules may use: for each feature and direction up to three terms.
+
+Their tops are the minimum, the medium and the maximum of the feature over the emotions (and
+their variants) that move it that way, the design rule of Zikky et al. 2013, section 4; a term
+is a ramp from the end of a dead zone around neutral, so that no term holds on a neutral face.
+All rules share the words: `far_raised` of one marker means the same in each of them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.fuzzy.system import Term
+from usdface.rule_design.marker_roles import degrees
+from usdface.rule_learning.examples import Examples
+from usdface.takes import BoolArray, FloatArray, IntArray, frozen
+
+__all__ = ["Words", "words_of"]
+
+# In standard deviations of a feature's noise in a frame, of which smoothing over 0.15 s leaves a
+# fifth at 60 frames a second and a quarter at 30: at least eight times what is left.
+_DEAD_ZONE = 0.5
+_LEAST_SIGNAL = 2.0
+# A dead zone of at least this share of the top, for markers without noise.
+_LEAST_DEAD_ZONE = 0.03
+# Nor does a feature count that stays below this [face unit], however quiet the markers are.
+_LEAST_MOTION = 1e-5
+# A term holds fully somewhat before the value it is made of: examples scatter.
+_TOP = 0.95
+# Of an emotion's examples, the share that reaches the value taken.
+_QUANTILE = 0.25
+# Terms whose tops are nearer than this factor are one.
+_DISTINCT = 1.25
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Words:
+    """Terms of many features in one table.
+
+    Attributes
+    ----------
+    feature : (T,) int64
+        Column of `Examples.features`.
+    foot, top : (T,) float64 [face unit]
+        Where each ramp begins and where it holds fully; both have the term's sign.
+    names : tuple of str, length T
+    """
+
+    feature: IntArray
+    foot: FloatArray
+    top: FloatArray
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "feature", frozen(self.feature, np.int64))
+        object.__setattr__(self, "foot", frozen(self.foot))
+        object.__setattr__(self, "top", frozen(self.top))
+
+    def degrees(self, features: FloatArray) -> FloatArray:
+        """Return how far each row of `features` (P, I) belongs to each term: (P, T)."""
+        rise = (features[:, self.feature] - self.foot) / (self.top - self.foot)
+        return np.where(np.isnan(rise), 0.0, np.clip(rise, 0.0, 1.0))
+
+    def terms_of(self, feature: int, sign: int) -> tuple[Term, ...]:
+        """Return the terms of one feature and direction, the nearest first."""
+        at = np.flatnonzero((self.feature == feature) & (np.sign(self.top) == sign))
+        return tuple(
+            Term(self.names[i], "ramp", (float(self.foot[i]), float(self.top[i]))) for i in at
+        )
+
+
+def words_of(examples: Examples, groups: Sequence[BoolArray]) -> Words:
+    """Make the terms that the examples suggest; features hidden in one of them have none.
+
+    Parameters
+    ----------
+    examples : Examples
+    groups : sequence of (N,) bool
+        Examples that show the same.
+    """
+    whole = examples.whole
+    hidden = np.isnan(whole).any(axis=0)
+    shown = [np.where(hidden, 0.0, whole[group]) for group in groups]
+    least = np.maximum(_LEAST_SIGNAL * examples.noise, _LEAST_MOTION)
+    table: list[tuple[int, float, float, str]] = []
+    for sign in (1, -1):
+        reached = np.array([np.quantile(sign * rows, _QUANTILE, axis=0) for rows in shown]).reshape(
+            -1, len(least)
+        )
+        for feature in np.flatnonzero((reached > least).any(axis=0)):
+            values = reached[reached[:, feature] > least[feature], feature]
+            tops = _distinct(_TOP * np.array([values.min(), np.median(values), values.max()]))
+            word = examples.words[feature][sign > 0]
+            for degree, top in zip(degrees(len(tops)), tops, strict=True):
+                foot = max(_DEAD_ZONE * examples.noise[feature], _LEAST_DEAD_ZONE * top)
+                table.append((int(feature), sign * foot, sign * top, degree + word))
+    table.sort(key=lambda row: row[0])
+    return Words(
+        np.array([row[0] for row in table], dtype=np.int64),
+        np.array([row[1] for row in table]),
+        np.array([row[2] for row in table]),
+        tuple(row[3] for row in table),
+    )
+
+
+def _distinct(tops: FloatArray) -> list[float]:
+    """Return the ascending `tops` without those that hardly differ from a lower one."""
+    kept: list[float] = []
+    for top in tops.tolist():
+        if not kept or top > _DISTINCT * kept[-1]:
+            kept.append(top)
+    return kept

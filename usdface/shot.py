@@ -1,0 +1,149 @@
+"""A shot in memory: a character, a take and their set-up; and its result. Arrays in SI units, Y up.
+
+`usdface.io.usd.shot` reads a `Shot` from a stage, `usdface.retarget` turns it into a `ShotResult`,
+and `usdface.io.usd.layers` writes that back. No step between them needs a stage.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from usdface.cleanup.repairs import Repair
+from usdface.correction.expression_layer import ExpressionTrace
+from usdface.correction.gains import Gains
+from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.layout import FaceLayout
+from usdface.findings import Finding
+from usdface.fuzzy.system import FuzzySystem
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.solution import Solution
+from usdface.retarget_setup import Expression, RetargetSetup
+from usdface.rigs import Mesh, Rig
+from usdface.takes import FloatArray, MarkerTake, WeightsTake, frozen
+
+__all__ = ["Shot", "ShotResult"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Shot:
+    """Everything a retarget needs.
+
+    Attributes
+    ----------
+    rig : Rig
+    take : MarkerTake or WeightsTake
+        F frames.
+    setup : RetargetSetup
+    system : FuzzySystem or None
+        None: no expression layer.
+    expressions : tuple of Expression
+        The pose of each emotion.
+    layout : FaceLayout
+        Sides, regions, antagonists and contacts of the face.
+    gains : Gains or None
+        Strength of the correction over the take; None: that of the system and the expressions.
+    base : WeightsTake or None
+        Weights that the character's animation has already, at the times of the take. Blend shapes
+        that the retarget does not solve keep them.
+
+    Raises
+    ------
+    InputError
+        If the base has not as many frames as the take.
+    """
+
+    rig: Rig
+    take: MarkerTake | WeightsTake
+    setup: RetargetSetup
+    system: FuzzySystem | None = None
+    expressions: tuple[Expression, ...] = ()
+    layout: FaceLayout = field(default_factory=FaceLayout)
+    gains: Gains | None = None
+    base: WeightsTake | None = None
+
+    def __post_init__(self) -> None:
+        if self.base is not None and len(self.base.times) != len(self.take.times):
+            raise InputError(
+                f"the base weights have {len(self.base.times)} frames, the take "
+                f"{len(self.take.times)}; expected as many",
+                "WEIGHTS_LENGTH_WRONG",
+            )
+
+    @property
+    def mesh(self) -> Mesh:
+        """The bound mesh."""
+        return self.rig.mesh(self.setup.binding.mesh)
+
+    @property
+    def face(self) -> BoundFace:
+        """The bound mesh with its markers and its layout."""
+        rig_shapes = self.rig.shape_names
+        return bound_face(self.mesh, self.setup, layout=self.layout, rig_shapes=rig_shapes)
+
+    def with_base(self, names: tuple[str, ...], weights: FloatArray) -> WeightsTake:
+        """Return weights (F, S) of blend shapes `names` over the base: F frames, T columns.
+
+        Columns of the base come first and in its order; those that it lacks follow.
+        """
+        base = self.base.names if self.base is not None else ()
+        order = base + tuple(name for name in names if name not in base)
+        complete = np.zeros((len(weights), len(order)))
+        if self.base is not None:
+            complete[:, : len(base)] = self.base.weights
+        column = {name: i for i, name in enumerate(order)}
+        complete[:, [column[name] for name in names]] = weights
+        return WeightsTake(order, self.take.times, complete, self.take.rate)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ShotResult:
+    """A retargeted shot.
+
+    Attributes
+    ----------
+    shot : Shot
+        As it was solved: its markers cleaned.
+    solved : WeightsTake
+        (F, T) weights before the correction, in [0, 1]; blend shapes in the order of `Shot.base`.
+    corrected : (F, T) float64 or None
+        Weights after it; None without an expression layer.
+    solution : Solution or None
+        The retarget of a marker take: head pose, residual, feature points; None of a weights take.
+    head_motion : Pose or None
+        How the character's head moves, in rig space; None if it is to stay.
+    repairs : tuple of Repair
+        Changes of the marker clean-up.
+    region_residuals : mapping of str to (F,) float64 [m]
+        RMS distance of the markers of each region from the solved face; empty of a weights take.
+    trace : ExpressionTrace or None
+        Features, firing strengths and emotions of the expression layer; None without one.
+    findings : tuple of Finding
+    """
+
+    shot: Shot
+    solved: WeightsTake
+    corrected: FloatArray | None = None
+    solution: Solution | None = None
+    head_motion: Pose | None = None
+    repairs: tuple[Repair, ...] = ()
+    region_residuals: Mapping[str, FloatArray] = field(default_factory=dict)
+    trace: ExpressionTrace | None = None
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.corrected is not None:
+            object.__setattr__(self, "corrected", frozen(self.corrected))
+
+    @property
+    def weights(self) -> WeightsTake:
+        """The final weights (F, T): corrected where there is an expression layer."""
+        if self.corrected is None:
+            return self.solved
+        return WeightsTake(self.solved.names, self.solved.times, self.corrected, self.solved.rate)
+
+    @property
+    def emotions(self) -> Mapping[str, FloatArray]:
+        """The curve (F,) of each emotion in [0, 1]; empty without an expression layer."""
+        return self.trace.emotions if self.trace else {}

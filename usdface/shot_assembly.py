@@ -1,0 +1,109 @@
+"""A shot put together in memory: places for the markers, expression poses, a fuzzy system."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from usdface.binding.resolve_binding import binding_findings, resolve_binding
+from usdface.blas_threads import one_blas_thread
+from usdface.correction.expression_layer import adopt, design
+from usdface.face.bound_face import bound_face
+from usdface.face.expression_poses import ActionPose, expressions_for
+from usdface.findings import Finding
+from usdface.fuzzy.lint import rule_findings
+from usdface.fuzzy.system import FuzzySystem
+from usdface.options import BindOptions, CorrectionOptions
+from usdface.retarget_setup import Calibration, Expression, RetargetSetup, fit_setup
+from usdface.rigs import Mesh, Rig
+from usdface.shot import Shot
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["assemble_shot"]
+
+
+@one_blas_thread()
+def assemble_shot(
+    rig: Rig,
+    take: MarkerTake | WeightsTake,
+    *,
+    setup: RetargetSetup | None = None,
+    binding: BindOptions = BindOptions(),
+    calibration: Calibration | None = None,
+    poses: Mapping[str, Expression | ActionPose | None] | None = None,
+    system: FuzzySystem | None = None,
+    system_source: str = "",
+    correction: Mapping[str, Any] | None = None,
+) -> tuple[Shot, list[Finding]]:
+    """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
+
+    Parameters
+    ----------
+    rig : Rig
+    take : MarkerTake or WeightsTake
+    setup : RetargetSetup, optional
+        Where the markers sit, as `usdface.read_bind` gives it; without one places are proposed.
+    binding : BindOptions
+    calibration : Calibration, optional
+        Of the performer.
+    poses : mapping of str to Expression or ActionPose, optional
+        Expressions that go before those known for the rig's blend shape names.
+    system : FuzzySystem, optional
+        In place of one designed for the rig.
+    system_source : str
+        Names it in errors.
+    correction : mapping, optional
+        Fields of `CorrectionOptions` that go before those of the system.
+
+    Returns
+    -------
+    Shot
+    list of Finding
+
+    Raises
+    ------
+    InputError
+        If the binding does not fit rig and take, or no places can be proposed.
+
+    Examples
+    --------
+    >>> rig, _ = usdface.read_rig("examples/head.usdc")
+    >>> take, _ = usdface.read_take("examples/take.usdc")
+    >>> bind, _ = usdface.read_bind("examples/bind.json")
+    >>> shot, findings = usdface.assemble_shot(rig, take, setup=bind)
+    >>> [expression.name for expression in shot.expressions][:3]
+    ['joy', 'sadness', 'anger']
+    """
+    resolved = resolve_binding(rig, take, setup, options=binding)
+    findings = binding_findings(resolved, take)
+    mesh, bound = resolved.mesh, resolved.setup
+    if calibration is not None:
+        bound = replace(bound, calibration=calibration)
+    bound, more = fit_setup(bound, mesh, take)
+    findings += more
+    expressions, more = expressions_for(rig.shape_names, poses or {})
+    findings += more
+    system, bound, more = _corrector(
+        mesh, bound, expressions, system, system_source, correction or {}
+    )
+    findings += more
+    face = bound_face(mesh, bound)
+    layout = face.with_layout(expressions).layout if system else face.layout
+    return Shot(rig, take, bound, system, expressions, layout), findings
+
+
+def _corrector(
+    mesh: Mesh,
+    setup: RetargetSetup,
+    expressions: tuple[Expression, ...],
+    system: FuzzySystem | None,
+    source: str,
+    overrides: Mapping[str, Any],
+) -> tuple[FuzzySystem | None, RetargetSetup, list[Finding]]:
+    """Return the given fuzzy system, or one designed for the rig, and the set-up with its roles."""
+    correction = CorrectionOptions(**overrides)  # refuses values that cannot be
+    if system is None:
+        designed, roles, findings = design(bound_face(mesh, setup), expressions, correction)
+        return designed, replace(setup, roles=roles), findings
+    findings = rule_findings(system)
+    setup, more = adopt(system, setup, expressions, source)
+    return replace(system, **overrides), setup, findings + more
