@@ -18,6 +18,7 @@ from rich.table import Table
 from scipy.spatial.transform import Rotation
 from stylised import bent
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import face_surface
 from usdface.binding.neutral_frames import neutral_frames
 from usdface.binding.propose import propose
@@ -27,7 +28,7 @@ from usdface.io.takes.files import read_take
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray, MarkerTake
+from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"

@@ -16,9 +16,10 @@ from rich.table import Table
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 from benchmarks.solve.faces import Face, bent, ict  # noqa: E402
+from usdface.arrays import FloatArray  # noqa: E402
 from usdface.retarget_setup import Binding, Calibration, RetargetSetup  # noqa: E402
 from usdface.retarget_take import calibrate, retarget  # noqa: E402
-from usdface.takes import FloatArray, MarkerTake  # noqa: E402
+from usdface.takes import MarkerTake  # noqa: E402
 
 SHARED = ROOT.parent / "shared" / "data"
 REST, NOISE, SIZE = 15, 3e-4, 1.1

@@ -11,10 +11,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.io.takes.files import read_take
 from usdface.options import CleanOptions
-from usdface.takes import BoolArray, FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 TAKES = ("Jaw", "Eyebrows")

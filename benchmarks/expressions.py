@@ -127,6 +127,27 @@ def touching(faces: dict[str, Face]) -> tuple[Table, Table]:
     return made, halves
 
 
+def design_figures() -> dict[str, float]:
+    """Return what `benchmarks/sensitivity.py` judges rule design by: without noise and solve."""
+    amounts, off, alone, varied = np.linspace(0, 1, 21), [], 0, []
+    rules = 0
+    for kind in FACES:
+        face = make_face(kind, SHARED)
+        poses = (amounts[:, None, None] * face.poses).reshape(-1, len(face.mesh.shapes))
+        outputs = face.hear(poses)
+        shown = (amounts[:, None, None] * np.eye(len(face.poses))).reshape(outputs.shape)
+        off.append(np.abs(outputs - shown).max())
+        alone += len(loudest_alone(face))
+        varied.append((others_heard(face) > 0.35).mean())
+        rules += sum(len(rule.antecedent) for rule in face.system.fuzzy.rules)
+    return {
+        "conditions": float(rules),
+        "largest error": float(max(off)),
+        "blend shapes alone above 0.1": float(alone),
+        "varied expressions above 0.35 %": 100.0 * float(np.mean(varied)),
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", nargs="+", choices=FACES, default=FACES)

@@ -24,9 +24,11 @@ from tempfile import TemporaryDirectory
 import fuzzylite as fl
 import numpy as np
 
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
 
 TERMS = (
@@ -42,15 +44,14 @@ AT_ONCE, WORKERS = 1_000_000, 2
 
 def world():
     rng = np.random.default_rng(0)
-    variables = [Variable(f"x{i}", "input", "m", terms=TERMS) for i in range(8)]
+    variables = [Variable(f"x{i}", "input", terms=TERMS) for i in range(8)]
     variables += [Variable(f"e{i}", "output") for i in range(6)]
     rules = []
     for i in range(24):
         asked = rng.choice(8, 3, replace=False)
         said = [f"x{c} IS {rng.choice(TERMS).name}" for c in asked]
         rules.append(parse_rule(f"IF {' AND '.join(said)} THEN e{i % 6} IS {i % 11 / 10}"))
-    plain = {"normalisation": "per_output", "neutral_rule": False, "face_unit": "none"}
-    return FuzzySystem(tuple(variables), tuple(rules), **plain)
+    return FuzzySystem(tuple(variables), tuple(rules))
 
 
 def theirs_at_once(engine, inputs):
@@ -89,7 +90,8 @@ def worker(seed):
 def main():
     system = world()
     with TemporaryDirectory() as folder:
-        write_fuzzy_file(Path(folder) / "a.fll", system)
+        read = tuple(MarkerFeature(v.name) for v in system.inputs)
+        write_fuzzy_file(Path(folder) / "a.fll", ExpressionSystem(system, read))
         engine = fl.FllImporter().from_string((Path(folder) / "a.fll").read_text())
     version = metadata.version("pyfuzzylite") if not hasattr(fl, "__version__") else fl.__version__
     vectorised = int(version.split(".")[0]) >= 8

@@ -29,7 +29,6 @@ from makehuman_face import (  # noqa: E402
 from usdface.correction.feature_extraction import features  # noqa: E402
 from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
 from usdface.fuzzy.inference import evaluate  # noqa: E402
-from usdface.fuzzy.system import FuzzySystem  # noqa: E402
 from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
@@ -41,7 +40,12 @@ from usdface.rule_learning.cross_validation import Validation, cross_validate  #
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.rule_learning.labelled_takes import examples_of  # noqa: E402
 from usdface.rule_learning.labels import NEUTRAL, NOTHING, Label  # noqa: E402
-from usdface.rule_learning.learned_system import answers, fit_system, heard  # noqa: E402
+from usdface.rule_learning.learned_system import (  # noqa: E402
+    LearnedSystem,
+    classify,
+    evaluate_examples,
+    fit_system,
+)
 from usdface.rule_learning.separation import separations  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
@@ -134,14 +138,14 @@ def emotions_only(found: Validation) -> str:
     return f"{right} of {total} ({100 * right / max(total, 1):.0f} %)"
 
 
-def rules_and_hints(system: FuzzySystem) -> str:
-    hints = sum(rule.weight < 1 for rule in system.rules)
-    return f"{len(system.rules) - hints} + {hints}"
+def rules_and_fallback(learned: LearnedSystem) -> str:
+    fallback = len(learned.fallback_rules)
+    return f"{len(learned.system.fuzzy.rules) - fallback} + {fallback}"
 
 
 def summary(bodies: dict[str, tuple[Posable, BoundFace]]) -> Table:
     table = Table(title=f"Held-out expressions heard right; {PERFORMERS} performers, 0.3 mm noise")
-    for column in ("emotions", "markers", "space", "rules + hints; most conditions"):
+    for column in ("emotions", "markers", "space", "rules + fallback; most conditions"):
         table.add_column(column)
     for column in ("new performer", "nearest mean", "new variant", "nearest mean", "no emotion"):
         table.add_column(column, justify="right")
@@ -149,14 +153,15 @@ def summary(bodies: dict[str, tuple[Posable, BoundFace]]) -> Table:
         for markers, (body, face) in bodies.items():
             for space in ("character", "take"):
                 data = examples(body, face, emotions, False, space)
-                system, _ = fit_system(data, space)
-                rest = answers(system, data)[~np.array([bool(e) for e in data.emotions])]
-                longest = max(len(rule.antecedent) for rule in system.rules)
+                learned = fit_system(data, space)
+                system = learned.system
+                rest = evaluate_examples(system, data)[~np.array([bool(e) for e in data.emotions])]
+                longest = max(len(rule.antecedent) for rule in system.fuzzy.rules)
                 table.add_row(
                     title,
                     markers,
                     space,
-                    f"{rules_and_hints(system)}; {longest}",
+                    f"{rules_and_fallback(learned)}; {longest}",
                     emotions_only(cross_validate(data, "recording")),
                     emotions_only(cross_validate(data, "recording", nearest_mean)),
                     emotions_only(cross_validate(data, "variant")),
@@ -187,14 +192,15 @@ def opened_mouth(body: Posable, face: BoundFace) -> Table:
     for column in ("fitted on", "rules", "published poses heard", "with an open mouth heard"):
         table.add_column(column, justify="left" if column == "fitted on" else "right")
     for title, kept in (("published poses", ~is_open & ~last), ("both", ~last)):
-        system, _ = fit_system(data.subset(kept))
+        learned = fit_system(data.subset(kept))
+        system = learned.system
         cells = []
         for tested in (~is_open, is_open):
             rows = data.subset(tested & last & np.array([bool(e) for e in data.emotions]))
-            said = heard(answers(system, rows), system.emotions)
-            right = sum(a == b for a, b in zip(said, rows.emotions, strict=True))
-            cells.append(f"{right} of {len(said)}")
-        table.add_row(title, rules_and_hints(system), *cells)
+            predicted = classify(evaluate_examples(system, rows), system.emotions)
+            right = sum(a == b for a, b in zip(predicted, rows.emotions, strict=True))
+            cells.append(f"{right} of {len(predicted)}")
+        table.add_row(title, rules_and_fallback(learned), *cells)
     return table
 
 
@@ -204,8 +210,8 @@ def setup_of(face: BoundFace) -> RetargetSetup:
 
 
 def jitter(data: Examples, face: BoundFace) -> str:
-    """Say what half a minute of noisy markers at rest is heard as, through the solve."""
-    system, _ = fit_system(data)
+    """Return the outputs on half a minute of noisy markers at rest, through the solve."""
+    system = fit_system(data).system
     rng = np.random.default_rng(99)
     at_rest = face.neutral + NOISE * rng.standard_normal((1800, *face.neutral.shape))
     take = MarkerTake(face.markers, np.arange(1800) / RATE, at_rest, RATE)
@@ -213,7 +219,7 @@ def jitter(data: Examples, face: BoundFace) -> str:
     setup = replace(setup_of(face), neutral=(0, REST))
     cleaned, weights, solution, _ = retarget(take, face, setup)
     read = features(system, face, cleaned, weights=weights, solution=solution)
-    outputs = evaluate(system, read).outputs
+    outputs = evaluate(system.fuzzy, read).outputs
     return (
         f"noisy markers at rest: every emotion at most {outputs.mean(axis=0).max():.4f} in the "
         f"mean, {outputs.max():.3f} in a frame"
@@ -241,8 +247,8 @@ def main() -> None:
         found = cross_validate(data, "recording")
         console.print(confusion(found, f"{title} emotions, 68 markers, new performer"))
         if title == "six":
-            system, _ = fit_system(data)
-            for rule in system.rules:
+            system = fit_system(data).system
+            for rule in system.fuzzy.rules:
                 console.print(f"{rule.text} (weight {rule.weight:g})")
             console.print(jitter(data, bodies["68"][1]))
         apart = separations(data, "recording")

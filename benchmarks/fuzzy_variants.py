@@ -16,16 +16,16 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
-from fuzzy_fit import emotions_only, nearest_mean, rules_and_hints  # noqa: E402
+from fuzzy_fit import emotions_only, nearest_mean, rules_and_fallback  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
 from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
 from usdface.rule_design.feature_selection import single_movements  # noqa: E402
 from usdface.rule_design.marker_roles import (  # noqa: E402
-    direction_words,
+    direction_names,
     known_roles,
-    marker_variables,
+    marker_features,
 )
 from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
@@ -102,14 +102,14 @@ def world(seed: int, face: BoundFace) -> Examples:
         for speech in SPEECH:
             spoken = {name: weight * rng.uniform(0.7, 1.3) for name, weight in speech.items()}
             show(spoken, NO_EMOTION, "speech", performer)
-    variables = marker_variables(known_roles(face.markers, face.roles), "signed")
+    variables = marker_features(known_roles(face.markers, face.roles), "signed")
     noise = feature_noise(face, "take")
     features = pose_features(np.array(weights), face, variables)
     features = features + NOISE * noise * rng.standard_normal(features.shape)
     emotions, variants_shown, recordings = zip(*labels, strict=True)
     return Examples(
         variables,
-        direction_words(face.neutral, face.nose),
+        direction_names(face.neutral, face.nose),
         features,
         emotions,
         variants_shown,
@@ -138,20 +138,35 @@ def silent_nearest_mean(kept: Examples, left: Examples) -> tuple[np.ndarray, tup
     return np.where((nearer > outputs.max(axis=1)[:, None]).any(axis=1)[:, None], 0, outputs), names
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--worlds", type=int, nargs="*", default=[0, 1, 2, 3])
+def variants_face() -> BoundFace:
     mesh, marks = ict_mesh(SHARED), landmarks(SHARED)
     names = tuple(f"landmark_{i}" for i in range(len(marks)))
     setup = RetargetSetup(Binding(names, marks), nose_tip="landmark_30")
-    face = bound_face(mesh, setup)
+    return bound_face(mesh, setup)
+
+
+def figures() -> dict[str, float]:
+    """Return what `benchmarks/sensitivity.py` judges rule learning by, on worlds 0 and 1."""
+    face, found = variants_face(), {"rules": 0.0, "new performers": 0.0, "new variants": 0.0}
+    for seed in (0, 1):
+        data = world(seed, face)
+        found["rules"] += len(fit_system(data).system.fuzzy.rules)
+        for name, holding in (("new performers", "recording"), ("new variants", "variant")):
+            found[name] += float(np.trace(cross_validate(data, holding).counts[:-1]))
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--worlds", type=int, nargs="*", default=[0, 1, 2, 3])
+    face = variants_face()
     for seed in parser.parse_args().worlds:
         data = world(seed, face)
-        system, _ = fit_system(data)
+        learned = fit_system(data)
         performers = cross_validate(data, "recording")
         silent = performers.counts[-1]
         print(
-            f"world {seed}: {rules_and_hints(system)} rules and hints; "
+            f"world {seed}: {rules_and_fallback(learned)} rules and fallback rules; "
             f"new performer {emotions_only(performers)}, "
             f"silent {silent[-1]} of {silent.sum()}; new variant "
             f"{emotions_only(cross_validate(data, 'variant'))}, nearest mean "

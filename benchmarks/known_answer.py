@@ -15,12 +15,13 @@ from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
+from usdface.arrays import FloatArray
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"

@@ -57,7 +57,7 @@ def main() -> None:
     table.add_row("as it stands", "min", f"{TABLE.rms:.4f}", f"{TABLE.largest:.4f}")
     for normalisation in get_args(Normalisation):
         for and_ in ("min", "prod"):
-            system = paper_system(normalisation=normalisation, and_=and_)
+            system = replace(paper_system().fuzzy, normalisation=normalisation, and_=and_)
             found = fitted(system)
             rms, largest = off(found, system)
             table.add_row(normalisation, and_, f"{rms:.4f}", f"{largest:.4f}")

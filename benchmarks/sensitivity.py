@@ -54,6 +54,7 @@ def rows(module: str, names: str, measure: str) -> list[Constant]:
 
 
 PLACED, CHECKED, CLEANED = "binding:figures", "binding:anchor_figures", "cleanup:figures"
+DESIGNED, LEARNED = "expressions:design_figures", "fuzzy_variants:figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
         *rows("usdface.binding.candidates", "_LARGEST_WEIGHT _EVEN_CELL", PLACED),
@@ -75,6 +76,29 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.neutral_frames", "_LEAST_PEAK", PLACED),
         *rows("usdface.binding.propose", "_NEUTRALS _CLEARLY _OFF_FACE", PLACED),
         *rows("usdface.binding.anchor_check", "_BETTER _AWAY _POOR_COST", CHECKED),
+    ],
+    "rule_design": [
+        *rows("usdface.rule_design.feature_selection", "_LEAST_SIGNAL _DEAD_ZONE _TOP", DESIGNED),
+        *rows("usdface.rule_design.feature_selection", "_CONDITIONS _SHORTLIST _PAIRED", DESIGNED),
+        *rows("usdface.rule_design.feature_selection", "_OTHER_EXPRESSION _WORST", DESIGNED),
+        *rows("usdface.rule_design.feature_selection", "_SINGLE_MOVEMENT _NOISE_COST", DESIGNED),
+        *rows("usdface.rule_design.feature_selection", "_COMBINED_MOVEMENTS _LEAST_GAIN", DESIGNED),
+        *rows("usdface.rule_design.feature_selection", "_HALF_MOVES", DESIGNED),
+        *rows("usdface.rule_design.negative_conditions", "LEAST_FIRING _CLEAR", DESIGNED),
+        *rows("usdface.rule_design.marker_roles", "_MIDLINE", DESIGNED),
+    ],
+    "rule_learning": [
+        *rows("usdface.rule_learning.terms", "_DEAD_ZONE _LEAST_SIGNAL _TOP _QUANTILE", LEARNED),
+        *rows("usdface.rule_learning.terms", "_LEAST_DEAD_ZONE _DISTINCT", LEARNED),
+        *rows("usdface.rule_learning.training_set", "_NOISE_COST _ALIKE LEAST_SIGNAL", LEARNED),
+        *rows("usdface.rule_learning.rules", "_CONDITIONS _MOST_RULES _PART_COST _BEAM", LEARNED),
+        *rows("usdface.rule_learning.rules", "_MOVEMENTS _WORST_MOVEMENT _COVERED", LEARNED),
+        *rows("usdface.rule_learning.rules", "_VARIANT_COVERED _WORTHWHILE", LEARNED),
+        *rows("usdface.rule_learning.rules", "FALLBACK_WEIGHT", LEARNED),
+        *rows("usdface.rule_learning.fallback_rules", "_MOST_RULES _PARTS _PARTIAL", LEARNED),
+        *rows("usdface.rule_learning.fallback_rules", "_MOVED _MOVEMENTS _LEAST_MET", LEARNED),
+        *rows("usdface.rule_learning.fallback_rules", "_CONDITION_COST _NOISE_COST", LEARNED),
+        *rows("usdface.rule_learning.fallback_rules", "_TOGETHER _SHORTLIST", LEARNED),
     ],
     "cleanup": [
         *rows("usdface.cleanup.clean", "_FEWEST_MARKERS _FEWEST_FRAMES _ROUNDS", CLEANED),

@@ -19,13 +19,13 @@ from rich.console import Console
 from rich.table import Table
 from scipy.optimize import lsq_linear
 
+from usdface.arrays import FloatArray
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import SolveOptions
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
-from usdface.takes import FloatArray
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"

@@ -10,8 +10,8 @@ from examples.picture import triangulated, vertex_normals
 from examples.shapes import ARKIT_NAMES, eye_turns, head_shapes, jaw_moves
 from examples.skin import smooth
 from examples.topology import FLIP
+from usdface.arrays import FloatArray
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
-from usdface.takes import FloatArray
 
 __all__ = ["MATERIALS", "build_head"]
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from examples.sculpt import EYE, EYE_RADIUS, gradient, march, scalp
 from examples.topology import FLIP
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["Part", "brow", "ear", "eye", "hair", "mirrored", "teeth", "tongue"]
 

@@ -12,9 +12,10 @@ import numpy as np
 from examples.expressions import EMOTIONS
 from examples.head import build_head
 from examples.sculpt import march
+from usdface.arrays import FloatArray
 from usdface.retarget_setup import Binding
 from usdface.rigs import Rig
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["MARKERS", "NEUTRAL", "Performance", "binding", "perform"]
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.rigs import Rig
-from usdface.takes import FloatArray, IntArray
 
 __all__ = [
     "View",

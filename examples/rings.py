@@ -3,7 +3,7 @@
 import numpy as np
 
 from examples.sculpt import EYE, EYE_RADIUS, MOUTH_HALF, lid_curve, lip_curve, march
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["LIP_RINGS", "POCKET_RINGS", "SOCK_RINGS", "eye_rings", "front_of", "mouth_rings"]
 

@@ -12,7 +12,7 @@ from examples.rings import POCKET_RINGS
 from examples.sculpt import EYE
 from examples.skin import MM, Skin, smooth
 from examples.topology import FLIP, HeadMesh
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["ARKIT_NAMES", "HINGE", "JAW_ANGLE", "eye_turns", "head_shapes", "jaw_moves"]
 

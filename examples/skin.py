@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 from examples.rings import LIP_RINGS, POCKET_RINGS, SOCK_RINGS
 from examples.sculpt import EYE
 from examples.topology import HeadMesh
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 # How far the rings behind a lid, its rim, and the rings before it go with the rim.
 LID_SHARES = (0.8, 0.9, 1, 1, 1, 0.66, 0.25)

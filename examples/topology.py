@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from examples.rings import LIP_RINGS, POCKET_RINGS, SOCK_RINGS, eye_rings, mouth_rings
 from examples.sculpt import march, project
-from usdface.takes import FloatArray, IntArray
+from usdface.arrays import FloatArray, IntArray
 
 __all__ = ["HeadMesh", "build"]
 

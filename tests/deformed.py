@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["deformed"]
 

@@ -1,10 +1,13 @@
 """Fuzzy systems with every kind of term, and the way into a file and back."""
 
+from expression_systems import expression_system
+
+from usdface.expression_system import MarkerFeature
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 
-__all__ = ["BROW", "FORMATS", "LIP", "SYSTEMS", "TERMS", "both_ways", "mamdani", "sugeno"]
+__all__ = ["BROW", "FORMATS", "LIP", "READS", "SYSTEMS", "TERMS", "both_ways", "mamdani", "sugeno"]
 
 TERMS = (
     Term("tri", "triangular", (-1, -0.5, 0.25)),
@@ -20,8 +23,9 @@ TERMS = (
     Term("pi", "pi_shape", (-1, 0, 0.5, 1)),
 )
 FORMATS = (".fis", ".fcl", ".fll", ".usda", ".usdc")
-BROW = Variable("brow_y", "input", "left brow", "z", "absolute", TERMS)
-LIP = Variable("lip_x", "input", "lip", "x", "signed", TERMS[::-1], range=(-2, 2))
+BROW = Variable("brow_y", "input", TERMS)
+READS = (MarkerFeature("left brow", "z", "absolute"), MarkerFeature("lip", "x"))
+LIP = Variable("lip_x", "input", TERMS[::-1], range=(-2, 2))
 
 
 def sugeno(**settings):
@@ -32,7 +36,7 @@ def sugeno(**settings):
     rules += ["IF brow_y IS up OR lip_x IS sig THEN joy IS 1 AND out IS plane"]
     rules += ["IF lip_x IS bell THEN out IS flat", "IF lip_x IS pi THEN out IS 1.125"]
     made = [parse_rule(rule, (20 - i) / 20, i != 3) for i, rule in enumerate(rules)]
-    return FuzzySystem((BROW, LIP, joy, out), tuple(made), **settings)
+    return expression_system((BROW, LIP, joy, out), made, READS, **settings)
 
 
 def mamdani(**settings):
@@ -42,13 +46,13 @@ def mamdani(**settings):
         parse_rule("IF brow_y IS tri AND lip_x IS gauss THEN out IS low"),
         parse_rule("IF lip_x IS NOT s THEN out IS high", 0.5),
     )
-    return FuzzySystem((BROW, LIP, out), rules, inference="mamdani", **settings)
+    return expression_system((BROW, LIP, out), rules, READS, inference="mamdani", **settings)
 
 
 SYSTEMS = {
     "default": sugeno(),
     "others": sugeno(
-        normalisation="per_output", and_="prod", or_="probor", neutral_rule=False, mode="add"
+        normalisation="per_output", and_="prod", or_="probor", else_rule=False, mode="add"
     ),
     "far": sugeno(normalisation="weighted_sum", and_="hamacher", or_="einstein", gain=0.7),
     "mamdani": mamdani(),

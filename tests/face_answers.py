@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 from faces import Face
 
+from usdface.arrays import FloatArray
 from usdface.correction.contact import hold
 from usdface.correction.gaps import gaps_of
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.rule_design.feature_selection import single_movements
-from usdface.takes import FloatArray
 
 __all__ = [
     "AMOUNTS",

@@ -16,11 +16,12 @@ from makehuman_face import landmarks_on, posable_face
 from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.correction.expression_layer import design, express
 from usdface.correction.feature_extraction import sided_features
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
@@ -28,7 +29,7 @@ from usdface.options import CorrectionOptions
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, Expression, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["FACES", "NOISE", "RATE", "Face", "Played", "make_face"]
 
@@ -65,7 +66,7 @@ class Face:
     mesh: Mesh
     setup: RetargetSetup
     expressions: tuple[Expression, ...]
-    system: FuzzySystem
+    system: ExpressionSystem
     bound: BoundFace
 
     @property

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.rule_design.marker_roles import AXES, direction, marker_variables
+from usdface.rule_design.marker_roles import AXES, direction_name, marker_features
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 
 MARKERS = ("nose", "brow_l", "cheek_l", "corner_l", "lip_low", "chin")
@@ -25,7 +25,7 @@ _ALONE += ("lip_low_y raised", "cheek_l_y raised", "corner_l_x inward")
 _SIGNS = {"raised": 1, "lowered": -1, "outward": 1, "inward": -1}
 _REACH = {"brow_l_y": 0.08, "chin_y": 0.2, "corner_l_x": 0.06, "corner_l_y": 0.09}
 
-VARIABLES = marker_variables(MARKERS)
+VARIABLES = marker_features(MARKERS)
 COLUMN = {variable.name: i for i, variable in enumerate(VARIABLES)}
 
 
@@ -51,7 +51,9 @@ def make_examples(rules=RULES, takes=4, scatter=0.1, seed=0) -> Examples:
                 labels.append((emotion, variant, f"take_{take}"))
     emotions, variants, recordings = zip(*labels, strict=True)
     words = tuple(
-        (direction(axis, -1, side), direction(axis, 1, side)) for side in _SIDES for axis in AXES
+        (direction_name(axis, -1, side), direction_name(axis, 1, side))
+        for side in _SIDES
+        for axis in AXES
     )
     features = np.array(rows)
     return Examples(

@@ -2,11 +2,13 @@
 
 from math import isfinite
 
+from expression_systems import expression_system
 from hypothesis import strategies as st
 
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.fuzzy.norms import AGGREGATIONS, HEDGES, S_NORMS, T_NORMS
 from usdface.fuzzy.rules import Combined, Condition, Proposition, Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.rule_text import condition_text
 
 __all__ = ["systems"]
@@ -43,6 +45,12 @@ PARAMETERS = {
         lambda t: (t[0][0], t[1], t[0][1], t[2], t[0][2], 0.0)
     ),
 }
+FEATURE = st.builds(
+    MarkerFeature,
+    st.sampled_from(("lip", "left brow", "Ångström")),
+    st.sampled_from(("x", "y", "z")),
+    st.sampled_from(("absolute", "signed")),
+)
 WORDS = ("low", "middle", "high", "very", "rule", "ende", "t_1")
 
 
@@ -64,9 +72,6 @@ def inputs(draw: st.DrawFn, name: str, plain: bool = False) -> Variable:
     return Variable(
         name,
         "input",
-        draw(st.sampled_from(("lip", "left brow", "Ångström"))),
-        draw(st.sampled_from(("x", "y", "z"))),
-        draw(st.sampled_from(("absolute", "signed"))),
         draw(terms(names, plain)),
         draw(st.none() | bounds()),
     )
@@ -101,7 +106,7 @@ def conditions(variables: list[Variable], plain: bool) -> st.SearchStrategy[Cond
 
 
 @st.composite
-def systems(draw: st.DrawFn, plain: bool = False) -> FuzzySystem:
+def systems(draw: st.DrawFn, plain: bool = False) -> ExpressionSystem:
     """Draw a system of up to three inputs, two outputs and four rules."""
     mamdani = draw(st.booleans())
     read = [draw(inputs(name, plain)) for name in ("lip_y", "b", "x_1")[: draw(st.integers(1, 3))]]
@@ -117,7 +122,7 @@ def systems(draw: st.DrawFn, plain: bool = False) -> FuzzySystem:
     rules = [draw(rule(read, told, mamdani, plain)) for _ in range(draw(st.integers(0, 4)))]
     settings = {
         "normalisation": draw(st.sampled_from(("per_output", "all_rules", "weighted_sum"))),
-        "neutral_rule": draw(st.booleans()),
+        "else_rule": draw(st.booleans()),
         "and_": draw(st.sampled_from(sorted(T_NORMS))),
         "or_": draw(st.sampled_from(sorted(S_NORMS))),
         "gain": draw(short),
@@ -134,7 +139,9 @@ def systems(draw: st.DrawFn, plain: bool = False) -> FuzzySystem:
             "samples": draw(st.integers(2, 120)),
             "sampling": draw(st.sampled_from(("ends", "middles"))),
         }
-    return FuzzySystem((*read, *told), tuple(rules), **settings)
+    return expression_system(
+        (*read, *told), rules, draw(st.tuples(*[FEATURE] * len(read))), **settings
+    )
 
 
 @st.composite

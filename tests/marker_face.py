@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.rigs import BlendShape, Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["marker_face"]
 

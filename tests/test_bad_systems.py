@@ -4,12 +4,14 @@ import json
 from pathlib import Path
 
 import pytest
+from expression_systems import expression_system
 from pxr import Usd
 from worlds import make_world
 
 from usdface.cli import main
+from usdface.expression_system import MarkerFeature, Measure
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.schemas import tokens
 
@@ -18,11 +20,15 @@ BOTH = "IF brow_y IS high AND lip_y IS high THEN joy IS 1"
 TEXTS = (".fis", ".fcl", ".fll")
 
 
-def write(place: Path, *rules: str, role: str = "brow", **changes: object) -> Path:
-    brow = Variable("brow_y", "input", role, terms=TERMS, **changes)
-    lip = Variable("lip_y", "input", "lip_lower", terms=TERMS)
+def write(
+    place: Path, *rules: str, role: str = "brow", measure: Measure = "signed", range_=None
+) -> Path:
+    brow = Variable("brow_y", "input", TERMS, range_)
+    lip = Variable("lip_y", "input", terms=TERMS)
     made = tuple(map(parse_rule, rules or (BOTH,)))
-    write_fuzzy_file(place, FuzzySystem((brow, lip, Variable("joy", "output")), made))
+    features = MarkerFeature(role, "y", measure), MarkerFeature("lip_lower")
+    variables = brow, lip, Variable("joy", "output")
+    write_fuzzy_file(place, expression_system(variables, made, features))
     return place
 
 
@@ -129,7 +135,7 @@ def test_a_doubtful_rule_is_a_warning_with_its_place_and_a_remedy(tmp_path, caps
 
 @pytest.mark.parametrize("suffix", [*TEXTS, ".usda"])
 def test_a_range_that_no_term_covers_is_a_warning(tmp_path, capsys, suffix):
-    place = write(tmp_path / f"a{suffix}", range=(-1, 1))
+    place = write(tmp_path / f"a{suffix}", range_=(-1, 1))
     _, said = convert(place, capsys)
     (found,) = (f for f in said["findings"] if f["code"] == "RANGE_UNCOVERED")
     assert found["where"] == "brow_y" and "-0.1 to 0.1" in found["message"]
@@ -180,7 +186,7 @@ def test_a_marker_may_play_several_roles(shot, tmp_path):
     folder, system, bind = shot.parent, tmp_path / "paper.usda", tmp_path / "bind.json"
     assert main(["fuzzy", "paper", "-o", str(system)]) == 0
     document = json.loads((folder / "bind.json").read_text())
-    document["roles"] = {v.role: "lip_lower" for v in read_fuzzy_file(system)[0].inputs}
+    document["roles"] = {f.role: "lip_lower" for f in read_fuzzy_file(system)[0].features}
     bind.write_text(json.dumps(document))
     command = shot_command(folder, tmp_path / "shot.usda", "--fuzzy", system)
     command[command.index("--bind") + 1] = str(bind)

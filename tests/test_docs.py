@@ -1,6 +1,7 @@
 """What the documents show is true: commands, links, USD and Python."""
 
 import ast
+import doctest
 import re
 from pathlib import Path
 
@@ -61,6 +62,15 @@ def test_examples_parse(document: Path) -> None:
         assert Sdf.Layer.CreateAnonymous(".usda").ImportFromString(block)
     for block in blocks(document, "python"):
         ast.parse(block)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_sessions_are_true(document: Path) -> None:
+    if document.name == "api.md":
+        pytest.skip("tests/test_api_documentation.py runs its examples, where their files are")
+    for block in blocks(document, "pycon"):
+        session = doctest.DocTestParser().get_doctest(block, {}, document.name, str(document), 0)
+        assert session.examples and not doctest.DocTestRunner().run(session).failed
 
 
 def test_what_is_overridden_is_there() -> None:

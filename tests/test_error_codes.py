@@ -10,6 +10,7 @@ import pytest
 from worlds import World, make_world
 
 from usdface import errors
+from usdface.arrays import FloatArray
 from usdface.binding.resolve_binding import resolve_binding
 from usdface.errors import ERROR_CODES, UsdFaceError
 from usdface.io.bind_file import read_bind
@@ -22,7 +23,7 @@ from usdface.pipeline import calibrate, make_shot, process
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup, fit_setup, unbound
 from usdface.rigs import Mesh, Rig
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()

@@ -11,11 +11,12 @@ import pytest
 from pxr import Usd
 from worlds import animation_of
 
+from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.io.bind_file import bind_json
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))  # the examples are no part of the installed package

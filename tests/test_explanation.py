@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from expression_systems import changed
 from pxr import Usd
 from worlds import animation_of, make_world
 
+from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.explanation import Explanation
 from usdface.fuzzy.inference import evaluate
@@ -17,7 +19,7 @@ from usdface.io.usd.take import write_take
 from usdface.pipeline import explain
 from usdface.retarget_setup import Expression
 from usdface.schemas import tokens
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 FRAME = 25
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -63,7 +65,7 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
     strongest = max(facts["emotions"], key=facts["emotions"].get)
     assert f"THEN {strongest}" in fired[0]["rule"]
     names = [feature["name"] for feature in facts["features"]]
-    assert names == [variable.name for variable in explained.system.inputs]
+    assert names == [variable.name for variable in explained.system.fuzzy.inputs]
     for change in facts["weights"].values():
         assert change["corrected"] > change["solved"], "the mode is raise"
 
@@ -135,7 +137,7 @@ def test_a_neutral_frame_has_nothing_to_explain(explained: Explanation) -> None:
 
 def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> None:
     """AND is the smaller, and distances in millimetres are those between the markers."""
-    assert explained.system.and_ == "min" and explained.system.space == "character"
+    assert explained.system.fuzzy.and_ == "min" and explained.system.space == "character"
     facts = explained.frame(FRAME)
     for rule in facts["rules"]:
         assert rule["fires"] == rule["weight"] * min(c["degree"] for c in rule["conditions"])
@@ -162,10 +164,10 @@ def test_the_conditions_of_a_rule_say_why_it_fires(explained: Explanation) -> No
 
 
 def test_hedges_count_in_conditions(explained: Explanation) -> None:
-    rule = explained.system.rules[0]
+    rule = explained.system.fuzzy.rules[0]
     hedged = parse_rule(rule.text.replace(" IS ", " IS NOT VERY ", 1))
-    whole, system = explained.whole, replace(explained.system, rules=(hedged,))
-    evaluation = evaluate(system, whole.inputs, memberships=True)
+    whole, system = explained.whole, changed(explained.system, rules=(hedged,))
+    evaluation = evaluate(system.fuzzy, whole.inputs, memberships=True)
     trace = replace(
         explained.trace, system=system, sides={"both": replace(whole, evaluation=evaluation)}
     )

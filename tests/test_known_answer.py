@@ -14,13 +14,14 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 from worlds import animation_of, restaged
 
+from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.rig_write import write_rig
 from usdface.rigs import BlendShape, Mesh, Rig
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 RATE = 30.0
 NOISE = 3e-4  # m

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.takes import MarkerTake, WeightsTake, frozen, visible
+from usdface.takes import MarkerTake, WeightsTake, visible
 
 RNG = np.random.default_rng(3)
 
@@ -33,13 +33,6 @@ def test_a_take_does_not_follow_the_array_it_was_made_of() -> None:
     take, part = markers(positions), markers(positions[:, ::1])
     positions[:] = 7.0
     assert (take.positions == 1).all() and (part.positions == 1).all()
-
-
-def test_frozen_copies_only_what_could_change() -> None:
-    once = frozen(np.arange(3.0))
-    assert frozen(once) is once
-    assert frozen([1, 2], np.int64).dtype == np.int64
-    assert frozen(np.ones((4, 6))[:, ::2]).flags.c_contiguous
 
 
 def test_a_hidden_marker_is_nan_in_all_components() -> None:

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
+from usdface.arrays import FloatArray
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
 from usdface.rigs import BlendShape, Mesh, Rig
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
     "NEUTRAL",

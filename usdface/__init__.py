@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         UsdFaceError,
     )
     from usdface.explanation import Explanation
+    from usdface.expression_system import ExpressionSystem
     from usdface.findings import Finding, finding
     from usdface.formats import ExportTarget, RigReader, TakeReader
     from usdface.fuzzy.system import FuzzySystem
@@ -100,6 +101,7 @@ __all__ = [
     "ExportOptions",
     "ExportTarget",
     "Expression",
+    "ExpressionSystem",
     "Finding",
     "FitOptions",
     "FuzzySystem",
@@ -167,6 +169,7 @@ _HOMES = {
         "UsdFaceError",
     ),
     "explanation": ("Explanation",),
+    "expression_system": ("ExpressionSystem",),
     "findings": (
         "Finding",
         "finding",

@@ -10,11 +10,11 @@ from functools import cached_property
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shapes import BlendShape
 from usdface.findings import Finding, finding
 from usdface.inbetween_path import InbetweenPath, distinct_inbetweens, inbetween_path
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = [
     "BlendShapeEvaluator",

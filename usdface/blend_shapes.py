@@ -5,8 +5,8 @@ from typing import Literal
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween"]
 
@@ -62,6 +62,12 @@ class BlendShape:
         The name it had where it comes from, if `name` is another to be unique; else "".
     combination : Combination or None
         None: its weight is free.
+
+    Examples
+    --------
+    >>> shape = usdface.BlendShape("jawOpen", [3, 8], [[0, -0.02, 0], [0, -0.01, 0]])
+    >>> shape.offsets.shape
+    (2, 3)
     """
 
     name: str

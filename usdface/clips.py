@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
-from usdface.takes import FloatArray, WeightsTake, frozen
+from usdface.takes import WeightsTake
 
 __all__ = ["Clip", "JointsTake", "check_clip", "chosen_clips"]
 

@@ -95,6 +95,14 @@ class UsdFaceError(Exception):
         One line.
     code : str, optional
         A key of `ERROR_CODES`; else that of the class.
+
+    Examples
+    --------
+    >>> try:
+    ...     usdface.read_rig("missing.glb")
+    ... except usdface.UsdFaceError as error:
+    ...     print(error.code)
+    FILE_UNREADABLE
     """
 
     default_code = "INPUT_UNUSABLE"
@@ -105,35 +113,118 @@ class UsdFaceError(Exception):
 
 
 class InputError(UsdFaceError):
-    """A file, prim or setting from outside cannot be used as it is."""
+    """A file, prim or setting from outside cannot be used as it is.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    code : str, optional
+        A key of `ERROR_CODES`; else that of the class.
+
+    Examples
+    --------
+    >>> usdface.read_take("missing.c3d")
+    Traceback (most recent call last):
+    usdface.errors.InputError: ...missing.c3d...
+    """
 
 
 class SchemaError(UsdFaceError):
-    """The usdface USD schemas are missing or cannot be registered any more."""
+    """The usdface USD schemas are missing or cannot be registered any more.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    code : str, optional
+        A key of `ERROR_CODES`; else that of the class.
+
+    Examples
+    --------
+    >>> usdface.SchemaError("the schemas come too late").code
+    'SCHEMAS_LATE'
+    """
 
     default_code = "SCHEMAS_LATE"
 
 
 class SolveError(UsdFaceError):
-    """The given numbers do not determine an answer."""
+    """The given numbers do not determine an answer.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    code : str, optional
+        A key of `ERROR_CODES`; else that of the class.
+
+    Examples
+    --------
+    >>> usdface.SolveError("two markers for three poses").code
+    'SOLVE_UNDETERMINED'
+    """
 
     default_code = "SOLVE_UNDETERMINED"
 
 
 class OutputError(UsdFaceError):
-    """A result cannot be written; what was there before is still there."""
+    """A result cannot be written; what was there before is still there.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    code : str, optional
+        A key of `ERROR_CODES`; else that of the class.
+
+    Examples
+    --------
+    >>> usdface.make_take("examples/performance.trc", "examples/performance.trc")
+    Traceback (most recent call last):
+    usdface.errors.OutputError: ...would be overwritten...
+    """
 
     default_code = "OUTPUT_UNWRITABLE"
 
 
 class PluginError(UsdFaceError):
-    """A reader or an export target of another package cannot be used; the message names it."""
+    """A reader or an export target of another package cannot be used; the message names it.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    code : str, optional
+        A key of `ERROR_CODES`; else that of the class.
+
+    Examples
+    --------
+    >>> usdface.PluginError("acme-xyz cannot be loaded").code
+    'PLUGIN_FAILED'
+    """
 
     default_code = "PLUGIN_FAILED"
 
 
 class Cancelled(UsdFaceError):
-    """The caller ended the job: raise it in the callback `on_progress`. Nothing is written."""
+    """The caller ended the job: raise it in the callback `on_progress`. Nothing is written.
+
+    Parameters
+    ----------
+    message : str
+        One line.
+    code : str, optional
+        A key of `ERROR_CODES`; else that of the class.
+
+    Examples
+    --------
+    >>> def stop(step: usdface.Step) -> None:
+    ...     raise usdface.Cancelled
+    >>> usdface.process("examples/shot.usda", on_progress=stop)
+    Traceback (most recent call last):
+    usdface.errors.Cancelled: cancelled
+    """
 
     default_code = "CANCELLED"
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.correction.temporal_blend import blend_frames
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.fuzzy.rules import Proposition
-from usdface.fuzzy.system import FuzzySystem
 from usdface.shot import ShotResult
-from usdface.takes import FloatArray
 
 __all__ = ["HALF_SHOWN_APART", "Explanation", "explain_result"]
 
@@ -33,13 +33,19 @@ class Explanation:
     result : ShotResult
     trace : ExpressionTrace
         Of `result`, with memberships.
+
+    Examples
+    --------
+    >>> explanation = usdface.explain("examples/shot.usda").value
+    >>> explanation.frame(explanation.peak)["rules"][0]["fires"] > 0
+    True
     """
 
     result: ShotResult
     trace: ExpressionTrace
 
     @property
-    def system(self) -> FuzzySystem:
+    def system(self) -> ExpressionSystem:
         """The fuzzy system."""
         return self.trace.system
 
@@ -107,7 +113,7 @@ class Explanation:
                 for side, half in self.halves.items()
                 if np.abs(half.shown[index] - shown).max(initial=0.0) >= HALF_SHOWN_APART
             },
-            "features": [self._feature(index, i) for i in range(len(self.system.inputs))],
+            "features": [self._feature(index, i) for i in range(len(self.system.fuzzy.inputs))],
             "weights": self._weights(index),
         }
 
@@ -149,7 +155,7 @@ class Explanation:
                 "conditions": [self._condition(traced, index, p) for p in rule.propositions],
             }
             for rule, strength in zip(
-                self.system.rules, traced.evaluation.firing[index], strict=True
+                self.system.fuzzy.rules, traced.evaluation.firing[index], strict=True
             )
         ]
         return sorted(rules, key=lambda rule: -rule["fires"])
@@ -180,14 +186,15 @@ class Explanation:
         return np.asarray(np.min([half.shown for half in self.halves.values()], axis=0))
 
     def _feature(self, index: int, column: int) -> dict[str, Any]:
-        variable, value = self.system.inputs[column], self.whole.inputs[index, column]
+        variable, feature = self.system.fuzzy.inputs[column], self.system.features[column]
+        value = self.whole.inputs[index, column]
         memberships = self.whole.evaluation.memberships
         return {
             "name": variable.name,
-            "role": variable.role,
+            "role": feature.role,
             "marker": self.trace.markers[column],
             "measured_to": self.result.shot.setup.nose_tip,
-            "axis": variable.axis,
+            "axis": feature.axis,
             "value": round(float(value), 5) if np.isfinite(value) else None,
             "mm": self._millimetres(value),
             "terms": {
@@ -202,7 +209,7 @@ class Explanation:
         return round(1000.0 * self.trace.unit * float(value), 3) if np.isfinite(value) else None
 
     def _condition(self, traced: SideTrace, index: int, proposition: Proposition) -> dict[str, Any]:
-        column = [v.name for v in self.system.inputs].index(proposition.variable)
+        column = [v.name for v in self.system.fuzzy.inputs].index(proposition.variable)
         return {
             "variable": proposition.variable,
             "marker": self.trace.markers[column],
@@ -225,6 +232,6 @@ def explain_result(result: ShotResult) -> Explanation:
         raise InputError(
             "the shot has no expression layer to explain; give it a fuzzy system and expressions"
         )
-    if trace.system.rules and not trace.sides["both"].evaluation.memberships:
+    if trace.system.fuzzy.rules and not trace.sides["both"].evaluation.memberships:
         raise InputError("the memberships were not kept; retarget with ProcessOptions(trace=True)")
     return Explanation(result, trace)

@@ -181,6 +181,12 @@ class Finding:
     message : str
         One line.
     severity : {"info", "warning", "error"}
+
+    Examples
+    --------
+    >>> _, findings = usdface.read_take("examples/performance.trc")
+    >>> all(finding.severity in ("info", "warning", "error") for finding in findings)
+    True
     """
 
     code: str
@@ -201,10 +207,28 @@ class Finding:
 def finding(code: str, where: str, message: str = "") -> Finding:
     """Make a finding of a known code; the table gives severity and default message.
 
+    Parameters
+    ----------
+    code : str
+        A key of `CODES`.
+    where : str
+        The thing it is about: a marker, blend shape, prim path or file.
+    message : str
+        One line, in place of the default.
+
+    Returns
+    -------
+    Finding
+
     Raises
     ------
     KeyError
         If `code` is not in `CODES` (a mistake in the program, not in its input).
+
+    Examples
+    --------
+    >>> usdface.finding("MARKER_OCCLUDED", "chin", "hidden in 3 of 9 frames").severity
+    'info'
     """
     severity, default = CODES[code]
     return Finding(code, where, message or default, severity)

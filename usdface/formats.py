@@ -136,13 +136,29 @@ class TakeReader(Reader):
 
     Attributes
     ----------
+    name : str
+        For people: ``"XYZ"``.
+    suffixes : tuple of str
+        Lower case, with the dot.
+    options : tuple of str
+        Names of the options that it follows; any other is refused.
+    sniff : callable, path -> bool, optional
+        Whether a file with such a suffix, or a folder, is of this format.
+    folder : bool
+        It reads folders; then it needs a `sniff`.
     read : callable
         (path, `TakeOptions`) -> (`MarkerTake` or `WeightsTake`, findings).
 
+    Raises
+    ------
+    InputError
+        If a suffix or an option is none.
+
     Examples
     --------
-    >>> from usdface import TakeReader
-    >>> XYZ = TakeReader(name="XYZ", suffixes=(".xyz",), read=lambda path, options: ...)
+    >>> XYZ = usdface.TakeReader(
+    ...     name="XYZ", suffixes=(".xyz",), read=lambda path, options: ...
+    ... )
     """
 
     read: ReadTake
@@ -155,8 +171,29 @@ class RigReader(Reader):
 
     Attributes
     ----------
+    name : str
+        For people: ``"XYZ"``.
+    suffixes : tuple of str
+        Lower case, with the dot.
+    options : tuple of str
+        Names of the options that it follows; any other is refused.
+    sniff : callable, path -> bool, optional
+        Whether a file with such a suffix, or a folder, is of this format.
+    folder : bool
+        It reads folders; then it needs a `sniff`.
     read : callable
         (path, `RigOptions`) -> (`Rig`, findings).
+
+    Raises
+    ------
+    InputError
+        If a suffix or an option is none.
+
+    Examples
+    --------
+    >>> HEAD = usdface.RigReader(
+    ...     name="Head", suffixes=(".head",), read=lambda path, options: ...
+    ... )
     """
 
     read: ReadRig
@@ -169,11 +206,28 @@ class ExportTarget(FileFormat):
 
     Attributes
     ----------
+    name : str
+        For people: ``"XYZ"``.
+    suffixes : tuple of str
+        Lower case, with the dot.
+    options : tuple of str
+        Names of the options that it follows; any other is refused.
     write : callable, optional
         (`Rig`, clips, path, `ExportOptions`) -> findings. The options `clip` and `asset_root`
         are followed before, as the scene is read.
     pack : callable, optional
         (path of the USD scene, path, `ExportOptions`) -> findings: packs the scene as it is.
+
+    Raises
+    ------
+    InputError
+        If a suffix or an option is none.
+
+    Examples
+    --------
+    >>> FACE = usdface.ExportTarget(
+    ...     name="Face", suffixes=(".face",), write=lambda rig, clips, path, options: []
+    ... )
     """
 
     write: "WriteScene | None" = None

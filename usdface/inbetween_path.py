@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shapes import BlendShape, Inbetween
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["InbetweenPath", "distinct_inbetweens", "inbetween_path"]
 

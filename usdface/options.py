@@ -151,6 +151,11 @@ class TakeOptions:
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
     an image (y down) of `image_size`.
+
+    Examples
+    --------
+    >>> usdface.TakeOptions(units="mm", rate=60.0).up_axis is None
+    True
     """
 
     units: LengthUnit | None = None
@@ -173,6 +178,11 @@ class RigOptions:
     `meters_per_unit` and `up_axis` hold for OBJ and PLY folders (glTF and USD name their
     own; MakeHuman's are decimetres, Y up); `neutral` names the neutral mesh of a folder;
     `asset_root` a folder that textures may come from beside that of the asset.
+
+    Examples
+    --------
+    >>> usdface.RigOptions(meters_per_unit=0.001, up_axis="Z").neutral
+    ''
     """
 
     meters_per_unit: float = 0.01
@@ -194,6 +204,11 @@ class MapOptions:
     matrix (scaled to 1 at distance 0). Neither counts in the paper's form, which takes the
     smallest distance and no smoothing. With the `choice` "auto" kernel, radius and smoothing
     are those that best predict left-out markers; with "fixed" they are as given here.
+
+    Examples
+    --------
+    >>> usdface.MapOptions(choice="fixed", kernel="gaussian").radius
+    3.0
     """
 
     kernel: Kernel = "multiquadric"
@@ -212,7 +227,22 @@ class MapOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CleanOptions:
-    """Which steps of the marker clean-up (`usdface.cleanup`) are done before the solve."""
+    """Steps of the marker clean-up (`usdface.cleanup`) that are done before the solve.
+
+    Attributes
+    ----------
+    swaps : bool
+        Labels that change places are put right.
+    spikes : bool
+        Jumps away from the face are taken as occluded.
+    gaps : bool
+        Gaps are filled in; the solve itself takes filled places as occluded.
+
+    Examples
+    --------
+    >>> usdface.CleanOptions(gaps=False).spikes
+    True
+    """
 
     swaps: bool = True
     spikes: bool = True
@@ -255,6 +285,11 @@ class SolveOptions:
         times as many where the prior is learned.
     tolerance : float [1]
         The solve stops when no weight changes by more.
+
+    Examples
+    --------
+    >>> usdface.SolveOptions(sparsity=2.0).smoothness
+    1.0
     """
 
     mode: SolveMode = field(
@@ -334,10 +369,27 @@ def solve_settings() -> dict[str, Setting]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionOptions:
-    """How the emotions are blended over the solved weights (`usdface.correction.pose_blend`).
+    """How emotions are blended over the solved weights (`usdface.correction.pose_blend`).
 
-    A gain of 1 brings a face all the way to the emotion it half shows; less leaves it short.
-    `ease` takes antagonists of what is raised back, 1 as far as the rest to a whole weight.
+    Attributes
+    ----------
+    mode : {"raise", "add"}
+        "raise" brings weights up to the pose and lowers none; "add" adds the pose (Zikky et al.
+        2013).
+    gain : float
+        1 brings a face all the way to the emotion it half shows; less leaves it short.
+    ease : float
+        Antagonists of the raised blend shapes go back, 1 as far as the rest to a whole weight.
+
+    Raises
+    ------
+    InputError
+        If a value is none of its choices or out of its range.
+
+    Examples
+    --------
+    >>> usdface.CorrectionOptions(gain=0.5).mode
+    'raise'
     """
 
     mode: CorrectionMode = "raise"
@@ -364,6 +416,11 @@ class FitOptions:
     hold_out : {"auto", "recording", "variant"}
         What is left out in turn to test what was learned from labels; "auto" takes recordings
         where most emotions occur in several of them.
+
+    Examples
+    --------
+    >>> usdface.FitOptions(space="take").hold_out
+    'auto'
     """
 
     paper: bool = False
@@ -389,6 +446,11 @@ class ExportOptions:
         Store points, normals and texture coordinates as 16-bit integers (KHR_mesh_quantization).
     asset_root : str
         A folder that textures may come from beside those of the layers that name them.
+
+    Examples
+    --------
+    >>> usdface.ExportOptions(clip="smile").quantize
+    False
     """
 
     clip: str = ""
@@ -402,6 +464,11 @@ class ImportOptions:
     """How `usdface import` reads a glTF.
 
     `asset_root` is a folder that its buffers and images may come from beside that of the file.
+
+    Examples
+    --------
+    >>> usdface.ImportOptions(asset_root="textures").asset_root
+    'textures'
     """
 
     asset_root: str = ""
@@ -415,6 +482,11 @@ class BindOptions:
     is always done. `neutral` names the first and last neutral frame index instead of the file,
     `peaks` the indices of frames of strong expressions; "auto" looks for them, as is done where
     places are proposed and the file names none.
+
+    Examples
+    --------
+    >>> usdface.BindOptions(neutral=(0, 29)).propose
+    False
     """
 
     propose: bool = False
@@ -432,7 +504,20 @@ class BindOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MarkerOptions:
-    """How many places for markers are looked for, and the `noise` of a coordinate [m]."""
+    """Search for the best places for markers.
+
+    Attributes
+    ----------
+    count : int
+        How many places.
+    noise : float [m]
+        Standard deviation of a marker coordinate.
+
+    Examples
+    --------
+    >>> usdface.MarkerOptions(count=3).noise
+    0.0003
+    """
 
     count: int = NEXT_MARKERS
     noise: float = MARKER_NOISE
@@ -457,6 +542,11 @@ class ProcessOptions:
         In place of the shot's `SolveOptions.mode`.
     trace : bool
         Keep the memberships of all terms in `ShotResult.trace`, for an explanation.
+
+    Examples
+    --------
+    >>> usdface.ProcessOptions(express=False, solve="frame").head
+    True
     """
 
     express: bool = True

@@ -21,6 +21,14 @@ class Step:
         ``"read"``, ``"clean"``, ``"solve"``, ``"express"``, ``"write"``, ...
     fraction : float or None
         How much of it is done, 0 to 1; None where that is not known beforehand.
+
+    Examples
+    --------
+    >>> def announce(step: usdface.Step) -> None:
+    ...     print(step.name)
+    >>> _ = usdface.check("examples/head.usdc", on_progress=announce)
+    check
+    check head.usdc
     """
 
     name: str

@@ -30,6 +30,14 @@ class Result(Generic[ValueT]):
         The same, too long for a screen: residual of each frame, deviation of each weight.
     seconds : mapping of str to float [s]
         Time of each step.
+
+    Examples
+    --------
+    >>> result = usdface.make_take("examples/performance.trc", "take.usdc")
+    >>> result.value.rate == result.summary["rate_hz"]
+    True
+    >>> [path.name for path in result.written]
+    ['take.usdc']
     """
 
     value: ValueT

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.options import (
@@ -17,7 +18,7 @@ from usdface.options import (
     SolveOptions,
 )
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "fit_setup", "unbound"]
 
@@ -29,6 +30,12 @@ class Binding:
     `mesh` is a mesh name or prim path; "" = the only mesh of the rig that has shapes.
     `confidence` (len(markers),) float64 in [0, 1] says how sure proposed places are
     (`usdface.binding`); NaN = not said, None = of none.
+
+    Examples
+    --------
+    >>> binding = usdface.Binding(("chin", "nose"), [812, 40])
+    >>> dict(zip(binding.markers, binding.points.tolist(), strict=True))
+    {'chin': 812, 'nose': 40}
     """
 
     markers: tuple[str, ...]
@@ -61,7 +68,29 @@ class Binding:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Expression:
-    """One key shape of the rig as weights of its blend shapes: an expression pose."""
+    """An expression pose: one key shape of the rig as weights of its blend shapes.
+
+    Attributes
+    ----------
+    name : str
+        The emotion.
+    shapes : tuple of str, length K
+    weights : (K,) float64
+        In [0, 1].
+    gain : float
+        Factor on its correction.
+
+    Raises
+    ------
+    InputError
+        If the weights are not as many as the shapes, or not in [0, 1].
+
+    Examples
+    --------
+    >>> joy = usdface.Expression("joy", ("mouthSmileLeft", "mouthSmileRight"), [0.9, 0.9])
+    >>> joy.pose(("jawOpen", "mouthSmileLeft")).tolist()
+    [0.0, 0.9]
+    """
 
     name: str
     shapes: tuple[str, ...]
@@ -92,6 +121,11 @@ class Pin:
     """Weights of one blend shape that are fixed: `weights` (K,) in [0, 1] at `frames` (K,).
 
     `frames` are frame indices of the take, rising.
+
+    Examples
+    --------
+    >>> usdface.Pin("eyeBlinkLeft", [40, 41], [1.0, 1.0]).frames.tolist()
+    [40, 41]
     """
 
     shape: str
@@ -118,6 +152,12 @@ class Calibration:
     offsets : (K,) float64
         How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. What a
         take's own `RetargetSetup.neutral_weights` say of a shape goes before its offset.
+
+    Examples
+    --------
+    >>> calibration = usdface.Calibration(("jawOpen",), [1.3], [0.05])
+    >>> float(calibration.of(("mouthPucker", "jawOpen"))[0][1])
+    1.3
     """
 
     shapes: tuple[str, ...]
@@ -189,10 +229,21 @@ class RetargetSetup:
         Marker that the fuzzy system measures distances to; "" = none.
     roles : mapping of str to str
         Role name (as in "lip_lower_y") to marker name.
+    map : MapOptions
+        The space map from performer to character.
+    solve : SolveOptions
+    clean : CleanOptions
+        Steps of the marker clean-up.
     pins : tuple of Pin
         Weights that are fixed in some frames, one for a blend shape.
     calibration : Calibration or None
         Of the performer; None = movements are as large as the character's.
+
+    Examples
+    --------
+    >>> binding = usdface.Binding(("chin", "nose"), [812, 40])
+    >>> usdface.RetargetSetup(binding, neutral=(0, 29), nose_tip="nose").head
+    'solve'
     """
 
     binding: Binding

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.advice import advice
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.correction.expression_layer import Expressed, express
@@ -21,7 +22,7 @@ from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
-from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, visible
+from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["retarget"]
 
@@ -58,12 +59,14 @@ def retarget(
     --------
     >>> rig, _ = usdface.read_rig("examples/head.usdc")
     >>> take, _ = usdface.read_take("examples/take.usdc")
-    >>> shot, _ = usdface.assemble_shot(rig, take, bind="examples/bind.json")
+    >>> setup, _ = usdface.read_bind("examples/bind.json")
+    >>> shot, _ = usdface.assemble_shot(rig, take, setup=setup)
     >>> result = usdface.retarget(shot)
-    >>> result.weights.weights.shape == (len(take.times), len(rig.shape_names))
+    >>> result.weights.weights.shape == (len(take.times), len(shot.mesh.shape_names))
     True
-    >>> max(result.emotions, key=lambda name: result.emotions[name].max())
-    'joy'
+    >>> peaks = {name: float(curve.max()) for name, curve in result.emotions.items()}
+    >>> max(peaks, key=peaks.get)
+    'sadness'
     """
     progress = Progress.of(on_progress)
     shot = replace(shot, setup=_with_overrides(shot.setup, options))

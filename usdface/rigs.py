@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shapes import BlendShape, Combination, CombinationRule, Inbetween
 from usdface.errors import InputError
 from usdface.materials import Material, Texture
 from usdface.scene import Camera, Extras, Light
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = [
     "BlendShape",
@@ -98,6 +98,13 @@ class Mesh:
         Further texture coordinates, vertex colours, tangents; names are unique.
     extras : mapping
         What users keep with it.
+
+    Examples
+    --------
+    >>> points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    >>> smile = usdface.BlendShape("smile", [2], [[0, 0.1, 0]])
+    >>> usdface.Mesh("face", points, [3], [0, 1, 2], shapes=(smile,)).shape_names
+    ('smile',)
     """
 
     name: str
@@ -242,6 +249,12 @@ class Rig:
     lights : tuple of Light
     extras, asset : mapping
         What users keep with the scene, and with the file as a whole.
+
+    Examples
+    --------
+    >>> rig, _ = usdface.read_rig("examples/head.usdc")
+    >>> rig.mesh("head").shape_names[:2] == rig.shape_names[:2]
+    True
     """
 
     name: str

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from usdface.takes import FloatArray, frozen
+from usdface.arrays import FloatArray, frozen
 
 __all__ = ["Camera", "Extras", "Light", "LightKind"]
 

@@ -9,19 +9,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.cleanup.repairs import Repair
 from usdface.correction.expression_layer import ExpressionTrace
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.layout import FaceLayout
 from usdface.findings import Finding
-from usdface.fuzzy.system import FuzzySystem
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh, Rig
-from usdface.takes import FloatArray, MarkerTake, WeightsTake, frozen
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotResult"]
 
@@ -36,7 +37,7 @@ class Shot:
     take : MarkerTake or WeightsTake
         F frames.
     setup : RetargetSetup
-    system : FuzzySystem or None
+    system : ExpressionSystem or None
         None: no expression layer.
     expressions : tuple of Expression
         The pose of each emotion.
@@ -52,12 +53,20 @@ class Shot:
     ------
     InputError
         If the base has not as many frames as the take.
+
+    Examples
+    --------
+    >>> rig, _ = usdface.read_rig("examples/head.usdc")
+    >>> take, _ = usdface.read_take("examples/take.usdc")
+    >>> setup, _ = usdface.read_bind("examples/bind.json")
+    >>> usdface.Shot(rig, take, setup).system is None  # no expression layer, see assemble_shot
+    True
     """
 
     rig: Rig
     take: MarkerTake | WeightsTake
     setup: RetargetSetup
-    system: FuzzySystem | None = None
+    system: ExpressionSystem | None = None
     expressions: tuple[Expression, ...] = ()
     layout: FaceLayout = field(default_factory=FaceLayout)
     gains: Gains | None = None
@@ -120,6 +129,12 @@ class ShotResult:
     trace : ExpressionTrace or None
         Features, firing strengths and emotions of the expression layer; None without one.
     findings : tuple of Finding
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda").value
+    >>> result.weights.weights.shape == (len(result.shot.take.times), len(result.weights.names))
+    True
     """
 
     shot: Shot

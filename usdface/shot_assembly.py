@@ -7,11 +7,11 @@ from typing import Any
 from usdface.binding.resolve_binding import binding_findings, resolve_binding
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.expression_layer import adopt, design
+from usdface.correction.rule_check import check_rules
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
 from usdface.findings import Finding
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
 from usdface.options import BindOptions, CorrectionOptions
 from usdface.retarget_setup import Calibration, Expression, RetargetSetup, fit_setup
 from usdface.rigs import Mesh, Rig
@@ -30,7 +30,7 @@ def assemble_shot(
     binding: BindOptions = BindOptions(),
     calibration: Calibration | None = None,
     poses: Mapping[str, Expression | ActionPose | None] | None = None,
-    system: FuzzySystem | None = None,
+    system: ExpressionSystem | None = None,
     system_source: str = "",
     correction: Mapping[str, Any] | None = None,
 ) -> tuple[Shot, list[Finding]]:
@@ -47,7 +47,7 @@ def assemble_shot(
         Of the performer.
     poses : mapping of str to Expression or ActionPose, optional
         Expressions that go before those known for the rig's blend shape names.
-    system : FuzzySystem, optional
+    system : ExpressionSystem, optional
         In place of one designed for the rig.
     system_source : str
         Names it in errors.
@@ -95,15 +95,15 @@ def _corrector(
     mesh: Mesh,
     setup: RetargetSetup,
     expressions: tuple[Expression, ...],
-    system: FuzzySystem | None,
+    system: ExpressionSystem | None,
     source: str,
     overrides: Mapping[str, Any],
-) -> tuple[FuzzySystem | None, RetargetSetup, list[Finding]]:
+) -> tuple[ExpressionSystem | None, RetargetSetup, list[Finding]]:
     """Return the given fuzzy system, or one designed for the rig, and the set-up with its roles."""
     correction = CorrectionOptions(**overrides)  # refuses values that cannot be
     if system is None:
         designed, roles, findings = design(bound_face(mesh, setup), expressions, correction)
         return designed, replace(setup, roles=roles), findings
-    findings = rule_findings(system)
+    findings = check_rules(system)
     setup, more = adopt(system, setup, expressions, source)
     return replace(system, **overrides), setup, findings + more

@@ -5,27 +5,13 @@ D dimensions (2 or 3), R rules.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 
-__all__ = ["BoolArray", "FloatArray", "IntArray", "MarkerTake", "WeightsTake", "frozen", "visible"]
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-
-
-def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
-    """Return a read-only, C-contiguous array of `values`; a read-only input is not copied."""
-    array = np.ascontiguousarray(values, dtype=dtype)
-    if array.flags.writeable:
-        array = array.copy() if array is values or array.base is not None else array
-        array.setflags(write=False)
-    return array
+__all__ = ["MarkerTake", "WeightsTake", "visible"]
 
 
 def visible(positions: FloatArray) -> BoolArray:
@@ -79,6 +65,13 @@ class MarkerTake:
         Width and height [px] of the image a 2D take was made on.
     source : str
         File the take was read from.
+
+    Examples
+    --------
+    >>> positions = [[[0.0, 0.0, 0.0]], [[0.0, 0.001, 0.0]]]
+    >>> take = usdface.MarkerTake(("nose",), [0.0, 1 / 60], positions, 60.0)
+    >>> take.visible.tolist(), take.select(("nose",)).shape
+    ([[True], [True]], (2, 1, 3))
     """
 
     names: tuple[str, ...]
@@ -156,6 +149,12 @@ class WeightsTake:
         Nominal frame rate; 0 where unknown.
     start_timecode, source : str
         As in `MarkerTake`.
+
+    Examples
+    --------
+    >>> take = usdface.WeightsTake(("jawOpen",), [0.0, 0.5], [[0.0], [1.0]])
+    >>> take.column("jawOpen").tolist()
+    [0.0, 1.0]
     """
 
     names: tuple[str, ...]

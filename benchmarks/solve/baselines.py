@@ -12,11 +12,11 @@ from scipy.optimize import lsq_linear, nnls
 from scipy.signal import butter, filtfilt
 
 from benchmarks.solve.worlds import METRES_PER_PIXEL, REST, World
+from usdface.arrays import FloatArray
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.options import MapOptions
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.rbf import fit_map
-from usdface.takes import FloatArray
 
 __all__ = ["BASELINES", "SAME"]
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.face.shape_names import rename_weights
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.rigs import BlendShape, Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["RANGE_OF_MOTION", "Face", "bent", "example", "has_real_data", "ict", "makehuman"]
 

@@ -8,13 +8,13 @@ import numpy as np
 from benchmarks.solve.baselines import BASELINES, SAME
 from benchmarks.solve.faces import has_real_data
 from benchmarks.solve.worlds import REST, World, worlds
+from usdface.arrays import FloatArray
 from usdface.cleanup.clean import clean_take
 from usdface.retarget.confidence import confidence_of, within_bounds
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import usual_misfit
 from usdface.retarget.solve_take import solve_take
-from usdface.takes import FloatArray
 
 __all__ = ["measured"]
 

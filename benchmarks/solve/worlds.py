@@ -11,8 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.solve.faces import Face, bent, example, has_real_data, ict, makehuman
+from usdface.arrays import BoolArray, FloatArray
 from usdface.retarget_setup import Binding, RetargetSetup
-from usdface.takes import BoolArray, FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["METRES_PER_PIXEL", "REST", "World", "worlds"]
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from ict_face import ict_mesh, landmarks
 
+from usdface.arrays import FloatArray
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import CleanOptions
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 
 def clean(take: MarkerTake, moving: bool = True, **steps: bool) -> Cleaned:

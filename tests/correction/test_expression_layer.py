@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from chin_system import chin
 from deformed import deformed
+from expression_systems import expression_system
 from marker_face import marker_face
 from pxr import Sdf, Usd
 from slits import EXPRESSIONS, slit_face
@@ -17,10 +18,11 @@ from usdface.cli import main
 from usdface.correction.expression_layer import Expressed, design, express
 from usdface.correction.feature_extraction import Features, sided_features
 from usdface.correction.gains import Gains
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.options import CorrectionOptions
 from usdface.retarget_setup import Binding, Expression, RetargetSetup
@@ -57,7 +59,7 @@ def test_express_raises_the_pose_by_what_the_rule_says() -> None:
     weights = np.array([[0.0, 0.3], [0.0, 0.3], [0.9, 0.3]])
     joy = Expression("joy", ("smile", "squint"), np.array([0.8, 0.4]), gain=0.5)
     said = express(
-        chin("take", normalisation="all_rules", neutral_rule=True),
+        chin("take", normalisation="all_rules", else_rule=True),
         Features({"both": inputs}),
         marker_face(),
         names=("smile", "jaw"),
@@ -109,7 +111,7 @@ def test_the_papers_system_works_in_a_shot(world: World, tmp_path: Path) -> None
     assert main([str(a) for a in command]) == 0
     stage = Usd.Stage.Open(str(shot))
     stage.RemovePrim("/Shot/Fuzzy")
-    write_fuzzy(stage, "/Shot/Fuzzy", paper_system(face_unit="marker_spread"))
+    write_fuzzy(stage, "/Shot/Fuzzy", replace(paper_system(), face_unit="marker_spread"))
     stage.Save()
     assert main(["process", str(shot), "--report", str(tmp_path / "report.json")]) == 0
     found = {f["code"] for f in json.loads((tmp_path / "report.json").read_text())["findings"]}
@@ -139,7 +141,7 @@ MIRROR = [
 
 
 @pytest.fixture(scope="module")
-def slits() -> tuple[FuzzySystem, BoundFace]:
+def slits() -> tuple[ExpressionSystem, BoundFace]:
     """The system designed for the face of slits, on the vertices of its front."""
     front = np.flatnonzero(SLITS.points[:, 2] > 0.009)
     x = SLITS.points[front, 0]
@@ -219,8 +221,8 @@ def test_a_mirrored_performance_is_corrected_in_mirror_image(slits) -> None:
 
 def test_contact_is_kept_and_said(slits) -> None:
     term = Term("on", "ramp", (0.0, 1.0))
-    variables = Variable("a", "input", "a", terms=(term,)), Variable("disgust", "output")
-    system = FuzzySystem(variables, (parse_rule("IF a IS on THEN disgust IS 1"),))
+    variables = Variable("a", "input", terms=(term,)), Variable("disgust", "output")
+    system = expression_system(variables, (parse_rule("IF a IS on THEN disgust IS 1"),))
     names = SLITS.shape_names
     weights = np.repeat(shown(mouthPressLeft=0.2), 3, axis=0)
     weights[2] = shown(jawOpen=0.5)[0]

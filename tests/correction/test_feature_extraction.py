@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from chin_system import chin
+from expression_systems import expression_system
 from worlds import World, make_world
 
 from usdface.correction.feature_extraction import features, sided_features
 from usdface.correction.features import MILLIMETRE, smooth
 from usdface.errors import InputError
+from usdface.expression_system import MarkerFeature
 from usdface.face.bound_face import bound_face
 from usdface.face.mirror import SIDES
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.options import FEATURE_SMOOTHING
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -126,12 +128,13 @@ def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(
     world: World, setup: RetargetSetup
 ) -> None:
     """And with the marker whose name is next to it."""
-    system = FuzzySystem(
+    system = expression_system(
         (
-            Variable("chin_y", "input", "chinn", terms=(Term("down", "ramp", (0.0, -0.1)),)),
+            Variable("chin_y", "input", terms=(Term("down", "ramp", (0.0, -0.1)),)),
             Variable("joy", "output"),
         ),
         (parse_rule("IF chin_y IS down THEN joy IS 1", place="mine.fis, line 7"),),
+        (MarkerFeature("chinn"),),
     )
     mesh = world.rig.meshes[0]
     take = WeightsTake(mesh.shape_names, np.arange(2.0), np.zeros((2, len(mesh.shapes))), 1.0)

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from expression_systems import expression_system
 
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
 from usdface.errors import InputError
-from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.expression_system import MarkerFeature
 from usdface.geometry.marker_spread import marker_spread
 
 NAMES = ("nose", "Lip L", "brow")
@@ -11,9 +12,10 @@ NEUTRAL = np.array([[0, 0, 0.1], [0.03, -0.04, 0.08], [-0.02, 0.05, 0.09]])
 ROLES = {"lip": "Lip L"}
 
 
-def variables(measure_):
-    return [Variable(f"lip_{a}", "input", "lip", a, measure_) for a in "xyz"] + [
-        Variable("brow_y", "input", "brow", "y", measure_)
+def features(measure_):
+    return [
+        *(MarkerFeature("lip", axis, measure_) for axis in "xyz"),
+        MarkerFeature("brow", "y", measure_),
     ]
 
 
@@ -25,7 +27,7 @@ def take(*moves):
 
 
 def measured(positions, kind, unit=1.0, neutral=NEUTRAL):
-    return measure(positions, neutral, NAMES, variables(kind), ROLES, "nose", unit)
+    return measure(positions, neutral, NAMES, features(kind), ROLES, "nose", unit)
 
 
 def test_known_answers():
@@ -74,21 +76,21 @@ def test_marker_spread_is_rigid_and_skips_the_unseen():
 
 
 def test_face_unit():
-    assert face_unit(FuzzySystem((), (), face_unit="none"), NEUTRAL) == MILLIMETRE
-    assert face_unit(FuzzySystem((), ()), NEUTRAL) == marker_spread(NEUTRAL)
+    assert face_unit(expression_system((), (), face_unit="none"), NEUTRAL) == MILLIMETRE
+    assert face_unit(expression_system((), ()), NEUTRAL) == marker_spread(NEUTRAL)
 
 
 def test_missing_markers_are_named():
     with pytest.raises(InputError, match="no nose tip"):
         measure(NEUTRAL[None], NEUTRAL, NAMES, [], {}, "Nose", 1.0)
-    with pytest.raises(InputError, match="'lip_x' reads the role 'lip'"):
-        measure(NEUTRAL[None], NEUTRAL, NAMES, variables("signed"), {}, "nose", 1.0)
+    with pytest.raises(InputError, match="'lip_x' is of the role 'lip'"):
+        measure(NEUTRAL[None], NEUTRAL, NAMES, features("signed"), {}, "nose", 1.0)
     for neutral in (np.zeros((3, 3)), np.full((3, 3), np.nan), np.zeros((0, 3))):
         with pytest.raises(InputError, match="no extent"):
             marker_spread(neutral)
 
 
-def test_no_variables_are_no_columns():
+def test_no_features_are_no_columns():
     assert measure(NEUTRAL[None], NEUTRAL, NAMES, [], {}, "nose", 1.0).shape == (1, 0)
 
 

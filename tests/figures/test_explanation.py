@@ -3,6 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from expression_systems import changed, expression_system
 
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import InputError
@@ -10,7 +11,7 @@ from usdface.explanation import Explanation
 from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Rig
 from usdface.shot import Shot, ShotResult
@@ -23,12 +24,12 @@ def explanation(
     frames: int = 9, correction: float = 0.3, rule: str = "IF lip_y IS raised THEN joy IS 1"
 ) -> Explanation:
     term = Term("raised", "ramp", (0.0, 1.0))
-    variables = (Variable("lip_y", "input", "lip", terms=(term,)), Variable("joy", "output"))
-    system = FuzzySystem(variables, (parse_rule(rule),) if rule else ())
+    variables = (Variable("lip_y", "input", terms=(term,)), Variable("joy", "output"))
+    system = expression_system(variables, (parse_rule(rule),) if rule else ())
     rise = np.linspace(0, 1, frames)[:, None]
     inputs = rise.copy()
     inputs[0] = np.nan  # occluded
-    whole = SideTrace(inputs, evaluate(system, inputs, memberships=True), rise)
+    whole = SideTrace(inputs, evaluate(system.fuzzy, inputs, memberships=True), rise)
     trace = ExpressionTrace(system, ("lip",), 0.05, np.array([[1.0, 0.0]]), {"both": whole})
     solved = WeightsTake(
         ("a", "b"), np.arange(frames) / 30, 0.5 * rise @ np.ones((1, 2)), rate=30.0
@@ -92,12 +93,12 @@ def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
 
 def test_of_thousands_of_rules_those_that_fire_most_have_a_row(tmp_path: Path) -> None:
     explained = explanation()
-    rules, loud = explained.system.rules * 3000, 2017
+    rules, loud = explained.system.fuzzy.rules * 3000, 2017
     firing = np.zeros((len(explained.times), len(rules)))
     firing[:, loud] = 0.7
     evaluation = replace(explained.whole.evaluation, firing=firing)
     many = with_sides(explained, both=replace(explained.whole, evaluation=evaluation))
-    system = replace(explained.system, rules=rules)
+    system = changed(explained.system, rules=rules)
     many = replace(many, trace=replace(many.trace, system=system))
     write_explanation_figure(many, 4, tmp_path / "a.svg")
     said = (tmp_path / "a.svg").read_text()

@@ -12,7 +12,7 @@ from usdface.rule_learning.learned_system import fit_system
 
 def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:
     examples = make_examples({("joy", ""): RULES["joy", ""]}, takes=2)
-    system, _ = fit_system(examples)
+    system = fit_system(examples).system
     tested = cross_validate(examples, "recording")
     one, other = tmp_path / "one.svg", tmp_path / "other.svg"
     write_fit_figure(system, tested, one)
@@ -21,7 +21,7 @@ def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:
 
 
 def test_only_what_was_tested_has_a_row(tmp_path: Path) -> None:
-    system, _ = fit_system(make_examples())
+    system = fit_system(make_examples()).system
     counts = np.array([[2, 1, 0], [0, 0, 0], [0, 0, 3]])
     tested = Validation("variant", ("joy", "fear"), counts, np.zeros(0), ())
     write_fit_figure(system, tested, tmp_path / "fit.svg")
@@ -32,6 +32,6 @@ def test_only_what_was_tested_has_a_row(tmp_path: Path) -> None:
 
 
 def test_no_picture_of_another_kind(tmp_path: Path) -> None:
-    system, _ = fit_system(make_examples())
+    system = fit_system(make_examples()).system
     with pytest.raises(InputError, match="is no picture"):
         write_fit_figure(system, None, tmp_path / "fit.txt")

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from usdface.fuzzy.defuzzify import defuzzify, sample_points
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 
 SHAPE = Term("some", "trapezoidal", (0, 2, 4, 10))
 OUT = Variable("out", "output", terms=(SHAPE,), range=(0, 20), default=7)

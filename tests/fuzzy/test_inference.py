@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.fuzzy.inference import evaluate, fires_at_neutral
-from usdface.fuzzy.lint import rule_findings
+from usdface.fuzzy.inference import evaluate, rules_firing_at
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 
 TERMS = (
     Term("low", "triangular", (-1.0, -0.5, 0.25)),
@@ -21,7 +21,7 @@ IDENTITY = Term("on", "ramp", (0.0, 1.0))
 
 def identity_system(rules, inputs="ab", outputs=("anger", "joy"), **settings):
     """Inputs are firing strengths."""
-    variables = [Variable(n, "input", n, terms=(IDENTITY,)) for n in inputs]
+    variables = [Variable(n, "input", terms=(IDENTITY,)) for n in inputs]
     variables += [Variable(n, "output") for n in outputs]
     return FuzzySystem(tuple(variables), tuple(rules), **settings)
 
@@ -36,7 +36,7 @@ def random_world(seed=0, rules=12):
         conditions = [f"{inputs[c]} is {TERMS[rng.integers(3)].name}" for c in chosen]
         text = f"if {' and '.join(conditions)} then {outputs[i % 2]} is {rng.uniform():.3f}"
         made.append(parse_rule(text))
-    variables = [Variable(n, "input", n, terms=TERMS) for n in inputs]
+    variables = [Variable(n, "input", terms=TERMS) for n in inputs]
     return (*variables, *(Variable(n, "output") for n in outputs)), tuple(made)
 
 
@@ -63,7 +63,7 @@ def fuzzylite_outputs(system, inputs):
                 defuzzifier=fl.WeightedAverage("TakagiSugeno"),
                 terms=[fl.Constant(t, z) for (o, z), t in terms.items() if o == name],
             )
-            for name in system.emotions
+            for name in system.output_names
         ],
         rule_blocks=[
             fl.RuleBlock(
@@ -95,7 +95,7 @@ def fuzzylite_frame(engine, frame):
 @pytest.mark.parametrize(("and_", "seed"), [("min", 0), ("prod", 1), ("min", 2), ("prod", 3)])
 def test_agrees_with_pyfuzzylite(and_, seed):
     variables, rules = random_world(seed)
-    system = FuzzySystem(variables, rules, "per_output", and_, neutral_rule=False)
+    system = FuzzySystem(variables, rules, "per_output", and_, else_rule=False)
     inputs = np.random.default_rng(seed).uniform(-1.2, 1.2, (150, 4))
     expected = fuzzylite_outputs(system, inputs)
     ours = evaluate(system, inputs).outputs
@@ -106,14 +106,14 @@ def test_agrees_with_pyfuzzylite(and_, seed):
 def test_the_papers_worked_example():
     rules = [parse_rule("IF a IS on THEN anger IS 1"), parse_rule("IF b IS on THEN anger IS 0.5")]
     for normalisation in ("per_output", "all_rules"):
-        system = identity_system(rules, normalisation=normalisation, neutral_rule=False)
+        system = identity_system(rules, normalisation=normalisation, else_rule=False)
         answer = evaluate(system, np.array([[0.3, 0.2]]))
         assert answer.outputs[0, 0] == pytest.approx(0.8, abs=1e-15)
         np.testing.assert_array_equal(answer.firing, [[0.3, 0.2]])
 
 
 @pytest.mark.parametrize(
-    ("normalisation", "neutral_rule", "expected"),
+    ("normalisation", "else_rule", "expected"),
     [
         ("per_output", False, [1.0, 0.5]),
         ("all_rules", False, [0.6, 0.2]),
@@ -121,21 +121,21 @@ def test_the_papers_worked_example():
         ("all_rules", True, [0.6 / 1.4, 0.2 / 1.4]),
     ],
 )
-def test_denominators(normalisation, neutral_rule, expected):
+def test_denominators(normalisation, else_rule, expected):
     rules = [parse_rule("IF a IS on THEN anger IS 1"), parse_rule("IF b IS on THEN joy IS 0.5")]
-    system = identity_system(rules, normalisation=normalisation, neutral_rule=neutral_rule)
+    system = identity_system(rules, normalisation=normalisation, else_rule=else_rule)
     np.testing.assert_allclose(evaluate(system, np.array([[0.6, 0.4]])).outputs[0], expected)
 
 
-@pytest.mark.parametrize("neutral_rule", [True, False])
-def test_nothing_fired_is_0(neutral_rule):
-    system = identity_system([parse_rule("IF a IS on THEN joy IS 1")], neutral_rule=neutral_rule)
+@pytest.mark.parametrize("else_rule", [True, False])
+def test_nothing_fired_is_0(else_rule):
+    system = identity_system([parse_rule("IF a IS on THEN joy IS 1")], else_rule=else_rule)
     assert not evaluate(system, np.zeros((3, 2))).outputs.any()
     assert not evaluate(identity_system([]), np.ones((3, 2))).outputs.any()
 
 
-def test_towards_neutral_outputs_go_to_0_continuously():
-    system = identity_system([parse_rule("IF a IS on THEN joy IS 1")])
+def test_with_an_else_rule_outputs_go_to_their_defaults_continuously():
+    system = identity_system([parse_rule("IF a IS on THEN joy IS 1")], else_rule=True)
     strengths = np.linspace(0, 1, 101)
     outputs = evaluate(system, np.stack([strengths, strengths], axis=1)).outputs
     np.testing.assert_allclose(outputs[:, 1], strengths, atol=1e-15)
@@ -143,7 +143,7 @@ def test_towards_neutral_outputs_go_to_0_continuously():
 
 def test_an_occluded_marker_silences_only_its_rules():
     rules = [parse_rule("IF a IS on THEN joy IS 1"), parse_rule("IF b IS on THEN anger IS 1")]
-    answer = evaluate(identity_system(rules), np.array([[np.nan, 0.5]]))
+    answer = evaluate(identity_system(rules, else_rule=True), np.array([[np.nan, 0.5]]))
     np.testing.assert_array_equal(answer.firing, [[0, 0.5]])
     np.testing.assert_array_equal(answer.outputs, [[0.5, 0]])
 
@@ -158,12 +158,12 @@ def test_weight_scales_and_disabled_rules_are_silent():
 
 
 @pytest.mark.parametrize(
-    ("normalisation", "and_", "neutral_rule"),
+    ("normalisation", "and_", "else_rule"),
     list(itertools.product(["per_output", "all_rules"], ["min", "prod"], [True, False])),
 )
-def test_frame_by_frame_and_all_at_once_are_bit_equal(normalisation, and_, neutral_rule):
+def test_frame_by_frame_and_all_at_once_are_bit_equal(normalisation, and_, else_rule):
     variables, rules = random_world(5, 16)
-    system = FuzzySystem(variables, rules, normalisation, and_, neutral_rule=neutral_rule)
+    system = FuzzySystem(variables, rules, normalisation, and_, else_rule=else_rule)
     inputs = np.random.default_rng(5).uniform(-1.2, 1.2, (201, 4))
     inputs[::7, 1] = np.nan
     whole = evaluate(system, inputs)
@@ -201,22 +201,19 @@ def test_wrong_number_of_inputs_is_refused():
         evaluate(identity_system([]), np.zeros((5, 3)))
 
 
-def test_rules_that_fire_at_neutral_or_are_off_are_named():
-    near = Variable("c", "input", "c", terms=(Term("still", "triangular", (-1, 0, 1)),))
+def test_rules_that_fire_at_a_point_are_named():
+    near = Variable("c", "input", terms=(Term("still", "triangular", (-1, 0, 1)),))
     rules = (
         parse_rule("IF c IS still THEN joy IS 1"),
         parse_rule("IF c IS still AND a IS on THEN joy IS 1"),
         parse_rule("IF a IS on THEN joy IS 0.5"),
         parse_rule("IF c IS still THEN joy IS 0.1", enabled=False),
     )
-    variables = (Variable("a", "input", "a", terms=(IDENTITY,)), near, Variable("joy", "output"))
+    variables = (Variable("a", "input", terms=(IDENTITY,)), near, Variable("joy", "output"))
     system = FuzzySystem(variables, rules)
-    assert fires_at_neutral(system) == [rules[0]]
-    codes = [(f.code, f.where) for f in rule_findings(system)]
-    assert codes == [
-        ("RULE_FIRES_AT_NEUTRAL", str(rules[0])),
-        ("RULE_OFF", str(rules[3])),
-    ]
+    assert rules_firing_at(system, np.zeros(2)) == [rules[0]]
+    assert rules_firing_at(system, np.array([0.5, 0.5])) == list(rules[:3])
+    assert rules_firing_at(system, np.array([-1.0, 2.0])) == []
 
 
 def tipper(**settings):
@@ -229,8 +226,8 @@ def tipper(**settings):
     tip = [Term(n, "triangular", (m - 5, m, m + 5)) for n, m in (("cheap", 5), ("average", 15))]
     tip.append(Term("generous", "triangular", (20, 25, 30)))
     variables = (
-        Variable("service", "input", "service", terms=tuple(service), range=(0, 10)),
-        Variable("food", "input", "food", terms=tuple(food), range=(0, 10)),
+        Variable("service", "input", terms=tuple(service), range=(0, 10)),
+        Variable("food", "input", terms=tuple(food), range=(0, 10)),
         Variable("tip", "output", terms=tuple(tip), range=(0, 30), default=15),
     )
     rules = (
@@ -238,7 +235,7 @@ def tipper(**settings):
         "IF service IS good THEN tip IS average",
         "IF service IS best OR food IS delicious THEN tip IS generous",
     )
-    settings = {"inference": "mamdani", "neutral_rule": False} | settings
+    settings = {"inference": "mamdani", "else_rule": False} | settings
     return FuzzySystem(variables, tuple(map(parse_rule, rules)), **settings)
 
 
@@ -249,8 +246,8 @@ def test_matlabs_documented_tips():
     np.testing.assert_allclose(evaluate(tipper(), inputs).outputs[:, 0], documented, atol=5.1e-5)
 
 
-def test_a_mamdani_systems_neutral_rule_says_the_default_as_far_as_nothing_fires():
-    system = tipper(neutral_rule=True)
+def test_a_mamdani_systems_else_rule_says_the_default_as_far_as_nothing_fires():
+    system = tipper(else_rule=True)
     inputs = np.array([[2.0, 5.0], [np.nan, np.nan]])
     free, faded = evaluate(tipper(), inputs), evaluate(system, inputs)
     strongest = free.firing.max(axis=1)
@@ -288,9 +285,9 @@ def test_not_does_not_make_a_rule_of_an_occluded_marker_fire():
 def test_order_one_sugeno(normalisation, expected):
     terms = (Term("plane", "linear", (5, 10, 1)), Term("flat", "constant", (3,)))
     out = Variable("out", "output", terms=terms, range=(-10, 10), default=-2)
-    inputs = [Variable(n, "input", n, terms=(IDENTITY,)) for n in "ab"]
+    inputs = [Variable(n, "input", terms=(IDENTITY,)) for n in "ab"]
     rules = tuple(map(parse_rule, ("IF a IS on THEN out IS plane", "IF b IS on THEN out IS flat")))
-    system = FuzzySystem((*inputs, out), rules, normalisation, neutral_rule=False)
+    system = FuzzySystem((*inputs, out), rules, normalisation, else_rule=False)
     answers = evaluate(system, np.array([[0.6, 0.2], [0, 0]])).outputs[:, 0]
     np.testing.assert_allclose(answers, [expected, -2])
 
@@ -305,7 +302,7 @@ def test_smooth_terms_are_bit_equal_frame_by_frame(kind, monkeypatch):
         "bell": (0.1, 1, 1.7),
         "pi_shape": (-2, -1, 0, 1),
     }[kind]
-    variable = Variable("a", "input", "a", terms=(Term("on", kind, parameters),))
+    variable = Variable("a", "input", terms=(Term("on", kind, parameters),))
     rule = parse_rule("IF a IS seldom on THEN joy IS 1")
     system = FuzzySystem((variable, Variable("joy", "output")), (rule,))
     inputs = np.random.default_rng(3).normal(size=(5003, 1))

@@ -2,7 +2,8 @@ import pytest
 
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 
 LOW = Term("low", "ramp", (-0.1, -0.5))
 HIGH = Term("high", "ramp", (0.1, 0.5))
@@ -10,8 +11,8 @@ HIGH = Term("high", "ramp", (0.1, 0.5))
 
 def found(*texts, range_=None):
     variables = (
-        Variable("a", "input", "a", terms=(LOW, HIGH), range=range_),
-        Variable("b", "input", "b", terms=(LOW, HIGH)),
+        Variable("a", "input", terms=(LOW, HIGH), range=range_),
+        Variable("b", "input", terms=(LOW, HIGH)),
         Variable("joy", "output"),
     )
     system = FuzzySystem(variables, tuple(map(parse_rule, texts)))
@@ -49,7 +50,7 @@ def test_a_rule_that_is_switched_off_is_meant_to_be():
     never = "IF a IS high AND a IS low THEN joy IS 1"
     for off in ({"enabled": False}, {"weight": 0.0}):
         system = FuzzySystem(
-            (Variable("a", "input", "a", terms=(LOW, HIGH)), Variable("joy", "output")),
+            (Variable("a", "input", terms=(LOW, HIGH)), Variable("joy", "output")),
             (parse_rule(never, **off),),
         )
         (said,) = rule_findings(system)
@@ -78,7 +79,7 @@ def test_each_gap_of_a_range_is_named_for_itself():
         Term("low", "trapezoidal", (0.0, 0.0, 1.0, 3.0)),
         Term("high", "trapezoidal", (7.0, 9.0, 9.5, 9.8)),
     )
-    variables = (Variable("a", "input", "a", terms=terms, range=(0, 10)), Variable("joy", "output"))
+    variables = (Variable("a", "input", terms=terms, range=(0, 10)), Variable("joy", "output"))
     rules = (parse_rule("IF a IS high THEN joy IS 1"),)
     (gap,) = (
         f for f in rule_findings(FuzzySystem(variables, rules)) if f.code == "RANGE_UNCOVERED"

@@ -23,7 +23,7 @@ def test_the_command_goes_through_all_formats_and_says_what_is_doubtful(tmp_path
         codes = {f["code"] for f in said["findings"]}
         assert {"RULE_FIRES_AT_NEUTRAL", "RULE_OFF"} <= codes
         assert ("MEANING_DIFFERS" in codes) == (suffix != ".usdc")
-        assert said["summary"]["rules"] == len(system.rules)
+        assert said["summary"]["rules"] == len(system.fuzzy.rules)
     assert read_fuzzy_file(place)[0] == system
 
 
@@ -44,6 +44,6 @@ def test_the_papers_table_comes_out_of_a_file_of_its_system(tmp_path, capsys, su
     assert len(fires) == 1 and "THEN anger IS 1" in fires[0]
     system, findings = read_fuzzy_file(place)
     assert findings == []
-    table = fuzzy_table(system)
+    table = fuzzy_table(system.fuzzy)
     assert table.rms < 0.009 and table.largest < 0.041
-    assert evaluate(system, np.zeros((1, 13))).outputs[0].tolist() == [0, 0, 1, 0, 0, 0]
+    assert evaluate(system.fuzzy, np.zeros((1, 13))).outputs[0].tolist() == [0, 0, 1, 0, 0, 0]

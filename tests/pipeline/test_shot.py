@@ -6,7 +6,7 @@ from worlds import make_world
 
 from usdface.cli import main
 from usdface.errors import InputError
-from usdface.fuzzy.system import FuzzySystem
+from usdface.expression_system import ExpressionSystem
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.pipeline import make_shot
 
@@ -26,7 +26,7 @@ def shot(folder: Path, name: str, *options: str) -> int:
     return main(["shot", *files, f"--bind={folder}/bind.json", f"-o={folder / name}", *options])
 
 
-def correction_of(folder: Path, name: str) -> FuzzySystem:
+def correction_of(folder: Path, name: str) -> ExpressionSystem:
     return read_fuzzy_file(folder / name)[0]
 
 

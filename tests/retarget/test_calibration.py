@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
 from usdface.retarget_setup import Binding, Calibration, RetargetSetup
 from usdface.retarget_take import calibrate, retarget
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from bands import dense
 
+from usdface.arrays import FloatArray
 from usdface.options import SolveOptions
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.covariance import inverse_bands, inverse_spectrum, learn_covariance
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
-from usdface.takes import FloatArray
 
 RNG = np.random.default_rng(8)
 OPTIONS = SolveOptions()

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from worlds import NEUTRAL, World, make_world
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.neutral_weights import rest_weights, without_weights
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 MOUTH = 0.3
 

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from curved_world import make_curved_world
 
+from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.options import SolveOptions
 from usdface.retarget.bounds import UNIT, Bounds
@@ -9,7 +10,6 @@ from usdface.retarget.nonlinear_solve import first_guess, solve_nonlinear
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
 from usdface.retarget.temporal_solve import Iterate
-from usdface.takes import FloatArray
 
 RNG = np.random.default_rng(6)
 WORLD = make_curved_world(head_moves=False)

@@ -8,10 +8,10 @@ from marker_face import marker_face
 
 from usdface.correction.features import face_unit, measure, smooth
 from usdface.correction.pose_blend import correct
+from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, expressions_for
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.lint import rule_findings
 from usdface.options import FEATURE_SMOOTHING
 from usdface.retarget_setup import Expression
 from usdface.rule_design.design import design_system
@@ -41,7 +41,7 @@ class World:
             positions,
             self.neutral,
             self.names,
-            self.system.inputs,
+            self.system.features,
             self.roles,
             self.nose,
             unit,
@@ -49,7 +49,7 @@ class World:
         times = np.arange(len(inputs)) / 60.0
         if jitter:
             inputs = smooth(inputs, times, FEATURE_SMOOTHING)
-        return evaluate(self.system, inputs).outputs
+        return evaluate(self.system.fuzzy, inputs).outputs
 
 
 def synthetic_world():
@@ -145,9 +145,9 @@ def world(request):
 
 def test_nothing_is_doubtful(world):
     assert world.findings == []
-    assert rule_findings(world.system) == []
+    assert check_rules(world.system) == []
     assert world.system.emotions == tuple(EMOTIONS)
-    assert len(world.system.rules) == 6
+    assert len(world.system.fuzzy.rules) == 6
 
 
 def test_a_pose_gives_its_own_emotion(world):
@@ -196,12 +196,12 @@ def test_correction_of_a_weak_performance_goes_towards_its_expression(world):
 
 
 def test_rules_read_several_markers_by_name(world):
-    for rule in world.system.rules:
+    for rule in world.system.fuzzy.rules:
         assert 2 <= len(rule.antecedent) <= 6
         variables = [v for v, _ in rule.antecedent]
         assert len({name[:-2] for name in variables}) == len(variables)
     assert set(world.roles.values()) <= set(world.names)
-    assert set(world.roles) == {v.role for v in world.system.inputs}
+    assert set(world.roles) == {f.role for f in world.system.features}
 
 
 def test_terms_say_which_way_a_marker_goes():
@@ -209,14 +209,14 @@ def test_terms_say_which_way_a_marker_goes():
     words = {"x": {1: "outward", -1: "inward"}, "y": {1: "raised", -1: "lowered"}}
     words["z"] = {1: "forward", -1: "back"}
     seen = 0
-    for variable in world.system.inputs:
-        assert variable.name == f"{variable.role}_{variable.axis}"
-        marker = world.roles[variable.role]
-        mirror = -1 if variable.axis == "x" and marker.endswith("R") else 1
+    for variable, read in zip(world.system.fuzzy.inputs, world.system.features, strict=True):
+        assert variable.name == f"{read.role}_{read.axis}"
+        marker = world.roles[read.role]
+        mirror = -1 if read.axis == "x" and marker.endswith("R") else 1
         for term in variable.terms:
             foot, top = term.parameters
             assert 0 < abs(foot) < abs(top) and foot * top > 0
-            assert term.name.split("_")[-1] == words[variable.axis][mirror * np.sign(top)]
+            assert term.name.split("_")[-1] == words[read.axis][mirror * np.sign(top)]
             seen += 1
     assert seen >= 12
 
@@ -248,7 +248,7 @@ def test_an_expression_that_no_marker_shows_gets_no_rule():
     world = with_expressions(*synthetic_world().expressions, still)
     assert [(f.code, f.where) for f in world.findings] == [("EXPRESSION_UNSEEN", "boredom")]
     assert world.system.emotions[-1] == "boredom"
-    assert len(world.system.rules) == 6
+    assert len(world.system.fuzzy.rules) == 6
 
 
 def test_expressions_that_markers_cannot_tell_apart_are_named():
@@ -265,7 +265,7 @@ def test_a_rig_with_one_shape_for_each_emotion():
     expressions, _ = expressions_for(names)
     world = World(base.names, base.neutral, basis, names, expressions)
     assert np.diag(world.answer(world.poses)).min() >= 0.9
-    assert not rule_findings(world.system)
+    assert not check_rules(world.system)
 
 
 @pytest.mark.parametrize(
@@ -283,7 +283,7 @@ def test_any_marker_label_gives_a_role(names):
 def test_no_expressions_give_an_empty_system():
     face = marker_face(("nose", "a"), np.eye(3)[:2], nose="nose")
     system, roles, findings = design_system(face, (), NOISE)
-    assert (system.rules, roles, findings) == ((), {}, [])
+    assert (system.fuzzy.rules, roles, findings) == ((), {}, [])
 
 
 def test_no_nose_tip_is_refused():

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.rule_design.feature_selection import choose_features as choose
 from usdface.rule_design.feature_selection import paired_movements, single_movements
+from usdface.rule_design.feature_selection import select_features as select
 
 LOW = np.zeros(9, dtype=bool)  # three markers, none above the nose tip
 
@@ -16,12 +16,12 @@ def features(*moves, markers=3):
     return rows
 
 
-def choose_features(index, poses, moves, basis, noise, upper=()):
+def selected(index, poses, moves, basis, noise, upper=()):
     """No single movements, the same noise everywhere; markers `upper` above the nose tip."""
     noise = np.full(basis.shape[1], noise)
     above = np.isin(np.arange(basis.shape[1]) // 3, list(upper))
     evaluator = BlendShapeEvaluator(basis)
-    return choose(index, poses, np.zeros((0, len(basis))), moves, evaluator, noise, above)
+    return select(index, poses, np.zeros((0, len(basis))), moves, evaluator, noise, above)
 
 
 def movements(names, basis):
@@ -55,40 +55,40 @@ def test_sides_are_known_by_their_names(pair):
 def test_the_feature_that_tells_apart_goes_before_the_one_that_moves_most():
     # Feature 1 moves in both poses; feature 4 only in the first.
     basis = features({1: 0.02, 4: 0.006}, {1: 0.02})
-    choice = choose_features(0, np.eye(2), np.zeros((0, 2)), basis, 0.0003)
-    assert choice.ramps.keys() == {4}
-    assert choice.ramps[4][1] == pytest.approx(0.94 * 0.006)
-    assert choice.confused == ()
+    selection = selected(0, np.eye(2), np.zeros((0, 2)), basis, 0.0003)
+    assert selection.ramps.keys() == {4}
+    assert selection.ramps[4][1] == pytest.approx(0.94 * 0.006)
+    assert selection.confused == ()
 
 
 def test_together_where_neither_does_alone():
     basis = features({1: 0.01}, {4: 0.01})
     poses = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
-    choice = choose_features(0, poses, np.eye(2), basis, 0.0003)
-    assert choice.ramps.keys() == {1, 4}
-    assert choice.confused == ()
+    selection = selected(0, poses, np.eye(2), basis, 0.0003)
+    assert selection.ramps.keys() == {1, 4}
+    assert selection.confused == ()
 
 
 def test_signs_are_kept_and_the_dead_zone_lies_between():
     basis = features({1: -0.01})
-    foot, top = choose_features(0, np.eye(1), np.eye(1), basis, 0.001).ramps[1]
+    foot, top = selected(0, np.eye(1), np.eye(1), basis, 0.001).ramps[1]
     assert top == pytest.approx(-0.0094)
     assert top < foot < 0
 
 
 def test_what_hides_in_the_noise_is_not_chosen():
     basis = features({1: 0.01, 4: 0.001})
-    loud = choose_features(0, np.eye(1), np.zeros((0, 1)), basis, 0.0005)
+    loud = selected(0, np.eye(1), np.zeros((0, 1)), basis, 0.0005)
     assert loud.ramps.keys() == {1}
-    assert choose_features(0, np.eye(1), np.zeros((0, 1)), basis, 0.005).ramps == {}
+    assert selected(0, np.eye(1), np.zeros((0, 1)), basis, 0.005).ramps == {}
 
 
 def test_one_pose_within_another_excludes_what_the_other_does_besides():
     basis = features({1: 0.01}, {4: 0.01})
     poses = np.array([[1.0, 0.0], [1.0, 1.0]])
-    part, whole = (choose_features(i, poses, np.eye(2), basis, 0.0003) for i in (0, 1))
-    assert part.ramps.keys() == {1} and [i for i, _ in part.excluded] == [4]
-    assert not whole.excluded
+    part, whole = (selected(i, poses, np.eye(2), basis, 0.0003) for i in (0, 1))
+    assert part.ramps.keys() == {1} and [i for i, _ in part.negative] == [4]
+    assert not whole.negative
     assert not part.confused and not part.shared and not whole.confused
 
 
@@ -97,14 +97,14 @@ def test_brows_that_move_far_are_read_though_no_rival_asks_for_it(brows, read):
     """The mouth tells the pose from all that moves alone; what comes together nobody has listed."""
     basis = features({1: 0.01}, {4: 0.004, 7: brows}, {4: 0.01})
     poses = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    assert choose_features(0, poses, np.eye(3)[1:], basis, 0.0003, (2,)).ramps.keys() == read
+    assert selected(0, poses, np.eye(3)[1:], basis, 0.0003, (2,)).ramps.keys() == read
 
 
 def test_poses_that_differ_in_what_no_marker_sees_are_confused():
     basis = features({1: 0.01}, {})
     poses = np.array([[1.0, 0.0], [1.0, 1.0]])
-    assert choose_features(0, poses, np.eye(2), basis, 0.0003).confused == (1,)
-    assert choose_features(1, poses, np.eye(2), basis, 0.0003).confused == (0,)
+    assert selected(0, poses, np.eye(2), basis, 0.0003).confused == (1,)
+    assert selected(1, poses, np.eye(2), basis, 0.0003).confused == (0,)
 
 
 def test_a_quiet_feature_goes_before_a_noisy_one_of_the_same_size():
@@ -112,7 +112,7 @@ def test_a_quiet_feature_goes_before_a_noisy_one_of_the_same_size():
     noise = np.full(9, 0.0001)
     noise[1] = 0.001
     none = np.zeros((0, 1))
-    assert choose(
+    assert select(
         0, np.eye(1), none, none, BlendShapeEvaluator(basis), noise, LOW
     ).ramps.keys() == {4}
 
@@ -124,7 +124,7 @@ def test_the_worst_rival_counts_however_many_are_harmless():
     moves = np.concatenate([[[0.0, 1.0, 0.0]], np.tile([0.0, 0.0, 1.0], (1000, 1))])
     noise = np.full(9, 0.0001)
     noise[4] = 0.0003  # telling it apart costs noise
-    assert 4 in choose(0, poses, moves[:0], moves, BlendShapeEvaluator(basis), noise, LOW).ramps
+    assert 4 in select(0, poses, moves[:0], moves, BlendShapeEvaluator(basis), noise, LOW).ramps
 
 
 def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
@@ -134,7 +134,7 @@ def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
     none, noise = np.zeros((0, 2)), np.full(9, 1e-5)
     noise[7] = 0.001
     first, second = (
-        choose(i, poses, none, none, BlendShapeEvaluator(basis), noise, LOW) for i in (0, 1)
+        select(i, poses, none, none, BlendShapeEvaluator(basis), noise, LOW) for i in (0, 1)
     )
     ((other, degree),) = first.shared
     assert other == 1 and degree == pytest.approx(0.3, abs=0.03) and not first.confused

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from usdface.rule_design.marker_roles import (
-    degrees,
-    direction,
-    direction_words,
+    degree_prefixes,
+    direction_name,
+    direction_names,
     known_roles,
+    marker_features,
     marker_sides,
-    marker_variables,
     role_names,
 )
 
@@ -18,7 +18,7 @@ def test_roles_are_unique_identifiers():
 
 
 def test_variables_go_through_the_axes_of_each_marker():
-    names = [v.name for v in marker_variables(["a", "b"])]
+    names = [v.name for v in marker_features(["a", "b"])]
     assert names == ["a_x", "a_y", "a_z", "b_x", "b_y", "b_z"]
 
 
@@ -29,17 +29,17 @@ def test_sides_are_the_characters_and_the_midline_has_none():
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_mirrored_markers_have_the_same_words(sign):
-    assert direction("x", sign, 1) == direction("x", -sign, -1)
-    assert direction("y", sign, 1) == direction("y", sign, -1)
+    assert direction_name("x", sign, 1) == direction_name("x", -sign, -1)
+    assert direction_name("y", sign, 1) == direction_name("y", sign, -1)
 
 
 def test_degrees_are_distinct_words():
-    assert [degrees(n) for n in (1, 2, 3)] == [
+    assert [degree_prefixes(n) for n in (1, 2, 3)] == [
         ("",),
         ("slightly_", ""),
         ("slightly_", "", "far_"),
     ]
-    assert len(set(degrees(5))) == 5
+    assert len(set(degree_prefixes(5))) == 5
 
 
 def test_roles_that_are_given_go_before_labels():
@@ -52,7 +52,7 @@ def test_roles_that_are_given_go_before_labels():
 
 def test_words_follow_the_side_of_the_marker():
     places = np.array([[0, 0, 0.1], [0.05, 0, 0], [-0.05, 0, 0]])
-    words = direction_words(places, 0)
+    words = direction_names(places, 0)
     assert words[0] == ("right", "left")
     assert words[3] == ("inward", "outward")
     assert words[6] == ("outward", "inward")

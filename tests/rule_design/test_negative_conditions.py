@@ -1,7 +1,11 @@
 import numpy as np
 import pytest
 
-from usdface.rule_design.negative_conditions import FIRES, exclude, ramp_degree
+from usdface.rule_design.negative_conditions import (
+    LEAST_FIRING,
+    negative_conditions,
+    ramp_membership,
+)
 
 # Four features: what both do, what only the other does (a little, far), and what moves in speech.
 OWN = np.array([0.010, 0.0, 0.0, 0.0])
@@ -12,13 +16,13 @@ QUIET = np.full(4, 1e-5)
 
 
 def excluded(own=OWN, others=(OTHER,), firing=(0.4,), single=SPEECH, noise=QUIET):
-    return exclude(own, np.array(others), np.array(firing), RAMPS, single, noise)
+    return negative_conditions(own, np.array(others), np.array(firing), RAMPS, single, noise)
 
 
 def test_a_ramp_goes_either_way():
     values = np.array([-0.02, -0.005, 0.0, 0.005, 0.02])
-    assert ramp_degree(values, 0.0, 0.01).tolist() == [0, 0, 0, 0.5, 1]
-    assert ramp_degree(values, 0.0, -0.01).tolist() == [1, 0.5, 0, 0, 0]
+    assert ramp_membership(values, 0.0, 0.01).tolist() == [0, 0, 0, 0.5, 1]
+    assert ramp_membership(values, 0.0, -0.01).tolist() == [1, 0.5, 0, 0, 0]
 
 
 def test_what_only_the_other_does_and_speech_does_not():
@@ -33,19 +37,21 @@ def test_at_no_intensity_is_much_left_of_the_other():
     ((feature, ramp),), _ = excluded()
     for intensity in np.linspace(0, 1, 101):
         shown = intensity * OTHER
-        fired = min(ramp_degree(shown[0], *RAMPS[0]), 1 - ramp_degree(shown[feature], *ramp))
+        fired = min(
+            ramp_membership(shown[0], *RAMPS[0]), 1 - ramp_membership(shown[feature], *ramp)
+        )
         assert fired <= 0.15 and (fired == 0 or intensity < 0.4)
 
 
 def test_the_expression_itself_is_kept_whole():
     own = np.array([0.010, 0.0, -0.003, 0.001])
     ((feature, ramp),), _ = excluded(own=own)
-    assert ramp_degree(np.linspace(0, 1, 11) * own[feature], *ramp).max() == 0
+    assert ramp_membership(np.linspace(0, 1, 11) * own[feature], *ramp).max() == 0
 
 
 def test_little_is_let_be():
-    found, left = excluded(firing=(FIRES,))
-    assert found == () and left.tolist() == [FIRES]
+    found, left = excluded(firing=(LEAST_FIRING,))
+    assert found == () and left.tolist() == [LEAST_FIRING]
 
 
 @pytest.mark.parametrize(

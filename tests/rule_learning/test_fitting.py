@@ -7,8 +7,9 @@ from labelled_world import SHOWN, labelled_world
 from worlds import animation_of
 
 from usdface.cli import main
+from usdface.correction.rule_check import fires_at_neutral
 from usdface.errors import InputError
-from usdface.fuzzy.inference import evaluate, fires_at_neutral
+from usdface.fuzzy.inference import evaluate
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.options import FitOptions
@@ -43,10 +44,11 @@ def test_what_was_labelled_is_heard_in_the_recording_that_was_left_out(fitted):
         "correct": 12,
         "tested": 12,
     }
-    assert all(len(rule.antecedent) <= 3 for rule in fit.system.rules)
+    assert all(len(rule.antecedent) <= 3 for rule in fit.system.fuzzy.rules)
     weights = fit.details["fit"]["weights"]
     assert result.summary["rules"] == weights.count(1.0) >= len(fit.system.emotions)
     assert result.summary["fallback_rules"] == len(weights) - weights.count(1.0)
+    assert [r for r in fit.system.fuzzy.rules if r.weight < 1] == list(fit.fallback_rules)
 
 
 def test_a_neutral_face_answers_nothing(fitted):
@@ -60,10 +62,10 @@ def test_a_neutral_face_answers_nothing(fitted):
 def test_the_written_system_is_the_one_that_was_fitted(fitted, folder):
     fit = fitted.value
     again, _ = read_fuzzy_file(folder / "fitted.usda")
-    faces = np.random.default_rng(0).normal(scale=0.05, size=(50, len(again.inputs)))
-    same = evaluate(again, faces).outputs == evaluate(fit.system, faces).outputs
+    faces = np.random.default_rng(0).normal(scale=0.05, size=(50, len(again.features)))
+    same = evaluate(again.fuzzy, faces).outputs == evaluate(fit.system.fuzzy, faces).outputs
     assert same.all()
-    assert [r.text for r in again.rules] == [r.text for r in fit.system.rules]
+    assert [r.text for r in again.fuzzy.rules] == [r.text for r in fit.system.fuzzy.rules]
 
 
 def test_poses_come_from_the_labelled_frames(fitted, folder):
@@ -127,7 +129,7 @@ def test_every_way_hears_what_it_was_fitted_on(folder, tmp_path, space, paper):
         labels=folder / "labels.csv",
     ).value
     assert fit.system.space == space
-    assert {v.measure for v in fit.system.inputs} == {"absolute" if paper else "signed"}
+    assert {f.measure for f in fit.system.features} == {"absolute" if paper else "signed"}
     make_shot(
         folder / "rig.usda",
         folder / "take_0.usda",
@@ -152,7 +154,7 @@ def test_the_default_design_needs_no_recording(folder, tmp_path):
     assert result.summary["neutral_output_max"] == 0
     result = fit_fuzzy(tmp_path / "shot.usda", tmp_path / "again.usda")
     again = result.value
-    assert [r.text for r in again.system.rules] == [r.text for r in fit.system.rules]
+    assert [r.text for r in again.system.fuzzy.rules] == [r.text for r in fit.system.fuzzy.rules]
     assert result.written == (tmp_path / "again.usda",)
 
 
@@ -160,8 +162,8 @@ def test_the_papers_way_works_on_the_rigs_poses(folder, tmp_path):
     options = FitOptions(paper=True)
     rig, bind = folder / "rig.usda", folder / "bind.json"
     fit = fit_fuzzy(rig, tmp_path / "paper.fis", options=options, bind=bind).value
-    assert {t.name for v in fit.system.inputs for t in v.terms} == {"low", "medium", "high"}
-    assert len(fit.system.rules) == len(fit.expressions)
+    assert {t.name for v in fit.system.fuzzy.inputs for t in v.terms} == {"low", "medium", "high"}
+    assert len(fit.system.fuzzy.rules) == len(fit.expressions)
     with pytest.raises(InputError, match='labels for space "take"'):
         fit_fuzzy(rig, tmp_path / "x.fis", options=FitOptions(space="take"), bind=bind)
 
@@ -178,7 +180,7 @@ def test_a_marker_that_a_take_lacks_is_not_relied_on(folder, tmp_path):
         bind=tmp_path / "bind.json",
         labels=folder / "labels.csv",
     ).value
-    assert "elsewhere" not in {v.role for v in fit.system.inputs}
+    assert "elsewhere" not in {f.role for f in fit.system.features}
     assert fit.validation.accuracy == 1
 
 

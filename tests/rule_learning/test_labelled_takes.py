@@ -12,7 +12,7 @@ from usdface.io.bind_file import setup_of_json
 from usdface.options import FitOptions
 from usdface.progress import Progress
 from usdface.retarget_setup import RetargetSetup, fit_setup
-from usdface.rule_design.marker_roles import known_roles, marker_variables
+from usdface.rule_design.marker_roles import known_roles, marker_features
 from usdface.rule_learning.labelled_takes import examples_of, feature_noise, pose_features
 from usdface.rule_learning.labels import NEUTRAL, NOTHING, Label
 from usdface.takes import MarkerTake, WeightsTake
@@ -54,7 +54,7 @@ def stretch(start: float, end: float, emotion: str = "joy", unit="frame", take=T
 def test_features_of_a_stretch_are_those_of_the_pose_it_reaches(world, face, examples):
     """Markers without noise: the one labelled frame is measured exactly, in either space."""
     truth = pose_features(
-        world.weights[15:16], face, marker_variables(known_roles(face.markers, face.roles))
+        world.weights[15:16], face, marker_features(known_roles(face.markers, face.roles))
     )
     for space in ("character", "take"):
         found = examples(world.take, stretch(15, 15), space=space)

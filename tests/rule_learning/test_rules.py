@@ -6,24 +6,24 @@ import pytest
 from fit_world import NOISE, RULES, face, make_examples
 
 from usdface.rule_learning.redundancy import subsumes
-from usdface.rule_learning.rules import cheapest_partings, learn_rules
-from usdface.rule_learning.terms import words_of
-from usdface.rule_learning.variants import partings
+from usdface.rule_learning.rules import choose_groupings, learn_rules
+from usdface.rule_learning.terms import linguistic_terms
+from usdface.rule_learning.variants import variant_groupings
 
 
 def learned(examples):
     """Return (emotion, conditions as text) of each rule."""
-    ways = partings(examples)
+    ways = variant_groupings(examples)
     groups = [part for way in ways.values() for parts in way for part in parts]
-    parts = cheapest_partings(examples, words_of(examples, groups), ways)
-    words = words_of(examples, [part for way in parts.values() for part in way])
-    names = [examples.variables[i].name for i in words.feature]
+    parts = choose_groupings(examples, linguistic_terms(examples, groups), ways)
+    terms = linguistic_terms(examples, [part for way in parts.values() for part in way])
+    names = [examples.marker_features[i].name for i in terms.feature]
     return [
         (
             rule.emotion,
-            [f"{names[t]} {'NOT ' * n}{words.names[t]}" for t, n in rule.conditions],
+            [f"{names[t]} {'NOT ' * n}{terms.names[t]}" for t, n in rule.conditions],
         )
-        for rule in learn_rules(examples, words, parts)
+        for rule in learn_rules(examples, terms, parts)
     ]
 
 
@@ -60,12 +60,12 @@ def test_every_condition_asks_another_marker(seed):
 def test_no_rule_stands_twice_nor_under_another(seed):
     """Examples that scatter leave a rule's variant uncovered: it was found again then."""
     examples = make_examples(scatter=0.3, seed=seed)
-    parts = {emotion: ways[0] for emotion, ways in partings(examples).items()}
-    words = words_of(examples, [part for way in parts.values() for part in way])
-    rules = learn_rules(examples, words, parts)
+    parts = {emotion: ways[0] for emotion, ways in variant_groupings(examples).items()}
+    terms = linguistic_terms(examples, [part for way in parts.values() for part in way])
+    rules = learn_rules(examples, terms, parts)
     for one, other in permutations(rules, 2):
         same = one.emotion == other.emotion
-        assert not (same and subsumes(one.conditions, other.conditions, words))
+        assert not (same and subsumes(one.conditions, other.conditions, terms))
 
 
 def test_two_names_for_the_same_get_no_rule():

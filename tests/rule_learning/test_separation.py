@@ -54,7 +54,7 @@ def test_without_a_second_recording_the_distance_decides(apart, separated):
 
 
 def test_poses_lie_apart_by_the_noise_and_the_farthest_motion_comes_first():
-    variables = make_examples().variables
+    variables = make_examples().marker_features
     seen = np.zeros((3, len(variables)))
     seen[1, [COLUMN["chin_y"], COLUMN["corner_l_x"]]] = 12 * NOISE, -20 * NOISE
     seen[2] = seen[1] * 0.95

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fit_world import COLUMN, NOISE, make_examples
 
-from usdface.rule_learning.terms import words_of
+from usdface.rule_learning.terms import linguistic_terms
 
 
 def terms(values, noise=NOISE, name="chin_y"):
@@ -15,9 +15,9 @@ def terms(values, noise=NOISE, name="chin_y"):
     for i, value in enumerate(values):
         features[examples.rows(f"e{i}"), COLUMN[name]] = value
     groups = [examples.rows(emotion) for emotion in examples.names]
-    words = words_of(replace(examples, features=features, noise=np.full(18, noise)), groups)
+    terms = linguistic_terms(replace(examples, features=features, noise=np.full(18, noise)), groups)
     signs = (1, -1)
-    return {t.name: t.parameters for s in signs for t in words.terms_of(COLUMN[name], s)}
+    return {t.name: t.parameters for s in signs for t in terms.terms_of(COLUMN[name], s)}
 
 
 def test_tops_are_the_minimum_the_medium_and_the_maximum_over_the_emotions():
@@ -49,13 +49,13 @@ def test_a_motion_within_two_deviations_of_the_noise_has_no_term():
 
 def test_degrees_are_those_of_the_terms():
     examples = make_examples()
-    words = words_of(examples, [examples.rows(emotion) for emotion in examples.names])
+    terms = linguistic_terms(examples, [examples.rows(emotion) for emotion in examples.names])
     features = np.random.default_rng(0).normal(scale=0.05, size=(20, 18))
     features[3] = np.nan
-    degrees = words.degrees(features)
+    degrees = terms.membership(features)
     assert not degrees[3].any()
     assert degrees.min() == 0
     assert degrees.max() == 1
-    at = words.names.index("lowered")
-    inside = (features[:, words.feature[at]] - words.foot[at]) / (words.top[at] - words.foot[at])
+    at = terms.names.index("lowered")
+    inside = (features[:, terms.feature[at]] - terms.foot[at]) / (terms.top[at] - terms.foot[at])
     assert degrees[:, at] == pytest.approx(np.clip(np.nan_to_num(inside), 0, 1))

@@ -8,12 +8,14 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from expression_systems import expression_system
 from pxr import Sdf
 
 from usdface import options
+from usdface.expression_system import Axis, FaceUnit, MarkerFeature, Measure
 from usdface.fuzzy import system
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.fuzzy.variables import Variable, VariableKind
 from usdface.schemas import plugin_dir, tokens
 
 SOURCE = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
@@ -133,34 +135,35 @@ def test_every_setting_of_the_solve_has_its_line_in_the_contract(name: str) -> N
     assert line in CONTRACT.read_text(encoding="utf-8").splitlines(), f"docs: add\n{line}"
 
 
-SYSTEM = FuzzySystem((), ())
-VARIABLE = Variable("mouth", "input", role="mouth")
+SYSTEM = expression_system((), ())
+VARIABLE = Variable("mouth", "input")
+FEATURE = MarkerFeature("mouth")
 
 
 @pytest.mark.parametrize(
     ("prim", "name", "value"),
     [
-        (tokens.FUZZY_SYSTEM, tokens.NORMALISATION, SYSTEM.normalisation),
-        (tokens.FUZZY_SYSTEM, tokens.AND, SYSTEM.and_),
-        (tokens.FUZZY_SYSTEM, tokens.OR, SYSTEM.or_),
-        (tokens.FUZZY_SYSTEM, tokens.INFERENCE, SYSTEM.inference),
-        (tokens.FUZZY_SYSTEM, tokens.IMPLICATION, SYSTEM.implication),
-        (tokens.FUZZY_SYSTEM, tokens.AGGREGATION, SYSTEM.aggregation),
-        (tokens.FUZZY_SYSTEM, tokens.DEFUZZIFIER, SYSTEM.defuzzifier),
-        (tokens.FUZZY_SYSTEM, tokens.SAMPLES, SYSTEM.samples),
-        (tokens.FUZZY_SYSTEM, tokens.SAMPLING, SYSTEM.sampling),
+        (tokens.FUZZY_SYSTEM, tokens.NORMALISATION, SYSTEM.fuzzy.normalisation),
+        (tokens.FUZZY_SYSTEM, tokens.AND, SYSTEM.fuzzy.and_),
+        (tokens.FUZZY_SYSTEM, tokens.OR, SYSTEM.fuzzy.or_),
+        (tokens.FUZZY_SYSTEM, tokens.INFERENCE, SYSTEM.fuzzy.inference),
+        (tokens.FUZZY_SYSTEM, tokens.IMPLICATION, SYSTEM.fuzzy.implication),
+        (tokens.FUZZY_SYSTEM, tokens.AGGREGATION, SYSTEM.fuzzy.aggregation),
+        (tokens.FUZZY_SYSTEM, tokens.DEFUZZIFIER, SYSTEM.fuzzy.defuzzifier),
+        (tokens.FUZZY_SYSTEM, tokens.SAMPLES, SYSTEM.fuzzy.samples),
+        (tokens.FUZZY_SYSTEM, tokens.SAMPLING, SYSTEM.fuzzy.sampling),
         (tokens.FUZZY_VARIABLE, tokens.VARIABLE_DEFAULT, VARIABLE.default),
         (tokens.FUZZY_SYSTEM, tokens.SPACE, SYSTEM.space),
         (tokens.FUZZY_SYSTEM, tokens.FACE_UNIT, SYSTEM.face_unit),
-        (tokens.FUZZY_SYSTEM, tokens.NEUTRAL_RULE, SYSTEM.neutral_rule),
+        (tokens.FUZZY_SYSTEM, tokens.NEUTRAL_RULE, SYSTEM.fuzzy.else_rule),
         (tokens.FUZZY_SYSTEM, tokens.RESPONSE, SYSTEM.response),
         (tokens.FUZZY_SYSTEM, tokens.FEATURE_SMOOTHING, SYSTEM.smoothing),
         (tokens.FUZZY_SYSTEM, tokens.BLEND_TIME, SYSTEM.blend_time),
         (tokens.FUZZY_SYSTEM, tokens.EASE, options.CorrectionOptions().ease),
         (tokens.FUZZY_SYSTEM, tokens.MODE, options.CorrectionOptions().mode),
         (tokens.FUZZY_SYSTEM, tokens.GAIN, options.CorrectionOptions().gain),
-        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_AXIS, VARIABLE.axis),
-        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_MEASURE, VARIABLE.measure),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_AXIS, FEATURE.axis),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_MEASURE, FEATURE.measure),
         (tokens.FUZZY_RULE, tokens.RULE_WEIGHT, parse_rule("IF a IS b THEN c IS 1").weight),
         (tokens.FUZZY_RULE, tokens.ENABLED, parse_rule("IF a IS b THEN c IS 1").enabled),
     ],
@@ -187,11 +190,11 @@ def test_a_missing_attribute_means_the_default_of_the_system(
         (tokens.FUZZY_SYSTEM, tokens.AGGREGATION, system.Aggregation),
         (tokens.FUZZY_SYSTEM, tokens.DEFUZZIFIER, system.Defuzzifier),
         (tokens.FUZZY_SYSTEM, tokens.SAMPLING, system.Sampling),
-        (tokens.FUZZY_SYSTEM, tokens.SPACE, system.Space),
-        (tokens.FUZZY_SYSTEM, tokens.FACE_UNIT, system.FaceUnit),
-        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_KIND, system.VariableKind),
-        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_AXIS, system.Axis),
-        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_MEASURE, system.Measure),
+        (tokens.FUZZY_SYSTEM, tokens.SPACE, options.FeatureSpace),
+        (tokens.FUZZY_SYSTEM, tokens.FACE_UNIT, FaceUnit),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_KIND, VariableKind),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_AXIS, Axis),
+        (tokens.FUZZY_VARIABLE, tokens.VARIABLE_MEASURE, Measure),
     ],
 )
 def test_allowed_tokens_are_those_of_the_program(prim: str, name: str, allowed: object) -> None:

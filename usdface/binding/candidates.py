@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import FaceSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import infinitesimal_motions
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["CandidateVertices", "candidate_vertices"]
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.binding.pose_search import RegisteredMarkers
 from usdface.binding.registration import USUAL_COST, squared_errors
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["placement_confidence"]
 

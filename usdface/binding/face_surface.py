@@ -13,11 +13,11 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import Mesh
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["MOVING_SHARE", "FaceSurface", "face_surface"]
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["named_heights"]
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from usdface.arrays import BoolArray, IntArray, frozen
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -15,7 +16,6 @@ from usdface.retarget.confidence import Confidence, confidence_of
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
-from usdface.takes import BoolArray, IntArray, frozen
 
 __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 

@@ -7,10 +7,11 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial.distance import cdist
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import rigid_fit
-from usdface.takes import FloatArray, IntArray, MarkerTake, visible
+from usdface.takes import MarkerTake, visible
 
 __all__ = [
     "FEWEST_MARKERS",

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.face_surface import MOVING_SHARE
 from usdface.geometry.marker_spread import rms_radius
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["Observations", "observe"]
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.binding.candidates import CandidateVertices, candidate_vertices
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.observations import Observations
@@ -17,7 +18,6 @@ from usdface.binding.registration import (
     name_disagreement,
 )
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.takes import FloatArray
 
 __all__ = ["RegisteredMarkers", "refine", "search_pose"]
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from usdface.advice import advice
+from usdface.arrays import BoolArray, IntArray
 from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
 from usdface.binding.face_surface import FaceSurface, face_surface
@@ -28,7 +29,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import BoolArray, IntArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["DuplicateMarker", "Proposal", "proposal_findings", "propose"]
 

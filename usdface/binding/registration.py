@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.candidates import CandidateVertices
 from usdface.binding.observations import Observations
 from usdface.geometry.rigid_modes import infinitesimal_motions
 from usdface.retarget.bounded_least_squares import solve_bounded
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = [
     "MOTION_ERROR",

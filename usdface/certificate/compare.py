@@ -7,10 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.certificate import FLOAT32, Certificate
-from usdface.certificate.linear_morph import LinearMorph, normal_distances, point_distances
+from usdface.certificate.linear_morph import (
+    LinearMorph,
+    normal_distances,
+    point_distances,
+)
 from usdface.certificate.vertex_matching import VertexTraits, match_vertices
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["EvaluatedMesh", "certify", "match_names", "sample_frames"]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.takes import FloatArray, IntArray
+from usdface.arrays import FloatArray, IntArray
 
 __all__ = ["VertexTraits", "match_vertices"]
 

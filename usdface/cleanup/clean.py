@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.gaps import OWN, fill_gaps, frame_ranges
 from usdface.cleanup.label_assignment import assign_labels, last_visible
 from usdface.cleanup.low_rank_model import (
@@ -22,7 +23,7 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_noise
-from usdface.takes import BoolArray, FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["Cleaned", "clean_take"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.linalg import solveh_banded
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.retarget.curvature import curvature_bands
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["OWN", "fill_gaps", "frame_ranges"]
 

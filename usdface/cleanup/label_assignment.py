@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdface.takes import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["assign_labels", "last_visible"]
 

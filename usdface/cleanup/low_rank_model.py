@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.takes import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = [
     "FRAMES_PER_MODE",

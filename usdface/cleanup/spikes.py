@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import median_filter
 
-from usdface.takes import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray
 
 __all__ = ["find_spikes"]
 

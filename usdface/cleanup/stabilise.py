@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.low_rank_model import LowRankModel, fit_low_rank_model, reconstruct
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import Pose, rigid_fit
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["ROUNDS", "StabilisedMarkers", "stabilise"]
 

@@ -20,7 +20,7 @@ __all__ = ["print_explanation", "print_fit", "print_resting"]
 def print_fit(fitted: "Fitted") -> None:
     """Print a fitted system: rules, cross-validation, and the motions that separate emotions."""
     console = Console(highlight=False, soft_wrap=True)
-    for rule in fitted.system.rules:
+    for rule in fitted.system.fuzzy.rules:
         console.print(escape(" ".join(rule.text.split())))
     tested = fitted.validation
     if tested is not None and tested.tested:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.correction.gaps import Gaps
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["hold"]
 

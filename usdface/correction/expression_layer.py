@@ -5,25 +5,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.contact import hold
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
 from usdface.correction.pose_blend import correct, eased, pose_shares
+from usdface.correction.rule_check import check_rules
 from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.face.layout import FaceLayout, split_poses
 from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE, CorrectionOptions
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
-from usdface.takes import FloatArray
 
 __all__ = [
     "Expressed",
@@ -43,7 +43,7 @@ class SideTrace:
     Attributes
     ----------
     inputs : (F, I) float64
-        Features, in units of `ExpressionTrace.unit`; columns as `FuzzySystem.inputs`.
+        Features, in units of `ExpressionTrace.unit`; columns as `ExpressionSystem.inputs`.
     evaluation : Evaluation
         Emotions, firing strengths, and memberships if they were asked for.
     shown : (F, E) float64
@@ -61,7 +61,7 @@ class ExpressionTrace:
 
     Attributes
     ----------
-    system : FuzzySystem
+    system : ExpressionSystem
     markers : tuple of str, length I
         The marker that each input reads.
     unit : float [m]
@@ -73,7 +73,7 @@ class ExpressionTrace:
         smaller answer of the two halves.
     """
 
-    system: FuzzySystem
+    system: ExpressionSystem
     markers: tuple[str, ...]
     unit: float
     poses: FloatArray
@@ -102,12 +102,12 @@ class Expressed:
 
 def design(
     face: BoundFace, expressions: Sequence[Expression], correction: CorrectionOptions
-) -> tuple[FuzzySystem | None, dict[str, str], list[Finding]]:
+) -> tuple[ExpressionSystem | None, dict[str, str], list[Finding]]:
     """Design the default system from the expression poses, on the bound markers.
 
     Returns
     -------
-    FuzzySystem or None
+    ExpressionSystem or None
         None without markers or expressions.
     dict of str to str
         Role to marker: those of the face, and those that the system's variables name besides.
@@ -125,7 +125,7 @@ def design(
 
 
 def adopt(
-    system: FuzzySystem, setup: RetargetSetup, expressions: Sequence[Expression], where: str
+    system: ExpressionSystem, setup: RetargetSetup, expressions: Sequence[Expression], where: str
 ) -> tuple[RetargetSetup, list[Finding]]:
     """Give the roles that a system names to bound markers: those of the setup, or by label.
 
@@ -144,7 +144,7 @@ def adopt(
     # A marker may play several roles that are given; its label is one more for those without any.
     given = {role: name for role, name in setup.roles.items() if name in names}
     known = known_roles(names, setup.roles) | given
-    asked = dict.fromkeys(v.role for v in system.inputs)
+    asked = dict.fromkeys(feature.role for feature in system.features)
     missing = [role for role in asked if role not in known]
     if missing:
         roles = f"role{'s' if len(missing) > 1 else ''} {', '.join(map(repr, missing))}"
@@ -164,7 +164,7 @@ def adopt(
 
 
 def express(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     features: Features,
     face: BoundFace,
     *,
@@ -179,7 +179,7 @@ def express(
 
     Parameters
     ----------
-    system : FuzzySystem
+    system : ExpressionSystem
     features : Features
         Of "both" sides, and of each half if its shapes are to follow them.
     face : BoundFace
@@ -205,7 +205,8 @@ def express(
         if name not in names
     ]
     answers = {
-        side: evaluate(system, inputs, memberships=trace) for side, inputs in features.sides.items()
+        side: evaluate(system.fuzzy, inputs, memberships=trace)
+        for side, inputs in features.sides.items()
     }
     gains = gains or Gains.constant(system.gain, expressions)
     asked = _asked(system, answers, poses, names, layout, gains)
@@ -228,11 +229,11 @@ def express(
         for side, answer in answers.items()
     }
     traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
-    return Expressed(corrected, traced, rule_findings(system) + findings)
+    return Expressed(corrected, traced, check_rules(system) + findings)
 
 
 def _asked(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     answers: Mapping[Side, Evaluation],
     poses: FloatArray,
     names: tuple[str, ...],
@@ -256,7 +257,7 @@ def _asked(
 
 
 def expression_poses(
-    system: FuzzySystem, names: tuple[str, ...], expressions: Sequence[Expression]
+    system: ExpressionSystem, names: tuple[str, ...], expressions: Sequence[Expression]
 ) -> tuple[FloatArray, list[Finding]]:
     """Return the pose of each emotion (E, T) in shapes `names`; zeros where the rig has none."""
     poses, findings = np.zeros((len(system.emotions), len(names))), []

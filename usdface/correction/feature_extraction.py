@@ -3,16 +3,17 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from usdface.arrays import FloatArray
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
 from usdface.errors import InputError, did_you_mean
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import SIDES, Side, half_face, half_weights
 from usdface.face.symmetry import symmetric_pairs
-from usdface.fuzzy.system import FuzzySystem
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Features", "features", "sided_features"]
 
@@ -41,7 +42,7 @@ _Faces = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
 
 
 def features(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     face: BoundFace,
     take: MarkerTake | WeightsTake,
     *,
@@ -64,7 +65,7 @@ def features(
 
 
 def sided_features(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     face: BoundFace,
     take: MarkerTake | WeightsTake,
     *,
@@ -87,24 +88,24 @@ def sided_features(
     read: dict[Side, FloatArray] = {}
     for side, positions in faces.items():
         measured = measure(
-            positions, neutral, names, system.inputs, face.roles, face.nose_tip, unit
+            positions, neutral, names, system.features, face.roles, face.nose_tip, unit
         )
         read[side] = smooth(measured, take.times, noise * system.smoothing)
-    markers = tuple(face.roles.get(v.role, v.role) for v in system.inputs)
+    markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
     return Features(read, markers, unit)
 
 
-def _check_roles(system: FuzzySystem, names: Sequence[str], roles: Mapping[str, str]) -> None:
+def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:
     """Refuse a system that reads a marker which is not there; name the first of its rules."""
     lacking = {
-        variable.name: variable.role
-        for variable in system.inputs
-        if roles.get(variable.role, variable.role) not in names
+        variable.name: feature.role
+        for variable, feature in zip(system.fuzzy.inputs, system.features, strict=True)
+        if roles.get(feature.role, feature.role) not in names
     }
     if not lacking:
         return
     name, role = next(iter(lacking.items()))
-    rules = [r for r in system.rules if any(p.variable in lacking for p in r.propositions)]
+    rules = [r for r in system.fuzzy.rules if any(p.variable in lacking for p in r.propositions)]
     others = len(rules) - 1
     by = f"{rules[0].named}{f' and {others} more' if others else ''}" if rules else "no rule"
     raise InputError(

@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.geometry.marker_spread import marker_spread
-from usdface.takes import FloatArray
 
 __all__ = ["MILLIMETRE", "face_unit", "measure", "smooth"]
 
@@ -21,7 +21,7 @@ MILLIMETRE = 0.001
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
-def face_unit(system: FuzzySystem, neutral: FloatArray) -> float:
+def face_unit(system: ExpressionSystem, neutral: FloatArray) -> float:
     """Return the length [m] that the system's features are divided by.
 
     One millimetre, or the `marker_spread` of the `neutral` markers (M, 3) [m].
@@ -33,7 +33,7 @@ def measure(
     positions: FloatArray,
     neutral: FloatArray,
     names: Sequence[str],
-    variables: Sequence[Variable],
+    features: Sequence[MarkerFeature],
     roles: Mapping[str, str],
     nose_tip: str,
     unit: float,
@@ -47,7 +47,7 @@ def measure(
     neutral : (M, 3) float64 [m]
         The same markers on the neutral face.
     names : sequence of str, length M
-    variables : sequence of Variable, length I
+    features : sequence of MarkerFeature, length I
         "signed": change of p - nose along the axis; "absolute": |change of |p - nose||.
     roles : mapping of str to str
         Role to marker; a role that it lacks is itself the name of a marker.
@@ -70,21 +70,21 @@ def measure(
         raise InputError(
             f"no nose tip: the markers have no {nose_tip!r}; name one of {', '.join(names)}"
         )
-    marker = np.array([_marker(index, roles, v) for v in variables], dtype=np.intp)
-    axis = np.array([_AXES[v.axis] for v in variables], dtype=np.intp)
+    marker = np.array([_marker(index, roles, f) for f in features], dtype=np.intp)
+    axis = np.array([_AXES[f.axis] for f in features], dtype=np.intp)
     nose = index[nose_tip]
     offset = positions[:, marker, axis] - positions[:, nose, axis]
     rest = neutral[marker, axis] - neutral[nose, axis]
-    absolute = np.array([v.measure == "absolute" for v in variables], dtype=bool)
+    absolute = np.array([f.measure == "absolute" for f in features], dtype=bool)
     change = np.where(absolute, np.abs(np.abs(offset) - np.abs(rest)), offset - rest)
     return np.asarray(change / unit, dtype=np.float64)
 
 
-def _marker(index: Mapping[str, int], roles: Mapping[str, str], variable: Variable) -> int:
-    name = roles.get(variable.role, variable.role)
+def _marker(index: Mapping[str, int], roles: Mapping[str, str], feature: MarkerFeature) -> int:
+    name = roles.get(feature.role, feature.role)
     if name not in index:
         raise InputError(
-            f"fuzzy variable {variable.name!r} reads the role {variable.role!r}, but there is no "
+            f"the feature {feature.name!r} is of the role {feature.role!r}, but there is no "
             f"marker {name!r}; give the role one of {', '.join(index)}"
         )
     return index[name]

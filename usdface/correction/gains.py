@@ -6,10 +6,10 @@ from types import MappingProxyType
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
 from usdface.face.regions import GainRegion
 from usdface.retarget_setup import Expression
-from usdface.takes import FloatArray, frozen
 
 __all__ = ["Gains"]
 

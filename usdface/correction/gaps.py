@@ -9,11 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.rigs import Mesh
-from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
 __all__ = ["Gaps", "gaps_of"]
 

@@ -5,16 +5,18 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.feature_extraction import features
+from usdface.correction.rule_check import fires_at_neutral
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
-from usdface.fuzzy.inference import evaluate, fires_at_neutral
-from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.inference import evaluate
 from usdface.options import MARKER_NOISE
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
 from usdface.rigs import Rig
 from usdface.rule_design.paper_system import paper_system
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["RestingAnswer", "resting_answers"]
 
@@ -57,30 +59,30 @@ class RestingAnswer:
 
 
 def resting_answers(
-    rig: Rig, setup: RetargetSetup, system: FuzzySystem
+    rig: Rig, setup: RetargetSetup, system: ExpressionSystem
 ) -> tuple[RestingAnswer, ...]:
     """Ask the paper's system, and the one of a shot of that rig and setup, about a neutral face."""
     heard = _jitter(rig, setup, system)
     return _answer("the paper's", paper_system()), _answer("the shot's", system, heard)
 
 
-def _answer(name: str, system: FuzzySystem, heard: FloatArray | None = None) -> RestingAnswer:
+def _answer(name: str, system: ExpressionSystem, heard: FloatArray | None = None) -> RestingAnswer:
     def named(values: FloatArray) -> dict[str, float]:
         return {e: round(float(v), 4) for e, v in zip(system.emotions, values, strict=True)}
 
     return RestingAnswer(
         name,
-        named(evaluate(system, np.zeros((1, len(system.inputs)))).outputs[0]),
+        named(evaluate(system.fuzzy, np.zeros((1, len(system.features)))).outputs[0]),
         None if heard is None else named(heard.mean(axis=0)),
         None if heard is None else named(heard.max(axis=0)),
         tuple(" ".join(rule.text.split()) for rule in fires_at_neutral(system)),
     )
 
 
-def _jitter(rig: Rig, setup: RetargetSetup, system: FuzzySystem) -> FloatArray | None:
+def _jitter(rig: Rig, setup: RetargetSetup, system: ExpressionSystem) -> FloatArray | None:
     """Record the character's own face at rest, with noise; return the emotions (F, E)."""
     binding = setup.binding
-    roles = {setup.roles.get(v.role, v.role) for v in system.inputs}
+    roles = {setup.roles.get(f.role, f.role) for f in system.features}
     if not binding.markers or not roles <= set(binding.markers):
         return None
     mesh = rig.mesh(binding.mesh)
@@ -96,4 +98,4 @@ def _jitter(rig: Rig, setup: RetargetSetup, system: FuzzySystem) -> FloatArray |
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
     taken, weights, solution, _ = retarget(take, face, setup)
     inputs = features(system, face, taken, weights=weights, solution=solution)
-    return evaluate(system, inputs).outputs[first:]
+    return evaluate(system.fuzzy, inputs).outputs[first:]

@@ -5,9 +5,9 @@ from typing import get_args
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.options import RESPONSE, CorrectionMode
-from usdface.takes import FloatArray
 
 __all__ = ["correct", "eased", "pose_shares", "respond"]
 

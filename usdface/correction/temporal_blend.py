@@ -10,7 +10,7 @@ What contact takes back of a correction is taken back as smoothly.
 import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["blend_frames", "blended_in", "blended_out"]
 

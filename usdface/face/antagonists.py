@@ -11,11 +11,14 @@ from usdface.rigs import BlendShape, Mesh
 
 __all__ = ["antagonists"]
 
-# Cosine between two displacement fields below which they oppose each other.
+# Cosine between two displacement fields below which they oppose each other. Chosen by hand, by the
+# pairs that it finds on ICT, MakeHuman and the example (docs/constants.md).
 _OPPOSED = -0.3
 # Action units that oppose each other by their muscles, though their fields hardly do: the corners
-# of the mouth go up and out (12), or down (15). On the same side, that is.
+# of the mouth go up and out (12, zygomaticus major), or down (15, depressor anguli oris; P. Ekman,
+# W. Friesen, J. Hager, "Facial Action Coding System", 2002).
 _UNITS = {12, 15}
+# Shapes of opposite sides do not overlap: their cosine is about 0.
 _SAME_SIDE = -0.05
 
 

@@ -7,13 +7,13 @@ from types import MappingProxyType
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.errors import InputError
 from usdface.face.layout import FaceLayout, find_layout
 from usdface.findings import Finding
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["BoundFace", "bound_face"]
 

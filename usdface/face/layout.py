@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 from usdface.face.antagonists import antagonists
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
@@ -17,7 +18,6 @@ from usdface.face.regions import GAIN_REGIONS, GainRegion, shape_regions
 from usdface.options import CONTACT_TOLERANCE
 from usdface.retarget_setup import Expression
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["FaceLayout", "find_layout", "split_poses"]
 

@@ -13,11 +13,11 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import BlendShape, Mesh
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["LipLidContacts", "find_lip_lid_contacts"]
 

@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 from scipy.spatial import cKDTree
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.geometry.marker_spread import marker_spread
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = [
     "SIDES",

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from usdface.arrays import IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import sides_of
 from usdface.face.regions import regions_of
-from usdface.takes import IntArray
 
 __all__ = ["place_names"]
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import regions_of
-from usdface.takes import FloatArray
 
 __all__ = ["region_errors", "region_residuals"]
 

@@ -11,10 +11,10 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.face.expression_poses import units_of
 from usdface.face.lip_lid_contacts import LipLidContacts
 from usdface.rigs import BlendShape, Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["GAIN_REGIONS", "REGIONS", "GainRegion", "Region", "regions_of", "shape_regions"]
 

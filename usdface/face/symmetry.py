@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from usdface.arrays import IntArray
 from usdface.face.shape_names import shape_key
-from usdface.takes import IntArray
 
 __all__ = ["mirrored_pairs", "symmetric_pairs"]
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import face_surface
 from usdface.figures.labels import label_places, text_size
 from usdface.figures.picture import save_figure
 from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["write_bind_figure"]
 

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.explanation import HALF_SHOWN_APART, Explanation
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Rule
-from usdface.fuzzy.system import Term
-from usdface.takes import FloatArray
+from usdface.fuzzy.variables import Term
 
 __all__ = ["write_explanation_figure"]
 
@@ -43,7 +43,7 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
     facts = explained.frame(frame)
     shown = _asked_most(explained, facts)
     rows = max(1, -(-len(shown) // _COLUMNS))
-    over_time = (1.8, 0.3 + 0.22 * min(max(2, len(explained.system.rules)), _MOST_RULES))
+    over_time = (1.8, 0.3 + 0.22 * min(max(2, len(explained.system.fuzzy.rules)), _MOST_RULES))
     heights = (sum(over_time) + 1.2, 0.4 + 2.2 * rows, 2.8 if facts["weights"] else 0.3)
 
     def draw(figure: Any) -> None:
@@ -113,7 +113,7 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
 
 def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
     """Draw a row for each rule: its firing strength, in the colour of its emotion."""
-    rules, colours = explained.system.rules, _colours(explained)
+    rules, colours = explained.system.fuzzy.rules, _colours(explained)
     peaks = explained.trace.firing.max(axis=0, initial=0.0)
     shown = np.sort(np.argsort(-peaks, kind="stable")[:_MOST_RULES]).tolist()
     for row, i in enumerate(shown):
@@ -142,12 +142,12 @@ def _short(rule: Rule) -> str:
 
 def _asked_most(explained: Explanation, facts: dict[str, Any]) -> list[int]:
     """Return the inputs to draw: those of firing rules, else of the rule nearest to firing."""
-    order = [v.name for v in explained.system.inputs]
+    order = [v.name for v in explained.system.fuzzy.inputs]
     fired = [c["variable"] for r in facts["rules"] if r["fires"] > 0 for c in r["conditions"]]
     belongs = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
     nearest = sorted(range(len(order)), key=lambda i: -belongs[i])
     columns = dict.fromkeys(map(order.index, fired) if fired else nearest)
-    return [i for i in columns if explained.system.inputs[i].terms][:_LARGEST_FEATURES]
+    return [i for i in columns if explained.system.fuzzy.inputs[i].terms][:_LARGEST_FEATURES]
 
 
 def _draw_features(
@@ -169,7 +169,7 @@ def _draw_memberships(
     axes: Any, explained: Explanation, facts: dict[str, Any], column: int
 ) -> None:
     """Draw the terms of an input in millimetres; those of firing rules are emphasised."""
-    variable, scale = explained.system.inputs[column], 1000.0 * explained.trace.unit
+    variable, scale = explained.system.fuzzy.inputs[column], 1000.0 * explained.trace.unit
     values = explained.whole.inputs[:, column]
     now = explained.whole.inputs[facts["frame"], column]
     x = _reach(explained, column)
@@ -212,7 +212,7 @@ def _asked(
     colours = _colours(explained)
     asked: dict[str, dict[tuple[str, ...], str]] = {}
     fired = [i for i, strength in enumerate(explained.trace.firing[facts["frame"]]) if strength > 0]
-    for rule in (explained.system.rules[i] for i in fired):
+    for rule in (explained.system.fuzzy.rules[i] for i in fired):
         for proposition in rule.propositions:
             if proposition.variable == name:
                 hedged = asked.setdefault(proposition.term, {})
@@ -223,7 +223,7 @@ def _asked(
 def _reach(explained: Explanation, column: int) -> Any:
     """Return the range of an input: of its values in the take, and of its terms."""
     values = explained.whole.inputs[:, column]
-    terms = explained.system.inputs[column].terms
+    terms = explained.system.fuzzy.inputs[column].terms
     marks = [p for t in terms for p in places(t.kind, t.parameters)]
     marks += [0.0, *values[np.isfinite(values)]]
     low, high = min(marks), max(marks)

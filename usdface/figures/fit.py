@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from usdface.expression_system import ExpressionSystem
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places
-from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.fuzzy.variables import Variable
 from usdface.rule_learning.cross_validation import Validation
 
 __all__ = ["write_fit_figure"]
@@ -22,7 +23,7 @@ _FACE_UNIT = "face units (the RMS distance of the neutral markers from their cen
 _RIGHT, _WRONG = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
 
 
-def write_fit_figure(system: FuzzySystem, validation: Validation | None, path: Path) -> None:
+def write_fit_figure(system: ExpressionSystem, validation: Validation | None, path: Path) -> None:
     """Draw the terms of every input and, where there was a test, the confusion matrix.
 
     Raises
@@ -35,18 +36,18 @@ def write_fit_figure(system: FuzzySystem, validation: Validation | None, path: P
 
     def draw(figure: Any) -> None:
         tested = validation is not None and validation.tested > 0
-        rows = max(1, -(-len(system.inputs) // _COLUMNS))
+        rows = max(1, -(-len(system.fuzzy.inputs) // _COLUMNS))
         shown = int((validation.counts.sum(axis=1) > 0).sum()) if validation is not None else 0
         below = 1.2 + 0.45 * shown
         figure.set_size_inches(12, 1.9 * rows + 0.5 + (below if tested else 0.0))
         parts = figure.subfigures(2, 1, height_ratios=[1.9 * rows, below]) if tested else [figure]
         axes = parts[0].subplots(rows, _COLUMNS, squeeze=False).ravel().tolist()
-        for place, variable in zip(axes, system.inputs, strict=False):
+        for place, variable in zip(axes, system.fuzzy.inputs, strict=False):
             _draw_terms(place, variable)
         unit = "mm" if system.face_unit == "none" else _FACE_UNIT
         title = f"how far each input's value, from neutral in {unit}, belongs to its terms"
         parts[0].suptitle(title, fontsize=10)
-        for place in axes[len(system.inputs) :]:
+        for place in axes[len(system.fuzzy.inputs) :]:
             place.set_axis_off()
         if validation is not None and tested:
             _draw_confusion(parts[1].subplots(), validation)

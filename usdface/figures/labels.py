@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["label_places", "text_size"]
 

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.norms import AGGREGATIONS, T_NORMS
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
-from usdface.takes import FloatArray
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 
 __all__ = ["defuzzify", "sample_points"]
 

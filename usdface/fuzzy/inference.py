@@ -9,15 +9,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 from usdface.fuzzy.defuzzify import defuzzify
 from usdface.fuzzy.membership import KINDS
 from usdface.fuzzy.norms import HEDGES, S_NORMS, T_NORMS
 from usdface.fuzzy.rules import Condition, Proposition, Rule, propositions
-from usdface.fuzzy.system import FuzzySystem, Variable
-from usdface.takes import BoolArray, FloatArray, frozen
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Variable
 
-__all__ = ["Evaluation", "evaluate", "fires_at_neutral"]
+__all__ = ["Evaluation", "evaluate", "rules_firing_at"]
 
 # A row of this many frames is 64 kB; shorter ones pay more for each step than they save.
 _BLOCK = 8192
@@ -53,13 +54,13 @@ def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = Fal
 
     Sugeno: an output is the average of its rules' values, weighted by their firing strengths:
     sum_r f_r z_r / sum_r f_r (Zikky et al. 2013, equation 7). The denominator takes all
-    rules or only the output's own (`FuzzySystem.normalisation`); with a neutral rule it also
+    rules or only the output's own (`FuzzySystem.normalisation`); with an else rule it also
     takes 1 - max_r f_r, and the numerator that times the output's default. Where the denominator
     is 0 the output is its default. A linear term reads an occluded input as 0.
 
     Mamdani (Mamdani and Assilian 1975): each rule cuts its conclusion's term, the cut terms are
     joined to one set, which is defuzzified (`usdface.fuzzy.defuzzify`). Where the set is empty the
-    output is its default; with a neutral rule the answer counts as far as the strongest rule
+    output is its default; with an else rule the answer counts as far as the strongest rule
     fires, and the default for the rest.
 
     Parameters
@@ -81,7 +82,7 @@ def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = Fal
             f"fuzzy inputs have shape {inputs.shape}; expected (frames, {len(system.inputs)})"
         )
     # One row for each rule and output: the work goes row by row, and so does who reads them.
-    made = np.empty((len(system.rules) + len(system.emotions), len(inputs)))
+    made = np.empty((len(system.rules) + len(system.output_names), len(inputs)))
     firing, outputs = np.split(made, [len(system.rules)])
     answer = _mamdani if system.inference == "mamdani" else _sugeno
     degrees = _Degrees(system)
@@ -195,7 +196,7 @@ def _sugeno(
             _sum([strength for strength, _ in said], totals[i])
     default = np.array([[output.default] for output in system.outputs])
     if system.normalisation != "weighted_sum":
-        if system.neutral_rule:
+        if system.else_rule:
             silence = 1.0 - firing.max(axis=0, initial=0.0)
             totals += silence
             if default.any():
@@ -227,7 +228,9 @@ def _conclusions(
     system: FuzzySystem, firing: FloatArray
 ) -> dict[str, list[tuple[FloatArray, float | str]]]:
     """Return how far each rule of an output fires, and what it concludes."""
-    said: dict[str, list[tuple[FloatArray, float | str]]] = {name: [] for name in system.emotions}
+    said: dict[str, list[tuple[FloatArray, float | str]]] = {
+        name: [] for name in system.output_names
+    }
     for rule, strength in zip(system.rules, firing, strict=True):
         for output, level in rule.consequents:
             said[output].append((strength, level))
@@ -257,7 +260,7 @@ def _mamdani(
             (strength, output.term(level)) for strength, level in said if isinstance(level, str)
         ]
         answer[:] = defuzzify(system, output, cuts, columns.shape[1])
-        if system.neutral_rule:
+        if system.else_rule:
             answer *= strongest
             answer += (1.0 - strongest) * output.default
 
@@ -272,7 +275,7 @@ def _sum(rows: Sequence[FloatArray] | FloatArray, total: FloatArray) -> None:
         total += row
 
 
-def fires_at_neutral(system: FuzzySystem) -> list[Rule]:
-    """Return the enabled rules that fire on a neutral face, where every feature is 0."""
-    firing = evaluate(system, np.zeros((1, len(system.inputs)))).firing[0]
+def rules_firing_at(system: FuzzySystem, values: FloatArray) -> list[Rule]:
+    """Return the enabled rules that fire at one point of the inputs, `values` (I,)."""
+    firing = evaluate(system, np.reshape(values, (1, -1))).firing[0]
     return [rule for rule, strength in zip(system.rules, firing, strict=True) if strength > 0]

@@ -1,15 +1,17 @@
-"""What is doubtful about a rule base: findings, before a take is wasted on it."""
+"""Lint of a rule base: rules that cannot fire, contradict one another or leave ranges uncovered."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
-from usdface.advice import advice
+from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
-from usdface.fuzzy.inference import fires_at_neutral
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Condition, Proposition, Rule
-from usdface.fuzzy.system import FuzzySystem, Variable
-from usdface.takes import BoolArray, FloatArray
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Variable
 
 __all__ = ["rule_findings"]
 
@@ -19,32 +21,26 @@ _ALTERNATIVES, _PAIRS = 256, 4096
 _SAMPLES = 1001
 
 
-def rule_findings(system: FuzzySystem) -> list[Finding]:
-    """Return what is doubtful: rules that fire at neutral, never, or against one another, gaps.
+def rule_findings(
+    system: FuzzySystem, lower_bounds: Mapping[str, float] = MappingProxyType({})
+) -> list[Finding]:
+    """Return the doubtful rules of a system.
 
-    RULE_FIRES_AT_NEUTRAL, RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED
-    (only inputs that have a range); ADVICE_FAILED where that cannot be said.
+    RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED (only inputs that have a
+    range).
+
+    Parameters
+    ----------
+    system : FuzzySystem
+    lower_bounds : mapping of str to float
+        Values that inputs cannot fall below, e.g. 0 for a distance.
     """
-    nothing: list[Finding] = []
-    found, failed = advice("fuzzy rules", lambda: _doubtful(system), nothing)
-    return found + failed
+    return [*_silent(system, lower_bounds), *_contradictions(system), *_gaps(system)]
 
 
-def _doubtful(system: FuzzySystem) -> list[Finding]:
-    neutral = [
-        finding(
-            "RULE_FIRES_AT_NEUTRAL",
-            rule.place or str(rule),
-            f"the rule {rule} fires on a neutral face; begin its terms away from 0",
-        )
-        for rule in fires_at_neutral(system)
-    ]
-    return neutral + _silent(system) + _contradictions(system) + _gaps(system)
-
-
-def _silent(system: FuzzySystem) -> list[Finding]:
+def _silent(system: FuzzySystem, lower_bounds: Mapping[str, float]) -> list[Finding]:
     findings = []
-    points = {v.name: _points(v) for v in system.inputs}
+    points = {v.name: _points(v, lower_bounds.get(v.name, -np.inf)) for v in system.inputs}
     variables = {v.name: v for v in system.inputs}
     for rule in system.rules:
         where = rule.place or str(rule)
@@ -155,10 +151,10 @@ def _bare(variable: Variable, low: float, high: float) -> list[str]:
     return found
 
 
-def _points(variable: Variable) -> FloatArray:
+def _points(variable: Variable, least: float) -> FloatArray:
     """Values that a variable can have, between which no term changes from 0 to more."""
     low, high = variable.range or (-np.inf, np.inf)
-    low = max(low, 0.0) if variable.measure == "absolute" else low
+    low = max(low, least)
     marks = np.unique([0.0, low, high, *_marks(variable)])
     marks = marks[np.isfinite(marks)]
     beyond = [marks[0] - 1.0, marks[-1] + 1.0]

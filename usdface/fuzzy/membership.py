@@ -14,8 +14,8 @@ from math import inf, isfinite, isnan
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.takes import FloatArray
 
 __all__ = ["CONSEQUENTS", "KINDS", "check_parameters", "membership", "places"]
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["AGGREGATIONS", "HEDGES", "S_NORMS", "T_NORMS"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdface.takes import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray
 
 __all__ = ["interpolate_gaps"]
 

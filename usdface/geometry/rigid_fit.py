@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import SolveError
-from usdface.takes import BoolArray, FloatArray, frozen
 
 __all__ = ["Pose", "rigid_fit", "similarity_fit"]
 

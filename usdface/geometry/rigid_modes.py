@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["infinitesimal_motions", "motion_basis", "small_motions"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdface.takes import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["stray_move", "stray_point", "stray_points", "usual_size"]
 

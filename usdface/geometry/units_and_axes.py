@@ -5,7 +5,7 @@ Row vectors throughout, as in USD: ``points @ matrix``.
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["METERS_PER_UNIT", "in_metres", "to_metres"]
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from usdface.takes import FloatArray, IntArray
+from usdface.arrays import FloatArray, IntArray
 
 __all__ = ["normals_of_faces", "unit_or_up", "unit_or_zero", "vertex_normals"]
 

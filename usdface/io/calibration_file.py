@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.takes.text_table import read_text
 from usdface.retarget_setup import Calibration
-from usdface.takes import FloatArray
 
 __all__ = ["calibration_json", "read_calibration_file"]
 

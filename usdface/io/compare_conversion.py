@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from usdface.advice import RAISING
+from usdface.arrays import FloatArray
 from usdface.certificate.certificate import Certificate
 from usdface.certificate.compare import EvaluatedMesh, certify, match_names, sample_frames
 from usdface.certificate.merge import merge_certificates
@@ -17,7 +18,6 @@ from usdface.io.usd.clip_variants import clip_stages
 from usdface.io.usd.errors import one_line, usd_errors
 from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, stage_keys
 from usdface.io.usd.stage import Stage, metrics_of
-from usdface.takes import FloatArray
 
 __all__ = ["certify_conversion"]
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.clips import JointsTake
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.transforms import decompose
 from usdface.retarget.head_joint import joint_track
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
-from usdface.takes import FloatArray
 
 __all__ = ["head_clip"]
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.takes import FloatArray
 
 __all__ = ["along", "compose", "decompose", "followed_by", "rigid"]
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.materials import Material, Texture
 from usdface.rigs import MaterialSubset, Mesh, Rig
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["is_udim", "texture_files", "udim_tiles", "untiled"]
 

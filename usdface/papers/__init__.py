@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.system import FuzzySystem
 from usdface.retarget.rbf import fit_paper_map
 from usdface.rule_design.paper_system import EMOTIONS, paper_system, published_cases
-from usdface.takes import FloatArray, frozen
 
 __all__ = ["PaperTable", "fuzzy_table", "rbf_table", "tables"]
 
@@ -132,7 +132,7 @@ def fuzzy_table(system: FuzzySystem | None = None) -> PaperTable:
         rows=cases.poses,
         columns=EMOTIONS,
         published=cases.outputs,
-        computed=evaluate(system or paper_system(), cases.inputs).outputs,
+        computed=evaluate(system or paper_system().fuzzy, cases.inputs).outputs,
         largest_within=FUZZY_WITHIN,
         rms_within=FUZZY_RMS_WITHIN,
     )

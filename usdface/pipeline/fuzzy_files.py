@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
+from usdface.correction.rule_check import check_rules
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import StrPath
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
@@ -20,7 +20,7 @@ __all__ = ["convert_fuzzy", "write_paper_system"]
 @one_blas_thread()
 def convert_fuzzy(
     source: StrPath, output: StrPath, *, on_progress: OnProgress | None = None
-) -> Result[FuzzySystem]:
+) -> Result[ExpressionSystem]:
     """Convert a fuzzy system between .fis, FCL, FLL and USD, and check its rule base.
 
     Parameters
@@ -31,7 +31,7 @@ def convert_fuzzy(
 
     Returns
     -------
-    Result of FuzzySystem
+    Result of ExpressionSystem
         Keys of the summary: ``inputs``, ``outputs``, ``terms``, ``rules``, ``inference``.
 
     Raises
@@ -56,10 +56,24 @@ def convert_fuzzy(
 @one_blas_thread()
 def write_paper_system(
     output: StrPath, *, on_progress: OnProgress | None = None
-) -> Result[FuzzySystem]:
+) -> Result[ExpressionSystem]:
     """Write the system of the fuzzy paper, as printed, and check its rule base.
 
-    Parameters, result and errors are those of `convert_fuzzy`.
+    Parameters
+    ----------
+    output : path
+        .fis, .fcl, .fll, .usda or .usdc.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of FuzzySystem
+        Keys of the summary as those of `convert_fuzzy`.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
 
     Examples
     --------
@@ -72,16 +86,16 @@ def write_paper_system(
 
 
 def _written(
-    system: FuzzySystem, output: Path, findings: list[Finding], progress: Progress
-) -> Result[FuzzySystem]:
-    findings = findings + rule_findings(system)
+    system: ExpressionSystem, output: Path, findings: list[Finding], progress: Progress
+) -> Result[ExpressionSystem]:
+    findings = findings + check_rules(system)
     with progress.step("write"):
         findings += write_fuzzy_file(output, system)
     summary = {
-        "inputs": len(system.inputs),
-        "outputs": len(system.outputs),
-        "terms": sum(len(v.terms) for v in system.variables),
-        "rules": len(system.rules),
-        "inference": system.inference,
+        "inputs": len(system.fuzzy.inputs),
+        "outputs": len(system.fuzzy.outputs),
+        "terms": sum(len(v.terms) for v in system.fuzzy.variables),
+        "rules": len(system.fuzzy.rules),
+        "inference": system.fuzzy.inference,
     }
     return Result(system, (output,), tuple(findings), summary, seconds=progress.seconds)

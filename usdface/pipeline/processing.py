@@ -143,7 +143,7 @@ def apply(
     >>> stage = Usd.Stage.Open("examples/shot.usda")
     >>> stage.SetEditTarget(stage.GetSessionLayer())
     >>> usdface.apply(stage).summary["frames"]
-    240
+    720
     """
     progress = Progress.of(on_progress)
     with progress.step("read"):

@@ -41,7 +41,7 @@ def read_rig(path: StrPath, *, options: RigOptions = RigOptions()) -> tuple[Rig,
     --------
     >>> rig, findings = usdface.read_rig("examples/head.usdc")
     >>> rig.meshes[0].points.shape[1], len(rig.shape_names)
-    (3, 33)
+    (3, 52)
     """
     register_schemas()
     return read_rig_file(Path(path), options)

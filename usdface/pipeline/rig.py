@@ -49,7 +49,7 @@ def make_rig(
     Examples
     --------
     >>> usdface.make_rig("examples/head.usdc", "rig.usdc").summary["meshes"]
-    1
+    9
     """
     source, output = Path(source), Path(output)
     progress = Progress.of(on_progress)

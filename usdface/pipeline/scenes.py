@@ -60,7 +60,7 @@ def export_scene(
     Examples
     --------
     >>> usdface.export_scene("examples/head.usdc", "head.glb").summary["meshes"]
-    1
+    9
     """
     source, output = Path(source), Path(output)
     progress = Progress.of(on_progress)

@@ -6,8 +6,8 @@ from typing import Any
 
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.face.expression_poses import ActionPose
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import StrPath
 from usdface.io.bind_file import read_bind
 from usdface.io.usd.rig import rig_of_stage
@@ -37,7 +37,7 @@ def set_up(
     binding: BindOptions = BindOptions(),
     calibration: Calibration | None = None,
     poses: Mapping[str, Expression | ActionPose | None] | None = None,
-    system: FuzzySystem | None = None,
+    system: ExpressionSystem | None = None,
     correction: Mapping[str, Any] | None = None,
     scope: str = "/UsdFace",
     on_progress: OnProgress | None = None,
@@ -84,7 +84,7 @@ def set_up(
     >>> take, _ = usdface.read_take("examples/take.usdc")
     >>> shot = usdface.set_up(stage, take=take, bind="examples/bind.json").value
     >>> usdface.apply(stage).summary["frames"]
-    240
+    720
     """
     register_schemas()
     progress = Progress.of(on_progress)

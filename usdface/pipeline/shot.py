@@ -136,5 +136,5 @@ def _summary(shot: Shot) -> dict[str, Any]:
         **proposal_summary(shot.setup),
         "blend_shapes": len(shot.rig.shape_names),
         "expressions": [expression.name for expression in shot.expressions],
-        "rules": len(shot.system.rules) if shot.system else 0,
+        "rules": len(shot.system.fuzzy.rules) if shot.system else 0,
     }

@@ -9,8 +9,8 @@ amplitude is p. Both are likelihoods of it; with its prior they give a posterior
 import numpy as np
 from scipy.special import ndtr
 
+from usdface.arrays import FloatArray
 from usdface.options import AMPLITUDE_RANGE, AMPLITUDE_SPREAD
-from usdface.takes import FloatArray
 
 __all__ = ["amplitude_posterior"]
 

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import SolveError
 from usdface.retarget.backend import kernels, on_all_cores
 from usdface.retarget.bounds import UNIT, Bounds
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["solve_bounded"]
 

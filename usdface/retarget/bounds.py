@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
-from usdface.takes import FloatArray, frozen
 
 __all__ = ["UNIT", "Bounds"]
 

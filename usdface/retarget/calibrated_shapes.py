@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.retarget_setup import Calibration
-from usdface.takes import FloatArray
 
 __all__ = ["performed"]
 

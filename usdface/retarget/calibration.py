@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
+from usdface.arrays import FloatArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -33,7 +34,7 @@ from usdface.retarget.solution import Solution
 from usdface.retarget.solve import FEWEST_FRAMES, solve_weights, with_learned_covariance
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Calibration, RetargetSetup
-from usdface.takes import FloatArray, MarkerTake, frozen
+from usdface.takes import MarkerTake
 
 __all__ = ["Calibrated", "calibrate_take"]
 

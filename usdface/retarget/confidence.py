@@ -13,10 +13,10 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import log_ndtr
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.geometry.rigid_modes import small_motions
 from usdface.options import NEXT_MARKERS
 from usdface.retarget.regularisation import Regularisation
-from usdface.takes import FloatArray, IntArray, frozen
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.fft import dct
 from scipy.linalg import eigh
 
+from usdface.arrays import FloatArray
 from usdface.retarget.curvature import curvature_bands
-from usdface.takes import FloatArray
 
 __all__ = ["inverse_bands", "inverse_spectrum", "learn_covariance"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["curvature_bands"]
 

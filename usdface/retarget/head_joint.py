@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.geometry.rigid_fit import Pose
 from usdface.rigs import Skeleton, Skin
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["carrying_joint", "joint_track", "matrices_of", "named_joint"]
 

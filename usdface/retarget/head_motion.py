@@ -4,10 +4,10 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.spatial.transform import Rotation
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.rigid_fit import Pose, similarity_fit
 from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.curvature import curvature_bands
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["head_motion", "smooth_motion"]
 

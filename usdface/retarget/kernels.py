@@ -11,7 +11,7 @@ One long file: numba does not notice when a function changes that compiled code 
 import numpy as np
 from numba import njit
 
-from usdface.takes import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["alternate", "factorise", "pivot"]
 

@@ -14,9 +14,9 @@ from typing import get_args
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.options import Kernel, MapOptions
 from usdface.retarget.rbf import SpaceMap, carry, distances, fit_map, kernel_values, spacing
-from usdface.takes import FloatArray
 
 __all__ = ["MapChoice", "choose_map", "left_out_errors"]
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.geometry.rigid_fit import rigid_fit
-from usdface.takes import FloatArray
 
 __all__ = ["neutral_markers", "on_plane"]
 

@@ -8,11 +8,12 @@ the frames do not ask for stays 0.
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.bounded_least_squares import solve_bounded
-from usdface.takes import FloatArray, visible
+from usdface.takes import visible
 
 __all__ = ["rest_weights", "without_weights"]
 

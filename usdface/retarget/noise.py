@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.special import chdtri
 
-from usdface.takes import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray
 
 __all__ = ["MOST", "marker_misfit", "marker_noise", "unexplained"]
 

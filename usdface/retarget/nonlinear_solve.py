@@ -21,13 +21,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
 from usdface.retarget.temporal_solve import Iterate
 from usdface.retarget.terms import roughness
-from usdface.takes import FloatArray
 
 __all__ = ["first_guess", "solve_nonlinear"]
 

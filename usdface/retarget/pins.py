@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.options import PIN_REACH
 from usdface.retarget.bounds import Bounds
 from usdface.retarget_setup import Pin
-from usdface.takes import BoolArray, FloatArray
 
 __all__ = ["bent_to_pins", "kept_at_pins", "pin_bounds"]
 

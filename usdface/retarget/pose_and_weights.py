@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
@@ -24,7 +25,7 @@ from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
 from usdface.retarget_setup import RetargetSetup
-from usdface.takes import FloatArray, visible
+from usdface.takes import visible
 
 __all__ = ["PoseAndWeights", "solve_pose_and_weights"]
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import FloatArray, frozen
 from usdface.errors import SolveError
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.options import Kernel, MapOptions
-from usdface.takes import FloatArray, frozen
 
 __all__ = ["SpaceMap", "carry", "distances", "fit_map", "fit_paper_map", "kernel_values", "spacing"]
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.options import SolveOptions
 from usdface.retarget.terms import TERMS, SolverTerm
-from usdface.takes import FloatArray
 
 __all__ = ["Regularisation"]
 

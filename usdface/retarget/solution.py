@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 
+from usdface.arrays import FloatArray, frozen
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.map_choice import MapChoice
-from usdface.takes import FloatArray, WeightsTake, frozen
+from usdface.takes import WeightsTake
 
 __all__ = ["Solution"]
 

@@ -31,12 +31,12 @@ from math import ceil
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import UNIT, Bounds
 from usdface.retarget.covariance import learn_covariance
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.temporal_solve import Iterate, solve_temporal
-from usdface.takes import FloatArray
 
 __all__ = ["FEWEST_FRAMES", "Iterate", "solve_weights", "with_learned_covariance"]
 

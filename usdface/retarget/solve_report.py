@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from usdface.advice import advice
+from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.place_names import place_names
 from usdface.face.region_residuals import region_errors
@@ -16,7 +17,6 @@ from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -15,7 +16,7 @@ from usdface.retarget.neutral_weights import without_weights
 from usdface.retarget.pose_and_weights import solve_pose_and_weights
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
-from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake, visible
+from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["solve_take"]
 

@@ -10,7 +10,7 @@ from math import ceil, cosh, log
 import numpy as np
 from scipy.linalg import cholesky_banded
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["overlap", "pieces"]
 

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from usdface.arrays import FloatArray
 from usdface.retarget.backend import kernels, on_all_cores
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.take_pieces import pieces
-from usdface.takes import FloatArray
 
 __all__ = ["Iterate", "solve_temporal"]
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.face.symmetry import symmetric_pairs
 from usdface.retarget.covariance import inverse_bands
 from usdface.retarget.curvature import curvature_bands
-from usdface.takes import FloatArray
 
 if TYPE_CHECKING:
     from usdface.retarget.regularisation import Regularisation

@@ -13,32 +13,38 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.retarget_setup import Expression
+from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import (
-    Choice,
-    choose_features,
+    SelectedFeatures,
     paired_movements,
+    select_features,
     single_movements,
 )
-from usdface.rule_design.marker_roles import AXES, degrees, direction, marker_sides, role_names
-from usdface.takes import FloatArray
+from usdface.rule_design.marker_roles import (
+    AXES,
+    degree_prefixes,
+    direction_name,
+    marker_sides,
+    role_names,
+)
 
-__all__ = ["design_system", "face_features", "solved_noise"]
-
-# Expected size of a weight, as the solve has it.
-_SPREAD = 0.5
+__all__ = ["design_system", "face_features"]
 
 
 def design_system(
     face: BoundFace, expressions: Sequence[Expression], noise: float
-) -> tuple[FuzzySystem, dict[str, str], list[Finding]]:
-    """Design a fuzzy system that tells a face's expressions apart.
+) -> tuple[ExpressionSystem, dict[str, str], list[Finding]]:
+    """Design an expression system that tells a face's expressions apart.
 
     Parameters
     ----------
@@ -49,7 +55,7 @@ def design_system(
 
     Returns
     -------
-    system : FuzzySystem
+    system : ExpressionSystem
         One output for each expression, and one rule for each that the markers show.
     roles : dict of str to str
         Role that the variables name, to marker.
@@ -70,23 +76,27 @@ def design_system(
     paired = paired_movements(shape_names, single, features)
     jitter = solved_noise(face.evaluator.offsets, features.offsets, noise)
     upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
-    choices = {
-        expression.name: choose_features(i, poses, single, paired, features, jitter, upper)
+    selections = {
+        expression.name: select_features(i, poses, single, paired, features, jitter, upper)
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)
     roles = role_names(names)
     sides = marker_sides(neutral, face.nose)
-    inputs = _inputs(choices.values(), roles, sides, unit)
+    read = _marker_features(selections.values(), roles)
+    inputs = _inputs(selections.values(), read, sides, unit)
     rules = [
-        parse_rule(_text(emotion, choice, inputs, unit))
-        for emotion, choice in choices.items()
-        if choice.ramps
+        parse_rule(_rule_text(emotion, selection, inputs, unit))
+        for emotion, selection in selections.items()
+        if selection.ramps
     ]
-    outputs = [Variable(emotion, "output") for emotion in choices]
-    system = FuzzySystem((*inputs.values(), *outputs), tuple(rules))
-    used = {roles[i // 3]: names[i // 3] for i in inputs}
-    return system, used, _findings(choices)
+    outputs = [Variable(emotion, "output") for emotion in selections]
+    fuzzy = FuzzySystem(
+        (*inputs.values(), *outputs), tuple(rules), normalisation="all_rules", else_rule=True
+    )
+    system = ExpressionSystem(fuzzy, tuple(read.values()))
+    roles_used = {roles[i // 3]: names[i // 3] for i in inputs}
+    return system, roles_used, _findings(selections)
 
 
 def face_features(face: BoundFace) -> BlendShapeEvaluator:
@@ -100,36 +110,33 @@ def face_features(face: BoundFace) -> BlendShapeEvaluator:
     return face.evaluator.mapped(relative)
 
 
-def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:
-    """Return what is left of the markers' noise in each feature after the solve: (I,) [m].
-
-    The weights' covariance is that of ridge regression on the markers, for every frame alone.
-
-    Parameters
-    ----------
-    basis, features : (S, I) float64 [m]
-        Displacements as they are and relative to the nose tip.
-    noise : float [m]
-    """
-    ridge = (noise / _SPREAD) ** 2 * np.eye(len(basis))
-    inverse = np.linalg.pinv(basis @ basis.T + ridge, hermitian=True)
-    variance = np.einsum("si,st,ti->i", features, inverse, features, optimize=True)
-    return np.asarray(noise * np.sqrt(np.maximum(variance, 0.0)))
+def _marker_features(
+    selections: Iterable[SelectedFeatures], roles: Sequence[str]
+) -> dict[int, MarkerFeature]:
+    """Return the features that conditions are about."""
+    used = {
+        i
+        for selection in selections
+        for i in (*selection.ramps, *(i for i, _ in selection.negative))
+    }
+    return {i: MarkerFeature(roles[i // 3], AXES[i % 3]) for i in sorted(used)}
 
 
 def _inputs(
-    choices: Iterable[Choice], roles: Sequence[str], sides: Sequence[int], unit: float
+    selections: Iterable[SelectedFeatures],
+    features: dict[int, MarkerFeature],
+    sides: Sequence[int],
+    unit: float,
 ) -> dict[int, Variable]:
-    """Return an input variable for each feature that is used, with a term for each use."""
+    """Return an input variable for each feature, with a term for each use."""
     ramps: dict[int, set[tuple[float, float]]] = defaultdict(set)
-    for choice in choices:
-        for feature, (foot, top) in (*choice.ramps.items(), *choice.excluded):
+    for selection in selections:
+        for feature, (foot, top) in (*selection.ramps.items(), *selection.negative):
             ramps[feature].add((foot / unit, top / unit))
     inputs = {}
-    for feature in sorted(ramps):
-        role, axis = roles[feature // 3], AXES[feature % 3]
-        terms = _terms(ramps[feature], axis, sides[feature // 3])
-        inputs[feature] = Variable(f"{role}_{axis}", "input", role, axis, "signed", terms)
+    for i, read in features.items():
+        terms = _terms(ramps[i], read.axis, sides[i // 3])
+        inputs[i] = Variable(read.name, "input", terms)
     return inputs
 
 
@@ -138,17 +145,19 @@ def _terms(ramps: set[tuple[float, float]], axis: Axis, side: int) -> tuple[Term
     terms = []
     for sign in (1, -1):
         reaching = sorted((r for r in ramps if r[1] * sign > 0), key=lambda ramp: abs(ramp[1]))
-        word = direction(axis, sign, side)
+        word = direction_name(axis, sign, side)
         terms += [
             Term(f"{degree}{word}", "ramp", ramp)
-            for degree, ramp in zip(degrees(len(reaching)), reaching, strict=True)
+            for degree, ramp in zip(degree_prefixes(len(reaching)), reaching, strict=True)
         ]
     return tuple(terms)
 
 
-def _text(emotion: str, choice: Choice, inputs: dict[int, Variable], unit: float) -> str:
+def _rule_text(
+    emotion: str, selection: SelectedFeatures, inputs: dict[int, Variable], unit: float
+) -> str:
     conditions = []
-    for word, ramps in (("IS", choice.ramps.items()), ("IS NOT", choice.excluded)):
+    for word, ramps in (("IS", selection.ramps.items()), ("IS NOT", selection.negative)):
         for feature, (foot, top) in ramps:
             ramp = (foot / unit, top / unit)
             term = next(t for t in inputs[feature].terms if t.parameters == ramp)
@@ -156,18 +165,18 @@ def _text(emotion: str, choice: Choice, inputs: dict[int, Variable], unit: float
     return f"IF {' AND '.join(conditions)} THEN {emotion} IS 1"
 
 
-def _findings(choices: dict[str, Choice]) -> list[Finding]:
-    names = list(choices)
+def _findings(selections: dict[str, SelectedFeatures]) -> list[Finding]:
+    names = list(selections)
     findings = []
-    for emotion, choice in choices.items():
-        if not choice.ramps:
+    for emotion, selection in selections.items():
+        if not selection.ramps:
             message = f"no marker shows {emotion} clearly above the noise; it gets no rule"
             findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
-        elif choice.confused:
-            rivals = ", ".join(names[i] for i in choice.confused)
+        elif selection.confused:
+            rivals = ", ".join(names[i] for i in selection.confused)
             message = f"the markers cannot tell {emotion} from {rivals}"
             findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
-        for other, degree in choice.shared:
+        for other, degree in selection.shared:
             message = f"the markers show a little of {emotion} in {names[other]}, {degree:.2f}"
             findings.append(finding("EXPRESSION_SHARED", emotion, message))
     return findings

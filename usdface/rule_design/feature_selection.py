@@ -10,48 +10,54 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.symmetry import mirrored_pairs
-from usdface.rule_design.negative_conditions import FIRES, Ramp, exclude, ramp_degree
-from usdface.takes import BoolArray, FloatArray, IntArray
+from usdface.rule_design.feature_noise import exceeds_noise
+from usdface.rule_design.negative_conditions import (
+    LEAST_FIRING,
+    Ramp,
+    negative_conditions,
+    ramp_membership,
+)
 
-__all__ = ["Choice", "choose_features", "paired_movements", "single_movements"]
+__all__ = ["SelectedFeatures", "paired_movements", "select_features", "single_movements"]
 
-# In standard deviations of a feature's noise.
-_DEAD_ZONE = 0.1
+# Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
+# docs/constants.md.
+# In standard deviations of a feature's noise: a term jitters by a quarter of its reach at most.
 _LEAST_SIGNAL = 4.0
-# A dead zone of at least this share of the value at the pose, for markers without noise.
-_LEAST_DEAD_ZONE = 0.02
-# Nor does a feature that stays below this [m] count, however quiet the markers are.
-_LEAST_MOTION = 1e-6
+# Shares of the value at the pose: where a term begins (dead zone), and where it holds fully.
+_DEAD_ZONE = 0.02
 _TOP = 0.94
+# Longest conjunction that a person reads at a glance; twice as many would change 2 of the 48 rules
+# of benchmarks/expressions.py.
 _CONDITIONS = 6
-# Candidates of which all pairs are tried.
+# Limits of time and memory: candidates of which all pairs are tried, and movements, the largest
+# first, that are also tried two at a time. No rule of the benchmark changes with more movements.
 _SHORTLIST = 80
-# Movements, the largest first, that are also tried two at a time.
 _PAIRED = 100
 # Costs of a full false firing: by another expression's pose, by one movement alone, by all pairs
-# of movements together, by all other expressions with one more movement (a smile with raised brows
-# is no fear), and by the worst of all these.
+# of movements together as by all other expressions with one more movement (a smile with raised
+# brows is no fear), and by the worst of all these. Only their ratios to _NOISE_COST count.
 _OTHER_EXPRESSION = 60.0
 _SINGLE_MOVEMENT = 20.0
-_PAIRED_MOVEMENTS = 40.0
-_VARIED_EXPRESSIONS = 40.0
+_COMBINED_MOVEMENTS = 40.0
 _WORST = 4.0
 # Cost of a feature whose signal is as small as its noise.
 _NOISE_COST = 250.0
-# Costs are rounded: which of two mirrored markers is taken must not hang on the last bits.
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 4
 # An additional condition has to take away this share of the cost.
 _LEAST_GAIN = 0.01
 # Half a face, above or below the nose tip, is read where it moves by this share of the other half.
 _HALF_MOVES = 0.5
-# Expressions that fire another's rule further than this cannot be told apart.
+# Threshold of EXPRESSION_UNSEEN: the other expression then fires the rule as far as its own half.
 _CONFUSED = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class SelectedFeatures:
     """The features of one expression.
 
     Attributes
@@ -59,7 +65,7 @@ class Choice:
     ramps : dict of int to (float, float)
         Feature to the signed values [m] where its term begins (the end of the dead zone around
         neutral) and where it holds fully (at the expression's pose). Empty = nothing shows it.
-    excluded : tuple of (int, (float, float))
+    negative : tuple of (int, (float, float))
         Features and the ramps that they must not meet, see
         `usdface.rule_design.negative_conditions`.
     confused : tuple of int
@@ -70,7 +76,7 @@ class Choice:
     """
 
     ramps: dict[int, Ramp]
-    excluded: tuple[tuple[int, Ramp], ...]
+    negative: tuple[tuple[int, Ramp], ...]
     confused: tuple[int, ...]
     shared: tuple[tuple[int, float], ...] = ()
 
@@ -101,7 +107,7 @@ def paired_movements(
     return np.asarray(whole[first] + whole[second])
 
 
-def choose_features(
+def select_features(
     index: int,
     poses: FloatArray,
     single: FloatArray,
@@ -109,7 +115,7 @@ def choose_features(
     features: BlendShapeEvaluator,
     noise: FloatArray,
     upper: BoolArray,
-) -> Choice:
+) -> SelectedFeatures:
     """Choose the features that show one expression and none of its rivals.
 
     Parameters
@@ -130,34 +136,34 @@ def choose_features(
     """
     own = _shown(features, poses[index : index + 1])[0]
     full = np.abs(own)
-    foot = np.sign(own) * np.maximum(_DEAD_ZONE * noise, _LEAST_DEAD_ZONE * full)
-    usable = np.flatnonzero(full > np.maximum(_LEAST_SIGNAL * noise, _LEAST_MOTION))
+    foot = _DEAD_ZONE * own
+    usable = np.flatnonzero(exceeds_noise(full, noise, _LEAST_SIGNAL))
     if not usable.size:
-        return Choice({}, (), ())
+        return SelectedFeatures({}, (), ())
     others = np.delete(np.arange(len(poses)), index)
     alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
     varied = (poses[others][:, None] + single).reshape(-1, poses.shape[1])
     varied = varied[(varied < poses[index]).any(axis=1)]
     rivals = _shown(features.select(usable), np.concatenate([poses[others], alone, both, varied]))
-    degrees = ramp_degree(rivals, foot[usable], _TOP * own[usable])
+    memberships = ramp_membership(rivals, foot[usable], _TOP * own[usable])
     costs = (
         _OTHER_EXPRESSION,
         _SINGLE_MOVEMENT,
-        _PAIRED_MOVEMENTS / max(len(both), 1),
-        _VARIED_EXPRESSIONS / max(len(varied), 1),
+        _COMBINED_MOVEMENTS / max(len(both), 1),
+        _COMBINED_MOVEMENTS / max(len(varied), 1),
     )
     weights = np.repeat(costs, (len(others), len(alone), len(both), len(varied)))
     noisy = np.round(_NOISE_COST * (noise[usable] / full[usable]) ** 2, _DIGITS)
-    chosen = _cheapest(degrees, weights, noisy, usable // 3)
-    chosen += _unread_half(chosen, full[usable], noisy, upper[usable])
+    chosen = _cheapest(memberships, weights, noisy, usable // 3)
+    chosen += _missing_half(chosen, full[usable], noisy, upper[usable])
     ramps = {int(i): (float(foot[i]), _TOP * float(own[i])) for i in usable[chosen]}
-    firing = degrees[: len(others), chosen].min(axis=1)
-    moved = _shown(features, poses[others])
-    excluded, firing = exclude(own, moved, firing, ramps, _shown(features, single), noise)
-    partly = (firing > FIRES) & (firing <= _CONFUSED)
+    firing = memberships[: len(others), chosen].min(axis=1)
+    moved, movements = _shown(features, poses[others]), _shown(features, single)
+    negative, firing = negative_conditions(own, moved, firing, ramps, movements, noise)
+    partly = (firing > LEAST_FIRING) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
     confused = map(int, others[firing > _CONFUSED])
-    return Choice(ramps, excluded, tuple(confused), tuple(shared))
+    return SelectedFeatures(ramps, negative, tuple(confused), tuple(shared))
 
 
 def _shown(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:
@@ -166,7 +172,7 @@ def _shown(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:
 
 
 def _cheapest(
-    degrees: FloatArray, weights: FloatArray, cost: FloatArray, marker: IntArray
+    memberships: FloatArray, weights: FloatArray, cost: FloatArray, marker: IntArray
 ) -> list[int]:
     """Return the features whose conjunction is met least by rival poses, at little noise.
 
@@ -174,7 +180,7 @@ def _cheapest(
 
     Parameters
     ----------
-    degrees : (P, C) float64
+    memberships : (P, C) float64
         How far each rival pose meets each candidate's term.
     weights : (P,) float64
     cost : (C,) float64
@@ -182,9 +188,9 @@ def _cheapest(
     marker : (C,) int64
         A marker is used once.
     """
-    single = _cost(degrees, weights) + cost
+    single = _cost(memberships, weights) + cost
     best = np.argsort(single, kind="stable")[:_SHORTLIST]
-    short = degrees[:, best]
+    short = memberships[:, best]
     pairs = np.array([_cost(np.minimum(short, one[:, None]), weights) for one in short.T])
     pairs += np.maximum(cost[best][:, None], cost[best])
     pairs[marker[best][:, None] == marker[best]] = np.inf
@@ -193,8 +199,8 @@ def _cheapest(
         return [int(best[0])]
     chosen, total = [int(best[a]), int(best[b])], pairs[a, b]
     while len(chosen) < _CONDITIONS:
-        met = degrees[:, chosen].min(axis=1)
-        totals = _cost(np.minimum(degrees, met[:, None]), weights)
+        met = memberships[:, chosen].min(axis=1)
+        totals = _cost(np.minimum(memberships, met[:, None]), weights)
         totals += np.maximum(cost, cost[chosen].max())
         totals[np.isin(marker, marker[chosen])] = np.inf
         following = int(np.argmin(totals))
@@ -204,7 +210,7 @@ def _cheapest(
     return chosen
 
 
-def _unread_half(
+def _missing_half(
     chosen: list[int], full: FloatArray, cost: FloatArray, upper: BoolArray
 ) -> list[int]:
     """Return the clearest feature of the half of the face that none is chosen of, if it moves much.
@@ -227,8 +233,8 @@ def _unread_half(
     return []
 
 
-def _cost(degrees: FloatArray, weights: FloatArray) -> FloatArray:
+def _cost(memberships: FloatArray, weights: FloatArray) -> FloatArray:
     """Return what the firing (P, C) of rivals costs: all together, and the worst of them."""
-    squares = degrees**2
+    squares = memberships**2
     cost = weights @ squares + _WORST * squares.max(axis=0, initial=0.0)
     return np.asarray(np.round(cost, _DIGITS))

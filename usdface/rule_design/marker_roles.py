@@ -3,24 +3,25 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from usdface.arrays import FloatArray
+from usdface.expression_system import Axis, MarkerFeature, Measure
 from usdface.face.mirror import sides_of
-from usdface.fuzzy.system import Axis, Measure, Variable
 from usdface.geometry.marker_spread import marker_spread
-from usdface.takes import FloatArray
 
 __all__ = [
     "AXES",
-    "degrees",
-    "direction",
-    "direction_words",
+    "degree_prefixes",
+    "direction_name",
+    "direction_names",
     "known_roles",
+    "marker_features",
     "marker_sides",
-    "marker_variables",
     "role_names",
 ]
 
 AXES: tuple[Axis, ...] = ("x", "y", "z")
-# A marker this close to the midline, in face units, has no inward and outward.
+# A marker this close to the midline, in face units, has no inward and outward: about 6 mm. Chosen
+# by hand, no experiment; which terms share a name depends on it.
 _MIDLINE = 0.1
 _DEGREES = {1: ("",), 2: ("slightly_", ""), 3: ("slightly_", "", "far_")}
 
@@ -71,14 +72,12 @@ def known_roles(names: Sequence[str], roles: Mapping[str, str]) -> dict[str, str
     return {found[name]: name for name in names}
 
 
-def marker_variables(roles: Iterable[str], measure: Measure = "signed") -> tuple[Variable, ...]:
-    """Return an input without terms for each marker and axis: (3 M,), x, y, z in turn."""
-    return tuple(
-        Variable(f"{role}_{axis}", "input", role, axis, measure) for role in roles for axis in AXES
-    )
+def marker_features(roles: Iterable[str], measure: Measure = "signed") -> tuple[MarkerFeature, ...]:
+    """Return the feature of each marker along each axis: (3 M,), x, y, z in turn."""
+    return tuple(MarkerFeature(role, axis, measure) for role in roles for axis in AXES)
 
 
-def direction_words(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:
+def direction_names(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:
     """Return what a negative and a positive value of each feature is called: (3 M,).
 
     Parameters
@@ -89,11 +88,13 @@ def direction_words(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ..
     """
     sides = marker_sides(neutral, nose)
     return tuple(
-        (direction(axis, -1, side), direction(axis, 1, side)) for side in sides for axis in AXES
+        (direction_name(axis, -1, side), direction_name(axis, 1, side))
+        for side in sides
+        for axis in AXES
     )
 
 
-def direction(axis: Axis, sign: int, side: int) -> str:
+def direction_name(axis: Axis, sign: int, side: int) -> str:
     """Return the word for a motion along an axis, of a marker on that `side` (0 = midline)."""
     if axis == "y":
         return "raised" if sign > 0 else "lowered"
@@ -104,6 +105,6 @@ def direction(axis: Axis, sign: int, side: int) -> str:
     return "left" if sign > 0 else "right"
 
 
-def degrees(count: int) -> tuple[str, ...]:
+def degree_prefixes(count: int) -> tuple[str, ...]:
     """Return what stands before the word of a direction, for terms that reach ever farther."""
     return _DEGREES.get(count, tuple(f"step_{i + 1}_" for i in range(count)))

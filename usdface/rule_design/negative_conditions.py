@@ -9,34 +9,37 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
+from usdface.rule_design.feature_noise import exceeds_noise
 
-__all__ = ["FIRES", "Ramp", "exclude", "ramp_degree"]
+__all__ = ["LEAST_FIRING", "Ramp", "negative_conditions", "ramp_membership"]
 
 # Signed values of a feature [m]: where a term begins, and from where on it holds fully.
 Ramp = tuple[float, float]
 
-# Another expression that fires a rule by no more than this is let be.
-FIRES = 0.1
-# A feature excludes where the other expression moves it by this many standard deviations of noise,
+# Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
+# docs/constants.md.
+# Another expression that fires a rule by no more than this is accepted: the bound of that benchmark
+# for outputs.
+LEAST_FIRING = 0.1
+# A feature excludes where the other expression moves it by this many standard deviations of noise.
 _CLEAR = 12.0
-# and by more than this [m]. Its term begins and ends at these shares of that motion: early, since
-# half of the other expression fires half of what is to be excluded.
-_LEAST_MOTION = 1e-6
+# Its term begins and ends at these shares of that motion: early, since half of the other expression
+# fires half of what is to be excluded.
 _BEGIN, _END = 0.1, 0.4
-# Intensities of the other expression at which what is left of it is looked at.
+# Intensities of the other expression at which the remaining firing is evaluated: steps of 5 %.
 _INTENSITIES = np.linspace(0.0, 1.0, 21)
-# Scores and motions [m] are rounded: which of two mirrored markers is taken must not hang on the
-# last bits.
+# Numerical: scores and motions [m] are rounded, as the choice between mirrored markers must not
+# hang on last bits.
 _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
 
 
-def ramp_degree(x: FloatArray, foot: FloatArray | float, top: FloatArray | float) -> FloatArray:
+def ramp_membership(x: FloatArray, foot: FloatArray | float, top: FloatArray | float) -> FloatArray:
     """Return how far values meet a ramp, on either side of 0: 0 at the foot, 1 from the top on."""
     return np.asarray(np.clip((x - foot) / (top - foot), 0.0, 1.0))
 
 
-def exclude(
+def negative_conditions(
     own: FloatArray,
     others: FloatArray,
     firing: FloatArray,
@@ -68,13 +71,13 @@ def exclude(
     """
     excluded = []
     for loudest in np.argsort(-firing, kind="stable"):
-        if firing[loudest] <= FIRES:
+        if firing[loudest] <= LEAST_FIRING:
             break
         found = _condition(own, others[loudest], ramps, single, noise)
         if found is not None:
             feature, ramp = found
             excluded.append(found)
-            firing = np.minimum(firing, 1.0 - ramp_degree(others[:, feature], *ramp))
+            firing = np.minimum(firing, 1.0 - ramp_membership(others[:, feature], *ramp))
     return tuple(excluded), firing
 
 
@@ -91,17 +94,17 @@ def _condition(
     expression least when one more movement comes in, and is quiet. Of equals, what moves most.
     """
     motion = np.abs(other)
-    clear = motion > np.maximum(_CLEAR * noise, _LEAST_MOTION)
+    clear = exceeds_noise(motion, noise, _CLEAR)
     usable = np.flatnonzero(clear & (own * np.sign(other) <= _BEGIN * motion))
     if not usable.size:
         return None
     foot, top = _BEGIN * other[usable], _END * other[usable]
-    fired = np.min([ramp_degree(_INTENSITIES * other[i], *r) for i, r in ramps.items()], axis=0)
-    excluded = ramp_degree(_INTENSITIES[:, None] * other[usable], foot, top)
+    fired = np.min([ramp_membership(_INTENSITIES * other[i], *r) for i, r in ramps.items()], axis=0)
+    excluded = ramp_membership(_INTENSITIES[:, None] * other[usable], foot, top)
     left = np.minimum(fired[:, None], 1.0 - excluded).max(axis=0)
     share = np.linalg.norm(single, axis=1)
-    share /= max(share.sum(), _LEAST_MOTION)
-    silenced = share @ ramp_degree(own[usable] + single[:, usable], foot, top)
+    share /= max(share.sum(), np.finfo(np.float64).tiny)
+    silenced = share @ ramp_membership(own[usable] + single[:, usable], foot, top)
     score = np.round(left + silenced + noise[usable] / motion[usable], _SCORE_DIGITS)
     best = np.lexsort((-np.round(motion[usable], _MOTION_DIGITS), score))[0]
     if score[best] >= fired.max():

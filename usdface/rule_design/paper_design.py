@@ -8,45 +8,51 @@ the others do not (L.-X. Wang, J. Mendel, "Generating Fuzzy Rules by Learning fr
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.findings import Finding, finding
 from usdface.fuzzy.membership import membership
 from usdface.fuzzy.rules import Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Space, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
+from usdface.options import FeatureSpace
 from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, RULES, three_terms
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["fit_paper"]
 
+# As many conditions as the paper's longest rule has.
 _CONDITIONS = 3
-# In standard deviations of a feature's noise: between the least and the largest reference.
+# In standard deviations of a feature's noise, between the least and the largest reference: as in
+# `usdface.rule_design.feature_selection`.
 _LEAST_RANGE = 4.0
-_LEAST_MOTION = 1e-5  # [face unit]
+# Numerical guard for features without noise [face unit], half a micrometre.
+_LEAST_MOTION = 1e-5
+# Chosen by hand, no experiment: least decrease of the cost by one more condition; how far a pose
+# has to meet its own rule; cost of a feature that differs between the references by its noise only.
 _LEAST_GAIN = 0.01
-# A rule that its own pose meets less far says nothing of it.
 _MET = 0.5
-# Cost of a feature that differs between the references by no more than its noise.
 _NOISE_COST = 4.0
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 9
 
 
 def fit_paper(
-    variables: Sequence[Variable],
+    features: Sequence[MarkerFeature],
     references: FloatArray,
     emotions: Sequence[str],
     noise: FloatArray,
-    space: Space = "character",
-) -> tuple[FuzzySystem, list[Finding]]:
+    space: FeatureSpace = "character",
+) -> tuple[ExpressionSystem, list[Finding]]:
     """Design a system from reference poses.
 
     Parameters
     ----------
-    variables : sequence of Variable, length I
-        "absolute" inputs without terms.
+    features : sequence of MarkerFeature, length I
+        "absolute" ones.
     references : (R, I) float64 [face unit]
         Features of the reference poses; several may show one emotion.
     emotions : sequence of str, length R
@@ -57,8 +63,8 @@ def fit_paper(
 
     Returns
     -------
-    system : FuzzySystem
-        Without a neutral rule, as the paper's: it may answer something at neutral.
+    system : ExpressionSystem
+        Without an else rule, as the paper's: it may answer something at neutral.
     findings : list of Finding
         EXPRESSION_UNSEEN for each emotion that gets no rule.
 
@@ -73,24 +79,31 @@ def fit_paper(
     low, high = references.min(axis=0), references.max(axis=0)
     usable = high - low > np.maximum(_LEAST_RANGE * noise, _LEAST_MOTION)
     given = [
-        replace(v, terms=three_terms(*sorted(map(float, (a, np.median(column), b))))) if used else v
-        for v, a, b, column, used in zip(variables, low, high, references.T, usable, strict=True)
+        Variable(
+            feature.name,
+            "input",
+            three_terms(*sorted(map(float, (a, np.median(column), b)))) if used else (),
+        )
+        for feature, a, b, column, used in zip(
+            features, low, high, references.T, usable, strict=True
+        )
     ]
-    by_name = {v.name: v for v in given}
     if set(MEDIUM) <= {v.name for v in given if v.terms} and set(EMOTIONS) <= set(names):
         rules = tuple(parse_rule(text) for text in RULES)
     else:
         small = (noise / np.maximum(high - low, _LEAST_MOTION)) ** 2
         rules = _rules(given, references, emotions, _NOISE_COST * small)
     asked = {name for rule in rules for name, _ in rule.antecedent}
-    inputs = [by_name[v.name] for v in given if v.name in asked]
+    inputs = [v for v in given if v.name in asked]
+    read = tuple(feature for feature in features if feature.name in asked)
     outputs = [Variable(name, "output") for name in names]
-    system = FuzzySystem((*inputs, *outputs), rules, space=space, neutral_rule=False, mode="add")
-    said = {output for rule in rules for output, _ in rule.consequents}
+    fuzzy = FuzzySystem((*inputs, *outputs), rules, normalisation="all_rules")
+    system = ExpressionSystem(fuzzy, read, space=space, mode="add")
+    concluded = {output for rule in rules for output, _ in rule.consequents}
     return system, [
         finding("EXPRESSION_UNSEEN", name, f"no motions are those of {name} alone; it gets no rule")
         for name in names
-        if name not in said
+        if name not in concluded
     ]
 
 
@@ -107,7 +120,7 @@ def _rules(
     table: list[tuple[int, Term]] = [(i, t) for i, v in enumerate(variables) for t in v.terms]
     if not table:
         raise InputError("no marker moves differently in two reference poses")
-    degrees = np.array([membership(t.kind, t.parameters, references[:, i]) for i, t in table]).T
+    memberships = np.array([membership(t.kind, t.parameters, references[:, i]) for i, t in table]).T
     marker = np.array([i // 3 for i, _ in table])
     # A neutral face is Low in everything; a rule asks for something else first.
     neutral = np.array([t.name == "low" for _, t in table])
@@ -115,15 +128,15 @@ def _rules(
     for row, emotion in enumerate(emotions):
         rivals = [k for k, other in enumerate(emotions) if other != emotion]
         noise = cost[[i for i, _ in table]]
-        chosen = _telling(degrees[row], degrees[rivals], marker, neutral, noise)
-        if degrees[row, chosen].min() < _MET:
+        chosen = _distinctive_terms(memberships[row], memberships[rivals], marker, neutral, noise)
+        if memberships[row, chosen].min() < _MET:
             continue
         conditions = (f"{variables[table[c][0]].name} IS {table[c][1].name}" for c in chosen)
         texts.append(f"IF {' AND '.join(conditions)} THEN {emotion} IS 1")
     return tuple(parse_rule(text) for text in dict.fromkeys(texts))
 
 
-def _telling(
+def _distinctive_terms(
     own: FloatArray, rivals: FloatArray, marker: IntArray, neutral: BoolArray, noise: FloatArray
 ) -> list[int]:
     """Return the terms that one pose meets and its rivals together do not, the best first."""

@@ -21,13 +21,15 @@ import csv
 from dataclasses import dataclass
 from importlib.resources import files
 from math import inf
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
+from usdface.arrays import FloatArray
+from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import Axis, FuzzySystem, Term, Variable
-from usdface.takes import FloatArray
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 
 __all__ = [
     "EMOTIONS",
@@ -98,41 +100,26 @@ class PublishedCases:
     outputs: FloatArray
 
 
-def paper_system(**settings: Any) -> FuzzySystem:
-    """Return the paper's system: 13 inputs, 12 rules, absolute features, no neutral rule.
+def paper_system() -> ExpressionSystem:
+    """Return the paper's system: 13 inputs, 12 rules, absolute features, no else rule.
 
     Features stay undivided (`face_unit` "none"): the paper names no unit for its figures, so
     on another recording its terms fit only after the features are brought to the same scale.
-
-    Parameters
-    ----------
-    **settings
-        Fields of `FuzzySystem` to set otherwise, e.g. ``normalisation="per_output"``.
     """
     printed = published_cases().inputs
     low, high = printed.min(axis=0), printed.max(axis=0)
     inputs = tuple(
-        _input(name, float(low[i]), medium, float(high[i]))
+        Variable(name, "input", three_terms(float(low[i]), medium, float(high[i])))
         for i, (name, medium) in enumerate(MEDIUM.items())
     )
-    outputs = tuple(Variable(emotion, "output") for emotion in EMOTIONS)
-    usual: dict[str, Any] = {
-        "normalisation": "all_rules",
-        "and_": "min",
-        "space": "take",
-        "face_unit": "none",
-        "neutral_rule": False,
-        "mode": "add",
-    }
-    return FuzzySystem(
-        inputs + outputs, tuple(parse_rule(text) for text in RULES), **(usual | settings)
+    features = tuple(
+        MarkerFeature(role, cast("Axis", axis), "absolute")
+        for role, axis in (name.rsplit("_", 1) for name in MEDIUM)
     )
-
-
-def _input(name: str, low: float, medium: float, high: float) -> Variable:
-    role, axis = name.rsplit("_", 1)
-    terms = three_terms(low, medium, high)
-    return Variable(name, "input", role, cast("Axis", axis), "absolute", terms)
+    outputs = tuple(Variable(emotion, "output") for emotion in EMOTIONS)
+    rules = tuple(parse_rule(text) for text in RULES)
+    fuzzy = FuzzySystem(inputs + outputs, rules, normalisation="all_rules")
+    return ExpressionSystem(fuzzy, features, space="take", face_unit="none", mode="add")
 
 
 def three_terms(low: float, medium: float, high: float) -> tuple[Term, ...]:

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.cluster.hierarchy import fcluster
 
-from usdface.takes import FloatArray, IntArray
+from usdface.arrays import FloatArray, IntArray
 
 __all__ = ["clusters"]
 

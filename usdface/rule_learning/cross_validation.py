@@ -1,4 +1,4 @@
-"""How well a fitted system hears what it was not fitted on.
+"""Cross-validation of a fitted system.
 
 Every fold is fitted anew, choice of features included, without the recording or the variant
 that it is then tested on.
@@ -10,21 +10,21 @@ from typing import Any, Literal
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.findings import Finding, finding
 from usdface.rule_learning.examples import NO_EMOTION, Examples
-from usdface.rule_learning.learned_system import answers, fit_system, heard
-from usdface.takes import BoolArray, FloatArray, IntArray, frozen
+from usdface.rule_learning.learned_system import classify, evaluate_examples, fit_system
 
 __all__ = ["Holding", "Validation", "cross_validate", "folds", "held_out"]
 
 Holding = Literal["recording", "variant", "none"]
-# An emotion that is taken for another in this share of its examples is confused with it.
+# Threshold of FIT_CONFUSED, chosen by hand: share of an emotion's examples taken for another.
 _CONFUSED = 0.25
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Validation:
-    """What was heard in held-out examples.
+    """Confusion matrix and margins of held-out examples.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Validation:
     names : tuple of str, length E
         Emotions; the last row and column of `counts` is no emotion.
     counts : (E + 1, E + 1) int64
-        Examples by what they show (rows) and what was heard (columns).
+        Examples by the emotion that they show (rows) and the one recognised (columns).
     margins : (N,) float64
         Of each example: the right emotion's output less the strongest other; of a face that
         shows none: minus the strongest. NaN = not tested.
@@ -57,12 +57,12 @@ class Validation:
 
     @property
     def right(self) -> int:
-        """How many of them were heard as what they are."""
+        """How many of them were recognised."""
         return int(np.trace(self.counts))
 
     @property
     def accuracy(self) -> float:
-        """Share of the tested examples that were heard right; NaN where none was tested."""
+        """Share of the tested examples that were recognised; NaN where none was tested."""
         return self.right / self.tested if self.tested else np.nan
 
     @property
@@ -146,14 +146,14 @@ def cross_validate(
     holding: Holding,
     fit: Callable[[Examples, Examples], tuple[FloatArray, tuple[str, ...]]] | None = None,
 ) -> Validation:
-    """Fit without each recording or variant in turn, and hear what was left out.
+    """Fit without each recording or variant in turn, and evaluate the examples that were left out.
 
     Parameters
     ----------
     examples : Examples
     holding : {"recording", "variant", "none"}
     fit : callable, optional
-        From the examples to fit on and those to hear to outputs (N, E) and the names of their
+        From the examples to fit on and those to test to outputs (N, E) and the names of their
         columns, in place of `fit_system`: for comparison.
     """
     names = examples.names
@@ -163,20 +163,20 @@ def cross_validate(
     for out in folds(examples, holding):
         kept, left = examples.subset(~out), examples.subset(out)
         outputs, known = (fit or _fit)(kept, left)
-        said = heard(outputs, known)
-        for i, shown, word, row in zip(
-            np.flatnonzero(out), left.emotions, said, outputs, strict=True
+        predicted = classify(outputs, known)
+        for i, shown, named, row in zip(
+            np.flatnonzero(out), left.emotions, predicted, outputs, strict=True
         ):
-            # What nobody has been shown cannot be heard: that is no test.
+            # An emotion that is not in the training set cannot be recognised: that is no test.
             if shown in known or shown == NO_EMOTION:
-                counts[label[shown], label[word]] += 1
+                counts[label[shown], label[named]] += 1
                 margins[i] = _margin(row, known, shown)
     return Validation(holding, names, counts, margins, examples.emotions)
 
 
 def _fit(kept: Examples, left: Examples) -> tuple[FloatArray, tuple[str, ...]]:
-    system, _ = fit_system(kept)
-    return answers(system, left), system.emotions
+    system = fit_system(kept).system
+    return evaluate_examples(system, left), system.emotions
 
 
 def _margin(row: FloatArray, known: tuple[str, ...], shown: str) -> float:

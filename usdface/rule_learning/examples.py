@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
-from usdface.fuzzy.system import Variable
-from usdface.takes import BoolArray, FloatArray, frozen
+from usdface.expression_system import MarkerFeature
 
 __all__ = ["NO_EMOTION", "Examples"]
 
@@ -20,9 +20,9 @@ class Examples:
 
     Attributes
     ----------
-    variables : tuple of Variable, length I
-        Signed inputs without terms: what the columns of `features` measure.
-    words : tuple of (str, str), length I
+    marker_features : tuple of MarkerFeature, length I
+        The columns of `features`.
+    direction_names : tuple of (str, str), length I
         What a negative and a positive value of each is called, e.g. ("lowered", "raised").
     features : (N, I) float64 [face unit]
         Where the expression is at its height. NaN = occluded.
@@ -33,7 +33,7 @@ class Examples:
     recordings : tuple of str, length N
         Which take each comes from.
     intensities : (N,) float64
-        In (0, 1]: how strongly the emotion is shown. 1 where nobody said.
+        In (0, 1]: how strongly the emotion is shown; 1 where the labels do not say.
     noise : (I,) float64 [face unit]
         Standard deviation of each feature on a face at rest.
     movements : (P, I) float64 [face unit]
@@ -45,8 +45,8 @@ class Examples:
         If lengths disagree, or an intensity is not in (0, 1].
     """
 
-    variables: tuple[Variable, ...]
-    words: tuple[tuple[str, str], ...]
+    marker_features: tuple[MarkerFeature, ...]
+    direction_names: tuple[tuple[str, str], ...]
     features: FloatArray
     emotions: tuple[str, ...]
     variants: tuple[str, ...]
@@ -58,13 +58,13 @@ class Examples:
     def __post_init__(self) -> None:
         for field in ("features", "intensities", "noise", "movements"):
             object.__setattr__(self, field, frozen(getattr(self, field)))
-        count, width = len(self.emotions), len(self.variables)
+        count, width = len(self.emotions), len(self.marker_features)
         expected = {
             "features": (count, width),
             "variants": (count,),
             "recordings": (count,),
             "intensities": (count,),
-            "words": (width, 2),
+            "direction_names": (width, 2),
             "noise": (width,),
             "movements": (len(self.movements), width),
         }

@@ -4,14 +4,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.retarget_setup import Expression
 from usdface.rule_learning.examples import Examples
-from usdface.takes import FloatArray
 
 __all__ = ["learned_poses"]
 
-# Weights below this are what a solve leaves on any face.
+# Smaller weights are taken for residue of the solve; chosen by hand, no experiment.
 _LEAST_WEIGHT = 0.05
+# Written weights are rounded for people.
 _DIGITS = 4
 
 

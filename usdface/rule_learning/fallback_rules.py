@@ -1,18 +1,19 @@
-"""Hints: short rules of little weight, for faces that no learned rule knows.
+"""Fallback rules: short rules of little weight, for faces on which no other learned rule fires.
 
-A learned rule asks for everything that tells its variant from all others, so it is silent when a
-part is missing: what another variant of the emotion, or another person, does not show. Hints are
-rules of one or two conditions that are learned from faces of which a part is taken away. They
-weigh little: where a learned rule fires they hardly count, where none does they decide together.
+A learned rule asks for everything that distinguishes its variant from all others, so it does not
+fire where a part of the expression is missing in another variant of the emotion, or in another
+person. Fallback rules have one or two conditions and are learned from faces of which a part is
+taken away. They weigh little: where another rule fires they hardly count, where none does they
+decide together.
 
 Parts are features that move together over all examples and movements (average linkage of the
-cosines of their motions). Hints are added one at a time, each the one that most lowers
+cosines of their motions). Fallback rules are added one at a time, each the one that most lowers
 
-    mean of sum_e (answer_e - shown_e)^2 over faces, whole and each without one of its parts
+    mean of sum_e (output_e - intensity_e)^2 over faces, whole and each without one of its parts
 
-of the system as it stands, rules and hints together, with a price for every condition; every
-emotion, and what means none, weighs the same in the mean. This is stagewise fitting (J. Friedman,
-"Greedy Function Approximation: A Gradient Boosting Machine", 2001) with rules for learners.
+of the rule base as it stands, with a price for every condition; every emotion, and no emotion,
+weighs the same in the mean. This is stagewise fitting (J. Friedman, "Greedy Function Approximation:
+A Gradient Boosting Machine", 2001) with rules for learners.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,191 +23,194 @@ import numpy as np
 from scipy.cluster.hierarchy import linkage
 from scipy.spatial.distance import squareform
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.rule_learning.clusters import clusters
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.redundancy import subsumes
-from usdface.rule_learning.rules import LearnedRule
-from usdface.rule_learning.terms import Words
-from usdface.rule_learning.training_set import AMOUNTS, Conditions, Faces
-from usdface.takes import FloatArray, IntArray
+from usdface.rule_learning.rules import FALLBACK_WEIGHT, LearnedRule
+from usdface.rule_learning.terms import LinguisticTerms
+from usdface.rule_learning.training_set import AMOUNTS, LEAST_SIGNAL, Conditions, TrainingSet
 
-__all__ = ["learn_hints"]
+__all__ = ["learn_fallback_rules"]
 
-# A quarter is exact in USD's float, so that a written system answers the same to the last bit.
-_WEIGHT = 0.25
-_MOST_HINTS = 3  # of one emotion
+# All but the limits of time and the rounding were tuned by hand on worlds 0 to 2 of
+# benchmarks/fuzzy_variants.py, which judges them (docs/constants.md).
+# Fallback rules of one emotion, and parts of a face.
+_MOST_RULES = 3
 _PARTS = 6
-# Of the weight of whole faces, what is theirs without a part.
-_THINNED = 0.5
+# Share of the weight of whole faces that goes to the same faces without a part.
+_PARTIAL = 0.5
 # A part counts as moved, and what is left of a face as enough, if some term is met this far.
 _MOVED = 0.25
-# Of movements that mean no emotion, when each emotion weighs 1.
+# Weight of movements without emotion, when each emotion weighs 1.
 _MOVEMENTS = 0.3
-# What hints may make of a face that means none, and of a single movement, beyond what rules do.
-_LOUDEST_NONE, _LOUDEST_MOVEMENT = 0.05, 0.2
-# Price of a condition, and of one that is as small as its noise.
+# Largest outputs that fallback rules may give a face without emotion, and a single movement,
+# beyond those of the other rules.
+_LARGEST_NONE, _LARGEST_MOVEMENT = 0.05, 0.2
+# Price of a condition, and of one that is as small as its noise: without them, rules are added that
+# only fit the scatter of the examples.
 _CONDITION_COST = 0.002
 _NOISE_COST = 0.02
-# Motions that hints of one emotion may ask for, and motions of others that they may deny.
+# Motions that fallback rules of one emotion may ask for, and those of others that they may deny.
 _OWN, _OTHERS = 8, 6
-# What an emotion's examples meet on average: of what is asked at least, of what is denied at most.
-_LEAST_MET, _MOST_DENIED = 0.15, 0.3
-# Of motions that go together more than this (correlation) one is enough.
+# Least membership that an emotion's examples have on average in a term that its rules ask for.
+_LEAST_MET = 0.15
+# Of motions whose memberships correlate more than this, one is enough.
 _TOGETHER = 0.95
-# Candidates that are tried again after each hint, of each emotion.
+# Limit of time: candidates of each emotion that are tried again after each rule.
 _SHORTLIST = 20
-_LEAST_SIGNAL = 4.0
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 6
 
 
-def learn_hints(
-    examples: Examples, words: Words, rules: Sequence[LearnedRule]
+def learn_fallback_rules(
+    examples: Examples, terms: LinguisticTerms, rules: Sequence[LearnedRule]
 ) -> list[LearnedRule]:
-    """Learn what to add to the rules for faces that lack a part of what they ask for.
+    """Learn rules for faces that lack a part of what the other rules ask for.
 
     Parameters
     ----------
     examples : Examples
-    words : Words
+    terms : LinguisticTerms
     rules : sequence of LearnedRule
-        Of `usdface.rule_learning.rules.learn_rules`, with these words.
+        Of `usdface.rule_learning.rules.learn_rules`, with these terms.
 
     Returns
     -------
     list of LearnedRule
-        In the order of the emotions; none says what a rule or another hint says already.
+        In the order of the emotions; none is subsumed by another rule.
     """
-    faces = Faces(examples, words)
-    if not faces.terms:
+    training = TrainingSet(examples, terms)
+    if not training.term_count:
         return []
     names = examples.names
-    system = _System(faces)
+    fit = _Fit(training)
     for rule in rules:
-        system.add(names.index(rule.emotion), rule.conditions, rule.weight)
+        fit.add(names.index(rule.emotion), rule.conditions, rule.weight)
     kept = {e: [r.conditions for r in rules if r.emotion == name] for e, name in enumerate(names)}
     waiting = [
         (emotion, conditions)
         for emotion in range(len(names))
-        for conditions in system.shortlist(emotion, list(_candidates(emotion, faces)))
+        for conditions in fit.shortlist(emotion, list(_candidates(emotion, training)))
     ]
-    hints: list[tuple[int, Conditions]] = []
+    fallback: list[tuple[int, Conditions]] = []
     while waiting:
         waiting = [
             (e, c)
             for e, c in waiting
-            if not any(subsumes(said, c, words) for said in kept[e])
-            and not any(subsumes(c, said, words) for of, said in hints if of == e)
+            if not any(subsumes(known, c, terms) for known in kept[e])
+            and not any(subsumes(c, known, terms) for of, known in fallback if of == e)
         ]
-        costs = system.costs(waiting)
-        if not len(costs) or costs.min() >= system.cost:
+        costs = fit.costs(waiting)
+        if not len(costs) or costs.min() >= fit.cost:
             break
         best = waiting[int(np.argmin(costs))]
-        system.add(*best, _WEIGHT)
-        hints.append(best)
+        fit.add(*best, FALLBACK_WEIGHT)
+        fallback.append(best)
         kept[best[0]].append(best[1])
-        full = sum(e == best[0] for e, _ in hints) >= _MOST_HINTS
+        full = sum(e == best[0] for e, _ in fallback) >= _MOST_RULES
         waiting = [(e, c) for e, c in waiting if not (full and e == best[0])]
-    hints.sort(key=lambda hint: hint[0])
-    return [LearnedRule(names[e], conditions, _WEIGHT) for e, conditions in hints]
+    fallback.sort(key=lambda rule: rule[0])
+    return [LearnedRule(names[e], conditions, fallback=True) for e, conditions in fallback]
 
 
-class _System:
-    """What rules and hints answer so far, to whole faces and to faces without a part."""
+class _Fit:
+    """Outputs of the rules so far, on whole faces and on faces without a part, and their cost."""
 
-    def __init__(self, faces: Faces) -> None:
-        self._faces = faces
-        examples = faces.examples
+    def __init__(self, training: TrainingSet) -> None:
+        self._training = training
+        examples = training.examples
         names = (*examples.names, NO_EMOTION)
         emotion = np.array([names.index(e) for e in examples.emotions])
-        moves = len(faces.movements) - int((emotion == len(names) - 1).sum())
-        whole = len(faces.shown)
-        self._degree = faces.degree[: whole + moves]
+        moves = len(training.movements) - int((emotion == len(names) - 1).sum())
+        whole = len(training.intensities)
+        self._memberships = training.memberships[: whole + moves]
         self._emotion: IntArray = np.concatenate(
             [np.tile(emotion, len(AMOUNTS)), np.full(moves, len(names) - 1)]
         )
-        shown = np.concatenate([faces.shown, np.zeros(moves)])
+        shown = np.concatenate([training.intensities, np.zeros(moves)])
         weight = np.concatenate([np.tile(_balance(examples), len(AMOUNTS)), np.zeros(moves)])
         weight[:whole] /= len(AMOUNTS)
-        unlike = ~faces.alike(emotion < len(names) - 1)[:moves]
+        unlike = ~training.similar(emotion < len(names) - 1)[:moves]
         weight[whole:] = _MOVEMENTS * unlike / max(moves, 1)
         shown[self._emotion == len(names) - 1] = 0.0
-        self._shown, self._weight = shown, weight
-        self._quiet = np.flatnonzero((self._emotion == len(names) - 1) & (weight > 0))
-        self._limit = np.where(self._quiet < whole, _LOUDEST_NONE, _LOUDEST_MOVEMENT)
-        self._add_thinned(whole)
-        self._said = np.zeros((len(names) - 1, len(self._shown)))
-        self._fired, self._most = np.zeros((2, len(self._shown)))
-        self.cost = float(self._weight @ self._shown**2)
+        self._intensities, self._weight = shown, weight
+        self._none = np.flatnonzero((self._emotion == len(names) - 1) & (weight > 0))
+        self._limit = np.where(self._none < whole, _LARGEST_NONE, _LARGEST_MOVEMENT)
+        self._add_partial_faces(whole)
+        self._concluded = np.zeros((len(names) - 1, len(self._intensities)))
+        self._fired, self._most = np.zeros((2, len(self._intensities)))
+        self.cost = float(self._weight @ self._intensities**2)
 
-    def _add_thinned(self, whole: int) -> None:
+    def _add_partial_faces(self, whole: int) -> None:
         """Complete the faces with those that lack one of their parts."""
-        faces = self._faces
-        terms, count = faces.terms, len(faces.examples.emotions)
-        own = whole - count + np.flatnonzero(np.array(faces.examples.emotions) != NO_EMOTION)
-        part = _parts(faces)[faces.words.feature]
-        thinned, rows = [], []
+        training = self._training
+        term_count, count = training.term_count, len(training.examples.emotions)
+        own = whole - count + np.flatnonzero(np.array(training.examples.emotions) != NO_EMOTION)
+        part = _parts(training)[training.terms.feature]
+        partial, rows = [], []
         for number in np.unique(part):
             lost = np.flatnonzero(part == number)
-            degree = self._degree[own]
+            degree = self._memberships[own]
             moved = degree[:, lost].max(axis=1) > _MOVED
-            degree[:, lost], degree[:, terms + lost] = 0.0, 1.0
-            counts = moved & (degree[:, :terms].max(axis=1) > _MOVED)
-            thinned.append(degree[counts])
+            degree[:, lost], degree[:, term_count + lost] = 0.0, 1.0
+            counts = moved & (degree[:, :term_count].max(axis=1) > _MOVED)
+            partial.append(degree[counts])
             rows.append(own[counts])
         at = np.concatenate(rows)
         times = np.bincount(at, minlength=len(self._weight))
-        less = self._weight * np.where(times > 0, _THINNED, 0.0)
+        less = self._weight * np.where(times > 0, _PARTIAL, 0.0)
         self._weight = np.concatenate([self._weight - less, (less / np.maximum(times, 1))[at]])
-        self._degree = np.concatenate([self._degree, *thinned])
-        self._shown = np.concatenate([self._shown, self._shown[at]])
+        self._memberships = np.concatenate([self._memberships, *partial])
+        self._intensities = np.concatenate([self._intensities, self._intensities[at]])
         self._emotion = np.concatenate([self._emotion, self._emotion[at]])
 
     def _firing(self, conditions: Conditions) -> FloatArray:
-        return np.asarray(self._degree[:, self._faces.columns(conditions)].min(axis=1))
+        return np.asarray(self._memberships[:, self._training.columns(conditions)].min(axis=1))
 
     def add(self, emotion: int, conditions: Conditions, weight: float) -> None:
         """Add a rule."""
         fired = weight * self._firing(conditions)
-        self._said[emotion] += fired
+        self._concluded[emotion] += fired
         self._fired += fired
         self._most = np.maximum(self._most, fired)
-        answer = self._said / (self._fired + 1.0 - self._most)
-        target = self._shown * (self._emotion == np.arange(len(answer))[:, None])
-        self.cost = float(self._weight @ ((answer - target) ** 2).sum(axis=0))
+        output = self._concluded / (self._fired + 1.0 - self._most)
+        target = self._intensities * (self._emotion == np.arange(len(output))[:, None])
+        self.cost = float(self._weight @ ((output - target) ** 2).sum(axis=0))
 
     def costs(self, rules: Sequence[tuple[int, Conditions]]) -> FloatArray:
-        """Return the cost with each of the rules added as a hint: (R,)."""
-        squares = (self._said**2).sum(axis=0)
-        # What the right emotion's rules say; of no emotion nothing.
-        right = np.concatenate([self._said, np.zeros((1, len(self._fired)))])
+        """Return the cost with each of the rules added as a fallback rule: (R,)."""
+        squares = (self._concluded**2).sum(axis=0)
+        # Of the right emotion's rules; 0 for no emotion.
+        right = np.concatenate([self._concluded, np.zeros((1, len(self._fired)))])
         right = right[self._emotion, np.arange(len(self._emotion))]
         found = []
         for emotion, conditions in rules:
-            fired = _WEIGHT * self._firing(conditions)
+            fired = FALLBACK_WEIGHT * self._firing(conditions)
             total = self._fired + fired + 1.0 - np.maximum(self._most, fired)
-            size = squares + fired * (2 * self._said[emotion] + fired)
+            size = squares + fired * (2 * self._concluded[emotion] + fired)
             own = right + fired * (self._emotion == emotion)
-            off = (size / total - 2 * own * self._shown) / total + self._shown**2
-            loud = ((self._said[emotion] + fired) / total)[self._quiet] > self._limit
-            if (loud & (fired[self._quiet] > 0)).any():
+            off = (size / total - 2 * own * self._intensities) / total + self._intensities**2
+            exceeds = ((self._concluded[emotion] + fired) / total)[self._none] > self._limit
+            if (exceeds & (fired[self._none] > 0)).any():
                 found.append(np.inf)
                 continue
             found.append(float(self._weight @ off) + self._price(conditions))
         return np.round(np.array(found), _DIGITS)
 
     def _price(self, conditions: Conditions) -> float:
-        noise = self._faces.noise[self._faces.columns(conditions)].max()
+        noise = self._training.noise[self._training.columns(conditions)].max()
         return _CONDITION_COST * len(conditions) + _NOISE_COST * float(noise)
 
     def shortlist(self, emotion: int, candidates: list[Conditions]) -> list[Conditions]:
-        """Return the candidates that are worth trying: those that now lower the cost most."""
+        """Return the candidates that lower the cost most."""
         costs = self.costs([(emotion, c) for c in candidates])
         best = np.argsort(costs, kind="stable")[:_SHORTLIST]
         return [candidates[i] for i in sorted(best.tolist())]
 
 
 def _balance(examples: Examples) -> FloatArray:
-    """Return weights (N,): every emotion, and none, weighs 1, its variants alike."""
+    """Return weights (N,): every emotion, and no emotion, weighs 1, its variants alike."""
     weight = np.zeros(len(examples.emotions))
     for emotion in {*examples.names, NO_EMOTION}:
         variants = examples.variants_of(emotion) if emotion != NO_EMOTION else (None,)
@@ -216,12 +220,12 @@ def _balance(examples: Examples) -> FloatArray:
     return weight
 
 
-def _parts(faces: Faces) -> IntArray:
+def _parts(training: TrainingSet) -> IntArray:
     """Return which part of the face each feature belongs to: (I,); 0 = it does not move."""
-    examples = faces.examples
+    examples = training.examples
     motions = np.nan_to_num(np.concatenate([examples.features, examples.movements]))
     reach = np.abs(motions).max(axis=0)
-    moving = np.flatnonzero(reach > _LEAST_SIGNAL * examples.noise)
+    moving = np.flatnonzero(reach > LEAST_SIGNAL * examples.noise)
     part = np.zeros(len(reach), dtype=np.int64)
     if len(moving) < 2:
         part[moving] = 1
@@ -235,10 +239,10 @@ def _parts(faces: Faces) -> IntArray:
     return part
 
 
-def _candidates(emotion: int, faces: Faces) -> Iterator[Conditions]:
+def _candidates(emotion: int, training: TrainingSet) -> Iterator[Conditions]:
     """Yield one or two motions of an emotion, or one without a motion of others."""
-    own, others = _motions(emotion, faces)
-    marker = faces.marker
+    own, others = _motions(emotion, training)
+    marker = training.marker
     for term in own:
         yield ((term, False),)
     for one, two in combinations(own, 2):
@@ -250,22 +254,22 @@ def _candidates(emotion: int, faces: Faces) -> Iterator[Conditions]:
                 yield (one, False), (two, True)
 
 
-def _motions(emotion: int, faces: Faces) -> tuple[list[int], list[int]]:
+def _motions(emotion: int, training: TrainingSet) -> tuple[list[int], list[int]]:
     """Return the terms that an emotion meets and others do not, and those that others meet."""
-    examples, terms = faces.examples, faces.terms
-    degree = faces.whole[:, :terms]
+    examples, term_count = training.examples, training.term_count
+    degree = training.whole[:, :term_count]
     names = [*examples.names, NO_EMOTION]
     weight = _balance(examples)
     rows = [examples.rows(name) * weight for name in names]
     met = np.array([row @ degree for row in rows])
     rest = np.delete(met, emotion, axis=0)
-    own = met[emotion] - rest.mean(axis=0) - faces.noise[:terms]
+    own = met[emotion] - rest.mean(axis=0) - training.noise[:term_count]
     denied = rest.max(axis=0) + rest.mean(axis=0) - 2 * met[emotion]
     spread = np.maximum(degree.std(axis=0), 1e-9)
     centred = (degree - degree.mean(axis=0)) / (spread * np.sqrt(len(degree)))
     return (
         _apart(np.where(met[emotion] > _LEAST_MET, own, -np.inf), centred, _OWN, -np.inf),
-        _apart(np.where(met[emotion] < _MOST_DENIED, denied, -np.inf), centred, _OTHERS, 0.0),
+        _apart(denied, centred, _OTHERS, 0.0),
     )
 
 

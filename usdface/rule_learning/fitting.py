@@ -6,37 +6,40 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.correction.expression_layer import design
+from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
-from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.rules import Rule
 from usdface.options import CorrectionOptions, FitOptions
 from usdface.retarget_setup import Expression
-from usdface.rule_design.marker_roles import known_roles, marker_variables
+from usdface.rule_design.marker_roles import known_roles, marker_features
 from usdface.rule_design.paper_design import fit_paper
 from usdface.rule_learning.cross_validation import Validation, cross_validate, held_out
 from usdface.rule_learning.expression_poses import learned_poses
 from usdface.rule_learning.labelled_takes import Labelled, feature_noise, pose_features
-from usdface.rule_learning.learned_system import answers_to, fit_system
+from usdface.rule_learning.learned_system import evaluate_features, fit_system
 from usdface.rule_learning.separation import Separation, pose_separations, separations
-from usdface.takes import FloatArray
 
 __all__ = ["Fitted", "fit_labelled", "fit_rig"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Fitted:
-    """A fitted system and what is known of it.
+    """A fitted system, its expression poses and its tests.
 
     Attributes
     ----------
-    system : FuzzySystem
+    system : ExpressionSystem
+    fallback_rules : tuple of Rule
+        Those of its rules that only count where no other fires, see `LearnedSystem`.
     expressions : tuple of Expression
         A pose for each emotion.
     validation : Validation or None
-        What it hears in examples it was not fitted on; None where there are none.
+        None where there are no examples.
     separations : tuple of Separation
         How every two emotions lie apart.
     neutral : float
@@ -44,7 +47,8 @@ class Fitted:
     findings : tuple of Finding
     """
 
-    system: FuzzySystem
+    system: ExpressionSystem
+    fallback_rules: tuple[Rule, ...]
     expressions: tuple[Expression, ...]
     validation: Validation | None
     separations: tuple[Separation, ...]
@@ -56,9 +60,9 @@ class Fitted:
         """A few numbers, under stable keys."""
         facts: dict[str, Any] = {
             "emotions": list(self.system.emotions),
-            "rules": sum(rule.weight == 1 for rule in self.system.rules),
-            "fallback_rules": sum(rule.weight < 1 for rule in self.system.rules),
-            "inputs": len(self.system.inputs),
+            "rules": len(self.system.fuzzy.rules) - len(self.fallback_rules),
+            "fallback_rules": len(self.fallback_rules),
+            "inputs": len(self.system.features),
             "neutral_output_max": round(self.neutral, 4),
         }
         tested = self.validation
@@ -74,8 +78,8 @@ class Fitted:
     def details(self) -> dict[str, Any]:
         """All of it as plain values, for a report."""
         facts: dict[str, Any] = {
-            "rules": [rule.text for rule in self.system.rules],
-            "weights": [rule.weight for rule in self.system.rules],
+            "rules": [rule.text for rule in self.system.fuzzy.rules],
+            "weights": [rule.weight for rule in self.system.fuzzy.rules],
             "separations": [pair.as_dict() for pair in self.separations],
         }
         if self.validation is not None:
@@ -95,23 +99,23 @@ def fit_rig(face: BoundFace, expressions: Sequence[Expression], options: FitOpti
     if options.space == "take" and not options.paper:
         raise InputError('the default design reads the character; give labels for space "take"')
     roles = known_roles(face.markers, face.roles)
-    variables = marker_variables(roles, "absolute" if options.paper else "signed")
+    columns = marker_features(roles, "absolute" if options.paper else "signed")
     poses = np.array([e.pose(face.shape_names) for e in expressions])
-    seen = pose_features(poses.reshape(len(expressions), -1), face, variables)
+    seen = pose_features(poses.reshape(len(expressions), -1), face, columns)
     noise = feature_noise(face, "take" if options.paper else "character")
     emotions = [e.name for e in expressions]
     if options.paper:
-        system, findings = fit_paper(variables, seen, emotions, noise, options.space)
+        system, findings = fit_paper(columns, seen, emotions, noise, options.space)
     else:
         system, findings = _designed(face, expressions)
-    apart = tuple(pose_separations(emotions, seen, noise, variables))
+    apart = tuple(pose_separations(emotions, seen, noise, columns))
     findings = [*findings, *(f for pair in apart for f in pair.findings())]
     return _fitted(system, tuple(expressions), None, apart, findings)
 
 
 def _designed(
     face: BoundFace, expressions: Sequence[Expression]
-) -> tuple[FuzzySystem, list[Finding]]:
+) -> tuple[ExpressionSystem, list[Finding]]:
     system, _, findings = design(face, expressions, CorrectionOptions())
     if system is None:
         raise InputError("the rig has no expression poses to fit to; give labelled takes")
@@ -131,14 +135,21 @@ def fit_labelled(labelled: Labelled, face: BoundFace, options: FitOptions) -> Fi
     if options.paper:
         references, emotions = _references(labelled)
         noise = feature_noise(face, "take")
-        system, findings = fit_paper(examples.variables, references, emotions, noise, options.space)
+        system, findings = fit_paper(
+            examples.marker_features, references, emotions, noise, options.space
+        )
         return _fitted(system, poses, None, (), findings)
-    system, findings = fit_system(examples, options.space)
+    learned = fit_system(examples, options.space)
+    system = learned.system
     holding = held_out(examples) if options.hold_out == "auto" else options.hold_out
     validation = cross_validate(examples, holding)
     apart = tuple(separations(examples, holding))
-    findings = [*findings, *validation.findings(), *(f for pair in apart for f in pair.findings())]
-    return _fitted(system, poses, validation, apart, findings)
+    findings = [
+        *learned.findings,
+        *validation.findings(),
+        *(f for pair in apart for f in pair.findings()),
+    ]
+    return _fitted(system, poses, validation, apart, findings, learned.fallback_rules)
 
 
 def _references(labelled: Labelled) -> tuple[FloatArray, list[str]]:
@@ -150,12 +161,15 @@ def _references(labelled: Labelled) -> tuple[FloatArray, list[str]]:
 
 
 def _fitted(
-    system: FuzzySystem,
+    system: ExpressionSystem,
     expressions: tuple[Expression, ...],
     validation: Validation | None,
     apart: tuple[Separation, ...],
     findings: Sequence[Finding],
+    fallback_rules: tuple[Rule, ...] = (),
 ) -> Fitted:
-    rest = answers_to(system, system.inputs, np.zeros((1, len(system.inputs))))
-    found = (*findings, *rule_findings(system))
-    return Fitted(system, expressions, validation, apart, float(rest.max(initial=0.0)), found)
+    rest = evaluate_features(system, system.features, np.zeros((1, len(system.features))))
+    found = (*findings, *check_rules(system))
+    return Fitted(
+        system, fallback_rules, expressions, validation, apart, float(rest.max(initial=0.0)), found
+    )

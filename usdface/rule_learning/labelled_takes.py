@@ -6,30 +6,36 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.correction.feature_extraction import features
 from usdface.correction.features import measure
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
-from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.progress import Progress
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
-from usdface.rule_design.design import face_features, solved_noise
+from usdface.rule_design.design import face_features
+from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import single_movements
-from usdface.rule_design.marker_roles import direction_words, known_roles, marker_variables
+from usdface.rule_design.marker_roles import direction_names, known_roles, marker_features
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.labels import NEUTRAL, Label
-from usdface.takes import FloatArray, IntArray, MarkerTake, WeightsTake, frozen
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Labelled", "examples_of", "feature_noise", "pose_features"]
 
-# Of a stretch count the frames that move at least this share of the most expressive one; of a
-# face at rest all.
+# Apex: the frames of a stretch that move at least this share of the most expressive one. Chosen by
+# hand: above half, so that onset and offset are left out, and low enough to average over noise.
 _PEAK = 0.8
+# Of the noise of a marker, the least that a feature is taken to have after the solve, so that rules
+# are about motions that a person can see. Chosen by hand, no experiment (docs/constants.md).
 _LEAST_NOISE = 0.5
 
 ReadTake = Callable[[Path], tuple[MarkerTake | WeightsTake, list[Finding]]]
@@ -85,7 +91,7 @@ def examples_of(
     InputError
         If a take cannot be read or solved, or does not have the labelled frames.
     """
-    variables = marker_variables(_roles(face), "absolute" if options.paper else "signed")
+    columns = marker_features(_roles(face), "absolute" if options.paper else "signed")
     paths = list(dict.fromkeys(label.take for label in labels))
     labels = sorted(labels, key=lambda label: paths.index(label.take))
     rows, weights, findings = [], [], []
@@ -94,20 +100,20 @@ def examples_of(
         with progress.step(f"retarget {path.name}"):
             take, more = read(path)
             findings += more
-            seen, solved, more = _stretches(take, own, face, setup, options.space, variables)
+            seen, solved, more = _stretches(take, own, face, setup, options.space, columns)
         rows.append(seen)
         weights.append(solved)
         findings += more
     examples = Examples(
-        variables,
-        direction_words(face.neutral, face.nose),
+        columns,
+        direction_names(face.neutral, face.nose),
         np.concatenate(rows),
         tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
         tuple(label.variant for label in labels),
         tuple(str(label.take) for label in labels),
         np.array([label.intensity for label in labels]),
         feature_noise(face, options.space),
-        pose_features(single_movements(face.shape_names), face, variables),
+        pose_features(single_movements(face.shape_names), face, columns),
     )
     if not examples.names:
         raise InputError("the labels name no emotion; without one there is nothing to learn")
@@ -120,7 +126,7 @@ def _stretches(
     face: BoundFace,
     setup: RetargetSetup,
     space: FeatureSpace,
-    variables: tuple[Variable, ...],
+    columns: tuple[MarkerFeature, ...],
 ) -> tuple[FloatArray, FloatArray, list[Finding]]:
     """Return features (N, I) and weights (N, S) of one take's stretches."""
     frames = [_frames(label, take) for label in labels]
@@ -129,17 +135,17 @@ def _stretches(
         setup = replace(setup, neutral=(int(rest[0][0]), int(rest[0][-1])))
     take, weights, solution, findings = retarget(take, face, setup)
     weights = weights.reordered(face.shape_names)
-    seen = _features(take, weights, solution, face, space, variables)
+    seen = _features(take, weights, solution, face, space, columns)
     at_rest = [label.emotion == NEUTRAL for label in labels]
 
-    def heights(values: FloatArray) -> list[FloatArray]:
+    def at_apex(values: FloatArray) -> list[FloatArray]:
         rows = [values[f] for f in frames]
-        return [r if rest else r[_height(r)] for r, rest in zip(rows, at_rest, strict=True)]
+        return [r if rest else r[_apex(r)] for r, rest in zip(rows, at_rest, strict=True)]
 
     # Each at its own height: features are smoothed over time, weights are not.
     return (
-        np.array([_mean(rows) for rows in heights(seen)]),
-        np.array([rows.mean(axis=0) for rows in heights(weights.weights)]),
+        np.array([_mean(rows) for rows in at_apex(seen)]),
+        np.array([rows.mean(axis=0) for rows in at_apex(weights.weights)]),
         findings,
     )
 
@@ -150,19 +156,16 @@ def _features(
     solution: Solution | None,
     face: BoundFace,
     space: FeatureSpace,
-    variables: tuple[Variable, ...],
+    columns: tuple[MarkerFeature, ...],
 ) -> FloatArray:
     """Measure every marker along every axis: (F, I); a marker that the take lacks is hidden."""
     face = replace(face, roles=_roles(face))
     there = set(solution.markers if solution and space == "take" else face.markers)
-    known = [face.roles[v.role] in there for v in variables]
-    everything = FuzzySystem(
-        tuple(v for v, yes in zip(variables, known, strict=True) if yes),
-        (),
-        space=space,
-        smoothing=LEARNED_SMOOTHING,
-    )
-    seen = np.full((len(take.times), len(variables)), np.nan)
+    known = [face.roles[column.role] in there for column in columns]
+    read = tuple(column for column, yes in zip(columns, known, strict=True) if yes)
+    inputs = FuzzySystem(tuple(Variable(column.name, "input") for column in read), ())
+    everything = ExpressionSystem(inputs, read, space=space, smoothing=LEARNED_SMOOTHING)
+    seen = np.full((len(take.times), len(columns)), np.nan)
     seen[:, known] = features(everything, face, take, weights=weights, solution=solution)
     return seen
 
@@ -182,7 +185,7 @@ def _frames(label: Label, take: MarkerTake | WeightsTake) -> IntArray:
     return found
 
 
-def _height(seen: FloatArray) -> IntArray:
+def _apex(seen: FloatArray) -> IntArray:
     """Return which rows of `seen` (F, I) are the most expressive."""
     size = np.sqrt(np.nansum(seen**2, axis=1))
     return np.flatnonzero(size >= _PEAK * size.max())
@@ -197,14 +200,14 @@ def _mean(seen: FloatArray) -> FloatArray:
 
 
 def pose_features(
-    weights: FloatArray, face: BoundFace, variables: tuple[Variable, ...]
+    weights: FloatArray, face: BoundFace, columns: tuple[MarkerFeature, ...]
 ) -> FloatArray:
     """Measure poses of the rig, weights (N, S): (N, I) [face unit]."""
     return measure(
         face.neutral + face.displacements(weights),
         face.neutral,
         face.markers,
-        variables,
+        columns,
         _roles(face),
         face.nose_tip,
         marker_spread(face.neutral),

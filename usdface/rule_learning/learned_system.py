@@ -1,116 +1,146 @@
-"""A fuzzy system learned from labelled examples: few rules, in words that people use.
+"""A fuzzy system learned from labelled examples: terms, rules and fallback rules.
 
 The terms are those of `usdface.rule_learning.terms`, the rules those of
-`usdface.rule_learning.rules`.
-A neutral face meets none of the terms and a silent rule stands for it, so it answers exactly 0.
+`usdface.rule_learning.rules`, the fallback rules those of `usdface.rule_learning.fallback_rules`.
+A neutral face belongs to none of the terms and the else rule stands for it, so that its outputs
+are exactly 0.
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Space, Variable
-from usdface.options import LEARNED_SMOOTHING
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
+from usdface.options import LEARNED_SMOOTHING, FeatureSpace
 from usdface.rule_learning.examples import NO_EMOTION, Examples
-from usdface.rule_learning.fallback_rules import learn_hints
-from usdface.rule_learning.rules import LearnedRule, cheapest_partings, learn_rules
-from usdface.rule_learning.terms import Words, words_of
-from usdface.rule_learning.variants import Parting, partings
-from usdface.takes import BoolArray, FloatArray
+from usdface.rule_learning.fallback_rules import learn_fallback_rules
+from usdface.rule_learning.rules import LearnedRule, choose_groupings, learn_rules
+from usdface.rule_learning.terms import LinguisticTerms, linguistic_terms
+from usdface.rule_learning.variants import Grouping, variant_groupings
 
-__all__ = ["answers", "answers_to", "fit_system", "heard"]
+__all__ = ["LearnedSystem", "classify", "evaluate_examples", "evaluate_features", "fit_system"]
 
-# Outputs below this are no emotion: the strongest has to lead from an intensity of 15 % on.
-_HEARD = 0.15
+# Outputs below this are no emotion: benchmarks/expressions.py asks for the right emotion to be the
+# strongest from an intensity of 15 % on, and an output is about the intensity.
+_LEAST_OUTPUT = 0.15
 
 
-def fit_system(examples: Examples, space: Space = "character") -> tuple[FuzzySystem, list[Finding]]:
+@dataclass(frozen=True, slots=True)
+class LearnedSystem:
+    """A system as it was learned.
+
+    Attributes
+    ----------
+    system : ExpressionSystem
+        One output for each emotion of the examples.
+    fallback_rules : tuple of Rule
+        Those of its rules that only count where no other fires, the last ones.
+    without_rule : tuple of str
+        Emotions that no few marker motions show.
+    """
+
+    system: ExpressionSystem
+    fallback_rules: tuple[Rule, ...]
+    without_rule: tuple[str, ...]
+
+    @property
+    def findings(self) -> list[Finding]:
+        """EXPRESSION_UNSEEN for each emotion without a rule."""
+        return [
+            finding(
+                "EXPRESSION_UNSEEN", name, f"no few marker motions show {name}; it gets no rule"
+            )
+            for name in self.without_rule
+        ]
+
+
+def fit_system(examples: Examples, space: FeatureSpace = "character") -> LearnedSystem:
     """Learn terms and rules from examples.
 
     Parameters
     ----------
     examples : Examples
-    space : {"take", "character"}
+    space : {"character", "take"}
         Where their features were measured.
-
-    Returns
-    -------
-    system : FuzzySystem
-        One output for each emotion of the examples.
-    findings : list of Finding
-        EXPRESSION_UNSEEN for each emotion that gets no rule.
     """
-    ways = partings(examples)
-    parts = cheapest_partings(examples, words_of(examples, _parts(*ways.values())), ways)
-    words = words_of(examples, _parts(parts.values()))
-    learned = learn_rules(examples, words, parts)
-    learned += learn_hints(examples, words, learned)
-    rules = tuple(_rule(rule, words, examples) for rule in learned)
+    groupings = variant_groupings(examples)
+    candidates = linguistic_terms(examples, _groups(*groupings.values()))
+    chosen = choose_groupings(examples, candidates, groupings)
+    terms = linguistic_terms(examples, _groups(chosen.values()))
+    learned = learn_rules(examples, terms, chosen)
+    learned += learn_fallback_rules(examples, terms, learned)
+    rules = tuple(_rule(rule, terms, examples) for rule in learned)
     outputs = tuple(Variable(emotion, "output") for emotion in examples.names)
-    inputs = _inputs(learned, words, examples)
-    system = FuzzySystem((*inputs, *outputs), rules, space=space, smoothing=LEARNED_SMOOTHING)
-    silent = set(examples.names) - {rule.emotion for rule in learned}
-    return system, [
-        finding("EXPRESSION_UNSEEN", name, f"no few marker motions show {name}; it gets no rule")
-        for name in examples.names
-        if name in silent
-    ]
+    used = _used_terms(learned, terms)
+    features = tuple(examples.marker_features[i] for i in used)
+    inputs = tuple(
+        Variable(feature.name, "input", own)
+        for feature, own in zip(features, used.values(), strict=True)
+    )
+    fuzzy = FuzzySystem((*inputs, *outputs), rules, normalisation="all_rules", else_rule=True)
+    known = {rule.emotion for rule in learned}
+    return LearnedSystem(
+        ExpressionSystem(fuzzy, features, space=space, smoothing=LEARNED_SMOOTHING),
+        tuple(rule for rule, made in zip(rules, learned, strict=True) if made.fallback),
+        tuple(name for name in examples.names if name not in known),
+    )
 
 
-def _parts(*ways: Iterable[Parting]) -> list[BoolArray]:
-    return [part for way in ways for parts in way for part in parts]
+def _groups(*groupings: Iterable[Grouping]) -> list[BoolArray]:
+    return [group for several in groupings for grouping in several for group in grouping]
 
 
-def answers(system: FuzzySystem, examples: Examples) -> FloatArray:
-    """Return the emotions that a fitted system hears in examples: (N, E)."""
-    return answers_to(system, examples.variables, examples.features)
+def evaluate_examples(system: ExpressionSystem, examples: Examples) -> FloatArray:
+    """Evaluate a fitted system on examples: (N, E)."""
+    return evaluate_features(system, examples.marker_features, examples.features)
 
 
-def answers_to(
-    system: FuzzySystem, variables: tuple[Variable, ...], features: FloatArray
+def evaluate_features(
+    system: ExpressionSystem, columns: tuple[MarkerFeature, ...], features: FloatArray
 ) -> FloatArray:
-    """Return what a fitted system hears in features (N, I) of which it reads some columns."""
-    column = {v.name: i for i, v in enumerate(variables)}
-    return evaluate(system, features[:, [column[v.name] for v in system.inputs]]).outputs
+    """Evaluate a fitted system on features (N, I) of which it reads some columns: (N, E)."""
+    read = [columns.index(feature) for feature in system.features]
+    return evaluate(system.fuzzy, features[:, read]).outputs
 
 
-def heard(outputs: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
+def classify(outputs: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the strongest emotion of each row of `outputs` (N, E), or `NO_EMOTION`."""
     if not names:
         return (NO_EMOTION,) * len(outputs)
     strongest = np.argmax(outputs, axis=1)
-    loud = outputs[np.arange(len(outputs)), strongest] >= _HEARD
-    return tuple(names[i] if yes else NO_EMOTION for i, yes in zip(strongest, loud, strict=True))
+    shown = outputs[np.arange(len(outputs)), strongest] >= _LEAST_OUTPUT
+    return tuple(names[i] if yes else NO_EMOTION for i, yes in zip(strongest, shown, strict=True))
 
 
-def _rule(learned: LearnedRule, words: Words, examples: Examples) -> Rule:
+def _rule(learned: LearnedRule, terms: LinguisticTerms, examples: Examples) -> Rule:
+    features = examples.marker_features
     conditions = [
-        f"{examples.variables[words.feature[term]].name} IS {'NOT ' * negated}{words.names[term]}"
+        f"{features[terms.feature[term]].name} IS {'NOT ' * negated}{terms.names[term]}"
         for term, negated in learned.conditions
     ]
     return parse_rule(f"IF {' AND '.join(conditions)} THEN {learned.emotion} IS 1", learned.weight)
 
 
-def _inputs(learned: list[LearnedRule], words: Words, examples: Examples) -> list[Variable]:
-    """Return the features that rules ask for, with all their terms of that direction."""
+def _used_terms(learned: list[LearnedRule], terms: LinguisticTerms) -> dict[int, tuple[Term, ...]]:
+    """Return the features that rules ask for, each with all its terms of that direction."""
     asked = {
-        (int(words.feature[term]), int(np.sign(words.top[term])))
+        (int(terms.feature[term]), int(np.sign(terms.top[term])))
         for rule in learned
         for term, _ in rule.conditions
     }
-    return [
-        replace(
-            examples.variables[feature],
-            terms=tuple(
-                term
-                for sign in (1, -1)
-                if (feature, sign) in asked
-                for term in words.terms_of(feature, sign)
-            ),
+    return {
+        feature: tuple(
+            term
+            for sign in (1, -1)
+            if (feature, sign) in asked
+            for term in terms.terms_of(feature, sign)
         )
         for feature in sorted({feature for feature, _ in asked})
-    ]
+    }

@@ -5,29 +5,29 @@ begin and end the farther out the more they ask for: `far_raised` holds nowhere 
 `raised`, and `NOT raised` nowhere further than `NOT far_raised`.
 """
 
-from usdface.rule_learning.terms import Words
+from usdface.rule_learning.terms import LinguisticTerms
 from usdface.rule_learning.training_set import Conditions
 
 __all__ = ["subsumes"]
 
 
-def subsumes(general: Conditions, special: Conditions, words: Words) -> bool:
+def subsumes(general: Conditions, special: Conditions, terms: LinguisticTerms) -> bool:
     """Return whether `special` fires nowhere further than `general`.
 
     Parameters
     ----------
     general, special : tuple of (term, negated)
-        Terms are columns of `words`.
-    words : Words
+        Terms are columns of `terms`.
+    terms : LinguisticTerms
     """
-    return all(any(_implies(s, g, words) for s in special) for g in general)
+    return all(any(_implies(s, g, terms) for s in special) for g in general)
 
 
-def _implies(special: tuple[int, bool], general: tuple[int, bool], words: Words) -> bool:
+def _implies(special: tuple[int, bool], general: tuple[int, bool], terms: LinguisticTerms) -> bool:
     (one, negated), (other, denied) = special, general
-    if negated != denied or words.feature[one] != words.feature[other]:
+    if negated != denied or terms.feature[one] != terms.feature[other]:
         return False
-    reach, wanted = words.top[one], words.top[other]
+    reach, wanted = terms.top[one], terms.top[other]
     if reach * wanted < 0:
         return False
     return bool(abs(reach) <= abs(wanted) if negated else abs(reach) >= abs(wanted))

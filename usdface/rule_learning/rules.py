@@ -20,62 +20,84 @@ from functools import partial
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.rule_learning.examples import Examples
 from usdface.rule_learning.redundancy import subsumes
-from usdface.rule_learning.terms import Words
-from usdface.rule_learning.training_set import AMOUNTS, Conditions, Faces
-from usdface.rule_learning.variants import Parting
-from usdface.takes import BoolArray, FloatArray, IntArray
+from usdface.rule_learning.terms import LinguisticTerms
+from usdface.rule_learning.training_set import AMOUNTS, Conditions, TrainingSet
+from usdface.rule_learning.variants import Grouping
 
-__all__ = ["LearnedRule", "cheapest_partings", "learn_rules"]
+__all__ = ["FALLBACK_WEIGHT", "LearnedRule", "choose_groupings", "learn_rules"]
 
 _Cost = Callable[[FloatArray], FloatArray]
 
+# Tuned by hand on benchmarks/fuzzy_variants.py (docs/constants.md). A quarter is exact in USD's
+# float, so that a written system gives the same outputs to the last bit.
+FALLBACK_WEIGHT = 0.25
+# As many conditions as the paper's longest rule has (Zikky et al. 2013).
 _CONDITIONS = 3
-_MOST_RULES = 3  # for what one emotion leaves uncovered, beyond one for each variant
-# Of one rule more.
+# Those that follow, up to _WORTHWHILE, were chosen by hand, no experiment (docs/constants.md).
+# Rules for examples of one emotion that are not covered, beyond one rule for each variant.
+_MOST_RULES = 3
+# Cost of one variant more.
 _PART_COST = 0.03
+# Limit of time: width of the beam search.
 _BEAM = 8
-_OTHER_EMOTIONS = 1.0
-_WORST_EMOTION = 1.0
+# Weights of the mean and of the worst firing on movements without emotion; those on examples and on
+# other emotions weigh 1.
 _MOVEMENTS = 0.5
 _WORST_MOVEMENT = 0.3
-# An additional condition has to take away this much, as a share and at all.
+# An additional condition has to take away this much of the cost, as a share and at all.
 _LEAST_GAIN = (0.05, 0.01)
 # An example is covered by a rule that it meets this far; a variant, if its examples do on average.
 _COVERED = 0.5
 _VARIANT_COVERED = 0.75
-# A rule must do better than this share of the cost of none.
+# A rule must do better than this share of the cost without it.
 _WORTHWHILE = 0.9
-# Costs are rounded: which of two mirrored markers is taken must not hang on the last bits.
+# Numerical: costs are rounded, as the choice between mirrored markers must not hang on last bits.
 _DIGITS = 6
 
 
 @dataclass(frozen=True, slots=True)
 class LearnedRule:
-    """One conjunction for one emotion: (column of `Words`, negated) for each condition."""
+    """A conjunction of conditions that concludes with one emotion.
+
+    Attributes
+    ----------
+    emotion : str
+    conditions : tuple of (int, bool)
+        Column of `LinguisticTerms`, and whether it is negated.
+    fallback : bool
+        Whether it is a rule of little weight for faces that no other rule knows, see
+        `usdface.rule_learning.fallback_rules`.
+    """
 
     emotion: str
     conditions: Conditions
-    weight: float = 1.0
+    fallback: bool = False
+
+    @property
+    def weight(self) -> float:
+        """Of the rule in the rule base."""
+        return FALLBACK_WEIGHT if self.fallback else 1.0
 
 
-def cheapest_partings(
-    examples: Examples, words: Words, ways: dict[str, list[Parting]]
-) -> dict[str, Parting]:
+def choose_groupings(
+    examples: Examples, terms: LinguisticTerms, ways: dict[str, list[Grouping]]
+) -> dict[str, Grouping]:
     """Choose for each emotion the parting of which the rules cost least.
 
     Parameters
     ----------
     examples : Examples
-    words : Words
-        Made of all parts, with `usdface.rule_learning.terms.words_of`.
-    ways : dict of str to list of Parting
-        Of `usdface.rule_learning.variants.partings`.
+    terms : LinguisticTerms
+        Made of all parts, with `usdface.rule_learning.terms.linguistic_terms`.
+    ways : dict of str to list of Grouping
+        Of `usdface.rule_learning.variants.variant_groupings`.
     """
-    search = _Search(Faces(examples, words))
+    search = _Search(TrainingSet(examples, terms))
 
-    def cost(emotion: str, parts: Parting) -> float:
+    def cost(emotion: str, parts: Grouping) -> float:
         costs = [search.best(emotion, part)[1] for part in parts]
         sizes = [part.sum() for part in parts]
         return float(np.average(costs, weights=sizes)) + _PART_COST * len(parts)
@@ -83,7 +105,9 @@ def cheapest_partings(
     return {e: min(of, key=partial(cost, e)) if len(of) > 1 else of[0] for e, of in ways.items()}
 
 
-def learn_rules(examples: Examples, words: Words, parts: dict[str, Parting]) -> list[LearnedRule]:
+def learn_rules(
+    examples: Examples, terms: LinguisticTerms, parts: dict[str, Grouping]
+) -> list[LearnedRule]:
     """Learn the rules of every emotion that the examples show.
 
     An emotion that no conjunction of terms shows better than silence gets none.
@@ -91,19 +115,21 @@ def learn_rules(examples: Examples, words: Words, parts: dict[str, Parting]) -> 
     Parameters
     ----------
     examples : Examples
-    words : Words
+    terms : LinguisticTerms
         Made of the parts.
-    parts : dict of str to Parting
+    parts : dict of str to Grouping
         Of each emotion.
     """
-    search = _Search(Faces(examples, words))
-    return [LearnedRule(e, said) for e in examples.names for said in _rules_of(e, parts[e], search)]
+    search = _Search(TrainingSet(examples, terms))
+    return [
+        LearnedRule(e, found) for e in examples.names for found in _rules_of(e, parts[e], search)
+    ]
 
 
-def _rules_of(emotion: str, parts: Parting, search: "_Search") -> list[Conditions]:
+def _rules_of(emotion: str, parts: Grouping, search: "_Search") -> list[Conditions]:
     """Return the conditions of each rule of one emotion, none of them subsumed by another."""
-    faces = search.faces
-    examples = faces.examples
+    training = search.training
+    examples = training.examples
     rules: list[Conditions] = []
     waiting = list(parts)
     left = len(waiting) - 1 + _MOST_RULES
@@ -113,11 +139,11 @@ def _rules_of(emotion: str, parts: Parting, search: "_Search") -> list[Condition
         if met[group].mean() >= _VARIANT_COVERED:
             continue
         conditions, _ = search.best(emotion, group)
-        if not conditions or any(subsumes(r, conditions, faces.words) for r in rules):
+        if not conditions or any(subsumes(r, conditions, training.terms) for r in rules):
             continue
         left -= 1
-        rules = [r for r in rules if not subsumes(conditions, r, faces.words)] + [conditions]
-        met = np.maximum(met, faces.met(conditions) / examples.intensities)
+        rules = [r for r in rules if not subsumes(conditions, r, training.terms)] + [conditions]
+        met = np.maximum(met, training.firing(conditions) / examples.intensities)
         uncovered = group & (met < _COVERED)
         if uncovered.any() and uncovered.sum() < group.sum():
             waiting.append(uncovered)
@@ -127,25 +153,25 @@ def _rules_of(emotion: str, parts: Parting, search: "_Search") -> list[Condition
 class _Search:
     """Looks for the conjunction that tells some examples from all other faces."""
 
-    def __init__(self, faces: Faces) -> None:
-        self.faces = faces
+    def __init__(self, training: TrainingSet) -> None:
+        self.training = training
 
     def best(self, emotion: str, group: BoolArray) -> tuple[Conditions, float]:
         """Return the conditions that tell some examples of an emotion from all others; their cost.
 
-        None where silence costs hardly more.
+        None where the cost without a rule is hardly larger.
         """
-        shown = self.faces.shown
+        shown = self.training.intensities
         count = len(shown)
         own = np.tile(group, len(AMOUNTS)) / (group.sum() * len(AMOUNTS))
         others = self._others(emotion)
-        moves = count + np.flatnonzero(~self.faces.alike(group))
+        moves = count + np.flatnonzero(~self.training.similar(group))
 
         def cost(degree: FloatArray) -> FloatArray:
             total = own @ (shown[:, None] - degree[:count]) ** 2
             if len(others):
                 fired = others @ degree[:count] ** 2
-                total += _OTHER_EMOTIONS * fired.mean(axis=0) + _WORST_EMOTION * fired.max(axis=0)
+                total += fired.mean(axis=0) + fired.max(axis=0)
             if len(moves):
                 fired = degree[moves] ** 2
                 total += _MOVEMENTS * fired.mean(axis=0) + _WORST_MOVEMENT * fired.max(axis=0)
@@ -155,17 +181,17 @@ class _Search:
         chosen, least = self._search(cost)
         if least >= _WORTHWHILE * silence:
             return (), silence
-        terms = self.faces.terms
-        return tuple((c % terms, c >= terms) for c in chosen), least
+        term_count = self.training.term_count
+        return tuple((c % term_count, c >= term_count) for c in chosen), least
 
     def _others(self, emotion: str) -> FloatArray:
         """Return weights that average over the faces of each other emotion: (E - 1, faces)."""
-        examples = self.faces.examples
+        examples = self.training.examples
         rows = [np.tile(examples.rows(n), len(AMOUNTS)) for n in examples.names if n != emotion]
         return np.array([row / row.sum() for row in rows if row.any()])
 
     def _search(self, cost: _Cost) -> tuple[tuple[int, ...], float]:
-        if not self.faces.terms:
+        if not self.training.term_count:
             return (), np.inf
         least = np.inf
         best: tuple[int, ...] = ()
@@ -184,16 +210,16 @@ class _Search:
         self, chosen: tuple[int, ...], cost: _Cost
     ) -> Iterator[tuple[float, tuple[int, ...]]]:
         """Yield the best conditions to add, with the cost of all."""
-        faces = self.faces
-        columns: IntArray = np.arange(len(faces.marker))
-        columns = columns[~np.isin(faces.marker, faces.marker[list(chosen)])]
+        training = self.training
+        columns: IntArray = np.arange(len(training.marker))
+        columns = columns[~np.isin(training.marker, training.marker[list(chosen)])]
         # One term that no neutral face has must be there; it comes first.
-        columns = columns if chosen else columns[columns < faces.terms]
-        degree = faces.degree[:, columns]
-        noise = faces.noise[columns]
+        columns = columns if chosen else columns[columns < training.term_count]
+        degree = training.memberships[:, columns]
+        noise = training.noise[columns]
         if chosen:
-            degree = np.minimum(degree, faces.degree[:, chosen].min(axis=1)[:, None])
-            noise = np.maximum(noise, faces.noise[list(chosen)].max())
+            degree = np.minimum(degree, training.memberships[:, chosen].min(axis=1)[:, None])
+            noise = np.maximum(noise, training.noise[list(chosen)].max())
         total = np.round(cost(degree) + noise, _DIGITS)
         for i in np.argsort(total, kind="stable")[:_BEAM]:
             yield float(total[i]), (*chosen, int(columns[i]))

@@ -14,20 +14,23 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.expression_system import MarkerFeature
 from usdface.findings import Finding, finding
-from usdface.fuzzy.system import Variable
 from usdface.rule_learning.cross_validation import Holding, folds
 from usdface.rule_learning.examples import Examples
-from usdface.takes import BoolArray, FloatArray, IntArray
 
 __all__ = ["Separation", "pose_separations", "separations"]
 
+# As many features as a rule has conditions.
 _FEATURES = 3
-# With less between the means a threshold half-way mistakes one in six, if they scatter normally.
+# Thresholds of MARKERS_CANNOT_SEPARATE. Below a d' of 2 a threshold half-way between the means
+# mistakes more than one in six (the normal distribution beyond d' / 2 = 1). A quarter of held-out
+# examples mistaken, as FIT_CONFUSED, and from how many on they are asked: chosen by hand.
 _LEAST_SENSITIVITY = 2.0
 _LARGEST_SHARE = 0.25
 _FEWEST_TESTED = 4
-# What examples scatter by at the least [face unit], for markers without noise.
+# Numerical guard for markers without noise: least scatter of examples [face unit].
 _LEAST_SPREAD = 1e-6
 
 
@@ -101,7 +104,7 @@ def separations(examples: Examples, holding: Holding) -> list[Separation]:
 
 
 def pose_separations(
-    names: Sequence[str], seen: FloatArray, noise: FloatArray, variables: Sequence[Variable]
+    names: Sequence[str], seen: FloatArray, noise: FloatArray, features: Sequence[MarkerFeature]
 ) -> list[Separation]:
     """Return how every two poses of a rig lie apart, in units of the markers' noise.
 
@@ -112,12 +115,12 @@ def pose_separations(
         Features of each pose, x, y, z of each marker.
     noise : (3 M,) float64
         Of each feature, in the same unit.
-    variables : sequence of Variable, length 3 M
+    features : sequence of MarkerFeature, length 3 M
     """
     found = []
     for (one, a), (other, b) in combinations(zip(names, seen, strict=True), 2):
         best, sensitivity = _most_sensitive(a[None], b[None], noise)
-        best_names = tuple(variables[i].name for i in best)
+        best_names = tuple(features[i].name for i in best)
         found.append(Separation((one, other), best_names, sensitivity, 0, 0))
     return found
 
@@ -141,7 +144,7 @@ def _pair(
             side = sign * _side(whole[own & out], a, b, noise, chosen)
             mistaken += int((side <= 0).sum())
             tested += len(side)
-    names = tuple(examples.variables[i].name for i in best)
+    names = tuple(examples.marker_features[i].name for i in best)
     return Separation(pair, names, sensitivity, mistaken, tested)
 
 

@@ -1,9 +1,9 @@
-"""The words that learned rules may use: for each feature and direction up to three terms.
+"""The terms that learned rules may use: for each feature and direction up to three terms.
 
 Their tops are the minimum, the medium and the maximum of the feature over the emotions (and
 their variants) that move it that way, the design rule of Zikky et al. 2013, section 4; a term
 is a ramp from the end of a dead zone around neutral, so that no term holds on a neutral face.
-All rules share the words: `far_raised` of one marker means the same in each of them.
+All rules share the terms: `far_raised` of one marker means the same in each of them.
 """
 
 from collections.abc import Sequence
@@ -11,31 +11,33 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.fuzzy.system import Term
-from usdface.rule_design.marker_roles import degrees
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.fuzzy.variables import Term
+from usdface.rule_design.marker_roles import degree_prefixes
 from usdface.rule_learning.examples import Examples
-from usdface.takes import BoolArray, FloatArray, IntArray, frozen
 
-__all__ = ["Words", "words_of"]
+__all__ = ["LinguisticTerms", "linguistic_terms"]
 
 # In standard deviations of a feature's noise in a frame, of which smoothing over 0.15 s leaves a
-# fifth at 60 frames a second and a quarter at 30: at least eight times what is left.
+# fifth at 60 frames a second and a quarter at 30: at least two and eight times what is left. The
+# least signal was tuned by hand on benchmarks/fuzzy_variants.py, worlds 0 to 2 (docs/constants.md);
+# those that follow it were chosen by hand, no experiment.
 _DEAD_ZONE = 0.5
 _LEAST_SIGNAL = 2.0
 # A dead zone of at least this share of the top, for markers without noise.
 _LEAST_DEAD_ZONE = 0.03
-# Nor does a feature count that stays below this [face unit], however quiet the markers are.
+# Numerical guard for features without noise [face unit], half a micrometre.
 _LEAST_MOTION = 1e-5
 # A term holds fully somewhat before the value it is made of: examples scatter.
 _TOP = 0.95
-# Of an emotion's examples, the share that reaches the value taken.
+# The value of an emotion is the lower quartile of its examples: three quarters of them reach it.
 _QUANTILE = 0.25
 # Terms whose tops are nearer than this factor are one.
 _DISTINCT = 1.25
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Words:
+class LinguisticTerms:
     """Terms of many features in one table.
 
     Attributes
@@ -57,7 +59,7 @@ class Words:
         object.__setattr__(self, "foot", frozen(self.foot))
         object.__setattr__(self, "top", frozen(self.top))
 
-    def degrees(self, features: FloatArray) -> FloatArray:
+    def membership(self, features: FloatArray) -> FloatArray:
         """Return how far each row of `features` (P, I) belongs to each term: (P, T)."""
         rise = (features[:, self.feature] - self.foot) / (self.top - self.foot)
         return np.where(np.isnan(rise), 0.0, np.clip(rise, 0.0, 1.0))
@@ -70,7 +72,7 @@ class Words:
         )
 
 
-def words_of(examples: Examples, groups: Sequence[BoolArray]) -> Words:
+def linguistic_terms(examples: Examples, groups: Sequence[BoolArray]) -> LinguisticTerms:
     """Make the terms that the examples suggest; features hidden in one of them have none.
 
     Parameters
@@ -91,12 +93,12 @@ def words_of(examples: Examples, groups: Sequence[BoolArray]) -> Words:
         for feature in np.flatnonzero((reached > least).any(axis=0)):
             values = reached[reached[:, feature] > least[feature], feature]
             tops = _distinct(_TOP * np.array([values.min(), np.median(values), values.max()]))
-            word = examples.words[feature][sign > 0]
-            for degree, top in zip(degrees(len(tops)), tops, strict=True):
+            word = examples.direction_names[feature][sign > 0]
+            for degree, top in zip(degree_prefixes(len(tops)), tops, strict=True):
                 foot = max(_DEAD_ZONE * examples.noise[feature], _LEAST_DEAD_ZONE * top)
                 table.append((int(feature), sign * foot, sign * top, degree + word))
     table.sort(key=lambda row: row[0])
-    return Words(
+    return LinguisticTerms(
         np.array([row[0] for row in table], dtype=np.int64),
         np.array([row[1] for row in table]),
         np.array([row[2] for row in table]),

@@ -1,38 +1,41 @@
-"""Ways to part an emotion's examples into variants: as they are named, or as they lie together."""
+"""Variants of an emotion: as the labels name them, or as clusters of its examples."""
 
 import numpy as np
 from scipy.cluster.hierarchy import linkage
 
+from usdface.arrays import BoolArray
 from usdface.rule_learning.clusters import clusters
 from usdface.rule_learning.examples import Examples
-from usdface.takes import BoolArray
 
-__all__ = ["Parting", "partings"]
+__all__ = ["Grouping", "variant_groupings"]
 
-Parting = list[BoolArray]
+# Rows (N,) bool of each variant of one emotion.
+Grouping = list[BoolArray]
 
+# The most variants that a label of one emotion is taken to hide; chosen by hand, no experiment.
 _MOST_PARTS = 3
+# Numerical guard for markers without noise [face unit].
 _LEAST_NOISE = 1e-6
 
 
-def partings(examples: Examples) -> dict[str, list[Parting]]:
-    """Return for each emotion the ways to part its examples, each a list of rows (N,) bool.
+def variant_groupings(examples: Examples) -> dict[str, list[Grouping]]:
+    """Return candidate groupings of each emotion's examples into variants.
 
-    One way where variants are named. Otherwise one, two and three groups of examples that lie
-    together, their distance measured in the noise of each feature (J. H. Ward, "Hierarchical
-    Grouping to Optimize an Objective Function", 1963). The largest group comes first.
+    One where the labels name variants. Otherwise one, two and three clusters of examples, their
+    distance measured in the noise of each feature (J. H. Ward, "Hierarchical Grouping to Optimize
+    an Objective Function", 1963). The largest cluster comes first.
     """
-    return {emotion: _partings_of(emotion, examples) for emotion in examples.names}
+    return {emotion: _groupings_of(emotion, examples) for emotion in examples.names}
 
 
-def _partings_of(emotion: str, examples: Examples) -> list[Parting]:
+def _groupings_of(emotion: str, examples: Examples) -> list[Grouping]:
     named = [examples.rows(emotion, v) for v in examples.variants_of(emotion)]
     own = np.flatnonzero(examples.rows(emotion))
     if len(named) > 1 or len(own) < 2:
         return [named]
     scaled = examples.whole[own] / np.maximum(examples.noise, _LEAST_NOISE)
     tree = linkage(np.nan_to_num(scaled), "ward")
-    found: list[Parting] = []
+    found: list[Grouping] = []
     for count in range(1, min(_MOST_PARTS, len(own)) + 1):
         of = clusters(tree, count)
         parts = [np.isin(np.arange(len(named[0])), own[of == i]) for i in np.unique(of)]

@@ -4,13 +4,14 @@ from math import inf
 
 import numpy as np
 import pytest
-from every_term import BROW, FORMATS, LIP, SYSTEMS, both_ways
+from every_term import BROW, FORMATS, LIP, READS, SYSTEMS, both_ways
+from expression_systems import expression_system
 from pxr import Usd
 
 from usdface.errors import InputError, OutputError
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.rule_design.paper_system import paper_system
@@ -27,9 +28,11 @@ def test_every_format_gives_back_what_it_was_given(tmp_path, name, suffix):
 def test_the_papers_system_means_the_same(tmp_path, suffix):
     system = paper_system()
     found, _ = both_ways(tmp_path, system, suffix)
-    inputs = np.random.default_rng(0).uniform(-1, 3, (200, len(system.inputs)))
-    np.testing.assert_array_equal(evaluate(found, inputs).outputs, evaluate(system, inputs).outputs)
-    assert [v.role for v in found.inputs] == [v.role for v in system.inputs]
+    inputs = np.random.default_rng(0).uniform(-1, 3, (200, len(system.features)))
+    np.testing.assert_array_equal(
+        evaluate(found.fuzzy, inputs).outputs, evaluate(system.fuzzy, inputs).outputs
+    )
+    assert found.features == system.features
     again, _ = both_ways(tmp_path, found, suffix)
     assert again == found
 
@@ -39,7 +42,7 @@ def test_hedges_and_parentheses(tmp_path, suffix):
     text = (
         "IF (brow_y IS VERY up OR lip_x IS NOT SOMEWHAT up) AND brow_y IS EXTREMELY s THEN joy IS 1"
     )
-    system = FuzzySystem((BROW, LIP, Variable("joy", "output")), (parse_rule(text),))
+    system = expression_system((BROW, LIP, Variable("joy", "output")), (parse_rule(text),), READS)
     assert both_ways(tmp_path, system, suffix)[0] == system
 
 
@@ -57,7 +60,7 @@ def test_hedges_and_parentheses(tmp_path, suffix):
     ],
 )
 def test_a_rule_that_a_format_cannot_hold_is_refused_by_name(tmp_path, rule, suffixes, says):
-    system = FuzzySystem((BROW, LIP, Variable("joy", "output")), (parse_rule(rule),))
+    system = expression_system((BROW, LIP, Variable("joy", "output")), (parse_rule(rule),), READS)
     for suffix in suffixes:
         with pytest.raises(OutputError, match=says) as error:
             write_fuzzy_file(tmp_path / f"a{suffix}", system)
@@ -67,13 +70,13 @@ def test_a_rule_that_a_format_cannot_hold_is_refused_by_name(tmp_path, rule, suf
 
 def test_not_before_parentheses_travels_in_fcl(tmp_path):
     rule = parse_rule("IF NOT (brow_y IS up OR lip_x IS up) THEN joy IS 1")
-    system = FuzzySystem((BROW, LIP, Variable("joy", "output")), (rule,))
+    system = expression_system((BROW, LIP, Variable("joy", "output")), (rule,), READS)
     assert both_ways(tmp_path, system, ".fcl")[0] == system
 
 
 def test_a_term_that_a_format_has_no_name_for_is_refused(tmp_path):
     term = Term("far(left)", "ramp", (0, 1))
-    system = FuzzySystem((Variable("a", "input", "a", terms=(term,)),), ())
+    system = expression_system((Variable("a", "input", terms=(term,)),), ())
     for suffix in (".fis", ".fcl", ".fll"):
         with pytest.raises(OutputError, match=r"far\(left\).*rename it"):
             write_fuzzy_file(tmp_path / f"a{suffix}", system)
@@ -85,13 +88,15 @@ def test_infinite_feet(tmp_path):
         Term("right", "trapezoidal", (0, 1, 2, inf)),
         Term("all", "triangular", (-inf, 0, inf)),
     )
-    variable = Variable("a_x", "input", "a", "x", terms=terms)
+    variable = Variable("a_x", "input", terms=terms)
     rules = tuple(parse_rule(f"IF a_x IS {t.name} THEN joy IS 1") for t in terms)
-    system = FuzzySystem((variable, Variable("joy", "output")), rules)
+    system = expression_system((variable, Variable("joy", "output")), rules)
     x = np.linspace(-2, 3, 101)[:, None]
     for suffix in (".fis", ".fcl", ".fll"):
         found, _ = both_ways(tmp_path, system, suffix)
-        np.testing.assert_array_equal(evaluate(found, x).firing, evaluate(system, x).firing)
+        np.testing.assert_array_equal(
+            evaluate(found.fuzzy, x).firing, evaluate(system.fuzzy, x).firing
+        )
 
 
 def test_other_suffixes_are_refused(tmp_path):
@@ -114,9 +119,9 @@ def test_usd_holds_exactly_one_system(tmp_path):
 
 def test_a_list_of_points_is_refused_where_a_format_has_none(tmp_path):
     terms = (Term("bent", "points", (0, 0, 1, 0.3, 2, 1)),)
-    brow = Variable("brow_y", "input", "brow", terms=terms)
+    brow = Variable("brow_y", "input", terms=terms)
     rule = parse_rule("IF brow_y IS bent THEN joy IS 1")
-    system = FuzzySystem((brow, Variable("joy", "output")), (rule,))
+    system = expression_system((brow, Variable("joy", "output")), (rule,))
     with pytest.raises(OutputError, match=r"term 'bent' is a list of points, which .fis has not"):
         write_fuzzy_file(tmp_path / "a.fis", system)
     assert not (tmp_path / "a.fis").exists()

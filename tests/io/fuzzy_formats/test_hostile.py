@@ -74,7 +74,7 @@ def test_any_splice_into_a_file_is_a_system_or_an_error(tmp_path, suffix, name):
             assert "\n" not in str(error)
             outcomes.add("refused")
         else:
-            answer = evaluate(system, np.zeros((2, len(system.inputs))))
+            answer = evaluate(system.fuzzy, np.zeros((2, len(system.features))))
             assert np.isfinite(answer.outputs).all()
             outcomes.add("read")
     assert outcomes == {"refused", "read"}

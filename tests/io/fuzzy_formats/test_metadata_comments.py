@@ -4,26 +4,27 @@ from dataclasses import replace
 
 import pytest
 from every_term import SYSTEMS, both_ways
+from expression_systems import expression_system
 
 from usdface.errors import InputError
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 
 
 @pytest.mark.parametrize("suffix", [".fis", ".fcl", ".fll"])
 def test_what_others_compute_in_another_way_is_said(tmp_path, suffix):
-    plain = {"normalisation": "per_output", "neutral_rule": False, "face_unit": "none"}
+    plain = {"normalisation": "per_output", "else_rule": False, "face_unit": "none"}
     term = Term("up", "ramp", (0, 1))
     variables = (
-        Variable("a_y", "input", "a", terms=(term,), range=(0, 1)),
+        Variable("a_y", "input", terms=(term,), range=(0, 1)),
         Variable("joy", "output", default=0.5),
     )
     rules = (parse_rule("IF a_y IS up THEN joy IS 1"),)
-    assert both_ways(tmp_path, FuzzySystem(variables, rules, **plain), suffix)[1] == []
-    for setting in ("normalisation", "neutral_rule", "face_unit"):
+    assert both_ways(tmp_path, expression_system(variables, rules, **plain), suffix)[1] == []
+    for setting in ("normalisation", "else_rule", "face_unit"):
         other = {k: v for k, v in plain.items() if k != setting}
-        _, codes = both_ways(tmp_path, FuzzySystem(variables, rules, **other), suffix)
+        _, codes = both_ways(tmp_path, expression_system(variables, rules, **other), suffix)
         assert codes == ["MEANING_DIFFERS"]
 
 
@@ -40,15 +41,15 @@ def test_what_others_compute_in_another_way_is_said(tmp_path, suffix):
 def test_what_a_format_says_in_other_words_is_told_from_comments(
     tmp_path, suffix, rule, settings, says
 ):
-    plain = {"normalisation": "per_output", "neutral_rule": False, "face_unit": "none"}
+    plain = {"normalisation": "per_output", "else_rule": False, "face_unit": "none"}
     rules = (parse_rule(f"IF {rule} THEN joy IS 1"),)
     term = Term("up", "ramp", (0.0, 1.0))
     variables = (
-        Variable("brow_y", "input", "brow", terms=(term, replace(term, name="s"))),
-        Variable("lip_x", "input", "lip", axis="x", terms=(term,)),
+        Variable("brow_y", "input", terms=(term, replace(term, name="s"))),
+        Variable("lip_x", "input", terms=(term,)),
         Variable("joy", "output", default=0.5),
     )
-    system = FuzzySystem(variables, rules, **plain, **settings)
+    system = expression_system(variables, rules, **plain, **settings)
     findings = write_fuzzy_file(tmp_path / f"a{suffix}", system)
     found = [f.message for f in findings if f.code == "MEANING_DIFFERS"]
     assert [says in message for message in found] == ([True] if says else [])
@@ -61,12 +62,12 @@ def test_without_notes_the_name_says_what_an_input_reads(tmp_path, suffix):
     lines = [line for line in path.read_text().splitlines() if "usdface:" not in line]
     path.write_text("\n".join(lines))
     system, findings = read_fuzzy_file(path)
-    assert [(v.role, v.axis, v.measure) for v in system.inputs] == [
+    assert [(f.role, f.axis, f.measure) for f in system.features] == [
         ("brow", "y", "signed"),
         ("lip", "x", "signed"),
     ]
     assert [f.code for f in findings if f.code == "ROLE_ASSUMED"] == ["ROLE_ASSUMED"] * 2
-    assert not system.neutral_rule and system.normalisation == "per_output"
+    assert not system.fuzzy.else_rule and system.fuzzy.normalisation == "per_output"
 
 
 @pytest.mark.parametrize(
@@ -106,10 +107,10 @@ def test_the_unit_of_a_file_that_names_none_is_taken_from_how_far_its_terms_reac
 ):
     """A face unit is centimetres, so no feature is larger than one; widths and slopes may be."""
     terms = (Term("up", "ramp", (0.1, top)), Term("steep", "sigmoid", (0.2, 50.0)))
-    brow = Variable("brow_y", "input", "brow", terms=terms, range=(-top, top))
+    brow = Variable("brow_y", "input", terms=terms, range=(-top, top))
     rule = parse_rule("IF brow_y IS up THEN joy IS 1")
     place = tmp_path / f"a{suffix}"
-    write_fuzzy_file(place, FuzzySystem((brow, Variable("joy", "output")), (rule,)))
+    write_fuzzy_file(place, expression_system((brow, Variable("joy", "output")), (rule,)))
     lines = [line for line in place.read_text().splitlines() if "usdface:" not in line]
     place.write_text("\n".join(lines))
     system, findings = read_fuzzy_file(place)

@@ -56,11 +56,11 @@ def test_singletons_by_hand(file):
     system, _ = read_fcl(file(FAN))
     cold, low = 1 / 4, 3 / 4  # 21 degrees, 65 of pressure
     fired = [min(cold, low), 0.8 * min(cold, 1 - low), min(1 - cold, low), min(1 - cold, 1 - low)]
-    found = evaluate(system, np.array([[21.0, 65.0]]))
+    found = evaluate(system.fuzzy, np.array([[21.0, 65.0]]))
     np.testing.assert_allclose(found.firing[0], fired)
     expected = np.dot(fired, [100, 0, 0, -100]) / sum(fired)
     np.testing.assert_allclose(found.outputs[0, 0], expected, atol=1e-12)
-    assert system.or_ == "max"
+    assert system.fuzzy.or_ == "max"
 
 
 def test_a_mamdani_block_and_points(file):
@@ -71,18 +71,18 @@ def test_a_mamdani_block_and_points(file):
     system, _ = read_fcl(
         file(text.replace(":= 0;\n    TERM", ":= (2, 0) (3, 1) (4, 1) (5, 0);\n    TERM"))
     )
-    assert [(t.kind, t.parameters) for t in system.outputs[0].terms] == [
+    assert [(t.kind, t.parameters) for t in system.fuzzy.outputs[0].terms] == [
         ("triangular", (0, 1, 2)),
         ("trapezoidal", (2, 3, 4, 5)),
         ("gaussian", (5, 1)),
     ]
-    assert (system.inference, system.defuzzifier) == ("mamdani", "centroid")
-    assert system.outputs[0].range == (0, 10)
+    assert (system.fuzzy.inference, system.fuzzy.defuzzifier) == ("mamdani", "centroid")
+    assert system.fuzzy.outputs[0].range == (0, 10)
 
 
 def test_either_norm_stands_for_both(file):
-    assert read_fcl(file(FAN.replace("AND : MIN", "OR : ASUM")))[0].and_ == "prod"
-    assert read_fcl(file(FAN.replace("AND : MIN", "AND : BDIF")))[0].or_ == "lukasiewicz"
+    assert read_fcl(file(FAN.replace("AND : MIN", "OR : ASUM")))[0].fuzzy.and_ == "prod"
+    assert read_fcl(file(FAN.replace("AND : MIN", "AND : BDIF")))[0].fuzzy.or_ == "lukasiewicz"
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_comments_of_every_kind(file):
     ],
 )
 def test_jfuzzylogics_norms(file, old, new, field, expected):
-    assert getattr(read_fcl(file(FAN.replace(old, new)))[0], field) == expected
+    assert getattr(read_fcl(file(FAN.replace(old, new)))[0].fuzzy, field) == expected
 
 
 @pytest.mark.parametrize(
@@ -167,7 +167,7 @@ def test_jfuzzylogics_norms(file, old, new, field, expected):
 )
 def test_points_that_say_nothing_are_left_out(file, points, expected):
     system, _ = read_fcl(file(FAN.replace("(3, 1) (27, 0)", points)))
-    (cold,) = (t for t in system.inputs[0].terms if t.name == "cold")
+    (cold,) = (t for t in system.fuzzy.inputs[0].terms if t.name == "cold")
     assert (cold.kind, cold.parameters) == expected
 
 
@@ -176,8 +176,8 @@ def test_an_output_without_a_range_reaches_as_far_as_its_points_and_its_default(
     for value, points in (("-100", "(0, 1) (5, 1) (10, 0)"), ("0", "(8, 0) (9, 1) (10, 0)")):
         text = text.replace(f":= {value};\n    TERM", f":= {points};\n    TERM", 1)
     text = text.replace(":= 100;", ":= (10, 0) (15, 1) (22, 1);")
-    assert read_fcl(file(text))[0].outputs[0].range == (-9, 22)
-    assert read_fcl(file(text.replace("-9", "3")))[0].outputs[0].range == (0, 22)
+    assert read_fcl(file(text))[0].fuzzy.outputs[0].range == (-9, 22)
+    assert read_fcl(file(text.replace("-9", "3")))[0].fuzzy.outputs[0].range == (0, 22)
 
 
 def test_a_function_of_the_inputs_has_no_counterpart(file):

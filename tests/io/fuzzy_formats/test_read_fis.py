@@ -65,20 +65,22 @@ def test_matlabs_documented_tips(file):
     system, findings = read_fis(file(TIPPER))
     inputs = np.array([[2, 1], [4, 5], [7, 8], [1, 2], [3, 5], [2, 7], [3, 1]], dtype=float)
     documented = [7.0169, 14.4585, 20.3414, 5.5586, 12.2184, 7.7885, 8.9547]
-    np.testing.assert_allclose(evaluate(system, inputs).outputs[:, 0], documented, atol=5.1e-5)
+    np.testing.assert_allclose(
+        evaluate(system.fuzzy, inputs).outputs[:, 0], documented, atol=5.1e-5
+    )
     assert {f.code for f in findings} == {"ROLE_ASSUMED", "UNITS_ASSUMED"}
 
 
 def test_where_nothing_fires_it_is_the_middle_of_the_range_as_in_matlab(file):
     system, _ = read_fis(file(TIPPER))
-    assert evaluate(system, np.array([[np.nan, np.nan]])).outputs[0, 0] == 15
+    assert evaluate(system.fuzzy, np.array([[np.nan, np.nan]])).outputs[0, 0] == 15
 
 
 def test_parameters_are_put_in_our_order(file):
     text = TIPPER.replace("'gaussmf',[1.5 0]", "'gbellmf',[2 4 6]")
     text = text.replace("'gaussmf',[1.5 5]", "'sigmf',[-3 5]")
     text = text.replace("'gaussmf',[1.5 10]", "'gauss2mf',[1 2 3 4]")
-    terms = read_fis(file(text))[0].inputs[0].terms
+    terms = read_fis(file(text))[0].fuzzy.inputs[0].terms
     assert [(t.kind, t.parameters) for t in terms] == [
         ("bell", (6, 2, 4)),
         ("sigmoid", (5, -3)),
@@ -88,13 +90,16 @@ def test_parameters_are_put_in_our_order(file):
 
 def test_names_with_blanks_are_changed_and_said(file):
     system, findings = read_fis(file(TIPPER.replace("'service'", "'the service'")))
-    assert system.inputs[0].name == "the_service"
+    assert system.fuzzy.inputs[0].name == "the_service"
     assert [f.code for f in findings if "ASSUMED" not in f.code] == ["NAME_CHANGED"]
 
 
 def test_negative_indices_say_not(file):
     system, _ = read_fis(file(TIPPER.replace("2 0, 2", "-2 1, 2")))
-    assert system.rules[1].text == "IF service IS NOT good AND food IS rancid THEN tip IS average"
+    assert (
+        system.fuzzy.rules[1].text
+        == "IF service IS NOT good AND food IS rancid THEN tip IS average"
+    )
 
 
 @pytest.mark.parametrize(
@@ -173,7 +178,7 @@ def test_octaves_norms_and_hedges(file):
     a, b = 0.8, 0.25
     x, y = a * a, 1 - np.sqrt(b)
     fired = [x * y / (2 - (x + y - x * y)), a**4, 0.5 * (a + b - a * b)]
-    found = evaluate(system, np.array([[a, b]]))
+    found = evaluate(system.fuzzy, np.array([[a, b]]))
     np.testing.assert_allclose(found.firing[0], fired, atol=1e-15)
     np.testing.assert_allclose(found.outputs[0, 0], np.dot(fired, [1, 9, 9]) / sum(fired))
 

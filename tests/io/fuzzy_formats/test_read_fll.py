@@ -1,11 +1,12 @@
 import fuzzylite as fl
 import numpy as np
 import pytest
+from expression_systems import expression_system
 
 from usdface.errors import InputError
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.read_fll import read_fll
 from usdface.io.fuzzy_formats.write_fll import fll_text
 
@@ -22,7 +23,7 @@ TERMS = (
     Term("pi", "pi_shape", (-1, 0, 0.5, 1)),
     Term("list", "points", (-1, 0.2, -0.25, 0.9, 0.5, 0, 1, 0.6)),
 )
-INPUTS = tuple(Variable(f"x{i}", "input", f"x{i}", terms=TERMS, range=(-2, 2)) for i in range(3))
+INPUTS = tuple(Variable(f"x{i}", "input", terms=TERMS, range=(-2, 2)) for i in range(3))
 HEDGES = ("", "", "NOT ", "VERY ", "SOMEWHAT ", "EXTREMELY ", "SELDOM ", "NOT VERY ")
 NORMS = [
     ("min", "max"),
@@ -56,8 +57,8 @@ def sugeno(and_, or_, **settings):
         parse_rule(f"IF {condition} THEN out IS {said[i % 4]}", (20 - i) / 20)
         for i, condition in enumerate(conditions(15, 1))
     )
-    plain = {"normalisation": "per_output", "neutral_rule": False, "face_unit": "none"}
-    return FuzzySystem((*INPUTS, out), rules, and_=and_, or_=or_, **(plain | settings))
+    plain = {"normalisation": "per_output", "else_rule": False, "face_unit": "none"}
+    return expression_system((*INPUTS, out), rules, and_=and_, or_=or_, **(plain | settings))
 
 
 def mamdani(**settings):
@@ -67,8 +68,8 @@ def mamdani(**settings):
         parse_rule(f"IF {condition} THEN out IS {('low', 'high')[i % 2]}")
         for i, condition in enumerate(conditions(8, 2))
     )
-    plain = {"neutral_rule": False, "face_unit": "none", "sampling": "middles", "samples": 100}
-    return FuzzySystem((*INPUTS, out), rules, inference="mamdani", **(plain | settings))
+    plain = {"else_rule": False, "face_unit": "none", "sampling": "middles", "samples": 100}
+    return expression_system((*INPUTS, out), rules, inference="mamdani", **(plain | settings))
 
 
 def judged(text, inputs):
@@ -97,14 +98,14 @@ def judge(tmp_path):
         text, findings = fll_text(system, "judged")
         assert findings == []
         expected, engine = judged(text, inputs)
-        ours = evaluate(system, inputs).outputs
+        ours = evaluate(system.fuzzy, inputs).outputs
         np.testing.assert_allclose(ours, expected, atol=tolerance)
         assert ours.std() > 0.04
         path = tmp_path / "theirs.fll"
         path.write_text(fl.FllExporter().to_string(engine))
         back, _ = read_fll(path)
         # It exports three decimals, which all of these numbers have.
-        np.testing.assert_allclose(evaluate(back, inputs).outputs, expected, atol=tolerance)
+        np.testing.assert_allclose(evaluate(back.fuzzy, inputs).outputs, expected, atol=tolerance)
 
     return compare
 
@@ -135,7 +136,7 @@ def test_a_bisector_halves_the_area_as_pyfuzzylites_does_up_to_its_steps(tmp_pat
     system = mamdani(defuzzifier="bisector", samples=500)
     inputs = np.random.default_rng(0).uniform(-1.5, 1.5, (20, 3))
     expected, _ = judged(fll_text(system, "judged")[0], inputs)
-    np.testing.assert_allclose(evaluate(system, inputs).outputs, expected, atol=0.01)
+    np.testing.assert_allclose(evaluate(system.fuzzy, inputs).outputs, expected, atol=0.01)
 
 
 GOOD = fll_text(sugeno("min", "max"), "good")[0]
@@ -180,7 +181,7 @@ def test_what_is_left_out_is_said(tmp_path):
     path.write_text(text.replace("default: 0.125", "default: nan"))
     system, findings = read_fll(path)
     assert [f.code for f in findings] == ["MEANING_DIFFERS"] * 2
-    assert system.outputs[0].default == 0
+    assert system.fuzzy.outputs[0].default == 0
 
 
 def test_a_height_of_1_is_none(tmp_path):

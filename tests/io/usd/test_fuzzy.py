@@ -1,11 +1,13 @@
 from math import inf
 
 import pytest
+from expression_systems import expression_system
 from pxr import Sdf, Usd
 
 from usdface.errors import InputError, OutputError
+from usdface.expression_system import MarkerFeature
 from usdface.fuzzy.rules import parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.rule_design.paper_system import paper_system
 from usdface.schemas import tokens
@@ -14,20 +16,17 @@ PATH = "/Shot/Fuzzy"
 MOUTH = Variable(
     "mouth_y",
     "input",
-    "mouth",
-    "y",
-    "signed",
     (
         Term("raised", "ramp", (0.01, 0.1)),
         Term("lowered", "triangular", (-inf, -0.2, -0.05)),
         Term("level", "trapezoidal", (-0.1, -0.01, 0.01, 0.1)),
     ),
 )
-SYSTEM = FuzzySystem(
+SYSTEM = expression_system(
     (
         MOUTH,
         Variable("rule_01", "output"),
-        Variable("brow_x", "input", "brow", "x", "absolute"),
+        Variable("brow_x", "input"),
         Variable("joy", "output"),
     ),
     (
@@ -35,13 +34,14 @@ SYSTEM = FuzzySystem(
         parse_rule("if mouth_y is lowered then rule_01 is 1", enabled=False),
         *(parse_rule(f"IF mouth_y IS raised THEN joy IS {i / 20}") for i in range(12)),
     ),
-    "per_output",
-    "prod",
-    "take",
-    "none",
-    False,
-    "add",
-    1.2,
+    (MarkerFeature("mouth"), MarkerFeature("brow", "x", "absolute")),
+    normalisation="per_output",
+    and_="prod",
+    else_rule=False,
+    space="take",
+    face_unit="none",
+    mode="add",
+    gain=1.2,
 )
 
 
@@ -50,7 +50,7 @@ def stage():
     return Usd.Stage.CreateInMemory()
 
 
-@pytest.mark.parametrize("system", [SYSTEM, paper_system(), FuzzySystem((), ())])
+@pytest.mark.parametrize("system", [SYSTEM, paper_system(), expression_system((), ())])
 def test_what_is_written_is_read(stage, system):
     write_fuzzy(stage, PATH, system)
     assert read_fuzzy(stage, PATH) == system
@@ -102,10 +102,10 @@ def test_a_stronger_layer_overrides_one_thing_sparsely(stage):
     shot.GetPrimAtPath(f"{PATH}/mouth_y").GetAttribute(tokens.TERMS_PARAMETERS).Set(wider)
     shot.GetPrimAtPath(PATH).GetAttribute(tokens.GAIN).Set(0.25)
     read = read_fuzzy(shot, PATH)
-    assert [r.text for r in read.rules] == [r.text for r in SYSTEM.rules]
-    assert [r.enabled for r in read.rules] == [i not in (1, 5) for i in range(14)]
-    assert read.inputs[0].term("raised").parameters == (0.02, 0.4)
-    assert read.inputs[0].terms[1:] == MOUTH.terms[1:]
+    assert [r.text for r in read.fuzzy.rules] == [r.text for r in SYSTEM.fuzzy.rules]
+    assert [r.enabled for r in read.fuzzy.rules] == [i not in (1, 5) for i in range(14)]
+    assert read.fuzzy.inputs[0].term("raised").parameters == (0.02, 0.4)
+    assert read.fuzzy.inputs[0].terms[1:] == MOUTH.terms[1:]
     assert read.gain == 0.25
     assert read_fuzzy(stage, PATH) == SYSTEM
 
@@ -116,8 +116,8 @@ def test_a_rule_can_be_added_and_one_taken_away(stage):
     added = shot.DefinePrim(f"{PATH}/a_new_rule", tokens.FUZZY_RULE)
     text = "IF mouth_y IS level THEN joy IS 0"
     added.CreateAttribute(tokens.RULE_TEXT, Sdf.ValueTypeNames.String, False).Set(text)
-    expected = [*SYSTEM.rules[:2], *SYSTEM.rules[3:], parse_rule(text)]
-    assert read_fuzzy(shot, PATH).rules == tuple(expected)
+    expected = [*SYSTEM.fuzzy.rules[:2], *SYSTEM.fuzzy.rules[3:], parse_rule(text)]
+    assert read_fuzzy(shot, PATH).fuzzy.rules == tuple(expected)
 
 
 def test_missing_attributes_have_their_defaults(stage):
@@ -125,7 +125,7 @@ def test_missing_attributes_have_their_defaults(stage):
     stage.DefinePrim(f"{PATH}/Notes", "Scope")
     variable = stage.DefinePrim(f"{PATH}/a", tokens.FUZZY_VARIABLE)
     variable.CreateAttribute(tokens.VARIABLE_ROLE, Sdf.ValueTypeNames.Token, False).Set("a")
-    assert read_fuzzy(stage, PATH) == FuzzySystem((Variable("a", "input", "a"),), ())
+    assert read_fuzzy(stage, PATH) == expression_system((Variable("a", "input"),), ())
 
 
 @pytest.mark.parametrize(
@@ -135,7 +135,7 @@ def test_missing_attributes_have_their_defaults(stage):
         ("", tokens.GAIN, "Float", float("nan"), "gain"),
         ("", tokens.GAIN, "String", "much", "usdface:gain holds a str; expected a float"),
         ("/mouth_y", tokens.VARIABLE_KIND, "Token", "both", "'both'; expected input or output"),
-        ("/mouth_y", tokens.VARIABLE_ROLE, "Token", "", "without a role"),
+        ("/mouth_y", tokens.VARIABLE_ROLE, "Token", "", "has no role"),
         ("/mouth_y", tokens.TERMS_KINDS, "TokenArray", ["ramp"], "3 terms have 1 kinds"),
         ("/mouth_y", tokens.TERMS_COUNTS, "IntArray", [2, 3, 2**30], "parameters of terms"),
         ("/mouth_y", tokens.TERMS_COUNTS, "IntArray", [2, -3, 10], "parameters of terms"),

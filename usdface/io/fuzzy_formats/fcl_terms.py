@@ -6,7 +6,7 @@ from math import inf
 from types import MappingProxyType
 
 from usdface.errors import InputError
-from usdface.fuzzy.system import Term
+from usdface.fuzzy.variables import Term
 from usdface.io.fuzzy_formats.fcl_keywords import JFUZZY
 from usdface.io.fuzzy_formats.fll_keywords import FLL_KINDS
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from pxr import Usd
 
 from usdface.errors import InputError, OutputError
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
-from usdface.fuzzy.system import FuzzySystem
 from usdface.io.atomic import atomic_path, write_text
 from usdface.io.fuzzy_formats.read_fcl import read_fcl
 from usdface.io.fuzzy_formats.read_fis import read_fis
@@ -22,8 +22,8 @@ from usdface.schemas import tokens, write_fallback_types
 
 __all__ = ["SUFFIXES", "USD", "read_fuzzy_file", "write_fuzzy_file"]
 
-_Reader = Callable[[Path], tuple[FuzzySystem, list[Finding]]]
-_Writer = Callable[[FuzzySystem, str], tuple[str, list[Finding]]]
+_Reader = Callable[[Path], tuple[ExpressionSystem, list[Finding]]]
+_Writer = Callable[[ExpressionSystem, str], tuple[str, list[Finding]]]
 _TEXTS: dict[str, tuple[_Reader, _Writer]] = {
     ".fis": (read_fis, fis_text),
     ".fcl": (read_fcl, fcl_text),
@@ -33,7 +33,7 @@ USD = (".usda", ".usdc", ".usd")
 SUFFIXES = (*_TEXTS, *USD)
 
 
-def read_fuzzy_file(path: Path) -> tuple[FuzzySystem, list[Finding]]:
+def read_fuzzy_file(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     """Read the fuzzy system of a .fis, .fcl, .fll or USD file.
 
     Raises
@@ -54,7 +54,7 @@ def read_fuzzy_file(path: Path) -> tuple[FuzzySystem, list[Finding]]:
     return read_fuzzy(stage, str(found[0])), []
 
 
-def write_fuzzy_file(path: Path, system: FuzzySystem) -> list[Finding]:
+def write_fuzzy_file(path: Path, system: ExpressionSystem) -> list[Finding]:
     """Write a fuzzy system as .fis, .fcl, .fll or USD; return what does not carry over.
 
     Raises

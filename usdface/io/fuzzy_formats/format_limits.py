@@ -4,9 +4,11 @@ import re
 from collections.abc import Container, Iterable, Sequence
 
 from usdface.errors import OutputError
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Combined, Condition
-from usdface.fuzzy.system import FuzzySystem, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Variable
 
 __all__ = ["check_names", "check_no_group_negated", "differs", "kept_in_range"]
 
@@ -50,7 +52,7 @@ def _negates(condition: Condition) -> bool:
 
 
 def differs(
-    system: FuzzySystem,
+    expression: ExpressionSystem,
     suffix: str,
     beyond: Sequence[tuple[bool, str]],
     words: Sequence[tuple[bool, str]] = (),
@@ -60,11 +62,12 @@ def differs(
     `beyond` holds what this format lacks: whether the system has it, and what it is called; `words`
     likewise what it says in words that its standard does not have: another one for these.
     """
+    system = expression.fuzzy
     sugeno = system.inference == "sugeno"
     common = [
-        (system.neutral_rule, "the neutral rule"),
+        (system.else_rule, "the neutral rule"),
         (sugeno and system.normalisation == "all_rules", "the normalisation over all rules"),
-        (system.face_unit != "none", "features in face units"),
+        (expression.face_unit != "none", "features in face units"),
     ]
     said = (
         ([*common, *beyond], "only as comments that usdface reads; another program answers"),

@@ -9,6 +9,9 @@
 
 Other programs skip them. Where they are missing, the name of an input says which marker it reads
 (``lip_lower_y``: the role lip_lower, the axis y) and settings are those of the other program.
+
+Keys are the fields of `ExpressionSystem`, `FuzzySystem`, `MarkerFeature`, `Variable` and `Rule`,
+but for "neutral_rule", which is `FuzzySystem.else_rule`.
 """
 
 import json
@@ -19,17 +22,19 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from usdface.errors import InputError
+from usdface.expression_system import Axis, ExpressionSystem, FaceUnit, MarkerFeature
 from usdface.findings import Finding, finding
 from usdface.fuzzy.membership import places
 from usdface.fuzzy.rules import Rule
-from usdface.fuzzy.system import Axis, FaceUnit, FuzzySystem, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Variable
 from usdface.io.fuzzy_formats.rule_text import numbers_back
 
 __all__ = [
     "FACE_SETTINGS",
     "Draft",
     "finish",
-    "guessed_input",
+    "guessed_feature",
     "notes_of",
     "read_text",
 ]
@@ -46,16 +51,18 @@ FACE_SETTINGS = (
     "blend_time",
     "ease",
 )
-_SETTINGS: dict[str, type | tuple[type, ...]] = {
+_EXPRESSION: dict[str, type | tuple[type, ...]] = {
     "space": str,
     "face_unit": str,
     "mode": str,
     "gain": (int, float),
-    "neutral_rule": bool,
     "response": list,
     "smoothing": (int, float),
     "blend_time": (int, float),
     "ease": (int, float),
+}
+_FUZZY: dict[str, type | tuple[type, ...]] = {
+    "neutral_rule": bool,
     "normalisation": str,
     "and_": str,
     "or_": str,
@@ -65,10 +72,8 @@ _SETTINGS: dict[str, type | tuple[type, ...]] = {
     "samples": int,
     "sampling": str,
 }
+_FEATURE: dict[str, type | tuple[type, ...]] = {"role": str, "axis": str, "measure": str}
 _VARIABLE: dict[str, type | tuple[type, ...]] = {
-    "role": str,
-    "axis": str,
-    "measure": str,
     "range": type(None),
     "default": (int, float),
 }
@@ -81,7 +86,10 @@ _Made = TypeVar("_Made")
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """What the lines of a file say, before the notes."""
+    """The fuzzy system in the lines of a file, before the notes.
+
+    `settings` are fields of `FuzzySystem`.
+    """
 
     variables: tuple[Variable, ...]
     rules: tuple[Rule, ...]
@@ -112,42 +120,52 @@ def read_text(path: Path) -> str:
         return data.decode("latin-1")
 
 
-def guessed_input(name: str) -> Variable:
-    """Return an input whose name says which marker and axis it reads."""
+def guessed_feature(name: str) -> MarkerFeature:
+    """Return the marker feature that the name of an input suggests."""
     role, _, axis = name.rpartition("_")
     if role and axis in ("x", "y", "z"):
-        return Variable(name, "input", role, cast("Axis", axis))
-    return Variable(name, "input", name)
+        return MarkerFeature(role, cast("Axis", axis))
+    return MarkerFeature(name)
 
 
 def notes_of(
-    system: FuzzySystem, settings: Iterable[str], ranges: bool = False, defaults: bool = False
+    system: ExpressionSystem, settings: Iterable[str], ranges: bool = False, defaults: bool = False
 ) -> list[str]:
     """Return the notes of a system, without comment marks.
 
     Parameters
     ----------
-    system : FuzzySystem
+    system : ExpressionSystem
     settings : iterable of str
-        Fields of the system that the format cannot say.
+        Keys of the note "system": the settings that the format cannot say.
     ranges, defaults : bool
         Whether to say which inputs have no range, and what outputs answer where nothing fires.
     """
-    notes: list[dict[str, Any]] = [{"system": {name: getattr(system, name) for name in settings}}]
-    for v in system.inputs:
-        note = {"input": v.name, "role": v.role, "axis": v.axis, "measure": v.measure}
+    fuzzy = system.fuzzy
+    notes: list[dict[str, Any]] = [{"system": {name: _setting(system, name) for name in settings}}]
+    for v, feature in zip(fuzzy.inputs, system.features, strict=True):
+        note = {"input": v.name, **{name: getattr(feature, name) for name in _FEATURE}}
         notes.append(note | ({"range": None} if ranges and v.range is None else {}))
     if defaults:
-        notes += [{"output": v.name, "default": v.default} for v in system.outputs]
+        notes += [{"output": v.name, "default": v.default} for v in fuzzy.outputs]
     notes += [
         {"rule": i + 1, "enabled": False, "weight": rule.weight}
-        for i, rule in enumerate(system.rules)
+        for i, rule in enumerate(fuzzy.rules)
         if not rule.enabled
     ]
     return [f"usdface: {json.dumps(note)}" for note in notes]
 
 
-def finish(path: Path, draft: Draft) -> tuple[FuzzySystem, list[Finding]]:
+def _setting(system: ExpressionSystem, name: str) -> Any:
+    return getattr(system.fuzzy, _field(name)) if name in _FUZZY else getattr(system, name)
+
+
+def _field(name: str) -> str:
+    """Return the field of `FuzzySystem` that a key of a note sets."""
+    return "else_rule" if name == "neutral_rule" else name
+
+
+def finish(path: Path, draft: Draft) -> tuple[ExpressionSystem, list[Finding]]:
     """Make a system of what a file says and what its notes say.
 
     Raises
@@ -156,14 +174,17 @@ def finish(path: Path, draft: Draft) -> tuple[FuzzySystem, list[Finding]]:
         If they make no system; the message names the file.
     """
     variables = {v.name: v for v in draft.variables}
+    features = {v.name: guessed_feature(v.name) for v in draft.variables if v.kind == "input"}
     rules = list(draft.rules)
-    settings = dict(draft.settings)
-    told = set()
+    settings, expression = dict(draft.settings), dict[str, Any]()
+    noted = set()
     for line, text in draft.notes:
         where = f"{path.name}, line {line}"
         note = _note(where, text)
         if "system" in note:
-            settings |= _checked(where, note["system"], _SETTINGS)
+            values = _checked(where, note["system"], _EXPRESSION | _FUZZY)
+            settings |= {_field(name): values.pop(name) for name in _FUZZY if name in values}
+            expression |= values
         elif "rule" in note:
             number = note.pop("rule")
             if type(number) is not int or not 1 <= number <= len(rules):
@@ -174,21 +195,29 @@ def finish(path: Path, draft: Draft) -> tuple[FuzzySystem, list[Finding]]:
             name = note.pop("input", None) or note.pop("output", None)
             if name not in variables:
                 raise InputError(f"{where}: there is no variable {name!r}; correct the note")
-            told.add(name)
-            values = _checked(where, note, _VARIABLE)
+            noted.add(name)
+            known = _VARIABLE | (_FEATURE if name in features else {})
+            values = _checked(where, note, known)
+            read = {key: values.pop(key) for key in _FEATURE if key in values}
             variables[name] = _named(where, partial(replace, variables[name], **values))
+            if read:
+                features[name] = _named(where, partial(replace, features[name], **read))
     findings = list(draft.findings)
-    if "face_unit" not in settings:
-        settings["face_unit"], reach = _assumed_unit(variables.values())
-        unit = "millimetres" if settings["face_unit"] == "none" else "face units"
+    if "face_unit" not in expression:
+        expression["face_unit"], reach = _assumed_unit(variables.values())
+        unit = "millimetres" if expression["face_unit"] == "none" else "face units"
         message = f"the file names no unit; its terms reach to {reach:g}, so inputs are in {unit}"
         findings.append(finding("UNITS_ASSUMED", path.name, message))
-    kept, said = numbers_back(tuple(variables.values()), rules)
-    system = _named(path.name, lambda: FuzzySystem(kept, said, **settings))
-    for v in system.inputs:
-        if v.name not in told:
-            message = f"the input {v.name} is taken to read the marker {v.role} along {v.axis}"
-            findings.append(finding("ROLE_ASSUMED", f"{path.name}: {v.name}", message))
+    kept, written = numbers_back(tuple(variables.values()), rules)
+    fuzzy = _named(path.name, lambda: FuzzySystem(kept, written, **settings))
+    read_by = tuple(features[v.name] for v in fuzzy.inputs)
+    system = _named(path.name, lambda: ExpressionSystem(fuzzy, read_by, **expression))
+    for name, feature in features.items():
+        if name not in noted:
+            message = (
+                f"the input {name} is taken to read the marker {feature.role} along {feature.axis}"
+            )
+            findings.append(finding("ROLE_ASSUMED", f"{path.name}: {name}", message))
     return system, findings
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.fcl_keywords import (
     ACCU,
     AND,
@@ -22,12 +23,12 @@ from usdface.io.fuzzy_formats.fcl_keywords import (
 )
 from usdface.io.fuzzy_formats.fcl_statements import BARE, NAMED, Statement, statements
 from usdface.io.fuzzy_formats.fcl_terms import known, number, read_term
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, guessed_input, read_text
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
 
 __all__ = ["read_fcl"]
 
 
-def read_fcl(path: Path) -> tuple[FuzzySystem, list[Finding]]:
+def read_fcl(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     """Read a system from FCL: the file's one function block.
 
     Raises
@@ -167,8 +168,7 @@ class _Parser:
             raise InputError(f"{self._name} has no variables; it is no fuzzy system in FCL")
         if self._block:
             raise InputError(f"{self._name} ends inside {self._block}; the file is cut off")
-        settings: dict[str, Any] = {"neutral_rule": False, "normalisation": "per_output"}
-        settings |= self._settings
+        settings = dict(self._settings)
         # The standard lets either stand for both.
         if "and_" in settings:
             settings.setdefault("or_", DUAL_OR[settings["and_"]])
@@ -182,10 +182,7 @@ class _Parser:
         terms = tuple(parts.terms)
         try:
             if parts.kind == "input":
-                guess = guessed_input(name)
-                return Variable(
-                    name, "input", guess.role, guess.axis, terms=terms, range=parts.range
-                )
+                return Variable(name, "input", terms, parts.range)
             default = parts.default
             span = parts.range or _span(terms, parts.places, default)
             if default is None:

@@ -10,9 +10,11 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import KEYWORDS, Combined, Proposition, Rule, rule_name
-from usdface.fuzzy.system import FuzzySystem, Term, Variable, check_counts
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable, check_counts
 from usdface.io.fuzzy_formats.fis_keywords import (
     AGGREGATIONS,
     AND,
@@ -27,14 +29,14 @@ from usdface.io.fuzzy_formats.fis_keywords import (
 )
 from usdface.io.fuzzy_formats.fis_sections import Section, check_announced, located, sections
 from usdface.io.fuzzy_formats.format_limits import kept_in_range
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, guessed_input, read_text
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
 
 __all__ = ["read_fis"]
 
 Table = Mapping[str, str]
 
 
-def read_fis(path: Path) -> tuple[FuzzySystem, list[Finding]]:
+def read_fis(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     """Read a system from .fis.
 
     Raises
@@ -72,7 +74,7 @@ def read_fis(path: Path) -> tuple[FuzzySystem, list[Finding]]:
     settings = _read_settings(path.name, system)
     draft = Draft(tuple(variables), tuple(rules), settings, tuple(notes), tuple(findings))
     made, said = finish(path, draft)
-    return made, said + _read_otherwise(path.name, made, bool(notes))
+    return made, said + _read_otherwise(path.name, made.fuzzy, bool(notes))
 
 
 def _read_otherwise(name: str, system: FuzzySystem, ours: bool) -> list[Finding]:
@@ -107,8 +109,6 @@ def _read_settings(name: str, section: Section) -> dict[str, Any]:
         "inference": kind,
         "and_": one("AndMethod", AND, "min", OCTAVES_T_NORMS),
         "or_": one("OrMethod", OR, "max", OCTAVES_S_NORMS),
-        "neutral_rule": False,
-        "normalisation": "per_output",
     }
     if kind == "mamdani":
         return settings | {
@@ -143,12 +143,7 @@ def _read_variable(
             at,
             lambda: Variable(name, "output", terms=tuple(terms), range=bounds, default=middle),
         )
-    guess = guessed_input(name)
-    return located(
-        file,
-        at,
-        lambda: Variable(name, "input", guess.role, guess.axis, terms=tuple(terms), range=bounds),
-    )
+    return located(file, at, lambda: Variable(name, "input", tuple(terms), bounds))
 
 
 def _read_terms(file: str, section: Section, inputs: int, findings: list[Finding]) -> list[Term]:

@@ -7,18 +7,19 @@ from pathlib import Path
 from typing import Any
 
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, guessed_input, read_text
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
 
 __all__ = ["read_fll"]
 
 _BLOCKS = ("Engine", "InputVariable", "OutputVariable", "RuleBlock")
 
 
-def read_fll(path: Path) -> tuple[FuzzySystem, list[Finding]]:
+def read_fll(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     """Read a system from FLL.
 
     Raises
@@ -156,7 +157,7 @@ class _Parser:
         variables = [self._made(name, parts) for name, parts in self._variables.items()]
         if not variables:
             raise InputError(f"{self._name} has no variables; it is no fuzzy system in FLL")
-        settings: dict[str, Any] = {"neutral_rule": False, "normalisation": "per_output"}
+        settings: dict[str, Any] = {}
         if self._settings.get("inference") == "mamdani":
             settings["sampling"] = "middles"
         return Draft(
@@ -173,8 +174,7 @@ class _Parser:
         where = f"{self._name}: {name}"
         try:
             if parts["kind"] == "input":
-                guess = guessed_input(name)
-                return Variable(name, "input", guess.role, guess.axis, terms=terms, range=bounds)
+                return Variable(name, "input", terms, bounds)
             bounds = None if bounds == (0.0, 1.0) else bounds
             low, high = bounds or (0.0, 1.0)
             free = any(t.kind == "linear" for t in terms) or any(

@@ -9,7 +9,8 @@ from dataclasses import replace
 from math import inf
 
 from usdface.fuzzy.rules import Condition, Proposition, Rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 
 __all__ = ["as_ramp", "conclusions", "condition_text", "numbers_back", "output_terms"]
 

@@ -6,9 +6,10 @@ linear conclusions are written as fuzzylite reads them.
 
 from math import isfinite
 
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
 from usdface.fuzzy.rules import Rule
-from usdface.fuzzy.system import FuzzySystem, Term
+from usdface.fuzzy.variables import Term
 from usdface.io.fuzzy_formats.fcl_keywords import ACCU, AND, METHODS, OR, SMOOTH
 from usdface.io.fuzzy_formats.fll_keywords import FLL_KINDS
 from usdface.io.fuzzy_formats.format_limits import check_names, differs
@@ -20,7 +21,7 @@ __all__ = ["fcl_text"]
 _STANDARD = {"min", "prod", "lukasiewicz", "max", "probor", "sum"}
 
 
-def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
+def fcl_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding]]:
     """Return a system as FCL.
 
     Raises
@@ -28,6 +29,7 @@ def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     OutputError
         If a name cannot be written.
     """
+    system = expression.fuzzy
     check_names(system, ".fcl")
     mamdani = system.inference == "mamdani"
     kinds = {t.kind for v in system.variables for t in v.terms}
@@ -42,7 +44,7 @@ def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     ]
     sampled = ("samples", "sampling") if mamdani else ()
     fields = (*FACE_SETTINGS, "normalisation", *sampled)
-    lines = [f"// {note}" for note in notes_of(system, fields)]
+    lines = [f"// {note}" for note in notes_of(expression, fields)]
     lines += [f"FUNCTION_BLOCK {name}", ""]
     for kind, variables in (("VAR_INPUT", system.inputs), ("VAR_OUTPUT", system.outputs)):
         lines += [kind, *(f"    {v.name} : REAL;" for v in variables), "END_VAR", ""]
@@ -59,7 +61,7 @@ def fcl_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     lines += [f"    ACT : {AND[system.implication]};"] if mamdani else []
     lines += [f"    RULE {i + 1} : {_rule(rule)};" for i, rule in enumerate(system.rules)]
     lines += ["END_RULEBLOCK", "", "END_FUNCTION_BLOCK"]
-    return "\n".join(lines) + "\n", differs(system, ".fcl", beyond, words)
+    return "\n".join(lines) + "\n", differs(expression, ".fcl", beyond, words)
 
 
 def _term(term: Term) -> str:

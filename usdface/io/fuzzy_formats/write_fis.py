@@ -3,10 +3,12 @@
 from collections.abc import Iterable, Sequence
 
 from usdface.errors import OutputError
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
 from usdface.fuzzy.membership import places
 from usdface.fuzzy.rules import Combined, Proposition, Rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.fis_keywords import (
     AGGREGATIONS,
     AND,
@@ -26,7 +28,7 @@ __all__ = ["fis_text"]
 _CALLED = {"and_": "the norm of AND", "or_": "the norm of OR", "samples": "the number of samples"}
 
 
-def fis_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
+def fis_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding]]:
     """Return a system as .fis.
 
     Raises
@@ -35,6 +37,7 @@ def fis_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
         If a name or a rule cannot be written: the format has rules of ANDs or of ORs, each
         variable once, with NOT and no other hedge.
     """
+    system = expression.fuzzy
     check_names(system, ".fis")
     mamdani = system.inference == "mamdani"
     sampled = (system.samples, system.sampling) == (MATLABS_SAMPLES, "ends")
@@ -49,7 +52,7 @@ def fis_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     }
     lost = [field for field, here in beyond.items() if here]
     middle = any(v.default != sum(v.span) / 2 for v in system.outputs)
-    notes = notes_of(system, (*FACE_SETTINGS, *lost), ranges=True, defaults=middle)
+    notes = notes_of(expression, (*FACE_SETTINGS, *lost), ranges=True, defaults=middle)
     lines = [f"% {note}" for note in notes] + ["[System]", f"Name='{name}'"]
     lines += [f"{key}={value}" for key, value in _settings(system).items()]
     terms = {v.name: output_terms(system, v) for v in system.outputs}
@@ -63,7 +66,7 @@ def fis_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     missing = [(True, _CALLED.get(f, f)) for f in lost if f != "normalisation"]
     missing.append((middle, "the defaults of outputs"))
     missing.append((counts_from_0(system), "maxima below 0"))
-    findings = differs(system, ".fis", missing)
+    findings = differs(expression, ".fis", missing)
     if not mamdani:
         findings += kept_in_range(".fis", system.outputs)
     return "\n".join(lines) + "\n", findings

@@ -2,9 +2,11 @@
 
 from math import inf
 
+from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
 from usdface.fuzzy.rules import Rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, T_NORMS
 from usdface.io.fuzzy_formats.format_limits import check_names, check_no_group_negated, differs
 from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
@@ -13,7 +15,7 @@ from usdface.io.fuzzy_formats.rule_text import conclusions, condition_text, outp
 __all__ = ["fll_text"]
 
 
-def fll_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
+def fll_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding]]:
     """Return a system as FLL.
 
     Raises
@@ -21,6 +23,7 @@ def fll_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     OutputError
         If a name cannot be written.
     """
+    system = expression.fuzzy
     check_names(system, ".fll")
     check_no_group_negated(system, ".fll")
     mamdani = system.inference == "mamdani"
@@ -28,7 +31,7 @@ def fll_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
         (mamdani and system.sampling == "ends", "samples at the ends of the range"),
     ]
     settings = (*FACE_SETTINGS, "normalisation", *(("sampling",) if mamdani else ()))
-    lines = [f"# {note}" for note in notes_of(system, settings)]
+    lines = [f"# {note}" for note in notes_of(expression, settings)]
     lines.append(f"Engine: {name}")
     for v in system.inputs:
         low, high = v.range or (-inf, inf)
@@ -43,7 +46,7 @@ def fll_text(system: FuzzySystem, name: str) -> tuple[str, list[Finding]]:
     lines.append(f"  implication: {T_NORMS[system.implication] if mamdani else 'none'}")
     lines.append("  activation: General")
     lines += [f"  rule: {_rule(rule)}" for rule in system.rules]
-    return "\n".join(lines) + "\n", differs(system, ".fll", beyond)
+    return "\n".join(lines) + "\n", differs(expression, ".fll", beyond)
 
 
 def _block(kind: str, name: str, low: float, high: float, locked: str) -> list[str]:

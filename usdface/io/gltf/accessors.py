@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pygltflib import Accessor
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.io.gltf.document import GltfFile, item
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["DTYPES", "WIDTHS", "AccessorReader"]
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.rigs import CornerValues, Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["TANGENTS", "bake_transform"]
 

@@ -17,9 +17,9 @@ from pygltflib import (
     Sparse,
 )
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import OutputError
 from usdface.io.gltf.accessors import DTYPES, WIDTHS
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["BufferBuilder"]
 

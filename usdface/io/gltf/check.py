@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
-from usdface.takes import FloatArray
 
 __all__ = ["check_gltf"]
 

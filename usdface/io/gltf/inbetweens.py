@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.inbetween_path import distinct_inbetweens, inbetween_path
 from usdface.io.gltf.weld import rows_at
 from usdface.rigs import BlendShape, Inbetween, Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["Step", "crossings", "flat_mesh", "flat_weights", "folded", "steps_in"]
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from pygltflib import GLTF2, Node
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.gltf.document import item
 from usdface.io.transforms import compose
-from usdface.takes import FloatArray
 
 __all__ = ["NodeTree", "node_tree"]
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.rigs import BlendShape, Inbetween, Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["Box", "bounding_box"]
 

@@ -11,6 +11,7 @@ import numpy as np
 from pygltflib import GLTF2, Scene
 from pygltflib import Mesh as GltfMesh
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -30,7 +31,6 @@ from usdface.io.gltf.scene import read_scene
 from usdface.io.gltf.textures import read_uv_names
 from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base_color
 from usdface.rigs import Mesh, Rig, Skin
-from usdface.takes import FloatArray
 
 __all__ = ["read_gltf"]
 

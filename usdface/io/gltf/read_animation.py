@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from pygltflib import Animation
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -21,7 +22,6 @@ from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, grid_rate, s
 from usdface.io.gltf.samplers import Curve, check_size, curve_of
 from usdface.io.transforms import compose, decompose, followed_by
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray
 
 __all__ = ["animated_nodes", "clips_of"]
 

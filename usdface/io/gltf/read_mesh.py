@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pygltflib import TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, Primitive
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_zero
@@ -21,7 +22,6 @@ from usdface.io.gltf.textures import uv_name
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.weld import Rows, rows_at, weld_vertices
 from usdface.rigs import BlendShape, CornerValues, MaterialSubset, Mesh, Skin
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["mesh_of_primitives"]
 

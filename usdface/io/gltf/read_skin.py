@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from pygltflib import GLTF2
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
@@ -19,7 +20,6 @@ from usdface.io.gltf.document import item
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.prim_names import prim_names
 from usdface.rigs import Skeleton
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["Armature", "armature_of"]
 

@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.io.gltf.inbetweens import Step, folded
 from usdface.io.gltf.samplers import Curve, check_size
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 __all__ = ["PlacedMesh", "WeightsMotion", "grid_rate", "shared_weights"]
 

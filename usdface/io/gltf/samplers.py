@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from pygltflib import AnimationSampler
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.transforms import along
-from usdface.takes import FloatArray
 
 __all__ = ["Curve", "check_size", "curve_of"]
 

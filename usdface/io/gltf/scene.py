@@ -10,6 +10,7 @@ import numpy as np
 import pygltflib
 from pygltflib import GLTF2, Node
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import item
@@ -17,7 +18,6 @@ from usdface.io.gltf.extras import extras_with_metadata, read_extras
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.transforms import decompose, rigid
 from usdface.scene import Camera, Light, LightKind
-from usdface.takes import FloatArray
 
 __all__ = ["read_scene", "write_scene"]
 

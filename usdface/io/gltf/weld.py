@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.takes import FloatArray, IntArray
+from usdface.arrays import FloatArray, IntArray
 
 __all__ = ["Rows", "rows_at", "weld_vertices"]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pygltflib
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
@@ -30,7 +31,7 @@ from usdface.io.inputs import among
 from usdface.io.transforms import compose, decompose
 from usdface.io.udim import texture_files, untiled
 from usdface.rigs import Mesh, Rig, Skeleton
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 __all__ = ["write_gltf"]
 

@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pygltflib
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER, pointer_to
 from usdface.io.gltf.inbetweens import crossings, flat_weights
 from usdface.rigs import Mesh
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 __all__ = ["write_animation"]
 

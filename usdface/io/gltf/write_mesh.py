@@ -7,6 +7,7 @@ import numpy as np
 import pygltflib
 from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
@@ -22,7 +23,6 @@ from usdface.io.gltf.vertex_split import (
 )
 from usdface.io.gltf.write_skin import write_influences
 from usdface.rigs import BlendShape, Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["triangulated", "write_mesh"]
 

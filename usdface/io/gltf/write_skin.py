@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pygltflib import ARRAY_BUFFER
 
+from usdface.arrays import IntArray
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.rigs import Skin
-from usdface.takes import IntArray
 
 __all__ = ["write_influences"]
 

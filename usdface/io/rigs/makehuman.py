@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.rigs.obj import ObjMesh, read_obj
 from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Mesh, Rig
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["is_makehuman", "makehuman_files", "read_makehuman"]
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["ObjMesh", "read_obj"]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
@@ -14,7 +15,6 @@ from usdface.io.rigs.formats import mesh_files
 from usdface.io.rigs.obj import read_obj
 from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
-from usdface.takes import FloatArray
 
 __all__ = ["read_shape_folder"]
 

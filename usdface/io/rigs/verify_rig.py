@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.findings import Finding
 from usdface.formats import RigReader
 from usdface.io.format_table import Registered
 from usdface.rigs import Mesh, Rig
-from usdface.takes import FloatArray
 
 __all__ = ["verified_rig"]
 

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import positive, read_text
 from usdface.io.takes.timing import nominal_rate
 from usdface.options import TakeOptions
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["read_bvh"]
 

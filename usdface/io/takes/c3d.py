@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, finish_take
 from usdface.options import TakeOptions
-from usdface.takes import FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["read_c3d"]
 

@@ -10,8 +10,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.takes import FloatArray
 
 __all__ = ["ByteOrder", "Parameters", "floats", "read_parameters"]
 

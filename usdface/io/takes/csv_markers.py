@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take, listed
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
 from usdface.options import TakeOptions
-from usdface.takes import FloatArray, IntArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["read_csv_markers"]
 

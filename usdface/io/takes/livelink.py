@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, listed
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
-from usdface.takes import FloatArray, IntArray, WeightsTake
+from usdface.takes import WeightsTake
 
 __all__ = ["read_livelink"]
 

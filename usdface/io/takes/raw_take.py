@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
-from usdface.takes import BoolArray, FloatArray, MarkerTake
+from usdface.takes import MarkerTake
 
 __all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
 
@@ -50,6 +51,16 @@ class RawTake:
         None = the file does not say.
     start_timecode : str
         "" = the file has none.
+
+    Examples
+    --------
+    >>> Path("face.xyz").write_text("...")
+    3
+    >>> raw = usdface.RawTake(
+    ...     path=Path("face.xyz"), labels=("chin",), positions=np.zeros((2, 1, 3)), rate=60.0
+    ... )
+    >>> raw.assumed_unit
+    'mm'
     """
 
     path: Path
@@ -67,10 +78,25 @@ class RawTake:
 def check_size(path: Path, frame_count: int, marker_count: int) -> None:
     """Refuse positions out of all proportion to their file, before they are allocated.
 
+    Parameters
+    ----------
+    path : Path
+        The file.
+    frame_count, marker_count : int
+        As the file announces them.
+
     Raises
     ------
     InputError
         If (F, M, 3) floats would take far more memory than a file of this size can mean.
+
+    Examples
+    --------
+    >>> Path("face.xyz").write_text("...")
+    3
+    >>> usdface.check_size(Path("face.xyz"), 10**9, 40)
+    Traceback (most recent call last):
+    usdface.errors.InputError: ...cannot come from a file of 3 bytes...
     """
     size = path.stat().st_size
     if frame_count * marker_count * 24 > _HEADROOM + _EXPANSION * size:
@@ -84,13 +110,35 @@ def check_size(path: Path, frame_count: int, marker_count: int) -> None:
 def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Finding]]:
     """Return the take in metres, Y up, with unique labels; occlusion is NaN throughout.
 
-    Options override the file. A marker that is never visible is left out.
+    A marker that is never visible is left out.
+
+    Parameters
+    ----------
+    raw : RawTake
+    options : TakeOptions
+        They go before the file.
+
+    Returns
+    -------
+    MarkerTake
+    list of Finding
 
     Raises
     ------
     InputError
         If there is no frame or marker, nothing is ever visible, times do not increase, or
         a 3D take is asked from two coordinates.
+
+    Examples
+    --------
+    >>> Path("face.xyz").write_text("...")
+    3
+    >>> raw = usdface.RawTake(
+    ...     path=Path("face.xyz"), labels=("chin",), positions=np.zeros((2, 1, 3)), rate=60.0
+    ... )
+    >>> take, _ = usdface.finish_take(raw, usdface.TakeOptions())
+    >>> take.names, take.rate
+    (('chin',), 60.0)
     """
     path = raw.path
     if not raw.labels:

@@ -9,8 +9,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.takes import FloatArray
 
 __all__ = ["Row", "positive", "read_numbers", "read_rows", "read_text"]
 

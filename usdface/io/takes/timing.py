@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.takes import FloatArray
 
 __all__ = ["ASSUMED_RATE", "nominal_rate", "take_times"]
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
+from usdface.arrays import FloatArray
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
 from usdface.geometry.rigid_fit import Pose
@@ -19,7 +20,6 @@ from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
 from usdface.shot import ShotResult
-from usdface.takes import FloatArray
 
 __all__ = [
     "Animation",

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdSkel
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.combinations import read_combination
 from usdface.rigs import BlendShape, Inbetween
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["LABEL", "read_shapes"]
 

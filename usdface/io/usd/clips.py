@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -30,7 +31,7 @@ from usdface.io.usd.rigid_animation import (
 from usdface.io.usd.skeleton import parent_frames
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Rig, Skeleton
-from usdface.takes import FloatArray, WeightsTake
+from usdface.takes import WeightsTake
 
 __all__ = ["animated_rig", "clips_of_stage"]
 

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import decompose
 from usdface.io.usd.stage import matrices, rate_of, vec3f_array
 from usdface.rigs import Skeleton
-from usdface.takes import FloatArray
 
 __all__ = ["CLIPS", "clock_of", "time_codes", "write_clips"]
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.linear_morph import LinearMorph
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.stage import metrics_of, to_si
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["UsdMesh", "evaluate_usd", "stage_keys"]
 

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["UsdBlendShapes"]
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Sdf, Usd, Vt
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
 from usdface.face.layout import FaceLayout
@@ -12,7 +13,6 @@ from usdface.face.regions import GainRegion
 from usdface.io.usd.attributes import author, value_of
 from usdface.options import CONTACT_TOLERANCE
 from usdface.schemas import tokens
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["read_gains", "read_layout", "write_layout"]
 

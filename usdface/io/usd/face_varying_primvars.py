@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, Vt
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.stage import vec2f_array, vec3f_array
 from usdface.rigs import CornerValues, Mesh
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["read_face_varying", "to_face_varying", "write_face_varying"]
 

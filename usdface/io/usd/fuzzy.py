@@ -1,18 +1,21 @@
-"""The fuzzy system as USD prims (`docs/architecture.md`), so that a shot can override one rule.
+"""An expression system as USD prims (`docs/architecture.md`), so that a shot can override one rule.
 
 Reading needs no registered schema: types are compared by name, and an attribute that is not
-there has the default of `FuzzySystem`, `Variable` or `Rule`.
+there has the default of the schema.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 from pxr import Gf, Sdf, Tf, Usd, Vt
 
 from usdface.errors import InputError, OutputError
+from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.fuzzy.rules import Rule, parse_rule
-from usdface.fuzzy.system import FuzzySystem, Term, Variable
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import Term, Variable
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.attributes import author, value_of
 from usdface.schemas import tokens
@@ -21,9 +24,9 @@ __all__ = ["read_fuzzy", "write_fuzzy"]
 
 _Read = TypeVar("_Read")
 _NAMES = Sdf.ValueTypeNames
-_SYSTEM = {
-    tokens.NORMALISATION: "normalisation",
-    tokens.AND: "and_",
+# Always authored.
+_FUZZY = {tokens.NORMALISATION: "normalisation", tokens.AND: "and_"}
+_EXPRESSION = {
     tokens.SPACE: "space",
     tokens.FACE_UNIT: "face_unit",
     tokens.MODE: "mode",
@@ -42,7 +45,7 @@ _NUMBERS = {
     tokens.BLEND_TIME: "blend_time",
     tokens.EASE: "ease",
 }
-_DEFAULT = FuzzySystem((), ())
+_DEFAULT = FuzzySystem((), (), normalisation="all_rules", else_rule=True)
 _INPUT = {
     tokens.VARIABLE_ROLE: "role",
     tokens.VARIABLE_AXIS: "axis",
@@ -50,52 +53,55 @@ _INPUT = {
 }
 
 
-def write_fuzzy(stage: Usd.Stage, path: str, system: FuzzySystem) -> None:
-    """Author a fuzzy system at `path` on the stage's edit target.
+def write_fuzzy(stage: Usd.Stage, path: str, system: ExpressionSystem) -> None:
+    """Author an expression system at `path` on the stage's edit target.
 
     Raises
     ------
     OutputError
         If the path or a name is not one that USD allows, or a prim with children is there.
     """
+    fuzzy = system.fuzzy
     try:
         prim = stage.DefinePrim(path, tokens.FUZZY_SYSTEM)
         if prim.GetChildren():
             raise OutputError(f"prim <{path}> already has children; remove it to write it anew")
-        for name, field in _SYSTEM.items():
+        for name, field in _FUZZY.items():
+            author(prim, name, _NAMES.Token, getattr(fuzzy, field))
+        for name, field in _EXPRESSION.items():
             author(prim, name, _NAMES.Token, getattr(system, field))
         for name, field in _INFERENCE.items():
-            if getattr(system, field) != getattr(_DEFAULT, field):
-                author(prim, name, _NAMES.Token, getattr(system, field))
-        if system.samples != _DEFAULT.samples:
-            author(prim, tokens.SAMPLES, _NAMES.Int, system.samples)
-        author(prim, tokens.NEUTRAL_RULE, _NAMES.Bool, system.neutral_rule)
+            if getattr(fuzzy, field) != getattr(_DEFAULT, field):
+                author(prim, name, _NAMES.Token, getattr(fuzzy, field))
+        if fuzzy.samples != _DEFAULT.samples:
+            author(prim, tokens.SAMPLES, _NAMES.Int, fuzzy.samples)
+        author(prim, tokens.NEUTRAL_RULE, _NAMES.Bool, fuzzy.else_rule)
         author(prim, tokens.RESPONSE, _NAMES.Double2, Gf.Vec2d(*system.response))
         for name, field in _NUMBERS.items():
             author(prim, name, _NAMES.Double, getattr(system, field))
         author(prim, tokens.GAIN, _NAMES.Float, system.gain, Sdf.VariabilityVarying)
-        for variable in system.variables:
-            _write_variable(
-                stage.DefinePrim(f"{path}/{variable.name}", tokens.FUZZY_VARIABLE), variable
-            )
-        taken = [variable.name for variable in system.variables]
-        wanted = [f"rule_{i + 1:02d}" for i in range(len(system.rules))]
-        for name, rule in zip(prim_names(wanted, taken), system.rules, strict=True):
+        read = dict(zip((v.name for v in fuzzy.inputs), system.features, strict=True))
+        for variable in fuzzy.variables:
+            child = stage.DefinePrim(f"{path}/{variable.name}", tokens.FUZZY_VARIABLE)
+            _write_variable(child, variable, read.get(variable.name))
+        taken = [variable.name for variable in fuzzy.variables]
+        wanted = [f"rule_{i + 1:02d}" for i in range(len(fuzzy.rules))]
+        for name, rule in zip(prim_names(wanted, taken), fuzzy.rules, strict=True):
             _write_rule(stage.DefinePrim(f"{path}/{name}", tokens.FUZZY_RULE), rule)
     except Tf.ErrorException as error:
         reason = str(error).strip().splitlines()[-1].strip()
         raise OutputError(f"cannot write the fuzzy system to <{path}>: {reason}") from error
 
 
-def _write_variable(prim: Usd.Prim, variable: Variable) -> None:
+def _write_variable(prim: Usd.Prim, variable: Variable, feature: MarkerFeature | None) -> None:
     author(prim, tokens.VARIABLE_KIND, _NAMES.Token, variable.kind)
     if variable.range is not None:
         author(prim, tokens.VARIABLE_RANGE, _NAMES.Double2, Gf.Vec2d(*variable.range))
     if variable.default:
         author(prim, tokens.VARIABLE_DEFAULT, _NAMES.Double, variable.default)
-    if variable.kind == "input":
+    if feature is not None:
         for name, field in _INPUT.items():
-            author(prim, name, _NAMES.Token, getattr(variable, field))
+            author(prim, name, _NAMES.Token, getattr(feature, field))
     elif not variable.terms:
         return
     terms = variable.terms
@@ -113,8 +119,8 @@ def _write_rule(prim: Usd.Prim, rule: Rule) -> None:
     author(prim, tokens.ENABLED, _NAMES.Bool, rule.enabled, Sdf.VariabilityVarying)
 
 
-def read_fuzzy(stage: Usd.Stage, path: str) -> FuzzySystem:
-    """Read the fuzzy system at `path`, as composed from all layers.
+def read_fuzzy(stage: Usd.Stage, path: str) -> ExpressionSystem:
+    """Read the expression system at `path`, as composed from all layers.
 
     Inactive variables and rules are left out.
 
@@ -126,13 +132,16 @@ def read_fuzzy(stage: Usd.Stage, path: str) -> FuzzySystem:
     prim = stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) else None
     if not prim or prim.GetTypeName() != tokens.FUZZY_SYSTEM:
         raise InputError(f"prim <{path}> is not a {tokens.FUZZY_SYSTEM}")
-    variables, rules = [], []
+    variables, features, rules = [], [], []
     for child in prim.GetChildren():
         if child.GetTypeName() == tokens.FUZZY_VARIABLE:
             variables.append(_checked(child, _read_variable))
+            if variables[-1].kind == "input":
+                features.append(_checked(child, _read_feature))
         elif child.GetTypeName() == tokens.FUZZY_RULE:
             rules.append(_checked(child, _read_rule))
-    return _checked(prim, lambda p: _read_system(p, tuple(variables), tuple(rules)))
+    fuzzy = _checked(prim, lambda p: _read_system(p, tuple(variables), tuple(rules)))
+    return _checked(prim, lambda p: _read_expression(p, fuzzy, tuple(features)))
 
 
 def _checked(prim: Usd.Prim, read: Callable[[Usd.Prim], _Read]) -> _Read:
@@ -148,11 +157,18 @@ def _checked(prim: Usd.Prim, read: Callable[[Usd.Prim], _Read]) -> _Read:
 def _read_system(
     prim: Usd.Prim, variables: tuple[Variable, ...], rules: tuple[Rule, ...]
 ) -> FuzzySystem:
-    settings: dict[str, Any] = _words(prim, _SYSTEM | _INFERENCE)
+    settings: dict[str, Any] = _tokens(prim, _FUZZY | _INFERENCE)
     if (samples := value_of(prim, tokens.SAMPLES, int)) is not None:
         settings["samples"] = samples
     if (flag := value_of(prim, tokens.NEUTRAL_RULE, bool)) is not None:
-        settings["neutral_rule"] = flag
+        settings["else_rule"] = flag
+    return replace(_DEFAULT, variables=variables, rules=rules, **settings)
+
+
+def _read_expression(
+    prim: Usd.Prim, fuzzy: FuzzySystem, features: tuple[MarkerFeature, ...]
+) -> ExpressionSystem:
+    settings: dict[str, Any] = _tokens(prim, _EXPRESSION)
     if (response := value_of(prim, tokens.RESPONSE, Gf.Vec2d)) is not None:
         settings["response"] = tuple(response)
     for name, field in _NUMBERS.items():
@@ -160,7 +176,7 @@ def _read_system(
             settings[field] = number
     if (gain := _float(prim, tokens.GAIN)) is not None:
         settings["gain"] = gain
-    return FuzzySystem(variables, rules, **settings)
+    return ExpressionSystem(fuzzy, features, **settings)
 
 
 def _read_variable(prim: Usd.Prim) -> Variable:
@@ -180,12 +196,17 @@ def _read_variable(prim: Usd.Prim) -> Variable:
         Term(name, kind_, tuple(parameters[end - count : end]))
         for name, kind_, count, end in zip(names, kinds, counts, ends, strict=True)
     )
-    settings = _words(prim, _INPUT) if kind == "input" else {}
+    settings: dict[str, Any] = {}
     if (bounds := value_of(prim, tokens.VARIABLE_RANGE, Gf.Vec2d)) is not None:
         settings["range"] = tuple(bounds)
     if (default := value_of(prim, tokens.VARIABLE_DEFAULT, float)) is not None:
         settings["default"] = default
     return Variable(prim.GetName(), kind, terms=terms, **settings)
+
+
+def _read_feature(prim: Usd.Prim) -> MarkerFeature:
+    settings: dict[str, Any] = {"role": "", **_tokens(prim, _INPUT)}
+    return MarkerFeature(**settings)
 
 
 def _read_rule(prim: Usd.Prim) -> Rule:
@@ -199,7 +220,7 @@ def _read_rule(prim: Usd.Prim) -> Rule:
     )
 
 
-def _words(prim: Usd.Prim, table: dict[str, str]) -> dict[str, Any]:
+def _tokens(prim: Usd.Prim, table: dict[str, str]) -> dict[str, Any]:
     """Return the fields of `table` that are authored."""
     found = {field: value_of(prim, name, str) for name, field in table.items()}
     return {field: value for field, value in found.items() if value is not None}

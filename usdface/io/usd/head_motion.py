@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.stage import matrices
 from usdface.retarget.head_joint import carrying_joint, joint_track, matrices_of, named_joint
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh, Skeleton
-from usdface.takes import FloatArray
 
 __all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "inverse_head_motion"]
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding, finding
 from usdface.io.transforms import decompose
 from usdface.rigs import Skeleton
-from usdface.takes import FloatArray
 
 __all__ = ["with_unit_scales"]
 

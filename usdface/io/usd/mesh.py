@@ -3,6 +3,7 @@
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_up
@@ -10,7 +11,6 @@ from usdface.io.usd.blend_shapes import read_shapes
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.face_varying_primvars import read_face_varying, to_face_varying
 from usdface.rigs import CornerValues, MaterialSubset, Mesh, Skin
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["read_mesh"]
 

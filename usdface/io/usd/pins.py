@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from pxr import Usd
 
+from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
 from usdface.retarget_setup import Pin
 from usdface.schemas import tokens
-from usdface.takes import FloatArray
 
 __all__ = ["read_pins"]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
@@ -17,7 +18,6 @@ from usdface.io.usd.scene import read_scene
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
-from usdface.takes import FloatArray
 
 __all__ = ["read_rig", "rig_of_stage", "skel_roots"]
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.inbetween_path import inbetween_path
 from usdface.io.transforms import compose
 from usdface.rigs import Mesh, Skeleton, Skin
-from usdface.takes import FloatArray
 
 __all__ = ["posed_bounds"]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Kind, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
@@ -32,7 +33,6 @@ from usdface.io.usd.stage import (
     vec3f_array,
 )
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
-from usdface.takes import FloatArray
 
 __all__ = ["write_rig"]
 

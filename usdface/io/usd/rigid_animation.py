@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
+from usdface.arrays import FloatArray
 from usdface.clips import JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import along
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
-from usdface.takes import FloatArray
 
 __all__ = [
     "RigidMotion",

@@ -16,13 +16,13 @@ from dataclasses import replace
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
+from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import rigid
 from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
 from usdface.io.usd.extras import read_extras, write_extras
 from usdface.scene import Camera, Light
-from usdface.takes import FloatArray
 
 __all__ = ["read_scene", "write_scene"]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
@@ -28,7 +29,7 @@ from usdface.io.usd.stage import (
 from usdface.io.usd.take import read_take_prim
 from usdface.schemas import tokens
 from usdface.shot import Shot
-from usdface.takes import FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["ShotPrims", "StagedShot", "read_shot"]
 

@@ -3,9 +3,9 @@
 import numpy as np
 from pxr import Usd, UsdSkel
 
+from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.rigs import Skeleton, Skin
-from usdface.takes import FloatArray
 
 __all__ = ["parent_frames", "read_skeleton", "read_skin"]
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
+from usdface.arrays import FloatArray
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
 from usdface.io.atomic import all_or_none, atomic_path, when_written
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
-from usdface.takes import FloatArray
 
 __all__ = [
     "Metrics",

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
 from usdface.io.usd.errors import usd_errors
@@ -20,7 +21,7 @@ from usdface.io.usd.stage import (
     vec3f_array,
 )
 from usdface.schemas import tokens, write_fallback_types
-from usdface.takes import BoolArray, FloatArray, MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["define_take", "read_take_prim", "write_take"]
 

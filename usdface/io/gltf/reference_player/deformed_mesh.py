@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from usdface.arrays import FloatArray
 from usdface.certificate.linear_morph import LinearMorph
 from usdface.io.gltf.reference_player.morph_targets import PlayerTargets
-from usdface.takes import FloatArray
 
 __all__ = ["PlayerMesh", "Sampled"]
 

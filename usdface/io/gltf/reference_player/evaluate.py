@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh, Sampled
 from usdface.io.gltf.reference_player.gltf_file import PlayerFile
 from usdface.io.gltf.reference_player.morph_targets import PlayerTargets, Target
 from usdface.io.gltf.reference_player.node_motion import PlayerNodes, Space
-from usdface.takes import FloatArray, IntArray
 
 __all__ = ["PlayerClip", "evaluate_clips", "evaluate_gltf"]
 

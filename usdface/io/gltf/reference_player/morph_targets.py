@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.takes import FloatArray
+from usdface.arrays import FloatArray
 
 __all__ = ["PlayerTargets", "Target"]
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.io.gltf.reference_player.deformed_mesh import Sampled
-from usdface.takes import FloatArray
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

@@ -1,0 +1,73 @@
+"""Every public name is documented, with an example that runs; docs/api.md is made of that."""
+
+import doctest
+import inspect
+import shutil
+import sys
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Usd
+
+import usdface
+
+ROOT = Path(__file__).parents[1]
+FLAGS = doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL | doctest.NORMALIZE_WHITESPACE
+NAMES = pytest.mark.parametrize("name", usdface.__all__)
+
+
+@pytest.fixture
+def beside_the_examples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@NAMES
+def test_its_example_runs(name: str, beside_the_examples: Path) -> None:
+    public = getattr(usdface, name)
+    text = inspect.getdoc(public) or ""
+    test = doctest.DocTestParser().get_doctest(
+        text, {"usdface": usdface, "np": np, "Path": Path, "Usd": Usd}, name, None, 0
+    )
+    assert test.examples, f"{name} has no example"
+    said: list[str] = []
+    doctest.DocTestRunner(optionflags=FLAGS).run(test, out=said.append)
+    assert not said, "".join(said)
+
+
+@NAMES
+def test_each_parameter_is_described(name: str) -> None:
+    public = getattr(usdface, name)
+    text = inspect.getdoc(public) or ""
+    described = text.split("Parameters\n-----", 1)[-1] if "Parameters\n" in text else text
+    for parameter in inspect.signature(public).parameters:
+        if parameter not in ("args", "kwargs"):
+            assert parameter in described, f"{name}: {parameter}"
+
+
+@NAMES
+def test_only_the_first_arguments_of_a_function_go_by_place(name: str) -> None:
+    public = getattr(usdface, name)
+    if inspect.isfunction(public):
+        kinds = [p.kind for p in inspect.signature(public).parameters.values()]
+        assert kinds.count(inspect.Parameter.POSITIONAL_OR_KEYWORD) <= 3
+        assert inspect.signature(public).return_annotation is not inspect.Signature.empty
+
+
+@NAMES
+def test_a_type_of_results_cannot_be_changed(name: str) -> None:
+    public = getattr(usdface, name)
+    if is_dataclass(public):
+        assert public.__dataclass_params__.frozen and fields(public)
+
+
+def test_the_page_is_that_of_the_docstrings(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    import make_api
+
+    assert (ROOT / "docs" / "api.md").read_text(encoding="utf-8") == make_api.page(), (
+        f"{sys.executable} docs/make_api.py writes it anew"
+    )

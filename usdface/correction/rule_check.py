@@ -1,0 +1,40 @@
+"""Doubtful rules of an expression system: those of its rule base, and answers to a neutral face."""
+
+import numpy as np
+
+from usdface.advice import advice
+from usdface.expression_system import ExpressionSystem
+from usdface.findings import Finding, finding
+from usdface.fuzzy.inference import rules_firing_at
+from usdface.fuzzy.lint import rule_findings
+from usdface.fuzzy.rules import Rule
+
+__all__ = ["check_rules", "fires_at_neutral"]
+
+
+def check_rules(system: ExpressionSystem) -> list[Finding]:
+    """Return RULE_FIRES_AT_NEUTRAL for each rule that does, and the lint of the rule base.
+
+    ADVICE_FAILED where the rules cannot be checked.
+    """
+    found, failed = advice("fuzzy rules", lambda: _check(system), list[Finding]())
+    return found + failed
+
+
+def _check(system: ExpressionSystem) -> list[Finding]:
+    neutral = [
+        finding(
+            "RULE_FIRES_AT_NEUTRAL",
+            rule.place or str(rule),
+            f"the rule {rule} fires on a neutral face; begin its terms away from 0",
+        )
+        for rule in fires_at_neutral(system)
+    ]
+    read = zip(system.fuzzy.inputs, system.features, strict=True)
+    lower_bounds = {v.name: 0.0 for v, feature in read if feature.measure == "absolute"}
+    return neutral + rule_findings(system.fuzzy, lower_bounds)
+
+
+def fires_at_neutral(system: ExpressionSystem) -> list[Rule]:
+    """Return the enabled rules that fire on a neutral face, where every feature is 0."""
+    return rules_firing_at(system.fuzzy, np.zeros(len(system.features)))

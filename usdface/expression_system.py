@@ -1,0 +1,150 @@
+"""The expression system: marker features, the fuzzy system that evaluates them, the correction.
+
+`usdface.correction` measures the features (`space`, `face_unit`, `smoothing`), evaluates the
+fuzzy system on them (`usdface.fuzzy`) and blends the expression poses of its outputs over the
+solved weights (`mode`, `gain`, `response`, `blend_time`, `ease`).
+"""
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Literal
+
+from usdface.errors import InputError
+from usdface.fuzzy.system import FuzzySystem
+from usdface.fuzzy.variables import check_choice
+from usdface.options import (
+    BLEND_TIME,
+    FEATURE_SMOOTHING,
+    RESPONSE,
+    CorrectionMode,
+    FeatureSpace,
+)
+
+__all__ = ["Axis", "ExpressionSystem", "FaceUnit", "MarkerFeature", "Measure"]
+
+Axis = Literal["x", "y", "z"]
+Measure = Literal["absolute", "signed"]
+FaceUnit = Literal["none", "marker_spread"]
+
+# No expression is left of features that are smoothed longer [s].
+_LONGEST_SMOOTHING = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class MarkerFeature:
+    """A marker's distance to the nose tip along an axis, as it differs from neutral.
+
+    Attributes
+    ----------
+    role : str
+        Of the marker, see `usdface.retarget_setup.RetargetSetup.roles`.
+    axis : {"x", "y", "z"}
+    measure : {"signed", "absolute"}
+        Whether the difference has a sign, see `usdface.correction.features.measure`.
+    """
+
+    role: str
+    axis: Axis = "y"
+    measure: Measure = "signed"
+
+    def __post_init__(self) -> None:
+        if not self.role:
+            raise InputError("the input has no role; name the role of the marker that it reads")
+        check_choice("axis", self.axis, Axis)
+        check_choice("measure", self.measure, Measure)
+
+    @property
+    def name(self) -> str:
+        """Of the input variable that reads it, where nobody calls it otherwise."""
+        return f"{self.role}_{self.axis}"
+
+
+@dataclass(frozen=True, slots=True)
+class ExpressionSystem:
+    """A fuzzy system that recognises emotions in marker features, and how they correct weights.
+
+    Attributes
+    ----------
+    fuzzy : FuzzySystem
+        Its outputs are emotions.
+    features : tuple of MarkerFeature
+        The feature that each input of `fuzzy` reads.
+    space : {"character", "take"}
+        Where features are measured: on the character's markers or on the performer's.
+    face_unit : {"marker_spread", "none"}
+        What features are divided by: "none" leaves them in millimetres.
+    smoothing : float [s]
+        How far noisy features are smoothed over time, see `usdface.correction.features.smooth`.
+    mode, gain
+        How the emotions are blended over the weights, see `usdface.correction.pose_blend`.
+    response : (onset, full)
+        Outputs at which a raised pose begins to show and shows whole, see
+        `usdface.correction.pose_blend.respond`.
+    blend_time : float [s]
+        How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blended_in`.
+    ease : float
+        How far the antagonists of what is raised go back, 0 to 1, see
+        `usdface.correction.pose_blend.eased`.
+
+    Raises
+    ------
+    InputError
+        If there are not as many features as inputs, or a setting cannot be used.
+
+    Examples
+    --------
+    >>> shot = usdface.make_shot(
+    ...     "examples/head.usdc", "examples/take.usdc", "shot.usda", bind="examples/bind.json"
+    ... ).value
+    >>> shot.system.emotions[:3], shot.system.mode
+    (('joy', 'sadness', 'anger'), 'raise')
+    """
+
+    fuzzy: FuzzySystem
+    features: tuple[MarkerFeature, ...]
+    space: FeatureSpace = "character"
+    face_unit: FaceUnit = "marker_spread"
+    smoothing: float = FEATURE_SMOOTHING
+    mode: CorrectionMode = "raise"
+    gain: float = 1.0
+    response: tuple[float, float] = RESPONSE
+    blend_time: float = BLEND_TIME
+    ease: float = 0.0
+
+    def __post_init__(self) -> None:
+        if len(self.features) != len(self.fuzzy.inputs):
+            raise InputError(
+                f"the fuzzy system has {len(self.fuzzy.inputs)} inputs, but "
+                f"{len(self.features)} marker features; expected one for each"
+            )
+        check_choice("space of the fuzzy system", self.space, FeatureSpace)
+        check_choice("face unit of the fuzzy system", self.face_unit, FaceUnit)
+        check_choice("mode of the fuzzy system", self.mode, CorrectionMode)
+        if not (isfinite(self.gain) and self.gain >= 0):
+            raise InputError(f"gain of the fuzzy system is {self.gain}; expected 0 or more")
+        self._check_response()
+        for name, seconds in (("smoothing", self.smoothing), ("blend time", self.blend_time)):
+            if not 0 <= seconds <= _LONGEST_SMOOTHING:
+                raise InputError(
+                    f"{name} of the fuzzy system is {seconds:g}; expected seconds, 0 to "
+                    f"{_LONGEST_SMOOTHING:g}"
+                )
+        if not 0 <= self.ease <= 1:
+            raise InputError(f"ease of the fuzzy system is {self.ease}; expected 0 to 1")
+
+    def _check_response(self) -> None:
+        try:
+            onset, full = map(float, self.response)
+        except (TypeError, ValueError):
+            onset = full = -1.0
+        if not (isfinite(full) and 0 <= onset < full):
+            raise InputError(
+                f"response of the fuzzy system is {self.response!r}; expected an output of 0 or "
+                "more, then a larger one"
+            )
+        object.__setattr__(self, "response", (onset, full))
+
+    @property
+    def emotions(self) -> tuple[str, ...]:
+        """Names of the outputs, in the order of the columns that `evaluate` gives."""
+        return self.fuzzy.output_names
