@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 from benchmarks.solve.faces import Face, bent, ict  # noqa: E402
 from usdface.arrays import FloatArray  # noqa: E402
+from usdface.face.bound_face import bound_face  # noqa: E402
 from usdface.retarget_setup import Binding, Calibration, RetargetSetup  # noqa: E402
 from usdface.retarget_take import calibrate, retarget  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
@@ -80,14 +81,14 @@ def main() -> None:
 
             def error(calibration: Calibration | None, take: MarkerTake = scored) -> float:
                 calibrated = replace(setup, calibration=calibration)
-                _, solved, _, _ = retarget(take, calibrated, face.mesh, names)
+                _, solved, _, _ = retarget(take, bound_face(face.mesh, calibrated), calibrated)
                 return rms(solved.weights[REST:] - curves[SCORED])
 
             before = error(None)
             exact = error(Calibration(names, gains, np.zeros(len(names))))
             for name, (weights, extremes) in trained.items():
                 take = performance(face, performer, gains, weights, 50 + seed)
-                found, _ = calibrate(take, setup, face.mesh, extremes)
+                found, _ = calibrate(take, bound_face(face.mesh, setup), setup, extremes=extremes)
                 off = found.calibration.amplitudes - gains
                 known = [names.index(shape) for shape in found.known]
                 of_known = rms(off[known]) if known else np.nan

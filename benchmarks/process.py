@@ -156,11 +156,11 @@ def stages(shot: Path, folder: Path, runs: int) -> None:
 
 def compiled(shot: Path, runs: int) -> None:
     """Print the processor time as installed, and where numba is absent, in turns."""
-    doors = {"as installed": "", "without numba": "sys.modules['numba'] = None"}
+    installs = {"as installed": "pass", "without numba": "sys.modules['numba'] = None"}
     call = "import sys; {}; from usdface.cli import main; sys.exit(main(sys.argv[1:]))"
-    done: dict[str, list[float]] = {name: [] for name in doors}
+    done: dict[str, list[float]] = {name: [] for name in installs}
     for _ in range(runs):
-        for name, code in doors.items():
+        for name, code in installs.items():
             before = resource.getrusage(resource.RUSAGE_CHILDREN)
             child("-c", call.format(code), "process", shot, "--format", "json")
             after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -1,13 +1,17 @@
-"""What the documents show is true: commands, links, USD and Python."""
+"""The documents are true: commands, links, USD and Python."""
 
 import ast
 import doctest
 import re
+import shlex
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from pxr import Sdf, Usd
 
+from usdface.cli import _parser
 from usdface.io.usd.fuzzy import read_fuzzy
 
 ROOT = Path(__file__).parents[1]
@@ -73,7 +77,29 @@ def test_sessions_are_true(document: Path) -> None:
         assert session.examples and not doctest.DocTestRunner().run(session).failed
 
 
-def test_what_is_overridden_is_there() -> None:
+def command_lines(document: Path) -> list[list[str]]:
+    text = "".join(blocks(document, "sh")).replace("\\\n", " ")
+    lines = [line for line in text.splitlines() if line.startswith("usdface ")]
+    return [words for line in lines if "..." not in (words := shlex.split(line, comments=True))]
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_commands_and_their_options_exist(document: Path) -> None:
+    for words in command_lines(document):
+        _parser().parse_args(words[1:])
+
+
+def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    (block,) = blocks(ROOT / "README.md", "python")
+    names: dict[str, Any] = {}
+    exec(block, names)
+    assert names["weights"].weights.shape == (720, 51)
+    assert names["result"].written[0].is_file()
+
+
+def test_overridden_prims_and_attributes_exist() -> None:
     """The override that docs/usd.md shows names prims, attributes and variables of the example."""
     block = next(b for b in blocks(ROOT / "docs" / "usd.md", "usda") if "subLayers" in b)
     over = Sdf.Layer.CreateAnonymous(".usda")
