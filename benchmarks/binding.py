@@ -182,6 +182,21 @@ def anchor_figures() -> dict[str, float]:
     }
 
 
+def neutral_figures() -> dict[str, float]:
+    """Return RMS errors of the weights that neutral frames show, where some do and where none."""
+    found: dict[str, float] = {}
+    for name, seed, count in (("neutral", 11, 0), ("12 shapes", 12, 12)):
+        errors = []
+        for kind in KINDS:
+            case = simulated(kind, seed, count)
+            setup = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
+            estimate = neutral_weights(case.take, case.mesh, setup)
+            estimated = np.array([estimate.get(n, 0.0) for n in case.mesh.shape_names])
+            errors.append(np.mean((estimated - case.weights[0]) ** 2))
+        found[name] = float(np.sqrt(np.mean(errors)))
+    return found
+
+
 def rests() -> None:
     """What it costs to take a rest that shows something as neutral."""
     table = Table(title="weight RMS error where the rest shows some shapes")

@@ -52,6 +52,29 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def figures() -> dict[str, float]:
+    """Return the RMS error of amplitudes that one performer's range of motion tells."""
+    face = ict(SHARED)
+    names, curves = face.mesh.shape_names, to_extremes(face.curves.clip(0, 1)[TRAINED])
+    setup = RetargetSetup(
+        Binding(face.names, face.points),
+        head="stabilised",
+        neutral=(0, REST - 1),
+        nose_tip=face.names[30],
+    )
+    gains = np.random.default_rng(108).uniform(0.8, 1.25, len(names))
+    take = performance(face, bent(face, 8, BEND), gains, curves[::4], 58)
+    found, _ = calibrate(take, bound_face(face.mesh, setup), setup, extremes=True)
+    off = found.calibration.amplitudes - gains
+    known = [names.index(shape) for shape in found.known]
+    return {
+        "amplitudes": rms(off),
+        "of known": rms(off[known]) if known else np.nan,
+        "known": float(len(known)),
+        "offsets": rms(found.calibration.offsets),
+    }
+
+
 def main() -> None:
     face = ict(SHARED)
     names, curves = face.mesh.shape_names, face.curves.clip(0, 1)

@@ -54,6 +54,8 @@ def rows(module: str, names: str, measure: str) -> list[Constant]:
 
 
 PLACED, CHECKED, CLEANED = "binding:figures", "binding:anchor_figures", "cleanup:figures"
+SOLVED, RESTED = "solve_figures:figures", "binding:neutral_figures"
+CALIBRATED = "calibration:figures"
 DESIGNED, LEARNED = "expressions:design_figures", "fuzzy_variants:figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
@@ -99,6 +101,26 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.rule_learning.fallback_rules", "_MOVED _MOVEMENTS _LEAST_MET", LEARNED),
         *rows("usdface.rule_learning.fallback_rules", "_CONDITION_COST _NOISE_COST", LEARNED),
         *rows("usdface.rule_learning.fallback_rules", "_TOGETHER _SHORTLIST", LEARNED),
+    ],
+    "retarget": [
+        *rows("usdface.retarget.regularisation", "_ALIKE", SOLVED),
+        *rows(
+            "usdface.retarget.covariance", "_EXPECTED _BELIEF _LEAST _STEPS _BINS _SHOWN", SOLVED
+        ),
+        *rows("usdface.retarget.solve", "_NEGLIGIBLE _ROUGH _JOINED _LEARNED_LONGER", SOLVED),
+        *rows("usdface.retarget.temporal_solve", "_PENALTY _STIFFEST", SOLVED),
+        *rows("usdface.retarget.temporal_solve", "_LEARNED_PENALTY _USUAL", SOLVED),
+        *rows("usdface.retarget.pose_and_weights", "_ROUNDS _SETTLED_SHARE", SOLVED),
+        *rows("usdface.retarget.map_choice", "_AS_GOOD", SOLVED),
+        *rows("usdface.retarget.confidence", "_MANY", SOLVED),
+        *rows("usdface.retarget.neutral_weights", "_ERROR _LASTING_ERROR _STRONG _SEEN", RESTED),
+        *rows("usdface.retarget.neutral_weights", "_SPARSITY _REST_SPREAD _LARGEST", RESTED),
+        *rows("usdface.retarget.neutral_weights", "_FEWEST_FRAMES _FEWEST_MARKERS", RESTED),
+        *rows("usdface.retarget.neutral_weights", "_NEUTRAL _LEAST", RESTED),
+        *rows("usdface.retarget.calibration", "_AT_REST _HELD _KNOWN _UNLIKE", CALIBRATED),
+        *rows("usdface.retarget.amplitude_posterior", "_REACH _LEAST", CALIBRATED),
+        *rows("usdface.options", "AMPLITUDE_SPREAD LARGEST_OFFSET OFFSET_SPREAD", CALIBRATED),
+        *rows("usdface.options", "EXTREME_REACHED", CALIBRATED),
     ],
     "cleanup": [
         *rows("usdface.cleanup.clean", "_FEWEST_MARKERS _FEWEST_FRAMES _ROUNDS", CLEANED),
