@@ -156,9 +156,7 @@ class TakeReader(Reader):
 
     Examples
     --------
-    >>> XYZ = usdface.TakeReader(
-    ...     name="XYZ", suffixes=(".xyz",), read=lambda path, options: ...
-    ... )
+    >>> XYZ = usdface.TakeReader(name="XYZ", suffixes=(".xyz",), read=lambda path, options: ...)
     """
 
     read: ReadTake
@@ -191,9 +189,7 @@ class RigReader(Reader):
 
     Examples
     --------
-    >>> HEAD = usdface.RigReader(
-    ...     name="Head", suffixes=(".head",), read=lambda path, options: ...
-    ... )
+    >>> HEAD = usdface.RigReader(name="Head", suffixes=(".head",), read=lambda path, options: ...)
     """
 
     read: ReadRig
