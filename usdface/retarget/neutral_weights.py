@@ -21,20 +21,28 @@ __all__ = ["rest_weights", "without_weights"]
 # any frame, its error in the mean of all, and the motion beyond which a frame says less,
 # because performer and rig differ more in strong expressions. Set by hand: 1 mm, 0.2 mm and 2 mm on
 # that face, where a real take of another face has a misfit of 0.9 mm (AnimFace, docs/method.md).
-_ERROR, _LASTING_ERROR, _STRONG = 0.016, 0.0032, 0.032
+_ERROR = 0.016
+_LASTING_ERROR = 0.0032
+_STRONG = 0.032
 # Expected size of weights (`SolveOptions.spread`), how much fewer are preferred, and expected size
 # of the rest's. Set by hand.
-_SPREAD, _SPARSITY, _REST_SPREAD = 0.5, 0.5, 0.15
+_SPREAD = 0.5
+_SPARSITY = 0.5
+_REST_SPREAD = 0.15
 _LARGEST = 0.5  # more than half of a shape is no rest
 # Bounds on time: frames that are looked at, and steps of the search.
-_FRAMES, _STEPS = 200, 60
+_FRAMES = 200
+_STEPS = 60
 # A marker must be seen in so many of the frames, and so many frames show all those markers; eight
 # markers say 18 numbers beside the head's six.
-_SEEN, _FEWEST_FRAMES, _FEWEST_MARKERS = 0.9, 10, 8
+_SEEN = 0.9
+_FEWEST_FRAMES = 10
+_FEWEST_MARKERS = 8
 # Performers of another face than the rig's seem to show up to 0.15 where they show nothing: if no
 # weight is larger the rest is a neutral. Of others small weights are left out. Set by hand;
 # python benchmarks/binding.py rests measures them.
-_NEUTRAL, _LEAST = 0.16, 0.02
+_NEUTRAL = 0.16
+_LEAST = 0.02
 
 
 def rest_weights(
