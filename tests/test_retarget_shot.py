@@ -148,6 +148,10 @@ def test_what_the_callback_raises_ends_the_job(folder: Path, shot: Shot) -> None
     with pytest.raises(Cancelled):
         usdface.retarget(shot, on_progress=lambda step: until("solve", step))
     assert announced == ["clean", "solve"]
+    steps: list[Step] = []
+    usdface.retarget(shot, on_progress=steps.append)
+    rounds = [step.fraction for step in steps if step.name == "solve" and step.fraction is not None]
+    assert len(rounds) > 1 and rounds == sorted(rounds) and 0 <= rounds[0] < rounds[-1] < 1
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     for last in ("read", "clean", "solve", "express", "report", "gltf"):
         with pytest.raises(Cancelled):

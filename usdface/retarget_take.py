@@ -101,7 +101,9 @@ def solve(
         combined = with_combinations(face.mesh, weights.names, bent)
         return replace(weights, weights=combined), None, findings
     take, setup, model, findings = _prepared(take, face, setup, cleaned, progress)
-    solution, more = solve_take(take, face.neutral, face.offsets, face.shape_names, setup, model)
+    solution, more = solve_take(
+        take, face.neutral, face.offsets, face.shape_names, setup, model, progress=progress
+    )
     return solution.weights, solution, findings + more
 
 

@@ -16,6 +16,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.progress import Progress, Step
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
@@ -92,6 +93,8 @@ def solve_pose_and_weights(
     pose: Pose,
     setup: RetargetSetup,
     names: tuple[str, ...] = (),
+    *,
+    progress: Progress | None = None,
 ) -> PoseAndWeights:
     """Solve the weights of a take, and the head pose with them if the setup says so.
 
@@ -111,6 +114,8 @@ def solve_pose_and_weights(
     setup : RetargetSetup
     names : tuple of str, length S
         The blend shapes; needed where the setup has pins or asks for symmetry.
+    progress : Progress, optional
+        Announces each round of the step "solve".
     """
     free = tuple(names[shape] for shape in model.free) if names else ()
     rows = _rows(target, model, positions.shape[2], setup.head == "solve")
@@ -125,6 +130,8 @@ def solve_pose_and_weights(
     iterate: Iterate | None = None
     regularisation = Regularisation(0.0, 0.0, setup.solve, free)
     for done in range(1, _ROUNDS + 1):
+        if progress:  # at most so far: the rounds end when markers have settled
+            progress(Step("solve", (done - 1) / _ROUNDS))
         displaced, observed = _displaced(here, space, rows, iterate, times)
         rest = observed @ basis_of_rest
         noise = marker_noise(rest, whole) if done <= 2 else regularisation.noise

@@ -9,6 +9,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose, rigid_fit
+from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import performed
 from usdface.retarget.map_choice import choose_map
 from usdface.retarget.neutral import neutral_markers, on_plane
@@ -32,6 +33,8 @@ def solve_take(
     shape_names: tuple[str, ...],
     setup: RetargetSetup,
     model: BlendShapeEvaluator | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> tuple[Solution, list[Finding]]:
     """Retarget a marker take onto a face.
 
@@ -47,6 +50,8 @@ def solve_take(
     model : BlendShapeEvaluator, optional
         Of all B markers' displacements, inbetweens and combinations included; linear, if left
         out.
+    progress : Progress, optional
+        Announces each round of the step "solve".
 
     Returns
     -------
@@ -80,7 +85,7 @@ def solve_take(
         model, start = performed(model, shape_names, setup.calibration, rested)
         space = replace(space, start=start.reshape(target.shape))
     joint = solve_pose_and_weights(
-        take.times, positions, target, model, space, pose, setup, shape_names
+        take.times, positions, target, model, space, pose, setup, shape_names, progress=progress
     )
     weights, displaced = joint.weights, joint.displaced
     predicted = model.displacements(weights).reshape(displaced.shape)
