@@ -1,4 +1,4 @@
-"""Where anonymous markers sit, proposed: `python benchmarks/binding.py [named | rests | given]`.
+"""Proposed vertices of anonymous markers: `python benchmarks/binding.py [named | rests | given]`.
 
 Performers are the faces of tests/faces.py bent at random, each shape 0.8 to 1.25 as strong, driven
 by recorded range-of-motion curves with head motion and 0.3 mm of noise; their markers are shuffled,
@@ -6,6 +6,7 @@ turned, scaled and nameless. AnimFace's optical takes are put on the ICT face, j
 binding that a person made for the tests. See README.md.
 """
 
+import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -308,5 +309,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    parts = {"named": named_neutral, "rests": rests, "given": wrong_given}
-    parts.get(" ".join(sys.argv[1:]), main)()
+    parts = {"all": main, "named": named_neutral, "rests": rests, "given": wrong_given}
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("part", nargs="?", choices=parts, default="all")
+    parts[parser.parse_args().part]()

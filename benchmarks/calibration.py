@@ -1,4 +1,4 @@
-"""What a calibration is worth: `python benchmarks/calibration.py`.
+"""Weight error with and without a calibration: `python benchmarks/calibration.py`.
 
 Performers are the ICT face bent at random, each shape 0.8 to 1.25 as strong, 68 landmarks, 0.3 mm
 of noise; the character is the ICT face. They are calibrated on the first half of the recorded

@@ -1,4 +1,4 @@
-"""What the expression layer hears and what it makes of it: `python benchmarks/expressions.py`.
+"""Outputs and corrections of the expression layer: `python benchmarks/expressions.py`.
 
 Three faces, each with two or three layouts of markers; everything goes through the real solve with
 0.3 mm of marker noise.

@@ -1,4 +1,4 @@
-"""What a fitted system hears of MakeHuman's expressions: `python benchmarks/fuzzy_fit.py`.
+"""Fitted systems on MakeHuman's expressions: `python benchmarks/fuzzy_fit.py`.
 
 Joint poses move the mesh, the mesh carries markers, and the markers go through the clean-up, the
 solve on MakeHuman's blend shapes and `usdface fuzzy fit`. Seeds are fixed. See README.md.
@@ -144,7 +144,7 @@ def rules_and_fallback(learned: LearnedSystem) -> str:
 
 
 def summary(bodies: dict[str, tuple[Posable, BoundFace]]) -> Table:
-    table = Table(title=f"Held-out expressions heard right; {PERFORMERS} performers, 0.3 mm noise")
+    table = Table(title=f"Held-out expressions recognised; {PERFORMERS} performers, 0.3 mm noise")
     for column in ("emotions", "markers", "space", "rules + fallback; most conditions"):
         table.add_column(column)
     for column in ("new performer", "nearest mean", "new variant", "nearest mean", "no emotion"):
@@ -189,7 +189,7 @@ def opened_mouth(body: Posable, face: BoundFace) -> Table:
     is_open = np.array([variant.endswith("_open") for variant in data.variants])
     last = np.array([int(r[-1]) >= PERFORMERS // 2 for r in data.recordings])
     table = Table(title="The mouth opens over the expression; fitted on half of the performers")
-    for column in ("fitted on", "rules", "published poses heard", "with an open mouth heard"):
+    for column in ("fitted on", "rules", "published poses recognised", "with an open mouth"):
         table.add_column(column, justify="left" if column == "fitted on" else "right")
     for title, kept in (("published poses", ~is_open & ~last), ("both", ~last)):
         learned = fit_system(data.subset(kept))
@@ -252,8 +252,8 @@ def main() -> None:
                 console.print(f"{rule.text} (weight {rule.weight:g})")
             console.print(jitter(data, bodies["68"][1]))
         apart = separations(data, "recording")
-        for said in (f for pair in apart for f in pair.findings()):
-            console.print(said.message)
+        for each in (f for pair in apart for f in pair.findings()):
+            console.print(each.message)
         least = min(apart, key=lambda pair: pair.sensitivity)
         console.print(
             f"least apart: {' and '.join(least.emotions)}, {least.sensitivity:.1f} spreads by "

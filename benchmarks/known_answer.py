@@ -1,4 +1,4 @@
-"""Weights that are known, and what comes back: `python benchmarks/known_answer.py`.
+"""Recovery of known weights: `python benchmarks/known_answer.py`.
 
 Real range-of-motion weights (Live Link Face, 4,030 frames) drive the ICT face; its 68
 landmarks, with noise, are the take. Beside ours: an exact box-constrained solve of every frame

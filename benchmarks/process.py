@@ -1,4 +1,4 @@
-"""`usdface process` on a long take, beside what USD alone needs: `python benchmarks/process.py`.
+"""`usdface process` on a long take, beside USD alone: `python benchmarks/process.py`.
 
 Real weights drive the ICT face; its 68 landmarks, with 0.3 mm of noise on a moving head, are
 the take. Every run is a process of its own; figures are medians. See README.md.

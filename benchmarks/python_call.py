@@ -20,7 +20,7 @@ from usdface.blas_threads import BLAS_THREADS
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 AIM = 1.3
 CALL = "import usdface; usdface.process('shot.usda')"
-DOORS = {
+CALLS = {
     "usdface process": ["-m", "usdface", "process", "shot.usda"],
     "from Python": ["-c", CALL],
     "from Python, numpy loaded before": ["-c", f"import numpy, scipy.linalg; {CALL}"],
@@ -47,15 +47,15 @@ def main() -> int:
         busy = subprocess.Popen([sys.executable, "-c", "while True: pass"])
         try:
             runs = [
-                {d: cpu_seconds(w, Path(place)) for d, w in DOORS.items()} for _ in range(turns)
+                {d: cpu_seconds(w, Path(place)) for d, w in CALLS.items()} for _ in range(turns)
             ]
         finally:
             busy.kill()
             busy.wait()
-    command, *_ = DOORS
-    ratios = {door: median([run[door] / run[command] for run in runs]) for door in DOORS}
-    for door, ratio in ratios.items():
-        print(f"{door:<36} {median([run[door] for run in runs]):6.2f} s CPU {ratio:6.2f}")
+    command, *_ = CALLS
+    ratios = {call: median([run[call] / run[command] for run in runs]) for call in CALLS}
+    for call, ratio in ratios.items():
+        print(f"{call:<36} {median([run[call] for run in runs]):6.2f} s CPU {ratio:6.2f}")
     return int(max(ratios.values()) > AIM)
 
 

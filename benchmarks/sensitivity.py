@@ -1,4 +1,4 @@
-"""What changes if a constant is halved or doubled: `python benchmarks/sensitivity.py PACKAGE`.
+"""Sensitivity to halved and doubled constants: `python benchmarks/sensitivity.py PACKAGE`.
 
 Each row of `TABLE` names a module-level constant and the function of a benchmark whose figures it
 is judged by. Every run is a process of its own, in which the module is compiled with the constant

@@ -1,4 +1,4 @@
-"""What sits in and on the head: eyes, brows, teeth, tongue, ears, hair."""
+"""Parts in and on the head: eyes, brows, teeth, tongue, ears, hair."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The picture in the README: what the performer did, what was retargeted, what was corrected.
+"""The picture in the README: performance, retarget and correction.
 
 ``python -m examples.result`` from the project, after `usdface process examples/shot.usda`.
 """

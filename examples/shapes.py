@@ -1,4 +1,4 @@
-"""The 52 ARKit blend shapes of the head: what each one moves, in metres at weight 1.
+"""The 52 ARKit blend shapes of the head: offsets in metres at weight 1.
 
 Lips and lids are led along their loops; the skin between follows elastically over the mesh,
 so what is close in space but not along the skin (the other lip) stays where it is. Names and

@@ -1,4 +1,4 @@
-"""What others do with the same markers, told the head's pose: functions of a `World` to weights.
+"""Other solvers on the same markers, with known head pose: functions of a `World` to weights.
 
 Each frame is solved for itself, from the markers that it shows; only the Butterworth filter looks
 at more than one. All but the textbook RBF start from the similarity delta.
