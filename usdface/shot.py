@@ -1,4 +1,4 @@
-"""A shot in memory: a character, a take and their set-up; and its result. Arrays in SI units, Y up.
+"""A shot in memory: a character, a take and their setup; and its result. Arrays in SI units, Y up.
 
 `usdface.io.usd.shot` reads a `Shot` from a stage, `usdface.retarget` turns it into a `ShotResult`,
 and `usdface.io.usd.layers` writes that back. No step between them needs a stage.

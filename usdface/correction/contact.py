@@ -17,7 +17,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.correction.gaps import Gaps
 
-__all__ = ["hold"]
+__all__ = ["limit_correction"]
 
 # Upper bounds: a handful of rounds, and as many steps as weights reach 0 on the way.
 _ROUNDS = 20
@@ -28,7 +28,7 @@ _HALVINGS = 20
 _EXACT = 1e-6
 
 
-def hold(
+def limit_correction(
     solved: FloatArray, corrected: FloatArray, gaps: Gaps
 ) -> tuple[FloatArray, BoolArray, FloatArray]:
     """Take back as little of a correction as keeps the contact of lips and lids.

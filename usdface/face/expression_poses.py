@@ -103,14 +103,14 @@ def expressions_for(
             expressions.append(Expression(emotion, (named[0],), np.ones(1)))
             continue
         units = {ActionUnit(unit): strength for unit, strength in EMOTIONS[emotion].items()}
-        shown, more = _composed(ActionPose(emotion, units), family, shape_names)
+        shown, new_findings = _composed(ActionPose(emotion, units), family, shape_names)
         expressions += shown
-        findings += more
+        findings += new_findings
     for pose in given.values():
         if isinstance(pose, ActionPose):
-            shown, more = _composed(pose, family, shape_names)
+            shown, new_findings = _composed(pose, family, shape_names)
             expressions += shown
-            findings += more
+            findings += new_findings
         elif pose is not None:
             expressions.append(pose)
             findings += [

@@ -98,12 +98,12 @@ def examples_of(
     for path in paths:
         own = [label for label in labels if label.take == path]
         with progress.step(f"retarget {path.name}"):
-            take, more = read(path)
-            findings += more
-            seen, solved, more = _stretches(take, own, face, setup, options.space, columns)
+            take, new_findings = read(path)
+            findings += new_findings
+            seen, solved, new_findings = _stretches(take, own, face, setup, options.space, columns)
         rows.append(seen)
         weights.append(solved)
-        findings += more
+        findings += new_findings
     examples = Examples(
         columns,
         direction_names(face.neutral, face.nose),

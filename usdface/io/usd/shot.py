@@ -1,4 +1,4 @@
-"""Shots out of USD: a stage that brings a character, a take and their set-up together."""
+"""Shots out of USD: a stage that brings a character, a take and their setup together."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
