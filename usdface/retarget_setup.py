@@ -368,7 +368,7 @@ def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None
 def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:
     known = set(mesh.shape_names)
     return [
-        finding("SHAPE_UNKNOWN", name, "the calibration names it")
+        finding("SHAPE_UNKNOWN", name, "it is named in the calibration")
         for name in (setup.calibration.shapes if setup.calibration else ())
         if name not in known
     ]

@@ -95,7 +95,7 @@ def test_every_gap_changes_as_it_may_and_every_weight_stays_between():
     solved, wanted = random_corrections(400)
     held, limited, _ = limit_correction(solved, wanted, GAPS)
     before, after = GAPS.at(solved), GAPS.at(held)
-    low, high = GAPS.room(before)
+    low, high = GAPS.limits(before)
     assert (after - before <= high + ROUNDING).all() and (after - before >= low - ROUNDING).all()
     shut = before <= GAPS.touch
     assert 0.1 < shut.mean() < 0.9
@@ -112,7 +112,7 @@ def test_little_more_is_taken_back_than_a_solver_of_quadratic_programs_takes():
     solved, wanted = random_corrections(120)
     held, limited, _ = limit_correction(solved, wanted, GAPS)
     before = GAPS.at(solved)
-    low, high = GAPS.room(before)
+    low, high = GAPS.limits(before)
     ratios = []
     for f in np.flatnonzero(limited.any(axis=1)):
         d = (wanted - solved)[f]
@@ -208,7 +208,7 @@ def test_on_a_rig_with_inbetweens_every_gap_changes_as_it_may():
     solved, wanted = bent_corrections(400)
     held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)
     assert 0.1 < limited.any(axis=1).mean() < 0.95
-    low, high = BENT_GAPS.room(BENT_GAPS.at(solved))
+    low, high = BENT_GAPS.limits(BENT_GAPS.at(solved))
     change = BENT_GAPS.at(held) - BENT_GAPS.at(solved)
     assert (change <= high + ROUNDING).all() and (change >= low - ROUNDING).all()
     assert (held >= solved).all() and (held <= wanted).all()
@@ -248,7 +248,7 @@ def test_lids_that_an_inbetween_has_closed_are_not_pushed_into_each_other():
 def test_on_a_rig_with_inbetweens_little_more_is_taken_back_than_a_solver_takes():
     solved, wanted = bent_corrections(60)
     held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)
-    low, high = BENT_GAPS.room(BENT_GAPS.at(solved))
+    low, high = BENT_GAPS.limits(BENT_GAPS.at(solved))
     free = BENT_GAPS.moved_by
     ratios = []
     for f in np.flatnonzero(limited.any(axis=1))[:12]:

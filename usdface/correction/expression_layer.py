@@ -272,17 +272,21 @@ def expression_poses(
             continue
         poses[row] = expression.pose(names)
         for shape in set(expression.shapes) - set(names):
-            findings.append(finding("SHAPE_UNKNOWN", shape, f"{emotion!r} names it"))
+            findings.append(
+                finding("SHAPE_UNKNOWN", shape, f"it is named in the expression {emotion!r}")
+            )
     return poses, findings
 
 
 def _keep_contact(
     weights: FloatArray, corrected: FloatArray, gaps: Gaps, blend: int
 ) -> tuple[FloatArray, list[Finding]]:
-    kept, limited, excess = limit_correction(weights, corrected, gaps)
+    limited_weights, limited, excess = limit_correction(weights, corrected, gaps)
     if limited.any() and blend:
         # Less of every weight may still widen a gap more; so the limit is applied again.
-        kept = limit_correction(weights, blend_out(weights, corrected, kept, blend), gaps)[0]
+        limited_weights = limit_correction(
+            weights, blend_out(weights, corrected, limited_weights, blend), gaps
+        )[0]
     findings = []
     for contact in dict.fromkeys(gaps.contact):
         own = np.array([name == contact for name in gaps.contact])
@@ -290,8 +294,7 @@ def _keep_contact(
         if len(frames):
             message = (
                 f"the correction was limited in {len(frames)} frames ({frames[0]} to {frames[-1]}) "
-                f"to keep the contact; without it a gap is off by up to "
-                f"{1000 * excess[:, own].max():.1f} mm"
+                f"to keep the contact, a gap by {1000 * excess[:, own].max():.1f} mm at most"
             )
             findings.append(finding("CONTACT_KEPT", contact, message))
-    return kept, findings
+    return limited_weights, findings
