@@ -1,4 +1,4 @@
-"""A shot put together in memory: places for the markers, expression poses, a fuzzy system."""
+"""Assembly of a shot in memory: vertices of the markers, expression poses, a fuzzy system."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -82,7 +82,7 @@ def assemble_shot(
     findings += new_findings
     expressions, new_findings = expressions_for(rig.shape_names, poses or {})
     findings += new_findings
-    system, bound, new_findings = _corrector(
+    system, bound, new_findings = _expression_system(
         mesh, bound, expressions, system, system_source, correction or {}
     )
     findings += new_findings
@@ -91,7 +91,7 @@ def assemble_shot(
     return Shot(rig, take, bound, system, expressions, layout), findings
 
 
-def _corrector(
+def _expression_system(
     mesh: Mesh,
     setup: RetargetSetup,
     expressions: tuple[Expression, ...],
@@ -100,7 +100,7 @@ def _corrector(
     overrides: Mapping[str, Any],
 ) -> tuple[ExpressionSystem | None, RetargetSetup, list[Finding]]:
     """Return the given fuzzy system, or one designed for the rig, and the setup with its roles."""
-    correction = CorrectionOptions(**overrides)  # refuses values that cannot be
+    correction = CorrectionOptions(**overrides)  # raises InputError for illegal values
     if system is None:
         designed, roles, findings = design(bound_face(mesh, setup), expressions, correction)
         return designed, replace(setup, roles=roles), findings

@@ -35,7 +35,7 @@ _ROUNDS = 3
 # midline of a marker on it.
 _REACH = 0.2
 _MIDLINE = 0.03
-# A blend shape with this share of its motion on a side belongs to it. On the faces of ICT, MakeHuman
+# A blend shape with this share of its motion on one side belongs to it. On ICT, MakeHuman
 # and the example shapes of one side have 0.83 and more there, others 0.77 at most.
 _ONE_SIDED = 0.8
 

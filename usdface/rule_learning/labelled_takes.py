@@ -34,7 +34,7 @@ __all__ = ["Labelled", "examples_of", "feature_noise", "pose_features"]
 # Apex: the frames of a stretch that move at least this share of the most expressive one. Chosen by
 # hand: above half, so that onset and offset are left out, and low enough to average over noise.
 _PEAK = 0.8
-# Least noise of a feature after the solve, as a share of a marker's, so that rules are about visible
+# Least noise of a feature after the solve, as a share of a marker's: rules are about visible
 # motions. Chosen by hand, no experiment (docs/constants.md).
 _LEAST_NOISE = 0.5
 

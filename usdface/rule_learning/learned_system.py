@@ -131,7 +131,7 @@ def _rule(learned: LearnedRule, terms: LinguisticTerms, examples: Examples) -> R
 
 def _used_terms(learned: list[LearnedRule], terms: LinguisticTerms) -> dict[int, tuple[Term, ...]]:
     """Return the features in the rules, each with all its terms of the same direction."""
-    asked = {
+    directions = {
         (int(terms.feature[term]), int(np.sign(terms.top[term])))
         for rule in learned
         for term, _ in rule.conditions
@@ -140,8 +140,8 @@ def _used_terms(learned: list[LearnedRule], terms: LinguisticTerms) -> dict[int,
         feature: tuple(
             term
             for sign in (1, -1)
-            if (feature, sign) in asked
+            if (feature, sign) in directions
             for term in terms.terms_of(feature, sign)
         )
-        for feature in sorted({feature for feature, _ in asked})
+        for feature in sorted({feature for feature, _ in directions})
     }

@@ -8,8 +8,8 @@ by a beam search that minimises
     + share of the mean and worst d^2 over movements that mean no emotion  +  noise
 
 with d the firing strength and t the intensity of an example: every example also counts at lower
-intensities, so that the right rule is strongest from the onset on. Every variant gets a rule, unless
-earlier ones cover it. Examples without named variants are clustered
+intensities, so that the right rule is strongest from the onset on. Every variant gets a rule,
+unless earlier ones cover it. Examples without named variants are clustered
 (`usdface.rule_learning.variants`) if separate rules cost less. Uncovered examples get another rule,
 unless it is redundant (`usdface.rule_learning.redundancy`).
 """

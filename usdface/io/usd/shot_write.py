@@ -1,4 +1,4 @@
-"""Shots into USD: as a file that references rig and take, or on an open stage."""
+"""Writing a shot: as a file that references rig and take, or on an open stage."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -77,7 +77,7 @@ def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> Non
     ----------
     stage : Usd.Stage
     scope : str
-        Path of the prim that is to hold the setup; what a setup left there is replaced.
+        Path of the prim of the setup; a setup at that path is replaced.
     shot : Shot
         `setup.binding.mesh` is a prim path on the stage.
     take : str
