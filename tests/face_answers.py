@@ -7,7 +7,7 @@ import numpy as np
 from faces import Face
 
 from usdface.arrays import FloatArray
-from usdface.correction.contact import hold
+from usdface.correction.contact import limit_correction
 from usdface.correction.gaps import gaps_of
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
@@ -174,7 +174,7 @@ def contact(face: Face) -> Contact:
     solved = np.repeat(np.array(closing), len(face.poses), axis=0)
     wanted = np.maximum(solved, np.tile(face.poses, (len(closing), 1)))
     gaps = gaps_of(face.bound, names, face.poses)
-    held, _, _ = hold(solved, wanted, gaps)
+    held, _, _ = limit_correction(solved, wanted, gaps)
     before = gaps.at(solved)
     shut = before < gaps.touch + gaps.tolerance
     opened, crossed = {}, {}

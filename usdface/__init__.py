@@ -12,7 +12,7 @@ to and from glTF. Arrays are in SI units, Y up::
     usdface.process("shot.usda")             # the same from and to files
     usdface.apply(stage)                     # the same on a stage that a host holds open
 
-The public names below are loaded when first asked for, so that ``import usdface`` costs next to
+The public names below are imported on first access, so that ``import usdface`` costs next to
 nothing.
 """
 

@@ -1,19 +1,18 @@
-"""The error tree. Each is one clear line: what, where, expected and found, what to do.
+"""The error tree. Each message is one line: problem, place, expected and found, remedy.
 
 ::
 
     UsdFaceError
     |- InputError     a file, prim or setting from outside cannot be used
     |- SchemaError    the USD schemas cannot be registered or are not there
-    |- SolveError     the numbers do not determine an answer
+    |- SolveError     the numbers do not determine a solution
     |- OutputError    a result cannot be written
     |- PluginError    a format of another package cannot be used
     `- Cancelled      the caller ended the job
 
 Each carries a stable `code`, as findings do (`usdface.findings`), for programs and reports;
 one code has one meaning for ever. Nothing else leaves the library: errors of the libraries
-below are caught at the border (``usdface.io``) and raised again as one of these, ``from`` the
-original.
+below are caught in ``usdface.io`` and raised again as one of these, ``from`` the original.
 """
 
 from collections.abc import Iterable
@@ -37,11 +36,11 @@ ERROR_CODES: dict[str, str] = {
     "FILE_KIND_UNKNOWN": "files of this kind are not read, or not written",
     "FILE_CUT_OFF": "a file ends before its header says",
     "SCHEMA_BROKEN": "a file does not follow the schema of its format",
-    "ROW_WRONG": "a line of a text file does not hold what belongs there",
+    "ROW_WRONG": "a line of a text file has the wrong content",
     "COLUMNS_WRONG": "a table lacks a column, or has one twice",
     "VALUES_WRONG": "numbers are missing, NaN or infinite",
-    "TOO_LARGE": "a file, or what it asks for, is larger than can be",
-    "SETTING_WRONG": "a setting is none of its choices, or out of its range",
+    "TOO_LARGE": "a file, or the memory that it needs, is too large",
+    "SETTING_WRONG": "a setting is none of its choices, or outside its range",
     "UNIT_UNKNOWN": "a unit of length that is not known",
     "AXIS_UNKNOWN": "an up axis that is neither Y nor Z",
     "NAME_REPEATED": "a name occurs twice where it must not",
@@ -55,34 +54,34 @@ ERROR_CODES: dict[str, str] = {
     "FACE_MISSING": "there is no mesh, or no SkelRoot above it",
     "SHAPES_MISSING": "a rig has no blend shapes",
     "MESH_UNKNOWN": "a rig has no mesh of that name, or several with shapes and none is named",
-    "NEUTRAL_UNKNOWN": "which mesh of a folder is the neutral one cannot be told",
-    "SKIN_MISSING": "the blend shapes move no skin that can be seen, where markers could be",
+    "NEUTRAL_UNKNOWN": "the neutral mesh of a folder cannot be determined",
+    "SKIN_MISSING": "the blend shapes move no visible surface that markers could be on",
     "SHAPE_UNKNOWN": "a named blend shape is not on the rig",
-    "JOINT_UNKNOWN": "the joint that is to move the head is not there, or there are several",
+    "JOINT_UNKNOWN": "the joint that is to move the head does not exist, or there are several",
     "TARGETS_UNEQUAL": "morph targets do not fit their mesh",
     "TOPOLOGY_DIFFERS": "faces and points do not belong together",
     "POINT_INDICES_OUTSIDE": "a point index is outside the mesh",
     "WEIGHTS_LENGTH_WRONG": "the number of weights is not that of the blend shapes",
     # takes and bindings
     "TAKE_EMPTY": "a take has no frames, or no markers or curves",
-    "TAKE_SHORT": "a take has too few frames for what is asked",
+    "TAKE_SHORT": "a take has too few frames",
     "TAKE_STILL": "no marker moves in the whole take",
-    "TAKE_KIND_WRONG": "a take is not of the kind that is needed: in space, an image, or weights",
+    "TAKE_KIND_WRONG": "a take is of the wrong kind: 3D markers, 2D markers or weights",
     "TIMES_WRONG": "times are missing or do not increase",
-    "MARKER_UNKNOWN": "a named marker is not in the take, or has no place on the rig",
-    "MARKERS_TOO_FEW": "there are too few markers for what is asked",
-    "BINDING_MISSING": "no marker has a place on the rig",
-    "VERTEX_OUTSIDE": "a marker sits on a vertex that the mesh does not have",
+    "MARKER_UNKNOWN": "a named marker is not in the take, or not bound to the rig",
+    "MARKERS_TOO_FEW": "there are too few markers",
+    "BINDING_MISSING": "no marker is bound to the rig",
+    "VERTEX_OUTSIDE": "a marker is bound to a vertex that the mesh does not have",
     "FRAMES_OUTSIDE": "neutral or peak frames are not in the take",
-    "SHOT_INCOMPLETE": "a file is no shot, or what the shot points at is not there",
-    "SOLVE_UNDETERMINED": "the numbers do not determine an answer",
+    "SHOT_INCOMPLETE": "a file is no shot, or a target of the shot does not exist",
+    "SOLVE_UNDETERMINED": "the numbers do not determine a solution",
     # formats of other packages
     "PLUGIN_FAILED": "a format of another package cannot be loaded, fails or returns nonsense",
     "PLUGIN_CONFLICT": "formats of several packages fit one file",
     # the program
     "SCHEMAS_LATE": "the usdface schemas are missing or come too late",
     "CANCELLED": "the caller ended the job; nothing is written",
-    "OUTPUT_UNWRITABLE": "a result cannot be written; what was there is still there",
+    "OUTPUT_UNWRITABLE": "a result cannot be written; existing files are unchanged",
 }
 
 
@@ -150,7 +149,7 @@ class SchemaError(UsdFaceError):
 
 
 class SolveError(UsdFaceError):
-    """The given numbers do not determine an answer.
+    """The given numbers do not determine a solution.
 
     Parameters
     ----------
@@ -169,7 +168,7 @@ class SolveError(UsdFaceError):
 
 
 class OutputError(UsdFaceError):
-    """A result cannot be written; what was there before is still there.
+    """A result cannot be written; existing files are unchanged.
 
     Parameters
     ----------

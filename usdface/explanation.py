@@ -1,6 +1,6 @@
 """The explanation of a correction: features, memberships, rules, emotions and weights of a frame.
 
-Everything is read from the trace that the expression layer kept; nothing is evaluated again.
+All values come from the trace of the expression layer; nothing is evaluated again.
 """
 
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ from usdface.shot import ShotResult
 
 __all__ = ["HALF_SHOWN_APART", "Explanation", "explain_result"]
 
-# A weight that moves by less is not seen: half of what a percent slider of a host shows.
+# Least visible change of a weight: half a step of a percent slider.
 _VISIBLE = 0.005
-# A half of the face is listed where it is given this much more or less of a pose than the whole.
+# A half of the face is listed if its share of a pose differs by this much from that of the whole.
 HALF_SHOWN_APART = 0.1
 
 
@@ -66,9 +66,9 @@ class Explanation:
 
     @property
     def peak(self) -> int:
-        """The frame in which the strongest emotion is strongest, on the face or on a half of it.
+        """The frame of the largest emotion, of the whole face or of a half.
 
-        0 where there is none.
+        0 without emotions.
         """
         outputs = [traced.evaluation.outputs for traced in self.trace.sides.values()]
         return int(np.max([each.max(axis=1, initial=0.0) for each in outputs], axis=0).argmax())
@@ -92,7 +92,7 @@ class Explanation:
     def frame(self, index: int) -> dict[str, Any]:
         """Return one frame as plain values for people and JSON.
 
-        Of the halves of the face only those that are shown more or less than the whole.
+        Halves of the face are included where their pose shares differ from those of the whole.
 
         Raises
         ------
@@ -161,21 +161,21 @@ class Explanation:
         return sorted(rules, key=lambda rule: -rule["fires"])
 
     def _cause(self, index: int, shape: int) -> str | None:
-        """Return the emotion that asks most of a shape; where none does, that is blended in or out.
+        """Return the emotion that raises a blend shape most, here or within the blend time.
 
-        None where none is near.
+        None where none does.
         """
         reach = blend_frames(self.times, self.system.blend_time)
-        near = slice(max(0, index - reach), index + reach + 1)
-        followed = self._followed(shape)
-        for shown in (followed[index], followed[near].max(axis=0)):
+        nearby = slice(max(0, index - reach), index + reach + 1)
+        shares = self._shares_of(shape)
+        for shown in (shares[index], shares[nearby].max(axis=0)):
             requested = shown * self.trace.poses[:, shape]
             if requested.any():
                 return self.system.emotions[int(requested.argmax())]
         return None
 
-    def _followed(self, shape: int) -> FloatArray:
-        """Return how much of each pose a shape is given (F, E): its half's, or what both say."""
+    def _shares_of(self, shape: int) -> FloatArray:
+        """Return the pose shares (F, E) of a blend shape: of its half, or the smaller ones."""
         if not self.halves:
             return self.whole.shown
         name, layout = self.result.solved.names[shape], self.result.shot.layout
@@ -225,7 +225,7 @@ def explain_result(result: ShotResult) -> Explanation:
     Raises
     ------
     InputError
-        If the shot has no expression layer, or no trace was kept.
+        If the shot has no expression layer, or was retargeted without a trace.
     """
     trace = result.trace
     if trace is None:
@@ -233,5 +233,5 @@ def explain_result(result: ShotResult) -> Explanation:
             "the shot has no expression layer to explain; give it a fuzzy system and expressions"
         )
     if trace.system.fuzzy.rules and not trace.sides["both"].evaluation.memberships:
-        raise InputError("the memberships were not kept; retarget with ProcessOptions(trace=True)")
+        raise InputError("the trace has no memberships; retarget with ProcessOptions(trace=True)")
     return Explanation(result, trace)

@@ -81,10 +81,10 @@ class ExpressionSystem:
         Outputs at which a raised pose begins to show and shows whole, see
         `usdface.correction.pose_blend.respond`.
     blend_time : float [s]
-        How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blended_in`.
+        How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blend_in`.
     ease : float
         How far the antagonists of what is raised go back, 0 to 1, see
-        `usdface.correction.pose_blend.eased`.
+        `usdface.correction.pose_blend.ease_antagonists`.
 
     Raises
     ------

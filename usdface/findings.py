@@ -22,7 +22,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     ),
     "MARKER_UNBOUND": ("info", "a marker of the take is bound to no vertex and is left out"),
     "MARKER_UNKNOWN": ("warning", "the binding names a marker that the take does not have"),
-    "MARKER_SWAPPED": ("warning", "labels of markers were swapped; put right"),
+    "MARKER_SWAPPED": ("warning", "labels of markers were swapped, and corrected"),
     "MARKER_SPIKE": ("info", "a marker jumped away from the face; taken as occluded there"),
     "MARKER_FILLED": ("info", "a gap of a marker was filled in"),
     "CLEANUP_SKIPPED": ("info", "too few frames or markers to clean the take up"),
@@ -107,11 +107,11 @@ CODES: dict[str, tuple[Severity, str]] = {
     "CONVERSION_UNCERTIFIED": ("info", "the written file could not be compared with its source"),
     # binding
     "BIND_PROPOSED": ("info", "the vertices of markers were proposed, not given"),
-    "BIND_UNSURE": ("warning", "most proposed vertices are unsure"),
+    "BIND_UNSURE": ("warning", "most proposed vertices have a low confidence"),
     "PLACE_DOUBTED": ("warning", "the given vertex of a marker does not fit the other markers"),
     "PLACE_UNSURE": ("warning", "the proposed vertex of a marker may be wrong"),
-    "MARKER_OFF_FACE": ("warning", "a marker lies off the face and gets no vertex"),
-    "MARKER_DUPLICATE": ("warning", "two markers are always at one place; one is left out"),
+    "MARKER_OFF_FACE": ("warning", "a marker is off the face and is left out"),
+    "MARKER_DUPLICATE": ("warning", "two markers are always at the same position; one is left out"),
     "NEUTRAL_FOUND": ("info", "neutral frames were detected"),
     # retarget
     "NEUTRAL_ASSUMED": ("warning", "no neutral frames are named; the first frame is taken"),

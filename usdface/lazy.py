@@ -1,4 +1,4 @@
-"""Names that are loaded when first asked for: of packages (PEP 562), and functions in tables."""
+"""Lazy imports: public names of packages (PEP 562), and functions in tables."""
 
 import sys
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Materials: what UsdPreviewSurface and glTF's metallic-roughness model both hold.
+"""Materials: the common part of UsdPreviewSurface and glTF's metallic-roughness model.
 
 Values multiply their textures, as in glTF. Texture coordinates are v up, as in USD.
 """
@@ -48,7 +48,7 @@ class Placement:
 class Texture:
     """An image on a surface: a file on disk, or bytes that came inside a container.
 
-    `channel` ("r", "g", "b", "a") is what a single number is read from. In a `path`,
+    `channel` ("r", "g", "b", "a") is the source of a single number. In a `path`,
     ``<UDIM>`` stands for the number of a tile.
     """
 
@@ -72,7 +72,7 @@ class Material:
     `alpha_cutoff` counts for the mode "mask" only. With `vertex_colours` the ``displayColor`` of
     a mesh that has one stands for the base colour, or multiplies its texture; `unlit` shows it
     without any light.
-    `emissive` may exceed 1. `extras` are what users keep with it.
+    `emissive` may exceed 1. `extras` are user data.
     """
 
     name: str

@@ -2,7 +2,7 @@
 
 Standard library only, so that the command line can show them without loading numpy.
 Settings that belong to a shot are authored on its prims (see ``usdface/schemas``); the
-dataclasses here are what `usdface shot` writes there and what a missing attribute means.
+dataclasses here are the values that `usdface shot` writes, and those of missing attributes.
 """
 
 from dataclasses import dataclass, field, fields

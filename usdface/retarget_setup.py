@@ -25,11 +25,11 @@ __all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "fit_
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Binding:
-    """Where markers sit on the rig: `markers[i]` on vertex `points[i]` of `mesh`.
+    """The binding of markers to the rig: `markers[i]` is on vertex `points[i]` of `mesh`.
 
     `mesh` is a mesh name or prim path; "" = the only mesh of the rig that has shapes.
-    `confidence` (len(markers),) float64 in [0, 1] says how sure proposed places are
-    (`usdface.binding`); NaN = not said, None = of none.
+    `confidence` (len(markers),) float64 in [0, 1] is that of proposed vertices
+    (`usdface.binding`); NaN = unknown, None = unknown for all.
 
     Examples
     --------
@@ -368,7 +368,7 @@ def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None
 def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:
     known = set(mesh.shape_names)
     return [
-        finding("SHAPE_UNKNOWN", name, "the calibration names it")
+        finding("SHAPE_UNKNOWN", name, "it is named in the calibration")
         for name in (setup.calibration.shapes if setup.calibration else ())
         if name not in known
     ]

@@ -8,7 +8,7 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
-from usdface.correction.expression_layer import Expressed, express
+from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
@@ -17,7 +17,7 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.head_motion import head_motion
-from usdface.retarget.pins import bent_to_pins, kept_at_pins
+from usdface.retarget.pins import faded_at_pins, with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
@@ -40,9 +40,9 @@ def retarget(
     ----------
     shot : Shot
     options : ProcessOptions
-        What this run does otherwise than the shot says.
+        Overrides of the shot's settings for this run.
     on_progress : callable, optional
-        Called with a `Step` at each step; what it raises ends the job.
+        Called with each `Step`; an exception from it ends the job.
 
     Returns
     -------
@@ -51,9 +51,9 @@ def retarget(
     Raises
     ------
     InputError
-        If set-up, take and rig do not belong together.
+        If setup, take and rig do not belong together.
     SolveError
-        If the markers do not determine an answer.
+        If the markers do not determine a solution.
 
     Examples
     --------
@@ -75,9 +75,11 @@ def retarget(
         shot = replace(shot, take=take)
     face = shot.face
     with progress.step("solve"):
-        weights, solution, more = solve(take, face, shot.setup, cleaned=cleaned, progress=progress)
+        weights, solution, new_findings = solve(
+            take, face, shot.setup, cleaned=cleaned, progress=progress
+        )
         regions, failed = _region_residuals(face, solution)
-        findings += more + failed
+        findings += new_findings + failed
         result = ShotResult(
             shot,
             _with_pinned_base(shot, weights),
@@ -94,7 +96,7 @@ def retarget(
         expressed = _express(face, weights, result, trace=options.trace)
         findings += expressed.findings
         solved = result.solved
-        corrected = kept_at_pins(
+        corrected = faded_at_pins(
             shot.setup.pins, solved.names, take.times, solved.weights, expressed.weights
         )
         corrected = with_combinations(shot.mesh, solved.names, corrected)
@@ -111,10 +113,10 @@ def _with_overrides(setup: RetargetSetup, options: ProcessOptions) -> RetargetSe
 
 
 def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:
-    """Return solved weights over the base, whose pins are kept, too."""
+    """Return solved weights over the base weights, with the pins of the base's own blend shapes."""
     complete = shot.with_base(weights.names, weights.weights)
     others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
-    pinned = bent_to_pins(others, complete.names, complete.times, complete.weights)
+    pinned = with_pins(others, complete.names, complete.times, complete.weights)
     return replace(complete, weights=pinned)
 
 
@@ -133,7 +135,7 @@ def _region_residuals(
 
 def _express(
     face: BoundFace, weights: WeightsTake, result: ShotResult, *, trace: bool
-) -> Expressed:
+) -> Correction:
     shot = result.shot
     assert shot.system is not None
     features = sided_features(
@@ -175,7 +177,7 @@ def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose
 
 
 def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
-    """Return where markers tell the head's pose: (F, M) bool."""
+    """Return which markers determine the head's pose: (F, M) bool."""
     seen = ~np.isnan(solution.distances)
     if shot.setup.head == "markers" and isinstance(shot.take, MarkerTake):
         rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= 3

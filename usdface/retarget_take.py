@@ -1,4 +1,4 @@
-"""A take cleaned, and its weights solved on the bound mesh: retarget without correction."""
+"""Clean-up and solve of a take on a bound face: retarget without correction."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from usdface.findings import Finding, finding
 from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
-from usdface.retarget.pins import bent_to_pins
+from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import RetargetSetup, fit_setup
@@ -50,8 +50,8 @@ def retarget(
     findings : list of Finding
     """
     take, cleaned, findings = clean(take, setup)
-    weights, solution, more = solve(take, face, setup, cleaned=cleaned)
-    return take, weights, solution, findings + more
+    weights, solution, new_findings = solve(take, face, setup, cleaned=cleaned)
+    return take, weights, solution, findings + new_findings
 
 
 @one_blas_thread()
@@ -69,9 +69,9 @@ def clean(
     """
     if isinstance(take, WeightsTake):
         return take, None, []
-    on_the_face = (*setup.binding.markers, *setup.head_markers)
+    face_markers = (*setup.binding.markers, *setup.head_markers)
     moving = setup.head != "stabilised"
-    cleaned, findings = clean_take(take, on_the_face, setup.clean, moving=moving)
+    cleaned, findings = clean_take(take, face_markers, setup.clean, moving=moving)
     return cleaned.take, cleaned, findings
 
 
@@ -86,25 +86,25 @@ def solve(
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
 
-    `progress` is told where the solver must be compiled first.
+    `progress` gets a step of its own if the solver must be compiled first.
 
     Returns
     -------
     weights : WeightsTake
     solution : Solution or None
-        None for a take of weights, which are renamed, bent to pins and combined.
+        None for a take of weights; those are renamed, and get their pins and combinations.
     findings : list of Finding
     """
     if isinstance(take, WeightsTake):
         weights, findings = rename_weights(take, face.rig_shapes)
-        bent = bent_to_pins(setup.pins, weights.names, weights.times, weights.weights)
-        combined = with_combinations(face.mesh, weights.names, bent)
+        pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
+        combined = with_combinations(face.mesh, weights.names, pinned)
         return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = _prepared(take, face, setup, cleaned, progress)
-    solution, more = solve_take(
+    take, setup, model, findings = _solver_input(take, face, setup, cleaned, progress)
+    solution, new_findings = solve_take(
         take, face.neutral, face.offsets, face.shape_names, setup, model, progress=progress
     )
-    return solution.weights, solution, findings + more
+    return solution.weights, solution, findings + new_findings
 
 
 @one_blas_thread()
@@ -127,7 +127,7 @@ def calibrate(
     extremes : bool
         The take goes through the whole range of motion, each movement to its extreme.
     progress : Progress, optional
-        Told where the solver must be compiled first.
+        Gets a step of its own if the solver must be compiled first.
 
     Raises
     ------
@@ -142,14 +142,14 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, model, more = _prepared(take, face, setup, cleaned, progress)
-    calibrated, notes = calibrate_take(
+    take, setup, model, new_findings = _solver_input(take, face, setup, cleaned, progress)
+    calibrated, calibration_findings = calibrate_take(
         take, face.neutral, face.offsets, face.shape_names, setup, model, extremes
     )
-    return calibrated, findings + more + notes
+    return calibrated, findings + new_findings + calibration_findings
 
 
-def _prepared(
+def _solver_input(
     take: MarkerTake,
     face: BoundFace,
     setup: RetargetSetup,
@@ -169,7 +169,11 @@ def _prepared(
     combined = {names[combination.shape] for combination in evaluator.combinations}
     findings += face.findings
     findings += [
-        finding("PIN_IGNORED", pin.shape, "its weight is made of those it combines; pin them")
+        finding(
+            "PIN_IGNORED",
+            pin.shape,
+            "a combination shape follows the blend shapes it combines; pin those",
+        )
         for pin in setup.pins
         if pin.shape in combined
     ]

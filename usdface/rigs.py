@@ -1,6 +1,6 @@
 """Rigs: the character, as immutable arrays in metres, Y up, right-handed.
 
-A `Rig` is what every rig reader returns and every rig writer takes: meshes with blend
+A `Rig` is the value of every rig reader and the input of every rig writer: meshes with blend
 shapes, an optional skeleton that skins them, and simple materials.
 """
 

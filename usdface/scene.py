@@ -1,4 +1,4 @@
-"""What stands around a character: cameras and lights, in metres, Y up, SI units of light."""
+"""The scene around a character: cameras and lights, in metres, Y up, SI units of light."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from usdface.arrays import FloatArray, frozen
 
 __all__ = ["Camera", "Extras", "Light", "LightKind"]
 
-Extras = Mapping[str, Any]  # what users keep with a thing: JSON values by name
+Extras = Mapping[str, Any]  # user data: JSON values by name
 LightKind = Literal["directional", "point", "spot"]
 
 

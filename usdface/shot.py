@@ -1,4 +1,4 @@
-"""A shot in memory: a character, a take and their set-up; and its result. Arrays in SI units, Y up.
+"""A shot in memory: a character, a take and their setup; and its result. Arrays in SI units, Y up.
 
 `usdface.io.usd.shot` reads a `Shot` from a stage, `usdface.retarget` turns it into a `ShotResult`,
 and `usdface.io.usd.layers` writes that back. No step between them needs a stage.
@@ -46,8 +46,8 @@ class Shot:
     gains : Gains or None
         Strength of the correction over the take; None: that of the system and the expressions.
     base : WeightsTake or None
-        Weights that the character's animation has already, at the times of the take. Blend shapes
-        that the retarget does not solve keep them.
+        Weights of the character's own animation at the times of the take. Blend shapes that the
+        retarget does not solve keep them.
 
     Raises
     ------
@@ -94,7 +94,7 @@ class Shot:
     def with_base(self, names: tuple[str, ...], weights: FloatArray) -> WeightsTake:
         """Return weights (F, S) of blend shapes `names` over the base: F frames, T columns.
 
-        Columns of the base come first and in its order; those that it lacks follow.
+        Columns are those of the base in its order, then the others.
         """
         base = self.base.names if self.base is not None else ()
         order = base + tuple(name for name in names if name not in base)
@@ -113,7 +113,7 @@ class ShotResult:
     Attributes
     ----------
     shot : Shot
-        As it was solved: its markers cleaned.
+        As solved, with cleaned markers.
     solved : WeightsTake
         (F, T) weights before the correction, in [0, 1]; blend shapes in the order of `Shot.base`.
     corrected : (F, T) float64 or None
@@ -121,7 +121,7 @@ class ShotResult:
     solution : Solution or None
         The retarget of a marker take: head pose, residual, feature points; None of a weights take.
     head_motion : Pose or None
-        How the character's head moves, in rig space; None if it is to stay.
+        Motion of the character's head in rig space; None if it stays still.
     repairs : tuple of Repair
         Changes of the marker clean-up.
     region_residuals : mapping of str to (F,) float64 [m]

@@ -1,4 +1,4 @@
-"""A shot put together in memory: places for the markers, expression poses, a fuzzy system."""
+"""Assembly of a shot in memory: vertices of the markers, expression poses, a fuzzy system."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -6,7 +6,7 @@ from typing import Any
 
 from usdface.binding.resolve_binding import binding_findings, resolve_binding
 from usdface.blas_threads import one_blas_thread
-from usdface.correction.expression_layer import adopt, design
+from usdface.correction.expression_layer import assign_roles, design
 from usdface.correction.rule_check import check_rules
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
@@ -78,20 +78,20 @@ def assemble_shot(
     mesh, bound = resolved.mesh, resolved.setup
     if calibration is not None:
         bound = replace(bound, calibration=calibration)
-    bound, more = fit_setup(bound, mesh, take)
-    findings += more
-    expressions, more = expressions_for(rig.shape_names, poses or {})
-    findings += more
-    system, bound, more = _corrector(
+    bound, new_findings = fit_setup(bound, mesh, take)
+    findings += new_findings
+    expressions, new_findings = expressions_for(rig.shape_names, poses or {})
+    findings += new_findings
+    system, bound, new_findings = _expression_system(
         mesh, bound, expressions, system, system_source, correction or {}
     )
-    findings += more
+    findings += new_findings
     face = bound_face(mesh, bound)
     layout = face.with_layout(expressions).layout if system else face.layout
     return Shot(rig, take, bound, system, expressions, layout), findings
 
 
-def _corrector(
+def _expression_system(
     mesh: Mesh,
     setup: RetargetSetup,
     expressions: tuple[Expression, ...],
@@ -99,11 +99,11 @@ def _corrector(
     source: str,
     overrides: Mapping[str, Any],
 ) -> tuple[ExpressionSystem | None, RetargetSetup, list[Finding]]:
-    """Return the given fuzzy system, or one designed for the rig, and the set-up with its roles."""
-    correction = CorrectionOptions(**overrides)  # refuses values that cannot be
+    """Return the given fuzzy system, or one designed for the rig, and the setup with its roles."""
+    correction = CorrectionOptions(**overrides)  # raises InputError for illegal values
     if system is None:
         designed, roles, findings = design(bound_face(mesh, setup), expressions, correction)
         return designed, replace(setup, roles=roles), findings
     findings = check_rules(system)
-    setup, more = adopt(system, setup, expressions, source)
-    return replace(system, **overrides), setup, findings + more
+    setup, new_findings = assign_roles(system, setup, expressions, source)
+    return replace(system, **overrides), setup, findings + new_findings

@@ -38,7 +38,7 @@ class ShotReport:
 
 
 def report_of(result: ShotResult) -> ShotReport:
-    """Report how far a result is from its markers, and how far its weights can be off.
+    """Report the residuals of a result and the deviations of its weights.
 
     Keys of the summary: ``frames``, ``rate_hz``, ``blend_shapes``; of a marker take
     ``markers_used``, ``space_map``, ``left_out_marker_mm`` (error of predicting a marker from the

@@ -1,4 +1,4 @@
-"""Takes: what was recorded, as immutable arrays in SI units, Y up.
+"""Takes: recorded markers or weights, as immutable arrays in SI units, Y up.
 
 Axis letters throughout the project: F frames, M markers, S blend shapes, V vertices,
 D dimensions (2 or 3), R rules.
@@ -19,24 +19,24 @@ def visible(positions: FloatArray) -> BoolArray:
     return np.asarray(~np.isnan(positions[..., 0]))
 
 
-def _check_names(names: tuple[str, ...], what: str) -> None:
+def _check_names(names: tuple[str, ...], subject: str) -> None:
     seen: set[str] = set()
     for name in names:
         if name in seen:
             raise InputError(
-                f"{what} name {name!r} occurs twice; names must be unique", "NAME_REPEATED"
+                f"{subject} name {name!r} occurs twice; names must be unique", "NAME_REPEATED"
             )
         seen.add(name)
 
 
-def _check_times(times: FloatArray, count: int, what: str) -> None:
+def _check_times(times: FloatArray, count: int, subject: str) -> None:
     if count == 0:
-        raise InputError(f"the {what} has no frames; expected at least one", "TAKE_EMPTY")
+        raise InputError(f"the {subject} has no frames; expected at least one", "TAKE_EMPTY")
     if times.shape != (count,):
-        raise InputError(f"the {what} has {times.size} times for {count} frames", "TIMES_WRONG")
+        raise InputError(f"the {subject} has {times.size} times for {count} frames", "TIMES_WRONG")
     if not np.isfinite(times).all() or (count > 1 and not (np.diff(times) > 0).all()):
         raise InputError(
-            f"the times of the {what} must be finite and strictly increasing", "TIMES_WRONG"
+            f"the times of the {subject} must be finite and strictly increasing", "TIMES_WRONG"
         )
 
 

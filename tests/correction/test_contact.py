@@ -8,7 +8,7 @@ from deformed import deformed
 from scipy.optimize import minimize
 from slits import EXPRESSIONS, bent_slit_face, slit_face
 
-from usdface.correction.contact import hold
+from usdface.correction.contact import limit_correction
 from usdface.correction.gaps import gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.layout import FaceLayout, find_layout
@@ -53,7 +53,7 @@ def random_corrections(frames: int) -> tuple[np.ndarray, np.ndarray]:
 def test_a_smile_does_not_open_a_closed_mouth():
     smile = {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "mouthUpperUpLeft": 0.5}
     solved = weights()
-    held, limited, excess = hold(solved, raised(solved, **smile), GAPS)
+    held, limited, excess = limit_correction(solved, raised(solved, **smile), GAPS)
     assert limited.any() and excess.max() > 0.002
     places = GAPS.at(held) - GAPS.at(solved)
     assert places[0, :6].max() <= TOLERANCE + ROUNDING
@@ -65,7 +65,7 @@ def test_a_smile_does_not_open_a_closed_mouth():
 def test_a_smile_that_parts_nothing_is_left_alone():
     solved = weights()
     wanted = raised(solved, mouthSmileLeft=0.5, browInnerUp=1.0)
-    held, limited, _ = hold(solved, wanted, GAPS)
+    held, limited, _ = limit_correction(solved, wanted, GAPS)
     np.testing.assert_array_equal(held, wanted)
     assert not limited.any()
 
@@ -73,7 +73,7 @@ def test_a_smile_that_parts_nothing_is_left_alone():
 def test_an_open_mouth_may_open_further():
     solved = weights(jawOpen=0.4)
     wanted = raised(solved, jawOpen=1.0)
-    np.testing.assert_array_equal(hold(solved, wanted, GAPS)[0], wanted)
+    np.testing.assert_array_equal(limit_correction(solved, wanted, GAPS)[0], wanted)
 
 
 def test_closed_lids_are_neither_opened_nor_pushed_into_each_other():
@@ -82,20 +82,20 @@ def test_closed_lids_are_neither_opened_nor_pushed_into_each_other():
         raised(closed, eyeWideLeft=0.9, eyeWideRight=0.9),
         raised(closed, eyeSquintLeft=1.0, eyeSquintRight=1.0),
     ):
-        held, limited, _ = hold(closed, wanted, GAPS)
+        held, limited, _ = limit_correction(closed, wanted, GAPS)
         assert limited.any()
         assert np.abs(lid_gap(held)).max() <= TOLERANCE + ROUNDING
     # Half closed lids may go where they like, as far as the other.
     half = weights(eyeBlinkLeft=0.5)
     squint = raised(half, eyeSquintLeft=1.0)
-    np.testing.assert_array_equal(hold(half, squint, GAPS)[0], squint)
+    np.testing.assert_array_equal(limit_correction(half, squint, GAPS)[0], squint)
 
 
 def test_every_gap_changes_as_it_may_and_every_weight_stays_between():
     solved, wanted = random_corrections(400)
-    held, limited, _ = hold(solved, wanted, GAPS)
+    held, limited, _ = limit_correction(solved, wanted, GAPS)
     before, after = GAPS.at(solved), GAPS.at(held)
-    low, high = GAPS.room(before)
+    low, high = GAPS.limits(before)
     assert (after - before <= high + ROUNDING).all() and (after - before >= low - ROUNDING).all()
     shut = before <= GAPS.touch
     assert 0.1 < shut.mean() < 0.9
@@ -110,9 +110,9 @@ def test_little_more_is_taken_back_than_a_solver_of_quadratic_programs_takes():
     pytest.importorskip("daqp", reason="the extra `bench` is not installed")
     qpsolvers = pytest.importorskip("qpsolvers", reason="the extra `bench` is not installed")
     solved, wanted = random_corrections(120)
-    held, limited, _ = hold(solved, wanted, GAPS)
+    held, limited, _ = limit_correction(solved, wanted, GAPS)
     before = GAPS.at(solved)
-    low, high = GAPS.room(before)
+    low, high = GAPS.limits(before)
     ratios = []
     for f in np.flatnonzero(limited.any(axis=1)):
         d = (wanted - solved)[f]
@@ -128,17 +128,17 @@ def test_little_more_is_taken_back_than_a_solver_of_quadratic_programs_takes():
 
 def test_holding_what_is_held_changes_nothing():
     solved, wanted = random_corrections(200)
-    held, _, _ = hold(solved, wanted, GAPS)
-    np.testing.assert_array_equal(hold(solved, held, GAPS)[0], held)
+    held, _, _ = limit_correction(solved, wanted, GAPS)
+    np.testing.assert_array_equal(limit_correction(solved, held, GAPS)[0], held)
 
 
 def test_correcting_twice_parts_closed_lips_by_the_tolerance_once_more_at_most():
     solved, wanted = random_corrections(400)
     solved[:, [not name.startswith("mouthPress") for name in NAMES]] = 0.0
     wanted = np.maximum(solved, wanted)
-    once, limited, _ = hold(solved, wanted, GAPS)
+    once, limited, _ = limit_correction(solved, wanted, GAPS)
     assert limited.any(axis=1).mean() > 0.3
-    twice, _, _ = hold(once, np.maximum(once, wanted), GAPS)
+    twice, _, _ = limit_correction(once, np.maximum(once, wanted), GAPS)
     lips = np.array([seam == "lips" for seam in GAPS.contact])
     opened = (GAPS.at(once) - GAPS.touch)[:, lips]
     again = (GAPS.at(twice) - GAPS.touch)[:, lips]
@@ -151,8 +151,8 @@ def test_a_mirrored_correction_is_held_in_mirror_image():
     mirror = [
         NAMES.index(next((n[: -len(s)] + swap[s] for s in swap if n.endswith(s)), n)) for n in NAMES
     ]
-    held, _, _ = hold(solved, wanted, GAPS)
-    mirrored, _, _ = hold(solved[:, mirror], wanted[:, mirror], GAPS)
+    held, _, _ = limit_correction(solved, wanted, GAPS)
+    mirrored, _, _ = limit_correction(solved[:, mirror], wanted[:, mirror], GAPS)
     np.testing.assert_allclose(mirrored, held[:, mirror], atol=1e-9)
 
 
@@ -160,14 +160,14 @@ def test_a_correction_that_grows_smoothly_is_held_smoothly():
     t = np.linspace(0, 1, 200)[:, None]
     solved = weights(jawOpen=0.15) * np.sin(3 * t) ** 2
     wanted = np.maximum(solved, t * weights(mouthUpperUpLeft=1.0, mouthUpperUpRight=1.0, jawOpen=1))
-    held = hold(solved, wanted, GAPS)[0]
+    held = limit_correction(solved, wanted, GAPS)[0]
     assert np.abs(np.diff(held, axis=0)).max() < 4 * np.abs(np.diff(wanted, axis=0)).max()
 
 
 def test_a_face_without_seams_is_not_held():
     nothing = gaps_of(replace(BOUND, layout=FaceLayout()), NAMES, POSES)
     solved, wanted = random_corrections(20)
-    np.testing.assert_array_equal(hold(solved, wanted, nothing)[0], wanted)
+    np.testing.assert_array_equal(limit_correction(solved, wanted, nothing)[0], wanted)
 
 
 BENT = bent_slit_face()
@@ -206,18 +206,20 @@ def posed(w: np.ndarray) -> np.ndarray:
 
 def test_on_a_rig_with_inbetweens_every_gap_changes_as_it_may():
     solved, wanted = bent_corrections(400)
-    held, limited, _ = hold(solved, wanted, BENT_GAPS)
+    held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)
     assert 0.1 < limited.any(axis=1).mean() < 0.95
-    low, high = BENT_GAPS.room(BENT_GAPS.at(solved))
+    low, high = BENT_GAPS.limits(BENT_GAPS.at(solved))
     change = BENT_GAPS.at(held) - BENT_GAPS.at(solved)
     assert (change <= high + ROUNDING).all() and (change >= low - ROUNDING).all()
     assert (held >= solved).all() and (held <= wanted).all()
     untouched = ~limited.any(axis=1)
     np.testing.assert_array_equal(held[untouched], wanted[untouched])
-    np.testing.assert_array_equal(hold(solved, held, BENT_GAPS)[0], held)
+    np.testing.assert_array_equal(limit_correction(solved, held, BENT_GAPS)[0], held)
     # As if the shapes were linear, gaps would change by millimetres more.
     linear = wanted.copy()
-    linear[:, : len(NAMES)] = hold(solved[:, : len(NAMES)], wanted[:, : len(NAMES)], GAPS)[0]
+    linear[:, : len(NAMES)] = limit_correction(
+        solved[:, : len(NAMES)], wanted[:, : len(NAMES)], GAPS
+    )[0]
     assert (BENT_GAPS.at(linear) - BENT_GAPS.at(solved) - high).max() > 0.001
 
 
@@ -225,7 +227,7 @@ def test_on_a_rig_with_inbetweens_closed_lips_stay_closed_on_the_posed_mesh():
     """All of jaw, lips and smiles is asked for over a closed mouth; the mesh itself is measured."""
     wanted = np.array([[float(n.startswith(("jaw", "mouthU", "mouthS"))) for n in BENT_NAMES]])
     solved = np.zeros_like(wanted)
-    held, limited, _ = hold(solved, wanted, BENT_GAPS)
+    held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)
     assert limited.any() and held.max() > 0.05
     upper, lower = posed(held[0])[PARTS.lips].swapaxes(0, 1)
     rest = FACE.points[PARTS.lips][:, 0, 1] - FACE.points[PARTS.lips][:, 1, 1]
@@ -236,7 +238,7 @@ def test_lids_that_an_inbetween_has_closed_are_not_pushed_into_each_other():
     """At 0.6 a blink leaves 0.64 mm; a squint of 3 mm would cross the lids."""
     solved = np.array([[0.6 * (name == "eyeBlinkLeft") for name in BENT_NAMES]])
     wanted = np.maximum(solved, [[float(name == "eyeSquintLeft") for name in BENT_NAMES]])
-    held, limited, _ = hold(solved, wanted, BENT_GAPS)
+    held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)
     assert limited.any()
     upper, lower = posed(held[0])[PARTS.lids].swapaxes(0, 1)
     gaps = (upper - lower)[FACE.points[PARTS.lids][:, 0, 0] > 0, 1]
@@ -245,8 +247,8 @@ def test_lids_that_an_inbetween_has_closed_are_not_pushed_into_each_other():
 
 def test_on_a_rig_with_inbetweens_little_more_is_taken_back_than_a_solver_takes():
     solved, wanted = bent_corrections(60)
-    held, limited, _ = hold(solved, wanted, BENT_GAPS)
-    low, high = BENT_GAPS.room(BENT_GAPS.at(solved))
+    held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)
+    low, high = BENT_GAPS.limits(BENT_GAPS.at(solved))
     free = BENT_GAPS.moved_by
     ratios = []
     for f in np.flatnonzero(limited.any(axis=1))[:12]:
@@ -283,5 +285,5 @@ def test_on_a_rig_with_inbetweens_a_correction_that_grows_smoothly_is_held_smoot
     solved = 0.15 * np.sin(3 * t) ** 2 * [[float(name == "jawOpen") for name in BENT_NAMES]]
     shown = [[float(n.startswith(("mouthUpper", "jawOpen"))) for n in BENT_NAMES]]
     wanted = np.maximum(solved, t * shown)
-    held = hold(solved, wanted, BENT_GAPS)[0]
+    held = limit_correction(solved, wanted, BENT_GAPS)[0]
     assert np.abs(np.diff(held, axis=0)).max() < 4 * np.abs(np.diff(wanted, axis=0)).max()

@@ -15,7 +15,7 @@ from slits import EXPRESSIONS, slit_face
 from worlds import World, animation_of, make_world
 
 from usdface.cli import main
-from usdface.correction.expression_layer import Expressed, design, express
+from usdface.correction.expression_layer import Correction, design, express
 from usdface.correction.feature_extraction import Features, sided_features
 from usdface.correction.gains import Gains
 from usdface.expression_system import ExpressionSystem
@@ -160,7 +160,7 @@ def loose(face: BoundFace) -> BoundFace:
     return replace(face, layout=replace(face.layout, lips=none, lids=none))
 
 
-def played(slits, weights, ease: float | None = None, gains: Gains | None = None) -> Expressed:
+def played(slits, weights, ease: float | None = None, gains: Gains | None = None) -> Correction:
     """Correct weights (F, S) of the face of slits."""
     system, face = slits
     system = system if ease is None else replace(system, ease=ease)
@@ -171,7 +171,7 @@ def played(slits, weights, ease: float | None = None, gains: Gains | None = None
     return corrected(system, inputs, face, weights, gains)
 
 
-def corrected(system, inputs, face: BoundFace, weights, gains: Gains | None = None) -> Expressed:
+def corrected(system, inputs, face: BoundFace, weights, gains: Gains | None = None) -> Correction:
     return express(
         system,
         inputs,

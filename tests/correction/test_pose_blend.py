@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.correction.pose_blend import correct, eased, respond
+from usdface.correction.pose_blend import correct, ease_antagonists, respond
 from usdface.errors import InputError
 from usdface.options import RESPONSE
 
@@ -128,7 +128,9 @@ def test_what_is_raised_leaves_its_antagonist_the_rest():
     for amount, frowns in ((1.0, (0.2, 0.1)), (0.5, (0.6, 0.1)), (0.0, (0.7, 0.1))):
         expected = weights.copy()
         expected[:, 1] = frowns
-        np.testing.assert_allclose(eased(weights, raised, names, pairs, amount), expected)
+        np.testing.assert_allclose(
+            ease_antagonists(weights, raised, names, pairs, amount), expected
+        )
 
 
 @pytest.mark.parametrize("ease", [0.0, 0.4, 1.0])
@@ -138,7 +140,9 @@ def test_raising_and_easing_twice_is_doing_it_once(ease):
     raised = correct(np.zeros(WEIGHTS.shape), EMOTIONS, POSES, GAINS)
 
     def once(weights):
-        return correct(eased(weights, raised, names, pairs, ease), EMOTIONS, POSES, GAINS)
+        return correct(
+            ease_antagonists(weights, raised, names, pairs, ease), EMOTIONS, POSES, GAINS
+        )
 
     first = once(WEIGHTS)
     np.testing.assert_array_equal(once(first), first)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
+from usdface.correction.temporal_blend import blend_frames, blend_in, blend_out
 
 RNG = np.random.default_rng(12)
 FRAMES = 12
@@ -30,13 +30,13 @@ def test_a_blend_time_is_counted_in_frames():
 
 def test_no_frames_change_nothing(noisy):
     weights, raised = noisy
-    np.testing.assert_allclose(blended_in(weights, raised, 0), raised, atol=1e-15)
-    np.testing.assert_allclose(blended_out(weights, raised, weights, 0), weights, atol=1e-15)
+    np.testing.assert_allclose(blend_in(weights, raised, 0), raised, atol=1e-15)
+    np.testing.assert_allclose(blend_out(weights, raised, weights, 0), weights, atol=1e-15)
 
 
 def test_what_is_blended_in_is_never_less_than_what_is_asked(noisy):
     weights, raised = noisy
-    blended = blended_in(weights, raised, FRAMES)
+    blended = blend_in(weights, raised, FRAMES)
     assert (blended >= raised).all() and blended.max() <= 1.0
     np.testing.assert_array_equal(blended[:, 2], weights[:, 2])
 
@@ -45,21 +45,21 @@ def test_it_begins_and_ends_within_the_blend_time(noisy):
     weights, raised = noisy
     added = raised > weights
     near = np.array([added[max(f - FRAMES, 0) : f + FRAMES + 1].any(0) for f in range(200)])
-    blended = blended_in(weights, raised, FRAMES)
+    blended = blend_in(weights, raised, FRAMES)
     np.testing.assert_array_equal(blended[~near], weights[~near])
 
 
 def test_blending_twice_is_blending_once(noisy):
     weights, raised = noisy
     pose = np.where(raised > weights, raised, 0.0)
-    once = blended_in(weights, raised, FRAMES)
-    np.testing.assert_array_equal(blended_in(once, np.maximum(once, pose), FRAMES), once)
+    once = blend_in(weights, raised, FRAMES)
+    np.testing.assert_array_equal(blend_in(once, np.maximum(once, pose), FRAMES), once)
 
 
 def test_the_correction_holds_no_jitter_of_the_weights(noisy):
     weights, raised = (part[:, :1] for part in noisy)
     plain = roughness(raised - weights)
-    smooth = roughness(blended_in(weights, raised, FRAMES) - weights)
+    smooth = roughness(blend_in(weights, raised, FRAMES) - weights)
     assert plain > 0.4 * roughness(weights) > 4 * smooth
 
 
@@ -68,7 +68,7 @@ def test_what_comes_and_goes_evenly_is_hardly_overshot(late):
     """What is added is most while the weight is still on its way: it must not add up."""
     drive = np.clip(np.minimum(np.arange(200) - 60, 140 - np.arange(200)) / 20, 0, 1)[:, None]
     weights = 0.4 * np.roll(drive, late, axis=0)
-    blended = blended_in(weights, np.maximum(weights, 0.8 * drive), FRAMES)
+    blended = blend_in(weights, np.maximum(weights, 0.8 * drive), FRAMES)
     assert 0.8 <= blended.max() < 0.825
 
 
@@ -76,14 +76,14 @@ def test_a_drive_that_flickers_leads_no_further_than_the_pose():
     weights, raised = np.zeros((200, 1)), np.zeros((200, 1))
     raised[60:140] = 0.6 * RNG.uniform(0.3, 1.0, (80, 1))
     raised[[70, 100, 130]] = 0.6
-    blended = blended_in(weights, raised, FRAMES)
+    blended = blend_in(weights, raised, FRAMES)
     assert (blended >= raised).all() and blended.max() <= 0.6 + 1e-12
 
 
 def test_a_step_comes_gently():
     weights, raised = np.zeros((60, 1)), np.zeros((60, 1))
     raised[30:40] = 1.0
-    blended = blended_in(weights, raised, FRAMES)
+    blended = blend_in(weights, raised, FRAMES)
     assert np.abs(np.diff(blended, axis=0)).max() < 0.2
     np.testing.assert_allclose(blended[10:60], blended[59:9:-1], atol=1e-12)  # as it came
     assert (blended[30:40] == 1.0).all() and (blended[:18] == 0).all() and (blended[52:] == 0).all()
@@ -95,9 +95,7 @@ def test_what_is_taken_back_is_never_less_than_must_be(sign):
     corrected = weights + sign * RNG.uniform(size=(100, 2))
     share = np.where((np.arange(100) > 40) & (np.arange(100) < 60), 0.3, 1.0)[:, None]
     held = weights + share * (corrected - weights)
-    kept = (blended_out(weights, corrected, held, FRAMES) - weights) * sign
+    kept = (blend_out(weights, corrected, held, FRAMES) - weights) * sign
     assert (kept >= 0).all() and (kept <= (held - weights) * sign + 1e-12).all()
     far = np.r_[0:28, 73:100]
-    np.testing.assert_array_equal(
-        blended_out(weights, corrected, held, FRAMES)[far], corrected[far]
-    )
+    np.testing.assert_array_equal(blend_out(weights, corrected, held, FRAMES)[far], corrected[far])

@@ -7,8 +7,8 @@ from usdface.face.expression_poses import EMOTIONS, NAMED, ActionPose, expressio
 from usdface.face.facs_names import (
     ARKIT,
     FACS,
-    FAMILIES,
     MAKEHUMAN,
+    NAMING_CONVENTIONS,
     UNITS,
     VRM,
     ActionUnit,
@@ -164,7 +164,7 @@ def mirrored(names):
     return {HALF.sub(lambda m: MIRROR[m.group()], name): weight for name, weight in names.items()}
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda f: f.name)
+@pytest.mark.parametrize("family", NAMING_CONVENTIONS, ids=lambda f: f.name)
 @pytest.mark.parametrize("unit", sorted(set(UNITS) - {61, 62}))
 def test_the_halves_of_a_unit_are_mirror_images_and_make_the_whole(family, unit):
     whole, left, right = (dict(family.names(ActionUnit(unit, side))) for side in ("", "L", "R"))

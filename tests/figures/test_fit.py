@@ -28,7 +28,7 @@ def test_only_what_was_tested_has_a_row(tmp_path: Path) -> None:
     said = (tmp_path / "fit.svg").read_text()
     # Once as heard, and once as shown where it was.
     assert [said.count(f"<!-- {name} -->") for name in ("joy", "fear", "none")] == [2, 1, 2]
-    assert "5 of 6 right (1 of 3 kinds without a test)" in said
+    assert "5 of 6 correct (1 of 3 emotions without a test)" in said
 
 
 def test_no_picture_of_another_kind(tmp_path: Path) -> None:

@@ -83,7 +83,7 @@ def test_again_replaces_and_elsewhere_is_refused(
     first = stage.GetRootLayer().ExportToString()
     usdface.set_up(stage, take=world.take, bind=bind)
     assert stage.GetRootLayer().ExportToString() == first
-    with pytest.raises(InputError, match="a set-up at </UsdFace/Retarget> already"):
+    with pytest.raises(InputError, match="a setup at </UsdFace/Retarget> already"):
         usdface.set_up(stage, take=world.take, bind=bind, scope="/Other")
 
 

@@ -7,7 +7,7 @@ from worlds import NEUTRAL, World, make_world
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.neutral_weights import rest_weights, without_weights
+from usdface.retarget.neutral_weights import estimate_neutral_weights, without_weights
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import MarkerTake
@@ -33,7 +33,7 @@ def parts(world: World) -> tuple[np.ndarray, FloatArray, FloatArray]:
 
 def estimate(world: World, positions: FloatArray, frames: tuple[int, int]) -> FloatArray:
     _, points, offsets = parts(world)
-    return rest_weights(positions, neutral_markers(positions, frames), points, offsets)
+    return estimate_neutral_weights(positions, neutral_markers(positions, frames), points, offsets)
 
 
 def test_a_neutral_face_shows_nothing(world: World) -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.options import PIN_REACH
-from usdface.retarget.pins import bent_to_pins, kept_at_pins, pin_bounds
+from usdface.retarget.pins import faded_at_pins, pin_bounds, with_pins
 from usdface.retarget_setup import Pin
 
 TIMES = np.arange(120) / 60
@@ -12,7 +12,7 @@ PINS = (Pin("jaw", np.array([40, 46, 100]), np.array([0.0, 0.2, 1.0])), Pin("gon
 
 
 def test_pins_are_met_and_only_their_neighbours_bend() -> None:
-    bent = bent_to_pins(PINS, NAMES, TIMES, FREE)
+    bent = with_pins(PINS, NAMES, TIMES, FREE)
     np.testing.assert_array_equal(bent[[40, 46, 100], 0], [0.0, 0.2, 1.0])
     np.testing.assert_array_equal(bent[:, 1:], FREE[:, 1:])
     apart = np.abs(TIMES[:, None] - TIMES[[40, 46, 100]]).min(axis=1)
@@ -25,7 +25,7 @@ def test_pins_are_met_and_only_their_neighbours_bend() -> None:
 def test_the_way_to_a_pin_is_smooth() -> None:
     alone = (Pin("smile", np.array([60]), np.array([0.0])),)
     free = np.full_like(FREE, 0.8)
-    curve = bent_to_pins(alone, NAMES, TIMES, free)[:, 1]
+    curve = with_pins(alone, NAMES, TIMES, free)[:, 1]
     assert curve[60] == 0.0
     # A frame of its own would jump by 0.8; a smooth step of 12 frames rises by 0.1 at most.
     assert np.abs(np.diff(curve)).max() < 0.11
@@ -37,13 +37,13 @@ def test_bounds_leave_free_what_is_out_of_reach() -> None:
     lower, upper = bounds.over(*FREE.shape)
     held = lower == upper
     assert held[[40, 46, 100], 0].all() and not held[:, 1:].any()
-    np.testing.assert_array_equal(lower[held], bent_to_pins(PINS, NAMES, TIMES, FREE)[held])
+    np.testing.assert_array_equal(lower[held], with_pins(PINS, NAMES, TIMES, FREE)[held])
     assert (lower[~held] == 0).all() and (upper[~held] == 1).all()
 
 
 def test_a_correction_fades_out_towards_pins() -> None:
     corrected = np.minimum(FREE + 0.3, 1.0)
-    kept = kept_at_pins(PINS, NAMES, TIMES, FREE, corrected)
+    kept = faded_at_pins(PINS, NAMES, TIMES, FREE, corrected)
     np.testing.assert_array_equal(kept[[40, 46, 100], 0], FREE[[40, 46, 100], 0])
     np.testing.assert_array_equal(kept[:, 1:], corrected[:, 1:])
     change = kept[:, 0] - FREE[:, 0]
@@ -52,5 +52,5 @@ def test_a_correction_fades_out_towards_pins() -> None:
 
 @pytest.mark.parametrize("pins", [(), (Pin("gone", np.array([3]), np.array([1.0])),)])
 def test_without_pins_nothing_changes(pins: tuple[Pin, ...]) -> None:
-    np.testing.assert_array_equal(bent_to_pins(pins, NAMES, TIMES, FREE), FREE)
-    np.testing.assert_array_equal(kept_at_pins(pins, NAMES, TIMES, FREE, FREE + 0.1), FREE + 0.1)
+    np.testing.assert_array_equal(with_pins(pins, NAMES, TIMES, FREE), FREE)
+    np.testing.assert_array_equal(faded_at_pins(pins, NAMES, TIMES, FREE, FREE + 0.1), FREE + 0.1)

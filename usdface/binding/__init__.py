@@ -1,1 +1,1 @@
-"""Where markers sit on a rig, proposed from their shape and their motion."""
+"""Binding of markers to vertices of a rig, proposed from their positions and their motion."""

@@ -1,4 +1,4 @@
-"""Check of given vertices: whether a marker fits the one that a person chose for it."""
+"""Check of given vertices: a marker may fit another vertex much better."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

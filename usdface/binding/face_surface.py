@@ -1,4 +1,4 @@
-"""The surface of a face that markers can be glued to, and distances along it.
+"""The surface of a face that markers can be on, and distances along it.
 
 No marker sits on the eyes, the teeth, the inside of the mouth or the body of a rig. A `FaceSurface`
 is the part of the largest connected surface moved by blend shapes that is visible from the front.
@@ -51,7 +51,7 @@ _LEVEL = 3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceSurface:
-    """The part of a mesh that markers can sit on.
+    """The part of a mesh that markers can be on.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class FaceSurface:
 
 
 def face_surface(mesh: Mesh) -> FaceSurface:
-    """Find the surface of a face that markers can be glued to.
+    """Find the surface of a face that markers can be on.
 
     Raises
     ------

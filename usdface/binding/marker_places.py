@@ -1,4 +1,4 @@
-"""Optimal places for the markers of a capture, or for the next ones: greedy D-optimal design."""
+"""Optimal vertices for new markers of a capture: greedy D-optimal design."""
 
 from dataclasses import dataclass, replace
 

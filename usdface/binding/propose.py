@@ -1,4 +1,4 @@
-"""Proposed bindings: the vertex that each marker of a take sits on, and how sure that is."""
+"""Proposed bindings: a vertex for each marker of a take, with its confidence."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -54,7 +54,7 @@ _LARGEST_ERROR = 1e6
 
 @dataclass(frozen=True, slots=True)
 class DuplicateMarker:
-    """A marker that is always at the place of another and is left out."""
+    """A marker that is always at the position of another and is left out."""
 
     marker: str
     original: str
@@ -76,7 +76,7 @@ class Proposal:
     doubted : tuple of (str, DoubtedAnchor)
         Markers whose given vertex does not fit the others. It is kept with a confidence of 0.
     off_face : tuple of str
-        Markers that lie off the face, and are left out.
+        Markers off the face, which are left out.
     failed : tuple of Finding
         ADVICE_FAILED where the confidence is unknown (NaN).
     """
@@ -146,12 +146,12 @@ def propose(
     off = _off_face(registered)
     new = [i for i, name in enumerate(names) if name not in given and not off[i]]
     wrong = tuple((names[anchor.marker], anchor) for anchor in doubted)
-    unsure = {name for name, _ in wrong}
+    doubted_names = {name for name, _ in wrong}
     binding = Binding(
         (*given, *(names[i] for i in new)),
         np.array([*given.values(), *surface.vertices[chosen[new]]], dtype=np.int64),
         setup.binding.mesh,
-        np.array([*(0.0 if n in unsure else 1.0 for n in given), *confidence[new]]),
+        np.array([*(0.0 if n in doubted_names else 1.0 for n in given), *confidence[new]]),
     )
     return Proposal(
         setup=replace(setup, binding=binding, peaks=tuple(peaks.tolist())),
@@ -170,7 +170,7 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     findings = [finding("MARKER_NEVER_SEEN", name) for name in proposal.never_seen]
     findings += [
         finding(
-            "MARKER_DUPLICATE", one.marker, f"always at the place of {one.original!r}; left out"
+            "MARKER_DUPLICATE", one.marker, f"always at the position of {one.original!r}; left out"
         )
         for one in proposal.duplicates
     ]
@@ -185,7 +185,7 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
         for name, anchor in proposal.doubted
     ]
     findings += [
-        finding("MARKER_OFF_FACE", name, "it lies off the face and is left out")
+        finding("MARKER_OFF_FACE", name, "it is off the face and is left out")
         for name in proposal.off_face
     ]
     findings += proposal.failed
@@ -193,18 +193,18 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     findings.append(finding("BIND_PROPOSED", source, message))
     assert binding.confidence is not None
     first = len(binding.markers) - count
-    unsure = [
+    uncertain = [
         finding("PLACE_UNSURE", name, f"vertex {vertex} may be wrong: confidence {share:.2f}")
         for name, vertex, share in zip(
             proposal.placed, binding.points[first:], binding.confidence[first:], strict=True
         )
         if share < _UNSURE
     ]
-    findings += unsure
-    if 2 * len(unsure) > count:
+    findings += uncertain
+    if 2 * len(uncertain) > count:
         message = (
-            f"{len(unsure)} of {count} proposed vertices are unsure: nothing fits these markers "
-            "well; give a few of them in --bind bind.json, with --propose for the others"
+            f"{len(uncertain)} of {count} proposed vertices have a low confidence: the markers fit "
+            "nowhere well; give a few of them in --bind bind.json, with --propose for the others"
         )
         findings.append(finding("BIND_UNSURE", source, message))
     return findings
@@ -213,14 +213,14 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
 def _usable(
     take: MarkerTake, given: dict[str, int]
 ) -> tuple[IntArray, tuple[DuplicateMarker, ...]]:
-    """Return the indices of markers that are seen and are no duplicates, and the duplicates."""
+    """Return the indices of visible markers without duplicates, and the duplicates."""
     positions = positions_3d(take)
     used = np.flatnonzero(take.visible.any(axis=0))
     anchored = len(given.keys() & {take.names[i] for i in used})
     least = FEWEST_MARKERS if anchored >= _ANCHORS else _FEWEST
     if len(used) < least:
         raise InputError(
-            f"the take {take.source} shows {len(used)} markers; to propose where they sit takes "
+            f"the take {take.source} shows {len(used)} markers; proposing their vertices takes "
             f"{_FEWEST}, or {FEWEST_MARKERS} of which three are in --bind bind.json",
             "MARKERS_TOO_FEW",
         )
@@ -247,8 +247,8 @@ def _peaks(
     peaks = distant_frames(stabilised, neutral, MOST_PEAKS)
     if not len(peaks):
         raise InputError(
-            f"the face in the take {take.source} does not move; where its markers sit cannot be "
-            "proposed. Take one with expressions, or give --bind bind.json",
+            f"the face in the take {take.source} does not move; the vertices of its markers cannot "
+            "be proposed. Take one with expressions, or give --bind bind.json",
             "TAKE_STILL",
         )
     return np.array(named) if named else peaks
@@ -307,7 +307,7 @@ def _one_vertex_each(registered: RegisteredMarkers) -> IntArray:
 
 
 def _off_face(registered: RegisteredMarkers) -> BoolArray:
-    """Return (M,) which markers lie off the face and are not anchored."""
+    """Return which markers are off the face and not anchored: (M,) bool."""
     place, _ = squared_errors(
         registered.candidates, registered.observations, registered.best, shape_error=_OFF_FACE
     )

@@ -12,7 +12,7 @@ from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
 from usdface.options import BindOptions
 from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.neutral_weights import rest_weights
+from usdface.retarget.neutral_weights import estimate_neutral_weights
 from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
@@ -133,7 +133,7 @@ def neutral_weights(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[
     face = BoundFace(mesh, names, np.array([vertex[name] for name in names]))
     positions = take.select(names)
     neutral = neutral_markers(positions, setup.neutral)
-    linear = rest_weights(positions, neutral, face.neutral, face.offsets)
+    linear = estimate_neutral_weights(positions, neutral, face.neutral, face.offsets)
     found = face.evaluator.from_linear(linear[None])[0]
     found[[c.shape for c in face.evaluator.combinations]] = 0.0  # their parents' weights say it
     pairs = zip(mesh.shape_names, found.round(3).tolist(), strict=True)

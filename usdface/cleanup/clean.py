@@ -54,7 +54,7 @@ class Cleaned:
     take : MarkerTake
         Labels put right, spikes and gaps filled in where other markers or both ends predict them.
     measured : (F, M) bool
-        True where the take has what was recorded, not what was filled in.
+        True where the position was recorded, not filled in.
     repairs : tuple of Repair
         By kind, marker and frame.
     """

@@ -1,7 +1,7 @@
 """The command line: parses, calls `usdface.pipeline`, prints; exit status 0, 1 or 2.
 
-Each module has a group of commands, their options beside what they run. Nothing heavy is imported
-until a command runs, so that `usdface --help` answers at once.
+Each module has a group of commands with their options. Heavy libraries are imported only when a
+command runs, so that `usdface --help` is fast.
 """
 
 import argparse
@@ -21,7 +21,7 @@ __all__ = ["main"]
 _COMMANDS = {
     "rig": ("convert", "convert a character to UsdSkel"),
     "take": ("convert", "convert a recorded take to USD"),
-    "markers": ("shot", "choose the best places for markers on a character"),
+    "markers": ("shot", "choose the most informative vertices for markers"),
     "shot": ("shot", "bind a take to a rig, with expressions and a fuzzy system"),
     "calibrate": ("process", "measure a performer's gains, as shares of the character's shapes"),
     "process": ("process", "retarget a shot, correct its expressions, write layers"),
@@ -82,5 +82,5 @@ def _in_one_line(error: Exception) -> str:
     if isinstance(error, OSError):  # a name too long, a folder that may not be entered, a full disk
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror or error}"
-    said = f"{type(error).__name__}: {error}".splitlines()[0]
-    return f"a mistake in usdface: {said}; --debug shows where"
+    summary = f"{type(error).__name__}: {error}".splitlines()[0]
+    return f"a mistake in usdface: {summary}; --debug shows where"

@@ -1,4 +1,4 @@
-"""What all commands share: common options, where options go, the report, the exit status."""
+"""Common parts of all commands: shared options, the report, the exit status."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -81,16 +81,16 @@ def reported(parsed: argparse.Namespace) -> tuple[Path, ...]:
 
 
 def check_files(parsed: argparse.Namespace) -> None:
-    """Refuse, before the work, what must not be written beside the files of the pipeline.
+    """Validate the output files of the command line before any work.
 
     Raises
     ------
     OutputError
-        If a file is one that is read, or another output, or cannot be written, or the name of the
-        report is not that of a JSON file.
+        If a file is also an input or another output, or cannot be written, or the report is not
+        named as a JSON file.
     """
-    places = reported(parsed)
-    if not places:
+    reports = reported(parsed)
+    if not reports:
         return
     from usdface.io.inputs import check_outputs, files_read
 
@@ -103,7 +103,7 @@ def check_files(parsed: argparse.Namespace) -> None:
     listed = [v for value in given for v in (value if isinstance(value, list) else [value])]
     sources = (value for value in listed if isinstance(value, Path))
     read = files_read(*sources, labels=getattr(parsed, "labels", None))
-    check_outputs((*_files(parsed, parsed.writes), *places), read)
+    check_outputs((*_files(parsed, parsed.writes), *reports), read)
 
 
 def _files(parsed: argparse.Namespace, names: Sequence[str]) -> tuple[Path, ...]:
@@ -131,7 +131,7 @@ def report(
     from usdface.findings import severest
 
     result = replace(result, written=(*result.written, *reported(parsed)))
-    # Before the text, which somebody may read the beginning of only.
+    # Before the text: a pipe may be closed after its first lines (`usdface ... | head`).
     if parsed.report:
         write_report(result, parsed.report)
     print_result(result, parsed.format, file)

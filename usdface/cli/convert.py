@@ -16,14 +16,14 @@ from usdface.options import ExportOptions, ImportOptions, RigOptions, TakeOption
 __all__ = ["add_check", "add_export", "add_import", "add_rig", "add_take"]
 
 
-def _either(table: FormatTable[Any]) -> str:
+def _formats(table: FormatTable[Any]) -> str:
     return f"{table.summary}; others: usdface formats"
 
 
 def add_rig(commands: Any, summary: str) -> None:
     """Add `usdface rig`."""
     command = add_command(commands, "rig", _rig, summary)
-    command.add_argument("source", type=Path, help=_either(RIG_READERS))
+    command.add_argument("source", type=Path, help=_formats(RIG_READERS))
     add_output(command, "the rig, .usda or .usdc")
     default = RigOptions()
     command.add_argument("--neutral", default="", help="neutral mesh of a folder")
@@ -47,11 +47,13 @@ def _rig(parsed: argparse.Namespace) -> int:
 def add_take(commands: Any, summary: str) -> None:
     """Add `usdface take`."""
     command = add_command(commands, "take", _take, summary)
-    command.add_argument("source", type=Path, help=_either(TAKE_READERS))
+    command.add_argument("source", type=Path, help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
-    command.add_argument("--units", choices=("mm", "cm", "m", "in"), help="override the file's")
-    command.add_argument("--up-axis", choices=("Y", "Z"), help="override the file's")
-    command.add_argument("--rate", type=float, help="frames per second; override the file's")
+    command.add_argument(
+        "--units", choices=("mm", "cm", "m", "in"), help="unit of length; overrides the file's"
+    )
+    command.add_argument("--up-axis", choices=("Y", "Z"), help="overrides the file's")
+    command.add_argument("--rate", type=float, help="frames per second; overrides the file's")
     command.add_argument(
         "--dimension", type=int, choices=(2, 3), help="2: pixels of an image, y down"
     )
@@ -73,12 +75,12 @@ def add_export(commands: Any, summary: str) -> None:
     """Add `usdface export`."""
     command = add_command(commands, "export", _export, summary)
     command.add_argument("scene", type=Path)
-    add_output(command, _either(EXPORT_TARGETS))
-    command.add_argument("--clip", default="", metavar="NAME", help="only this one of the clips")
+    add_output(command, _formats(EXPORT_TARGETS))
+    command.add_argument("--clip", default="", metavar="NAME", help="export only this clip")
     command.add_argument(
         "--pointer",
         action="store_true",
-        help="a channel for each weight, too, by KHR_animation_pointer",
+        help="also write a channel for each weight, by KHR_animation_pointer",
     )
     command.add_argument(
         "--quantize",

@@ -18,12 +18,12 @@ def add_formats(commands: Any, summary: str) -> None:
 
 
 def _formats(parsed: argparse.Namespace) -> int:
-    outcome = pipeline.list_formats()
+    result = pipeline.list_formats()
     if parsed.format == "text":
         rows = {
             f"{_TITLES[kind]}: {each['name']}": f"{' '.join(each['suffixes'])}  {each['origin']}"
-            for kind, listed in outcome.details.items()
+            for kind, listed in result.details.items()
             for each in listed
         }
-        outcome = replace(outcome, summary=rows)
-    return report(parsed, outcome)
+        result = replace(result, summary=rows)
+    return report(parsed, result)

@@ -71,11 +71,11 @@ def _neutral(parsed: argparse.Namespace) -> int:
     from usdface.cli.report import print_json, print_written
 
     with progress(parsed.format == "text") as step:
-        answers = pipeline.check_neutral(parsed.shot, on_progress=step).value
-    if not print_json([answer.as_dict() for answer in answers], parsed.format, parsed.report):
-        from usdface.cli.print_fuzzy import print_resting
+        responses = pipeline.check_neutral(parsed.shot, on_progress=step).value
+    if not print_json([response.as_dict() for response in responses], parsed.format, parsed.report):
+        from usdface.cli.print_fuzzy import print_neutral_responses
 
-        print_resting(answers)
+        print_neutral_responses(responses)
         print_written(reported(parsed))
     return DONE
 

@@ -11,10 +11,10 @@ from rich.table import Table
 from usdface.cli.report import print_whole
 
 if TYPE_CHECKING:
-    from usdface.correction.neutral_check import RestingAnswer
+    from usdface.correction.neutral_check import NeutralResponse
     from usdface.rule_learning.fitting import Fitted
 
-__all__ = ["print_explanation", "print_fit", "print_resting"]
+__all__ = ["print_explanation", "print_fit", "print_neutral_responses"]
 
 
 def print_fit(fitted: "Fitted") -> None:
@@ -91,9 +91,9 @@ def _print_emotions(console: Console, facts: dict[str, Any]) -> None:
 def _print_rules(console: Console, rules: Sequence[dict[str, Any]]) -> None:
     for rule in rules:
         console.print(escape(f"{rule['fires']:.2f}  {rule['rule']}"))
-        for part in rule["conditions"]:
-            line = f"        {_distance(part)}  {part['variable']} is {part['is']}"
-            console.print(escape(f"{line} {part['degree']:.2f}"))
+        for condition in rule["conditions"]:
+            line = f"        {_distance(condition)}  {condition['variable']} is {condition['is']}"
+            console.print(escape(f"{line} {condition['degree']:.2f}"))
 
 
 def _distance(fact: dict[str, Any]) -> str:
@@ -101,14 +101,14 @@ def _distance(fact: dict[str, Any]) -> str:
     return f"{'occluded' if fact['mm'] is None else format(fact['mm'], '+.2f') + ' mm':>10}"
 
 
-def print_resting(answers: "Sequence[RestingAnswer]") -> None:
+def print_neutral_responses(responses: "Sequence[NeutralResponse]") -> None:
     """Print the outputs of systems for a neutral face, side by side."""
     console = Console(highlight=False, soft_wrap=True)
     columns: dict[str, dict[str, float]] = {}
-    for answer in answers:
-        columns[f"{answer.system}: neutral"] = answer.exact
-        if answer.mean is not None and answer.largest is not None:
-            columns["jitter, mean"], columns["largest"] = answer.mean, answer.largest
+    for response in responses:
+        columns[f"{response.system}: neutral"] = response.exact
+        if response.mean is not None and response.largest is not None:
+            columns["jitter, mean"], columns["largest"] = response.mean, response.largest
     table = Table(title="outputs for a neutral face", title_justify="left", box=SIMPLE)
     for name in ("", *columns):
         table.add_column(escape(name), justify="right" if name else "left", no_wrap=True)
@@ -117,8 +117,8 @@ def print_resting(answers: "Sequence[RestingAnswer]") -> None:
         table.add_row(escape(emotion), *cells)
     print_whole(console, table)
     console.print("jitter: 20 s of neutral markers with 0.3 mm of noise, solved", style="dim")
-    for answer in answers:
-        if answer.rules:
-            console.print(escape(f"rules that fire at neutral, {answer.system}:"), style="bold")
-        for rule in answer.rules:
+    for response in responses:
+        if response.rules:
+            console.print(escape(f"rules that fire at neutral, {response.system}:"), style="bold")
+        for rule in response.rules:
             console.print(escape(f"  {rule}"))

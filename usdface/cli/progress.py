@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 __all__ = ["progress"]
 
 
-def _waiting(step: "Step") -> None:
+def _announce_compilation(step: "Step") -> None:
     from usdface.progress import COMPILE
 
     if step.name == COMPILE:
@@ -22,10 +22,10 @@ def _waiting(step: "Step") -> None:
 def progress(shown: bool) -> "Iterator[OnProgress]":
     """Show the running step on a terminal, on standard error; yield the callback for it.
 
-    Elsewhere only the step that keeps a first command waiting is named.
+    Elsewhere only the compilation of the solver is named, which delays the first command.
     """
     if not shown or not sys.stderr.isatty():
-        yield _waiting
+        yield _announce_compilation
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -34,8 +34,8 @@ def progress(shown: bool) -> "Iterator[OnProgress]":
     with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
         task = bars.add_task("", total=None)
 
-        def announce(step: "Step") -> None:
+        def show(step: "Step") -> None:
             total = None if step.fraction is None else 1.0
             bars.update(task, description=step.name, total=total, completed=step.fraction or 0.0)
 
-        yield announce
+        yield show

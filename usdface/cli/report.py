@@ -1,4 +1,4 @@
-"""Reports: a table when a command is done, JSON for farms."""
+"""Reports of commands: a table on the screen, or JSON."""
 
 import json
 import re
@@ -45,7 +45,7 @@ def print_result(result: Result[Any], form: str, file: TextIO | None = None) -> 
 
 
 def _label(key: str) -> str:
-    """Return a stable key as people read it: ``residual_mean_mm`` is "residual mean [mm]"."""
+    """Return the label of a stable key: ``residual_mean_mm`` is "residual mean [mm]"."""
     *words, last = key.split("_")
     unit = _UNITS.get(last)
     return " ".join(words) + f" [{unit}]" if words and unit else " ".join((*words, last))
@@ -68,10 +68,10 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
     for group in groups.values():
         kinds: dict[str, list[Finding]] = {}
         for finding in group:
-            told = "" if finding.severity == "info" else _wording(finding)
-            if told not in kinds and len(kinds) == _EXAMPLES:
-                told = next(iter(kinds))
-            kinds.setdefault(told, []).append(finding)
+            wording = "" if finding.severity == "info" else _wording(finding)
+            if wording not in kinds and len(kinds) == _EXAMPLES:
+                wording = next(iter(kinds))
+            kinds.setdefault(wording, []).append(finding)
         for alike in kinds.values():
             yield _line(alike), alike[0].severity
 
@@ -84,11 +84,11 @@ def _wording(finding: Finding) -> str:
 
 def _line(group: list[Finding]) -> str:
     first = group[0]
-    said = f"{first.severity} {first.code}: {first.message}"
+    line = f"{first.severity} {first.code}: {first.message}"
     if any(f.message != first.message for f in group):
-        # What is said holds for the first alone.
-        return f"{said} ({first.where}); others: {_listed(group[1:])}"
-    return said + (f" ({_listed(group)})" if first.where else "")
+        # The message is that of the first finding only.
+        return f"{line} ({first.where}); others: {_listed(group[1:])}"
+    return line + (f" ({_listed(group)})" if first.where else "")
 
 
 def _listed(group: list[Finding]) -> str:
@@ -124,7 +124,7 @@ def print_json(document: object, form: str, report: Path | None) -> bool:
 
 
 def print_written(paths: Iterable[Path]) -> None:
-    """Print which files were written, after what is no outcome."""
+    """Print which files were written."""
     for path in paths:
         print(f"wrote {path}")
 

@@ -1,4 +1,4 @@
-"""The commands `shot` and `markers`: bind a take to a rig, choose places for markers."""
+"""The commands `shot` and `markers`: bind a take to a rig, choose vertices for new markers."""
 
 import argparse
 import sys
@@ -36,7 +36,7 @@ def add_shot(commands: Any, summary: str) -> None:
         "--calibration",
         type=Path,
         metavar="FILE.json",
-        help="the performer's, from `usdface calibrate`",
+        help="calibration of the performer, from `usdface calibrate`",
     )
 
 
@@ -64,7 +64,10 @@ def _binding_options(group: Any) -> None:
         "--write-bind", type=Path, metavar="FILE.json", help="write the binding, for corrections"
     )
     group.add_argument(
-        "--bind-figure", type=Path, metavar="FILE", help="draw the markers on the face: .png, ..."
+        "--bind-figure",
+        type=Path,
+        metavar="FILE",
+        help="draw the markers on the face: .png, .svg or .pdf",
     )
     group.add_argument(
         "--print-bind",
@@ -85,7 +88,7 @@ def _correction_options(group: Any) -> None:
         "--expressions",
         type=Path,
         metavar="FILE",
-        help="expressions to use, also new ones: shapes or action units as JSON, or USD",
+        help="expression poses, also new ones: blend shapes or action units as JSON, or USD",
     )
     group.add_argument(
         "--mode",
@@ -94,12 +97,14 @@ def _correction_options(group: Any) -> None:
         f"(default: {default.mode}, or the system's)",
     )
     group.add_argument(
-        "--gain", type=float, help=f"their strength (default: {default.gain:g}, or the system's)"
+        "--gain",
+        type=float,
+        help=f"strength of the correction (default: {default.gain:g}, or the system's)",
     )
     group.add_argument(
         "--ease",
         type=float,
-        help="how far shapes that oppose what is raised go back, 0 to 1 "
+        help="how far antagonists of raised blend shapes are lowered, 0 to 1 "
         f"(default: {default.ease:g}, or the system's)",
     )
 
@@ -135,7 +140,7 @@ def _shot(parsed: argparse.Namespace) -> int:
 
 
 def _frames(option: str, words: list[str] | None, expected: str, most: int = 1000) -> Any:
-    """Parse frame indices, "auto" or None."""
+    """Return the frame indices of an option, "auto" or None."""
     if words is None or words == ["auto"]:
         return words and "auto"
     if len(words) > most or not all(word.isdecimal() and len(word) < 10 for word in words):

@@ -1,4 +1,4 @@
-"""The expression layer over solved weights: designed for a rig, and at work."""
+"""The expression layer: the default system of a rig, and the correction of solved weights."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.correction.contact import hold
+from usdface.correction.contact import limit_correction
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
-from usdface.correction.pose_blend import correct, eased, pose_shares
+from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
 from usdface.correction.rule_check import check_rules
-from usdface.correction.temporal_blend import blend_frames, blended_in, blended_out
+from usdface.correction.temporal_blend import blend_frames, blend_in, blend_out
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
@@ -26,10 +26,10 @@ from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
 
 __all__ = [
-    "Expressed",
+    "Correction",
     "ExpressionTrace",
     "SideTrace",
-    "adopt",
+    "assign_roles",
     "design",
     "express",
     "expression_poses",
@@ -45,9 +45,9 @@ class SideTrace:
     inputs : (F, I) float64
         Features, in units of `ExpressionTrace.unit`; columns as `ExpressionSystem.inputs`.
     evaluation : Evaluation
-        Emotions, firing strengths, and memberships if they were asked for.
+        Emotions, firing strengths, and memberships if requested.
     shown : (F, E) float64
-        How much of its pose each emotion is given; gains of regions are left out.
+        The share of its pose that each emotion gets, without the gains of regions.
     """
 
     inputs: FloatArray
@@ -57,7 +57,7 @@ class SideTrace:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ExpressionTrace:
-    """Everything that the correction follows from, as it was computed.
+    """Inputs and intermediate values of the correction.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class ExpressionTrace:
         Weights of each emotion's pose.
     sides : mapping of "both", "left", "right" to SideTrace
         Halves only where a blend shape belongs to one. Blend shapes of neither half follow the
-        smaller answer of the two halves.
+        smaller output of the two halves.
     """
 
     system: ExpressionSystem
@@ -92,8 +92,8 @@ class ExpressionTrace:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Expressed:
-    """The corrected weights (F, T) in [0, 1], how they came about, and findings."""
+class Correction:
+    """The corrected weights (F, T) in [0, 1], their trace, and findings."""
 
     weights: FloatArray
     trace: ExpressionTrace
@@ -110,7 +110,7 @@ def design(
     ExpressionSystem or None
         None without markers or expressions.
     dict of str to str
-        Role to marker: those of the face, and those that the system's variables name besides.
+        Role to marker: those of the face, and others that the system reads.
     list of Finding
         EXPRESS_SKIPPED where there is no system.
     """
@@ -124,10 +124,10 @@ def design(
     return system, read | roles, findings
 
 
-def adopt(
+def assign_roles(
     system: ExpressionSystem, setup: RetargetSetup, expressions: Sequence[Expression], where: str
 ) -> tuple[RetargetSetup, list[Finding]]:
-    """Give the roles that a system names to bound markers: those of the setup, or by label.
+    """Assign the roles that a system reads to bound markers: those of the setup, or by label.
 
     Returns
     -------
@@ -141,17 +141,17 @@ def adopt(
         If a role has no marker; `where` names the system.
     """
     names = setup.binding.markers
-    # A marker may play several roles that are given; its label is one more for those without any.
+    # A marker may have several given roles; one without any has its label as its role.
     given = {role: name for role, name in setup.roles.items() if name in names}
     known = known_roles(names, setup.roles) | given
-    asked = dict.fromkeys(feature.role for feature in system.features)
-    missing = [role for role in asked if role not in known]
+    required = dict.fromkeys(feature.role for feature in system.features)
+    missing = [role for role in required if role not in known]
     if missing:
         roles = f"role{'s' if len(missing) > 1 else ''} {', '.join(map(repr, missing))}"
-        said = ", ".join(f'"{role}": "..."' for role in missing)
+        example = ", ".join(f'"{role}": "..."' for role in missing)
         raise InputError(
             f"{where}: the fuzzy system reads the marker {roles}, which no bound marker has; "
-            f'name markers for them in the binding, "roles": {{{said}}}'
+            f'name markers for them in the binding, "roles": {{{example}}}'
         )
     posed = {expression.name for expression in expressions}
     findings = [
@@ -159,7 +159,7 @@ def adopt(
         for name in system.emotions
         if name not in posed
     ]
-    setup = replace(setup, roles=dict(setup.roles) | {role: known[role] for role in asked})
+    setup = replace(setup, roles=dict(setup.roles) | {role: known[role] for role in required})
     return setup, findings
 
 
@@ -174,25 +174,25 @@ def express(
     gains: Gains | None = None,
     times: FloatArray | None = None,
     trace: bool = False,
-) -> Expressed:
+) -> Correction:
     """Correct weights by the features of a face.
 
     Parameters
     ----------
     system : ExpressionSystem
     features : Features
-        Of "both" sides, and of each half if its shapes are to follow them.
+        Of "both" sides, and of each half if blend shapes follow the halves.
     face : BoundFace
-        Sides and regions of its layout say which shapes follow which answer; contact is kept
-        where it has lips and lids.
+        Sides and regions of its layout decide which evaluation a blend shape follows; contact is
+        kept where it has lips and lids.
     names : tuple of str, length T
     weights : (F, T) float64
-        Solved weights of shapes `names`.
+        Solved weights of the blend shapes `names`.
     expressions : sequence of Expression
     gains : Gains, optional
-        Without them those of the system and of the expressions, at all times.
+        Default: those of the system and of the expressions, constant over the take.
     times : (F,) float64 [s], optional
-        With them the correction is blended in over the system's blend time; otherwise each frame
+        If given, the correction is blended in over the system's blend time; otherwise each frame
         is corrected on its own.
     trace : bool
         Keep the memberships of all terms.
@@ -200,66 +200,68 @@ def express(
     layout = face.layout
     poses, findings = expression_poses(system, names, expressions)
     findings += [
-        finding("SHAPE_UNKNOWN", name, "a side, region or antagonist of the shot names it")
+        finding("SHAPE_UNKNOWN", name, "it is named in a side, region or antagonist of the shot")
         for name in layout.shapes
         if name not in names
     ]
-    answers = {
+    evaluations = {
         side: evaluate(system.fuzzy, inputs, memberships=trace)
         for side, inputs in features.sides.items()
     }
     gains = gains or Gains.constant(system.gain, expressions)
-    asked = _asked(system, answers, poses, names, layout, gains)
-    how = (system.mode, gains.system, system.response)
-    begun = weights
+    parts = _driven_parts(system, evaluations, poses, names, layout, gains)
+    settings = (system.mode, gains.system, system.response)
+    eased = weights
     if system.ease > 0:
-        raised = correct(np.zeros(weights.shape), *asked, *how)
-        begun = eased(weights, raised, names, layout.antagonists, system.ease)
-    corrected = correct(begun, *asked, *how)
-    over = 0
+        raised = correct(np.zeros(weights.shape), *parts, *settings)
+        eased = ease_antagonists(weights, raised, names, layout.antagonists, system.ease)
+    corrected = correct(eased, *parts, *settings)
+    frames = 0
     if system.mode == "raise" and times is not None:
-        over = blend_frames(times, system.blend_time)
-        corrected = blended_in(begun, corrected, over)
+        frames = blend_frames(times, system.blend_time)
+        corrected = blend_in(eased, corrected, frames)
     gaps = gaps_of(face, names, poses)
-    corrected, more = _in_contact(weights, corrected, gaps, over)
-    findings += more
+    corrected, new_findings = _keep_contact(weights, corrected, gaps, frames)
+    findings += new_findings
     own = gains.of_emotions(system.emotions, len(weights))
     sides = {
-        side: SideTrace(features.sides[side], answer, pose_shares(answer.outputs, own, *how))
-        for side, answer in answers.items()
+        side: SideTrace(
+            features.sides[side], evaluation, pose_shares(evaluation.outputs, own, *settings)
+        )
+        for side, evaluation in evaluations.items()
     }
     traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
-    return Expressed(corrected, traced, check_rules(system) + findings)
+    return Correction(corrected, traced, check_rules(system) + findings)
 
 
-def _asked(
+def _driven_parts(
     system: ExpressionSystem,
-    answers: Mapping[Side, Evaluation],
+    evaluations: Mapping[Side, Evaluation],
     poses: FloatArray,
     names: tuple[str, ...],
     layout: FaceLayout,
     gains: Gains,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return how strong each part of a pose is asked for (F, P), it (P, T), and its gain (F, P)."""
-    cut = split_poses(poses, names, layout)
-    drive = {side: answer.outputs for side, answer in answers.items()}
-    heard = drive["both"]
-    if len(drive) > 1:
-        # What belongs to no side follows what both say, so that left is as right.
-        drive["both"] = np.minimum(drive["left"], drive["right"])
-    strengths = np.array([drive.get(side, heard)[:, row] for row, side, _, _ in cut])
-    driven = [(system.emotions[row], region) for row, _, region, _ in cut]
+    """Return the parts of the poses: emotion (F, P), weights (P, T) and gain (F, P) of each."""
+    parts = split_poses(poses, names, layout)
+    outputs = {side: evaluation.outputs for side, evaluation in evaluations.items()}
+    whole = outputs["both"]
+    if len(outputs) > 1:
+        # Blend shapes of neither half follow the smaller output: symmetric in left and right.
+        outputs["both"] = np.minimum(outputs["left"], outputs["right"])
+    strengths = np.array([outputs.get(side, whole)[:, row] for row, side, _, _ in parts])
+    emotion_regions = [(system.emotions[row], region) for row, _, region, _ in parts]
     return (
-        strengths.reshape(len(cut), len(heard)).T,
-        np.array([pose for *_, pose in cut]).reshape(len(cut), len(names)),
-        gains.of(driven, len(heard)),
+        strengths.reshape(len(parts), len(whole)).T,
+        np.array([pose for *_, pose in parts]).reshape(len(parts), len(names)),
+        gains.of(emotion_regions, len(whole)),
     )
 
 
 def expression_poses(
     system: ExpressionSystem, names: tuple[str, ...], expressions: Sequence[Expression]
 ) -> tuple[FloatArray, list[Finding]]:
-    """Return the pose of each emotion (E, T) in shapes `names`; zeros where the rig has none."""
+    """Return the pose of each emotion (E, T) in blend shapes `names`; zeros where there is none."""
     poses, findings = np.zeros((len(system.emotions), len(names))), []
     by_name = {expression.name: expression for expression in expressions}
     for row, emotion in enumerate(system.emotions):
@@ -270,26 +272,29 @@ def expression_poses(
             continue
         poses[row] = expression.pose(names)
         for shape in set(expression.shapes) - set(names):
-            findings.append(finding("SHAPE_UNKNOWN", shape, f"{emotion!r} names it"))
+            findings.append(
+                finding("SHAPE_UNKNOWN", shape, f"it is named in the expression {emotion!r}")
+            )
     return poses, findings
 
 
-def _in_contact(
+def _keep_contact(
     weights: FloatArray, corrected: FloatArray, gaps: Gaps, blend: int
 ) -> tuple[FloatArray, list[Finding]]:
-    held, limited, excess = hold(weights, corrected, gaps)
+    limited_weights, limited, excess = limit_correction(weights, corrected, gaps)
     if limited.any() and blend:
-        # Of a sum of motions, less of each may be more in all; then it is held once more.
-        held = hold(weights, blended_out(weights, corrected, held, blend), gaps)[0]
+        # Less of every weight may still widen a gap more; so the limit is applied again.
+        limited_weights = limit_correction(
+            weights, blend_out(weights, corrected, limited_weights, blend), gaps
+        )[0]
     findings = []
     for contact in dict.fromkeys(gaps.contact):
         own = np.array([name == contact for name in gaps.contact])
         frames = np.flatnonzero(limited[:, own].any(axis=1))
         if len(frames):
             message = (
-                f"the correction was taken back in {len(frames)} frames ({frames[0]} to "
-                f"{frames[-1]}); it would have moved what touches by up to "
-                f"{1000 * excess[:, own].max():.1f} mm more"
+                f"the correction was limited in {len(frames)} frames ({frames[0]} to {frames[-1]}) "
+                f"to keep the contact, a gap by {1000 * excess[:, own].max():.1f} mm at most"
             )
             findings.append(finding("CONTACT_KEPT", contact, message))
-    return held, findings
+    return limited_weights, findings

@@ -1,4 +1,4 @@
-"""What a fuzzy system reads off a face: its features, of the whole and of either half."""
+"""Feature extraction: the inputs of a fuzzy system, of the whole face and of either half."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ __all__ = ["Features", "features", "sided_features"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Features:
-    """The inputs of a fuzzy system, read off a face.
+    """The inputs of a fuzzy system, measured on a face.
 
     Attributes
     ----------
     sides : mapping of "both", "left", "right" to (F, I) float64
-        Of the face as it is, and as each half would have it if the other did the same.
+        Of the whole face, and of each half mirrored to the other side.
     markers : tuple of str, length I
         The marker that each input reads.
     unit : float [m]
@@ -37,8 +37,8 @@ class Features:
     unit: float = MILLIMETRE
 
 
-# Names of markers, where they rest (M, 3), and where they are by the word of each side (F, M, 3).
-_Faces = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
+# Names of markers, their neutral positions (M, 3), and their positions (F, M, 3) for each side.
+_SidedMarkers = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
 
 
 def features(
@@ -49,10 +49,9 @@ def features(
     weights: WeightsTake,
     solution: Solution | None,
 ) -> FloatArray:
-    """Measure the inputs in the space the system asks for, smoothed as noise demands: (F, I).
+    """Measure the inputs in the system's space, smoothed in proportion to the noise: (F, I).
 
-    Weights of shapes that other meshes of the rig have, and orders other than the mesh's, change
-    nothing.
+    Weights are matched to the mesh's blend shapes by name; others are ignored.
 
     Raises
     ------
@@ -60,8 +59,10 @@ def features(
         If the space is the take's and the take has no markers, or the system reads a marker
         that is not there.
     """
-    read = sided_features(system, face, take, weights=weights, solution=solution, sides=("both",))
-    return read.sides["both"]
+    extracted = sided_features(
+        system, face, take, weights=weights, solution=solution, sides=("both",)
+    )
+    return extracted.sides["both"]
 
 
 def sided_features(
@@ -73,55 +74,55 @@ def sided_features(
     solution: Solution | None,
     sides: Sequence[Side] = SIDES,
 ) -> Features:
-    """Measure the inputs of each side as they would be if the other did the same.
+    """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
-    Of "both" as they are; errors as those of `features`.
+    Raises as `features`.
     """
     if system.space == "take":
-        names, neutral, faces = _recorded(face, take, solution, sides)
+        names, neutral, by_side = _take_markers(face, take, solution, sides)
     else:
-        names, neutral, faces = _drawn(face, weights, sides)
+        names, neutral, by_side = _character_markers(face, weights, sides)
     _check_roles(system, names, face.roles)
     unit = face_unit(system, neutral)
-    # As in the solve: what was recorded without noise is read frame by frame.
+    # As in the solve: a take without noise is not smoothed.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
-    read: dict[Side, FloatArray] = {}
-    for side, positions in faces.items():
+    inputs: dict[Side, FloatArray] = {}
+    for side, positions in by_side.items():
         measured = measure(
             positions, neutral, names, system.features, face.roles, face.nose_tip, unit
         )
-        read[side] = smooth(measured, take.times, noise * system.smoothing)
+        inputs[side] = smooth(measured, take.times, noise * system.smoothing)
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
-    return Features(read, markers, unit)
+    return Features(inputs, markers, unit)
 
 
 def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:
-    """Refuse a system that reads a marker which is not there; name the first of its rules."""
-    lacking = {
+    """Raise InputError if the system reads a missing marker; name the first rule that does."""
+    missing = {
         variable.name: feature.role
         for variable, feature in zip(system.fuzzy.inputs, system.features, strict=True)
         if roles.get(feature.role, feature.role) not in names
     }
-    if not lacking:
+    if not missing:
         return
-    name, role = next(iter(lacking.items()))
-    rules = [r for r in system.fuzzy.rules if any(p.variable in lacking for p in r.propositions)]
+    name, role = next(iter(missing.items()))
+    rules = [r for r in system.fuzzy.rules if any(p.variable in missing for p in r.propositions)]
     others = len(rules) - 1
     by = f"{rules[0].named}{f' and {others} more' if others else ''}" if rules else "no rule"
     raise InputError(
         f"fuzzy variable {name!r} reads the role {role!r}, but there is no marker "
-        f"{roles.get(role, role)!r}{did_you_mean(role, names)} (asked for "
+        f"{roles.get(role, role)!r}{did_you_mean(role, names)} (used "
         f'by {by}); name its marker in the binding, "roles": {{"{role}": ...}}',
         code="MARKER_UNKNOWN",
     )
 
 
-def _recorded(
+def _take_markers(
     face: BoundFace,
     take: MarkerTake | WeightsTake,
     solution: Solution | None,
     sides: Sequence[Side],
-) -> _Faces:
+) -> _SidedMarkers:
     """Return the take's own markers."""
     if solution is None or not isinstance(take, MarkerTake):
         raise InputError(
@@ -130,36 +131,46 @@ def _recorded(
         )
     names, neutral = solution.markers, on_plane(solution.neutral)
     positions = solution.pose.to_head(on_plane(take.select(names)))
-    at_rest = face.mesh.points[face.vertices_of(names)]
-    return names, neutral, _halves(positions, neutral, at_rest, names, face.nose_tip, sides)
+    on_character = face.mesh.points[face.vertices_of(names)]
+    return (
+        names,
+        neutral,
+        _sided_positions(positions, neutral, on_character, names, face.nose_tip, sides),
+    )
 
 
-def _drawn(face: BoundFace, weights: WeightsTake, sides: Sequence[Side]) -> _Faces:
-    """Return the markers as they are on the character."""
+def _character_markers(
+    face: BoundFace, weights: WeightsTake, sides: Sequence[Side]
+) -> _SidedMarkers:
+    """Return the markers on the character at the solved weights."""
     names, neutral = face.markers, face.neutral
     solved = weights.reordered(face.shape_names).weights
     pairs = symmetric_pairs(face.shape_names)
     if not len(pairs):
         positions = neutral + face.displacements(solved)
-        faces = _halves(positions, neutral, neutral, names, face.nose_tip, sides)
-        return names, neutral, faces
-    shown = {s: solved if s == "both" else half_weights(solved, pairs, s) for s in sides}
-    return names, neutral, {side: neutral + face.displacements(w) for side, w in shown.items()}
+        by_side = _sided_positions(positions, neutral, neutral, names, face.nose_tip, sides)
+        return names, neutral, by_side
+    sided_weights = {s: solved if s == "both" else half_weights(solved, pairs, s) for s in sides}
+    return (
+        names,
+        neutral,
+        {side: neutral + face.displacements(w) for side, w in sided_weights.items()},
+    )
 
 
-def _halves(
+def _sided_positions(
     positions: FloatArray,
     neutral: FloatArray,
-    at_rest: FloatArray,
+    on_character: FloatArray,
     names: tuple[str, ...],
     nose_tip: str,
     sides: Sequence[Side],
 ) -> dict[Side, FloatArray]:
-    """Return the face as it is and those that its halves make; without a nose all are the same."""
+    """Return the positions of each side; without a nose tip, those of the whole face for all."""
     if nose_tip not in names:
         return dict.fromkeys(sides, positions)
     nose = names.index(nose_tip)
     return {
-        s: positions if s == "both" else half_face(positions, neutral, at_rest, nose, s)
+        s: positions if s == "both" else half_face(positions, neutral, on_character, nose, s)
         for s in sides
     }

@@ -1,8 +1,8 @@
-"""Features: what a fuzzy system reads off the markers of a face.
+"""Features: marker motions that are the inputs of a fuzzy system.
 
 The head's own motion must have been removed from the positions. Every feature is the change
 of one marker's distance to the nose tip along one axis, from neutral: Zikky et al. 2013,
-section 4 ("absolute"); the signed form tells a lowered brow from a raised one.
+section 4 ("absolute"); the signed form distinguishes a lowered brow from a raised one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,7 +50,7 @@ def measure(
     features : sequence of MarkerFeature, length I
         "signed": change of p - nose along the axis; "absolute": |change of |p - nose||.
     roles : mapping of str to str
-        Role to marker; a role that it lacks is itself the name of a marker.
+        Role to marker; a role without an entry is the name of a marker.
     nose_tip : str
         Marker that distances are measured to.
     unit : float [m]
@@ -74,9 +74,11 @@ def measure(
     axis = np.array([_AXES[f.axis] for f in features], dtype=np.intp)
     nose = index[nose_tip]
     offset = positions[:, marker, axis] - positions[:, nose, axis]
-    rest = neutral[marker, axis] - neutral[nose, axis]
+    neutral_offset = neutral[marker, axis] - neutral[nose, axis]
     absolute = np.array([f.measure == "absolute" for f in features], dtype=bool)
-    change = np.where(absolute, np.abs(np.abs(offset) - np.abs(rest)), offset - rest)
+    change = np.where(
+        absolute, np.abs(np.abs(offset) - np.abs(neutral_offset)), offset - neutral_offset
+    )
     return np.asarray(change / unit, dtype=np.float64)
 
 

@@ -38,9 +38,9 @@ class Gaps:
     evaluator : BlendShapeEvaluator
         By how much T blend shapes change the gaps: N = K.
     touch : (K,) float64 [m]
-        At which they touch: lips as they rest, lids as the shape that closes them leaves them.
+        Of contact: the neutral gap of lips, the gap of lids in the blend shape that closes them.
     floor : (K,) float64 [m]
-        To which a correction may close them: as the rig's own expressions press them.
+        Least gap after a correction: that of the rig's own expressions.
     tolerance : float [m]
     """
 
@@ -69,7 +69,7 @@ class Gaps:
         return self._displacements(corrected) - self._displacements(solved)
 
     def slopes(self, solved: FloatArray, corrected: FloatArray) -> FloatArray:
-        """Return how the change is made up: (F, T, K) [m], times the change of each weight."""
+        """Return secant slopes: the change of each gap per change of a weight, (F, T, K) [m]."""
         evaluator = self.evaluator
         result = np.zeros((len(solved), *evaluator.offsets.shape))
         ends = (evaluator.combined(weights) for weights in (solved, corrected))
@@ -90,16 +90,16 @@ class Gaps:
     def _displacements(self, weights: FloatArray) -> FloatArray:
         return self.evaluator.displacements(self.evaluator.combined(weights))
 
-    def room(self, solved: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return by how much a correction may close and open gaps (F, K): (F, K) each [m].
+    def limits(self, solved: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the lower and upper limit of a gap's change by a correction: (F, K) each [m].
 
-        A gap that touches changes by the tolerance. An open one may close until it touches, and
-        open further in proportion; a pressed one may let go.
+        A gap in contact may change by the tolerance, an open one close to contact and open further
+        in proportion, a pressed one open to contact.
         """
-        ajar = np.maximum(solved - self.touch - self.tolerance, 0.0)
+        opening = np.maximum(solved - self.touch - self.tolerance, 0.0)
         pressed = np.maximum(self.touch - solved, 0.0)
         close = np.maximum(solved - self.floor, 0.0)
-        return -self.tolerance - close, self.tolerance + pressed + _SLOPE * ajar
+        return -self.tolerance - close, self.tolerance + pressed + _SLOPE * opening
 
 
 def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
@@ -123,7 +123,7 @@ def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
     _check_pairs(mesh, np.concatenate([layout.lips, layout.lids]))
     contacts = _contacts(mesh, layout.lips, layout.lids)
     pairs = np.concatenate([np.zeros((0, 2), np.int64), *(own for _, own in contacts)])
-    ways = [_way(mesh, own) for _, own in contacts]
+    directions = [_across(mesh, own) for _, own in contacts]
     ends = np.cumsum([0, *(len(own) for _, own in contacts)]).tolist()
     means = [_mean(mesh, own, _PLACES[kind.split()[-1]]) for kind, own in contacts]
 
@@ -131,26 +131,26 @@ def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
         """Return the gaps (..., K) of upper, then lower vertices (..., 2 P * 3)."""
         upper, lower = np.moveaxis(values.reshape(*values.shape[:-1], 2, len(pairs), 3), -3, 0)
         gaps = [np.zeros((*values.shape[:-1], 0))]
-        for (first, last), way, mean in zip(pairwise(ends), ways, means, strict=True):
+        for (first, last), direction, mean in zip(pairwise(ends), directions, means, strict=True):
             apart = np.ascontiguousarray((upper - lower)[..., first:last, :])
-            gaps.append((apart @ way) @ mean)
+            gaps.append((apart @ direction) @ mean)
         return np.concatenate(gaps, axis=-1)
 
     vertices = pairs.T.ravel()
     column = {name: place for place, name in enumerate(mesh.shape_names)}
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
     evaluator = evaluator_of(mesh, vertices)[0].mapped(across).reordered(shapes)
-    rest = across(mesh.points[vertices].ravel())
+    neutral_gaps = across(mesh.points[vertices].ravel())
     contact = tuple(
         kind for (kind, _), mean in zip(contacts, means, strict=True) for _ in range(mean.shape[1])
     )
-    unheld = Gaps(contact, rest, evaluator, rest, rest, layout.tolerance)
-    # The margins of lids have a thickness: the gap that the shape that closes them leaves is none.
-    closed = unheld.at(np.eye(len(names))).min(axis=0, initial=np.inf)
-    closed = np.clip(np.minimum(rest, closed), 0.0, None)
-    touch = np.where(np.array(contact, dtype=str) == "lips", rest, closed)
-    pressed = unheld.at(poses).min(axis=0, initial=np.inf)
-    return replace(unheld, touch=touch, floor=np.minimum(touch, pressed))
+    unlimited = Gaps(contact, neutral_gaps, evaluator, neutral_gaps, neutral_gaps, layout.tolerance)
+    # Lid margins have a thickness: the gap in the blend shape that closes them counts as contact.
+    closed = unlimited.at(np.eye(len(names))).min(axis=0, initial=np.inf)
+    closed = np.clip(np.minimum(neutral_gaps, closed), 0.0, None)
+    touch = np.where(np.array(contact, dtype=str) == "lips", neutral_gaps, closed)
+    pressed = unlimited.at(poses).min(axis=0, initial=np.inf)
+    return replace(unlimited, touch=touch, floor=np.minimum(touch, pressed))
 
 
 def _check_pairs(mesh: Mesh, pairs: IntArray) -> None:
@@ -169,10 +169,10 @@ def _contacts(mesh: Mesh, lips: IntArray, lids: IntArray) -> list[tuple[str, Int
     return [(kind, pairs) for kind, pairs in contacts if len(pairs)]
 
 
-def _way(mesh: Mesh, pairs: IntArray) -> FloatArray:
+def _across(mesh: Mesh, pairs: IntArray) -> FloatArray:
     """Return the unit vector across a contact, from lower to upper: (3,)."""
-    way = (mesh.points[pairs[:, 0]] - mesh.points[pairs[:, 1]]).sum(axis=0)
-    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
+    direction = (mesh.points[pairs[:, 0]] - mesh.points[pairs[:, 1]]).sum(axis=0)
+    return np.asarray(direction / max(float(np.linalg.norm(direction)), 1e-12))
 
 
 def _mean(mesh: Mesh, pairs: IntArray, places: int) -> FloatArray:
@@ -182,9 +182,9 @@ def _mean(mesh: Mesh, pairs: IntArray, places: int) -> FloatArray:
 
 
 def _places(x: FloatArray, count: int) -> FloatArray:
-    """Return how much each pair counts for each place along the contact: (P, K).
+    """Return the weight of each pair at each place along the contact: (P, K).
 
-    A pair between two places counts for both, so that no place has an edge, and left is as right.
+    A pair between two places counts for both, so that the gap is continuous and symmetric.
     """
     step = (x.max() - x.min()) / count
     if not step > 0:

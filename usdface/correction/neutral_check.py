@@ -1,4 +1,4 @@
-"""What systems answer to a neutral face: the fuzzy paper's, as printed, beside a shot's."""
+"""Outputs of fuzzy systems for a neutral face: the paper's system, as printed, and a shot's."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,25 +18,25 @@ from usdface.rigs import Rig
 from usdface.rule_design.paper_system import paper_system
 from usdface.takes import MarkerTake
 
-__all__ = ["RestingAnswer", "resting_answers"]
+__all__ = ["NeutralResponse", "neutral_responses"]
 
-# Long enough for the rarest excess of jitter to show; the first second tells the neutral.
+# Long enough to contain rare peaks of the jitter; the first second is the neutral.
 _SECONDS, _RATE = 20, 30.0
 
 
 @dataclass(frozen=True, slots=True)
-class RestingAnswer:
-    """What one system answers to a neutral face.
+class NeutralResponse:
+    """The outputs of one system for a neutral face.
 
     Attributes
     ----------
     system : str
-        What people call it.
+        Its name, for people.
     exact : dict of str to float
         Each emotion where every feature is 0.
     mean, largest : dict of str to float, or None
-        Each emotion while resting markers jitter by 0.3 mm, recorded and solved as any take; None
-        where that cannot be played.
+        Each emotion over a take of neutral markers with 0.3 mm of noise, solved as any other; None
+        where the system is not the shot's, or reads markers that are not bound.
     rules : tuple of str
         Those that fire where every feature is 0.
     """
@@ -48,7 +48,7 @@ class RestingAnswer:
     rules: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain values for JSON."""
+        """Return the outputs as plain values for JSON."""
         return {
             "system": self.system,
             "neutral": self.exact,
@@ -58,41 +58,43 @@ class RestingAnswer:
         }
 
 
-def resting_answers(
+def neutral_responses(
     rig: Rig, setup: RetargetSetup, system: ExpressionSystem
-) -> tuple[RestingAnswer, ...]:
-    """Ask the paper's system, and the one of a shot of that rig and setup, about a neutral face."""
-    heard = _jitter(rig, setup, system)
-    return _answer("the paper's", paper_system()), _answer("the shot's", system, heard)
+) -> tuple[NeutralResponse, ...]:
+    """Evaluate the paper's system, and a shot's system on its rig and setup, on a neutral face."""
+    outputs = _jitter(rig, setup, system)
+    return _response("the paper's", paper_system()), _response("the shot's", system, outputs)
 
 
-def _answer(name: str, system: ExpressionSystem, heard: FloatArray | None = None) -> RestingAnswer:
+def _response(
+    name: str, system: ExpressionSystem, simulated: FloatArray | None = None
+) -> NeutralResponse:
     def named(values: FloatArray) -> dict[str, float]:
         return {e: round(float(v), 4) for e, v in zip(system.emotions, values, strict=True)}
 
-    return RestingAnswer(
+    return NeutralResponse(
         name,
         named(evaluate(system.fuzzy, np.zeros((1, len(system.features)))).outputs[0]),
-        None if heard is None else named(heard.mean(axis=0)),
-        None if heard is None else named(heard.max(axis=0)),
+        None if simulated is None else named(simulated.mean(axis=0)),
+        None if simulated is None else named(simulated.max(axis=0)),
         tuple(" ".join(rule.text.split()) for rule in fires_at_neutral(system)),
     )
 
 
 def _jitter(rig: Rig, setup: RetargetSetup, system: ExpressionSystem) -> FloatArray | None:
-    """Record the character's own face at rest, with noise; return the emotions (F, E)."""
+    """Return the emotions (F, E) of a simulated take: the neutral face with marker noise."""
     binding = setup.binding
     roles = {setup.roles.get(f.role, f.role) for f in system.features}
     if not binding.markers or not roles <= set(binding.markers):
         return None
     mesh = rig.mesh(binding.mesh)
     first, frames = round(_RATE), round((1 + _SECONDS) * _RATE)
-    rest = mesh.points[binding.points]
-    jitter = np.random.default_rng(0).standard_normal((frames, *rest.shape))
+    positions = mesh.points[binding.points]
+    jitter = np.random.default_rng(0).standard_normal((frames, *positions.shape))
     take = MarkerTake(
-        binding.markers, np.arange(frames) / _RATE, rest + MARKER_NOISE * jitter, _RATE
+        binding.markers, np.arange(frames) / _RATE, positions + MARKER_NOISE * jitter, _RATE
     )
-    # What a performer showed in the neutral frames, and how large, is no matter of this face.
+    # Neutral weights and calibration are those of a performer, not of the character.
     setup = replace(setup, neutral_weights={}, calibration=None, pins=())
     setup = replace(setup, neutral=(0, first - 1), head="solve")
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)

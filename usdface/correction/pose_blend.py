@@ -9,7 +9,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.options import RESPONSE, CorrectionMode
 
-__all__ = ["correct", "eased", "pose_shares", "respond"]
+__all__ = ["correct", "ease_antagonists", "pose_shares", "respond"]
 
 
 def correct(
@@ -32,17 +32,16 @@ def correct(
     poses : (E, S) float64
         Expression poses P, in [0, 1].
     gains : (E,) or (F, E) float64
-        One gain for each emotion, maybe over time; with `gain` it gives g.
+        One gain for each emotion, constant or by frame; times `gain` it is g.
     mode : {"raise", "add"}
-        "raise": max(w, max_e g r(o) P) with r the response, see `respond`. It never
-        lowers a weight, and doing it twice is doing it once: a face that is already expressive
-        is not pushed again.
+        "raise": max(w, max_e g r(o) P) with r the response, see `respond`. It never lowers a
+        weight and is idempotent: a face that is already expressive is not raised again.
         "add": w + sum_e g o P (Zikky et al. 2013).
     gain : float or (F,) float64
         Common factor.
     response : (float, float)
-        Of "raise": the output below which nothing is corrected, and the one from which on the
-        whole pose is shown.
+        Of "raise": the output at which the pose begins to show, and the one from which it shows
+        fully.
 
     Returns
     -------
@@ -63,11 +62,11 @@ def correct(
         raise InputError(f"gains have shape {gains.shape} for {len(poses)} emotions")
     if mode not in get_args(CorrectionMode):
         raise InputError(f"correction mode is {mode!r}; expected raise or add")
-    driven = pose_shares(emotions, gains, mode, gain, response)
+    all_shares = pose_shares(emotions, gains, mode, gain, response)
     corrected = np.array(weights, dtype=np.float64)
-    for drive, pose in zip(driven.T, poses, strict=True):
+    for shares, pose in zip(all_shares.T, poses, strict=True):
         moved = np.flatnonzero(pose)
-        shown = drive[:, None] * pose[moved]
+        shown = shares[:, None] * pose[moved]
         if mode == "add":
             corrected[:, moved] += shown
         else:
@@ -82,16 +81,16 @@ def pose_shares(
     gain: float | FloatArray,
     response: tuple[float, float],
 ) -> FloatArray:
-    """Return how much of its pose each emotion is given (F, E); parameters as `correct`."""
+    """Return the share of its pose that each emotion gets (F, E); parameters as `correct`."""
     driven = emotions if mode == "add" else respond(emotions, response)
     return np.asarray(driven * (gains * np.reshape(gain, (-1, 1))))
 
 
 def respond(emotions: FloatArray, response: tuple[float, float]) -> FloatArray:
-    """Return how much of its pose an emotion is given: a smooth step, 0 to 1.
+    """Return the share of its pose that an emotion gets: a smooth step, 0 to 1.
 
-    A performer who shows little of an emotion means all of it; what is below the onset is
-    speech, or nothing. Both ends are level, so a correction begins and ends without a jerk.
+    Weak emotions are meant fully; outputs below the onset are speech, or noise. The slope is 0 at
+    both ends, so that a correction begins and ends smoothly.
 
     Parameters
     ----------
@@ -105,32 +104,32 @@ def respond(emotions: FloatArray, response: tuple[float, float]) -> FloatArray:
     return np.asarray(x * x * (3.0 - 2.0 * x))
 
 
-def eased(
+def ease_antagonists(
     weights: FloatArray,
     raised: FloatArray,
     names: Sequence[str],
     pairs: Iterable[tuple[str, str]],
     amount: float,
 ) -> FloatArray:
-    """Return weights of which none exceeds what its antagonists leave it.
+    """Return weights limited by their raised antagonists.
 
-    A shape that is raised to r leaves its antagonist 1 - `amount` r. That hangs on what is
-    raised alone, so easing twice is easing once.
+    A blend shape that is raised to r limits its antagonist to 1 - `amount` r. The limit depends on
+    the raised weights only, so the function is idempotent.
 
     Parameters
     ----------
     weights, raised : (F, S) float64
-        Solved weights, and what the expressions ask for (`correct` over weights of 0).
+        Solved weights, and those of the expression poses alone (`correct` over weights of 0).
     names : sequence of str, length S
     pairs : iterable of (str, str)
-        Shapes that move the same skin in opposite directions.
+        Antagonists: blend shapes that move the same skin in opposite directions.
     amount : float
         0 to 1; 0 changes nothing.
     """
     index = {name: i for i, name in enumerate(names)}
-    room = np.ones(weights.shape)
+    limit = np.ones(weights.shape)
     for one, other in pairs:
         if amount > 0 and one in index and other in index:
             for a, b in ((index[one], index[other]), (index[other], index[one])):
-                room[:, b] = np.minimum(room[:, b], 1.0 - amount * raised[:, a])
-    return np.minimum(weights, room)
+                limit[:, b] = np.minimum(limit[:, b], 1.0 - amount * raised[:, a])
+    return np.minimum(weights, limit)

@@ -1,10 +1,9 @@
-"""Blending in: a correction comes and goes gently, and does not flicker with what it corrects.
+"""Temporal blending: a correction begins and ends smoothly, and without the jitter of the weights.
 
-Raising a weight w to a pose's p adds max(0, p - w), which holds the jitter of w upside down and
-starts with a kink. What is added instead is a smooth curve nowhere below that, so that raising
-twice is still raising once: what has been raised to a pose, or beyond it, is added nothing.
-Nor does the curve lead beyond the pose while the weight is still on its way there.
-What contact takes back of a correction is taken back as smoothly.
+Raising a weight w to a pose's p adds max(0, p - w), which has the inverted jitter of w and starts
+with a kink. The smooth curve that is added instead is nowhere below that, and 0 where w reaches p,
+so that raising stays idempotent. It does not lead beyond the pose while the weight still rises.
+Reductions of a correction to keep contact (`usdface.correction.contact`) are smoothed likewise.
 """
 
 import numpy as np
@@ -12,7 +11,7 @@ from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import FloatArray
 
-__all__ = ["blend_frames", "blended_in", "blended_out"]
+__all__ = ["blend_frames", "blend_in", "blend_out"]
 
 
 def blend_frames(times: FloatArray, blend_time: float) -> int:
@@ -22,15 +21,15 @@ def blend_frames(times: FloatArray, blend_time: float) -> int:
     return round(blend_time / float(np.median(np.diff(times))))
 
 
-def blended_in(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
-    """Return raised weights that leave `weights`, and come back to them, within some frames.
+def blend_in(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
+    """Return raised weights with smooth transitions from `weights` and back to them.
 
     Parameters
     ----------
     weights, raised : (F, S) float64 in [0, 1]
         Nowhere is `raised` below `weights`.
     frames : int
-        0 or 1 changes nothing.
+        Length of a transition; 0 or 1 changes nothing.
 
     Returns
     -------
@@ -43,60 +42,63 @@ def blended_in(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArr
     blended = weights.copy()
     moved = np.flatnonzero((raised > weights).any(axis=0))
     if moved.size:
-        begun, asked = weights[:, moved], raised[:, moved]
-        added = np.minimum(_cover(asked - begun, frames), _room(begun, asked, frames))
-        # What is covered may round to less than it was.
-        blended[:, moved] = np.maximum(np.minimum(begun + added, 1.0), asked)
+        before, target = weights[:, moved], raised[:, moved]
+        added = np.minimum(
+            _smooth_bound(target - before, frames), _largest_addition(before, target, frames)
+        )
+        # Sums may round to less than the target.
+        blended[:, moved] = np.maximum(np.minimum(before + added, 1.0), target)
     return blended
 
 
-def blended_out(
-    weights: FloatArray, corrected: FloatArray, held: FloatArray, frames: int
+def blend_out(
+    weights: FloatArray, corrected: FloatArray, limited: FloatArray, frames: int
 ) -> FloatArray:
-    """Return corrected weights of which more and more is taken back, where any must be.
+    """Return corrected weights with smooth transitions to the limited ones.
 
     Parameters
     ----------
     weights, corrected, held : (F, S) float64
-        Everywhere `held` is between the other two.
+        Everywhere `limited` is between the other two.
     frames : int
-        0 or 1 gives `held`.
+        Length of a transition; 0 or 1 gives `limited`.
 
     Returns
     -------
     (F, S) float64
-        Nowhere further from `weights` than `held`; `corrected` where nothing is held back within
+        Nowhere further from `weights` than `limited`; `corrected` where nothing is limited within
         `frames`.
     """
-    wanted = corrected - weights
-    back = np.minimum(_cover(np.abs(corrected - held), frames), np.abs(wanted))
-    kept = weights + np.copysign(np.abs(wanted) - back, wanted)
-    return np.asarray(np.where(back > 0, kept, corrected))
+    change = corrected - weights
+    reduction = np.minimum(_smooth_bound(np.abs(corrected - limited), frames), np.abs(change))
+    reduced = weights + np.copysign(np.abs(change) - reduction, change)
+    return np.asarray(np.where(reduction > 0, reduced, corrected))
 
 
-def _cover(values: FloatArray, frames: int) -> FloatArray:
-    """Return a smooth curve over each column of values (F, S) >= 0, nowhere below it.
+def _smooth_bound(values: FloatArray, frames: int) -> FloatArray:
+    """Return a smooth upper bound of each column of values (F, S) >= 0.
 
-    The average by a Hann window of half of `frames` on either side; where that is short of the
-    values, the largest shortage within as many frames is averaged likewise and added. All that is
-    averaged then is at least the frame's own shortage.
+    The average by a Hann window of half of `frames` on either side, plus its largest shortfall
+    within as many frames, averaged likewise: every value in that average is at least the frame's
+    own shortfall.
     """
     moved = np.flatnonzero(values.any(axis=0))
     if frames < 2 or not moved.size:
         return values
     smooth = _averaged(values[:, moved], frames)
-    cover = np.zeros(values.shape)
-    cover[:, moved] = smooth + _envelope(np.maximum(values[:, moved] - smooth, 0.0), frames)
-    return cover
+    bound = np.zeros(values.shape)
+    bound[:, moved] = smooth + _envelope(np.maximum(values[:, moved] - smooth, 0.0), frames)
+    return bound
 
 
-def _room(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
-    """Return a smooth curve (F, S) that what is added to weights may not exceed.
+def _largest_addition(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
+    """Return a smooth upper limit (F, S) of the addition to weights.
 
-    It leads their average to what is raised nearby, and further by their jitter, or the sum would
-    be level and what is added the jitter upside down. Nowhere is it below raised - weights.
+    It leads their average to the largest raised weight nearby plus their jitter; without the
+    latter the sum would be constant, and the addition the inverted jitter. Nowhere is it below
+    raised - weights.
     """
-    # Over half as long as all else: a movement is not to pass for jitter.
+    # Half the window of the rest, so that movements do not count as jitter.
     smooth = _averaged(weights, frames // 2)
     return _envelope(raised, frames) - smooth + _envelope(np.abs(weights - smooth), frames)
 

@@ -1,4 +1,4 @@
-"""Antagonists: shapes that pull the same skin in opposite directions."""
+"""Antagonists: blend shapes that move the same skin in opposite directions."""
 
 from collections.abc import Sequence
 
@@ -23,9 +23,9 @@ _SAME_SIDE = -0.05
 
 
 def antagonists(mesh: Mesh, expressions: Sequence[Expression]) -> tuple[tuple[str, str], ...]:
-    """Return the pairs of shapes, of all that expressions raise, that oppose each other.
+    """Return the pairs of antagonists among the blend shapes of the expressions.
 
-    Two shapes that one expression shows together are no antagonists.
+    Two blend shapes of one expression are no antagonists.
     """
     used = [s for s in mesh.shapes if any(s.name in e.shapes for e in expressions)]
     together = {(a, b) for e in expressions for a in e.shapes for b in e.shapes}

@@ -1,4 +1,4 @@
-"""A bound face: a mesh with blend shapes, the markers that sit on it, and its anatomy."""
+"""A bound face: a mesh with blend shapes, the markers bound to it, and its anatomy."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,9 +26,9 @@ class BoundFace:
     ----------
     mesh : Mesh
     markers : tuple of str, length B
-        The bound markers, ...
+        The bound markers.
     vertices : (B,) int64
-        ... and the vertex of the mesh that each sits on.
+        The vertex of the mesh that each is bound to.
     nose_tip : str
         Marker that features are measured to; "" = none.
     roles : mapping of str to str
@@ -36,7 +36,7 @@ class BoundFace:
     layout : FaceLayout
         Sides, regions, antagonists, lips and lids.
     rig_shapes : tuple of str
-        Blend shapes of the whole rig, of which the mesh may have some only.
+        Blend shapes of the whole rig; the mesh may have only some of them.
     """
 
     mesh: Mesh
@@ -63,7 +63,7 @@ class BoundFace:
 
     @cached_property
     def nose(self) -> int:
-        """Which marker is the nose tip.
+        """Index of the nose tip among the markers.
 
         Raises
         ------
@@ -84,7 +84,7 @@ class BoundFace:
 
     @cached_property
     def neutral(self) -> FloatArray:
-        """Where the markers are on the neutral face: (B, 3) [m]."""
+        """Positions of the markers on the neutral face: (B, 3) [m]."""
         return frozen(self.mesh.points[self.vertices])
 
     @cached_property
@@ -108,7 +108,7 @@ class BoundFace:
         return evaluator, tuple(findings)
 
     def displacements(self, weights: FloatArray) -> FloatArray:
-        """Return how far weights (F, S) move the markers from neutral: (F, B, 3) [m].
+        """Return the displacements of the markers from neutral at weights (F, S): (F, B, 3) [m].
 
         Combination shapes follow their parents, whatever weight they are given.
         """

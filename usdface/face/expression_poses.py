@@ -1,13 +1,13 @@
-"""Expression poses for rigs whose blend shapes carry known names.
+"""Expression poses for rigs with known blend shape names.
 
-Two tables and their product. `EMOTIONS` says which facial action units make an emotion and how
-strongly: the emotion prototypes of FACS, as in P. Ekman, W. Friesen, J. Hager, "Facial Action
+Two tables and their product. `EMOTIONS` has the facial action units of each emotion and their
+strengths: the emotion prototypes of FACS, as in P. Ekman, W. Friesen, J. Hager, "Facial Action
 Coding System: Investigator's Guide", 2002 (EMFACS: joy 6 + 12, sadness 1 + 4 + 15, anger
 4 + 5 + 7 + 23, fear 1 + 2 + 4 + 5 + 7 + 20 + 26, disgust 9 + 15 + 16, surprise 1 + 2 + 5B + 26;
-the letter B is a slight intensity). `usdface.face.facs_names` says which blend shapes of a naming
-convention show an action unit. Strengths are chosen so that the poses look right and differ
-clearly. A rig with shapes named after the emotions themselves needs neither. Emotions beyond
-these are data: poses of shapes or of action units that somebody gives.
+the letter B is a slight intensity). `usdface.face.facs_names` has the blend shapes of each action
+unit in each naming convention. Strengths are chosen so that the poses look right and differ
+clearly. A rig with blend shapes named after the emotions needs neither table. Other emotions
+are data: poses of blend shapes or of action units, from a file.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.errors import InputError
-from usdface.face.facs_names import FAMILIES, ActionUnit, Family
+from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit, NamingConvention
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Expression
 
@@ -26,7 +26,7 @@ __all__ = ["EMOTIONS", "NAMED", "ActionPose", "expressions_for", "units_of"]
 
 @dataclass(frozen=True, slots=True)
 class ActionPose:
-    """An expression as action units, which any rig of a known family can show.
+    """An expression as action units, which any rig with a known naming convention can show.
 
     `units` has the strength of each, in [0, 1].
     """
@@ -53,7 +53,7 @@ EMOTIONS: dict[str, dict[int, float]] = {
     "surprise": {1: 1.0, 2: 1.0, 5: 0.6, 26: 0.7},
 }
 
-# Words that shapes are called by, of artists, VRM 1.0 ("happy"), VRM 0.x ("sorrow", "fun") and
+# Names of blend shapes, of artists, VRM 1.0 ("happy"), VRM 0.x ("sorrow", "fun") and
 # VRoid ("Fcl_ALL_Joy"). Those beyond the six count only where a rig has them.
 NAMED: dict[str, tuple[str, ...]] = {
     "joy": ("joy", "joyful", "happy", "happiness", "fcl_all_joy"),
@@ -71,11 +71,11 @@ def expressions_for(
     shape_names: Sequence[str],
     given: Mapping[str, Expression | ActionPose | None] = MappingProxyType({}),
 ) -> tuple[tuple[Expression, ...], list[Finding]]:
-    """Make the expression poses that a rig can show.
+    """Return the expression poses of a rig.
 
     Poses that are `given` go first. A shape named after the emotion (`NAMED`, in any case) is the
-    pose; otherwise it is put together from action units, in the family that most of the rig's
-    names belong to.
+    pose; otherwise it is composed of action units, in the naming convention of most of the
+    rig's names.
 
     Parameters
     ----------
@@ -90,10 +90,12 @@ def expressions_for(
         In the order of `EMOTIONS`, then of `given`; without those for which the rig has too few
         shapes.
     findings : list of Finding
-        EXPRESSION_UNKNOWN for each that is left out, SHAPE_UNKNOWN for each that lacks units or
-        shapes.
+        EXPRESSION_UNKNOWN for each that is left out, SHAPE_UNKNOWN for each without some of its
+        units or blend shapes.
     """
-    family = max(FAMILIES, key=lambda family: len(_known(family, shape_names)))
+    convention = max(
+        NAMING_CONVENTIONS, key=lambda convention: len(_known(convention, shape_names))
+    )
     expressions, findings = [], []
     for emotion in NAMED:
         named = [name for name in shape_names if name.lower() in NAMED[emotion]]
@@ -103,50 +105,52 @@ def expressions_for(
             expressions.append(Expression(emotion, (named[0],), np.ones(1)))
             continue
         units = {ActionUnit(unit): strength for unit, strength in EMOTIONS[emotion].items()}
-        shown, more = _composed(ActionPose(emotion, units), family, shape_names)
+        shown, new_findings = _composed(ActionPose(emotion, units), convention, shape_names)
         expressions += shown
-        findings += more
+        findings += new_findings
     for pose in given.values():
         if isinstance(pose, ActionPose):
-            shown, more = _composed(pose, family, shape_names)
+            shown, new_findings = _composed(pose, convention, shape_names)
             expressions += shown
-            findings += more
+            findings += new_findings
         elif pose is not None:
             expressions.append(pose)
             findings += [
-                finding("SHAPE_UNKNOWN", shape, f"{pose.name!r} names it")
+                finding("SHAPE_UNKNOWN", shape, f"it is named in the expression {pose.name!r}")
                 for shape in sorted(set(pose.shapes) - set(shape_names))
             ]
     return tuple(expressions), findings
 
 
 def units_of(shape_names: Sequence[str]) -> dict[str, set[int]]:
-    """Return the action units that each shape stands for; without the shapes that stand for none.
+    """Return the action units of each blend shape; blend shapes without any are left out.
 
-    In the family that most of the names belong to.
+    In the naming convention of most of the names.
     """
-    family = max(FAMILIES, key=lambda family: len(_known(family, shape_names)))
+    convention = max(
+        NAMING_CONVENTIONS, key=lambda convention: len(_known(convention, shape_names))
+    )
     units: dict[str, set[int]] = {}
-    for unit in family.units:
-        for name, _ in family.names(ActionUnit(unit)):
+    for unit in convention.units:
+        for name, _ in convention.names(ActionUnit(unit)):
             if name in shape_names:
                 units.setdefault(name, set()).add(unit)
     return units
 
 
-def _known(family: Family, shape_names: Sequence[str]) -> set[str]:
-    names = {name for unit in family.units for name, _ in family.names(ActionUnit(unit))}
+def _known(convention: NamingConvention, shape_names: Sequence[str]) -> set[str]:
+    names = {name for unit in convention.units for name, _ in convention.names(ActionUnit(unit))}
     return names & set(shape_names)
 
 
 def _composed(
-    pose: ActionPose, family: Family, shape_names: Sequence[str]
+    pose: ActionPose, convention: NamingConvention, shape_names: Sequence[str]
 ) -> tuple[list[Expression], list[Finding]]:
     """Return the pose as weights of shapes, unless the rig cannot show half of its units."""
     weights: dict[str, float] = {}
     missing = []
     for unit, strength in pose.units.items():
-        shown = [(n, w) for n, w in family.names(unit) if n in shape_names]
+        shown = [(n, w) for n, w in convention.names(unit) if n in shape_names]
         for name, weight in shown:
             weights[name] = max(weights.get(name, 0.0), round(strength * weight, 6))
         if not shown:
@@ -156,5 +160,5 @@ def _composed(
     made = Expression(pose.name, tuple(weights), np.array(list(weights.values())), pose.gain)
     if not missing:
         return [made], []
-    message = f"the rig has no shape for {', '.join(missing)}; {pose.name} does without"
+    message = f"the rig has no blend shape for {', '.join(missing)}; left out of {pose.name}"
     return [made], [finding("SHAPE_UNKNOWN", pose.name, message)]

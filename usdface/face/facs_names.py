@@ -1,4 +1,4 @@
-"""Naming conventions: which blend shapes show an action unit of FACS.
+"""Naming conventions: the blend shapes of each FACS action unit.
 
 The numbers are those of P. Ekman, W. Friesen, J. Hager, "Facial Action Coding System", 2002; left
 and right are the character's.
@@ -14,12 +14,12 @@ from usdface.errors import InputError
 __all__ = [
     "ARKIT",
     "FACS",
-    "FAMILIES",
     "MAKEHUMAN",
+    "NAMING_CONVENTIONS",
     "UNITS",
     "VRM",
     "ActionUnit",
-    "Family",
+    "NamingConvention",
     "action_unit",
 ]
 
@@ -86,11 +86,11 @@ def action_unit(text: str) -> ActionUnit:
 
 
 @dataclass(frozen=True, slots=True)
-class Family:
-    """A naming convention: which blend shapes show an action unit, at which weight.
+class NamingConvention:
+    """A naming convention: the blend shapes of each action unit, with their weights.
 
-    `{side}` in a name stands for each of `sides`; names that a rig lacks are left out. A name
-    without a side stands for both halves.
+    `{side}` in a name is replaced by each of `sides`; names that a rig lacks are left out. A name
+    without a side is of both halves.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Family:
     units: Mapping[int, Mapping[str, float]]
 
     def names(self, unit: ActionUnit) -> Iterator[tuple[str, float]]:
-        """Return every name that may stand for the unit, with its weight.
+        """Return every name of the unit's blend shapes, with its weight.
 
         Of a unit of one half: the names of that half, and those without a side.
         """
@@ -109,8 +109,8 @@ class Family:
             yield from ((name, weight) for name in names)
 
 
-# ARKit's 52 shapes. ICT-FaceKit and others say _L, _R, and some split browInnerUp.
-ARKIT = Family(
+# ARKit's 52 blend shapes. ICT-FaceKit and others use _L, _R, and some split browInnerUp.
+ARKIT = NamingConvention(
     "ARKit",
     ("Left", "Right", "_L", "_R", ""),
     {
@@ -120,7 +120,7 @@ ARKIT = Family(
         5: {"eyeWide{side}": 1.0},
         6: {"cheekSquint{side}": 1.0},
         7: {"eyeSquint{side}": 1.0},
-        # The nose wrinkler pulls the upper lip along; ARKit has that as a shape of its own.
+        # The nose wrinkler pulls the upper lip along; ARKit has a blend shape for that.
         9: {"noseSneer{side}": 1.0, "mouthUpperUp{side}": 0.5},
         10: {"mouthUpperUp{side}": 1.0},
         12: {"mouthSmile{side}": 1.0},
@@ -147,8 +147,8 @@ ARKIT = Family(
     },
 )
 
-# MakeHuman's expression units. They have no cheek raiser; narrowed lids stand in for it.
-MAKEHUMAN = Family(
+# MakeHuman's expression units. They have no cheek raiser; narrowed lids replace it.
+MAKEHUMAN = NamingConvention(
     "MakeHuman",
     ("left", "right"),
     {
@@ -178,7 +178,7 @@ MAKEHUMAN = Family(
 
 # The presets of VRM 1.0 that are no emotions: blinks, gaze, and mouths that speak Japanese vowels,
 # which are the nearest that it has to lips that part, stretch, pucker and funnel.
-VRM = Family(
+VRM = NamingConvention(
     "VRM",
     ("Left", "Right"),
     {
@@ -195,9 +195,9 @@ VRM = Family(
     },
 )
 
-# Shapes that are called after the units themselves: AU12, AU12_L, au01L, AU_06, FACS_AU4_left.
+# Blend shapes that are named after the units: AU12, AU12_L, au01L, AU_06, FACS_AU4_left.
 _SPELLINGS = ("AU{}", "AU_{}", "au{}", "au_{}", "FACS_AU{}", "FACS_{}")
-FACS = Family(
+FACS = NamingConvention(
     "FACS",
     ("_L", "_R", "L", "R", "_left", "_right", "Left", "Right", ""),
     {
@@ -211,4 +211,4 @@ FACS = Family(
     },
 )
 
-FAMILIES = (ARKIT, MAKEHUMAN, VRM, FACS)
+NAMING_CONVENTIONS = (ARKIT, MAKEHUMAN, VRM, FACS)

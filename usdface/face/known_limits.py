@@ -1,4 +1,4 @@
-"""Limits between blend shapes that are known by name, where the rig does not declare them."""
+"""Known limits between blend shapes by their names, for rigs that do not declare them."""
 
 from dataclasses import replace
 
@@ -9,14 +9,16 @@ from usdface.face.shape_names import shape_key
 
 __all__ = ["with_known_limits"]
 
-# "It doesn't work in isolation" (ICT-FaceKit, issue 5): lips that close over an open jaw.
+# Lips that close over an open jaw: "It doesn't work in isolation" (ICT-FaceKit, issue 5).
 _KNOWN_LIMITS = (("mouthclose", "jawopen"),)
 
 
-def with_known_limits(model: BlendShapeEvaluator, names: tuple[str, ...]) -> BlendShapeEvaluator:
-    """Return the model with the limits that are known by the shapes' names, in any spelling."""
-    place = {shape_key(name): i for i, name in enumerate(names)}
-    pairs = [(place.get((low, "")), place.get((high, ""))) for low, high in _KNOWN_LIMITS]
+def with_known_limits(
+    evaluator: BlendShapeEvaluator, names: tuple[str, ...]
+) -> BlendShapeEvaluator:
+    """Return the evaluator with the known limits of its blend shapes, in any spelling."""
+    column = {shape_key(name): i for i, name in enumerate(names)}
+    pairs = [(column.get((low, "")), column.get((high, ""))) for low, high in _KNOWN_LIMITS]
     known = [pair for pair in pairs if None not in pair]
-    limits = np.concatenate([model.limits, np.array(known, np.int64).reshape(-1, 2)])
-    return replace(model, limits=np.unique(limits, axis=0))
+    limits = np.concatenate([evaluator.limits, np.array(known, np.int64).reshape(-1, 2)])
+    return replace(evaluator, limits=np.unique(limits, axis=0))

@@ -1,6 +1,6 @@
-"""The layout of a face: which shapes belong where, and where lips and lids touch.
+"""The layout of a face: sides, regions, antagonists, contacts of lips and lids.
 
-`usdface shot` finds them on the rig and authors them, so that a shot can say otherwise.
+`usdface shot` finds it on the rig and authors it, so that a shot can override it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,21 +26,21 @@ _NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceLayout:
-    """Where the shapes of a rig are on its face.
+    """Sides, regions, antagonists and contacts of a face.
 
     Attributes
     ----------
     left, right : tuple of str
-        Shapes of the character's left and right half; all others are driven by both.
+        Blend shapes of the character's left and right half; all others follow both.
     regions : mapping of "brows", "eyes", "mouth" to tuple of str
-        A shape belongs to one at most.
+        A blend shape belongs to one at most.
     antagonists : tuple of (str, str)
-        Shapes that move the same skin in opposite directions.
+        Blend shapes that move the same skin in opposite directions.
     lips, lids : (P, 2) int64
-        Pairs of vertices of the bound mesh, upper and lower, that touch where the lips (on the
-        neutral face) or the lids (closed) do.
+        Pairs of vertices of the bound mesh, upper and lower, that touch on the neutral face (lips)
+        or in closed eyes (lids).
     tolerance : float [m]
-        By how much a correction may part lips or lids that touch.
+        Largest gap that a correction may open between lips or lids in contact.
     """
 
     left: tuple[str, ...] = ()
@@ -62,12 +62,12 @@ class FaceLayout:
 
     @property
     def sides(self) -> tuple[Side, ...]:
-        """The sides that a system is evaluated for: halves only where a shape belongs to one."""
+        """The sides that a system is evaluated for: halves only if a blend shape belongs to one."""
         return SIDES if self.left or self.right else ("both",)
 
     @property
     def shapes(self) -> tuple[str, ...]:
-        """Every shape that is named, once."""
+        """Every named blend shape, once."""
         pairs = (name for pair in self.antagonists for name in pair)
         regions = (name for listed in self.regions.values() for name in listed)
         return tuple(dict.fromkeys((*self.left, *self.right, *regions, *pairs)))
@@ -95,9 +95,9 @@ def find_layout(mesh: Mesh, expressions: Sequence[Expression], middle: float) ->
 
 
 def split_poses(
-    poses: FloatArray, names: Sequence[str], parts: FaceLayout
+    poses: FloatArray, names: Sequence[str], layout: FaceLayout
 ) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
-    """Cut expression poses into the parts that are driven on their own.
+    """Split expression poses into the parts with a side and a gain of their own.
 
     Parameters
     ----------
@@ -111,15 +111,17 @@ def split_poses(
         Expression; side ("left", "right" or "both"); region, None = no region; and the part of
         the pose. The parts of an expression add up to it; empty ones are left out.
     """
-    side = {n: "left" for n in parts.left} | {n: "right" for n in parts.right}
-    region = {name: where for where, listed in parts.regions.items() for name in listed}
+    side = {n: "left" for n in layout.left} | {n: "right" for n in layout.right}
+    region = {
+        name: region_name for region_name, listed in layout.regions.items() for name in listed
+    }
     of_side = np.array([side.get(name, "both") for name in names])
     of_region = np.array([region.get(name, "") for name in names])
-    cut = []
+    parts = []
     for row, pose in enumerate(poses):
         for half in SIDES:
-            for where in (None, *GAIN_REGIONS):
-                part = np.where((of_side == half) & (of_region == (where or "")), pose, 0.0)
+            for region_name in (None, *GAIN_REGIONS):
+                part = np.where((of_side == half) & (of_region == (region_name or "")), pose, 0.0)
                 if part.any():
-                    cut.append((row, half, where, part))
-    return cut
+                    parts.append((row, half, region_name, part))
+    return parts

@@ -1,9 +1,9 @@
-"""Where the lips and the lids of a rig touch: found on its mesh and its blend shapes.
+"""Contacts of lips and lids, found on the mesh and the blend shapes of a rig.
 
-Two vertices of one skin that face each other across a gap are a pair. Lips are pairs that lie
-close together on the neutral face and that some shape draws apart by several times their
-distance; no skin stretches like that. Lids are pairs with a gap that some shape closes, one that
-does not move the lips.
+Two vertices of one skin that face each other across a gap are a pair. Lips are pairs that are
+close on the neutral face and that some blend shape parts by several times their distance, more
+than skin stretches. Lids are pairs with a gap that some blend shape closes which does not move the
+lips.
 """
 
 from typing import NamedTuple
@@ -27,7 +27,7 @@ __all__ = ["LipLidContacts", "find_lip_lid_contacts"]
 _CLOSE = 0.06
 _DRAWN_APART = 0.06
 _LID_GAP = (0.05, 0.35)
-# A vertex that moves by less, half a millimetre, is taken along and not moved.
+# A vertex that moves by less, half a millimetre, counts as still.
 _STILL = 0.01
 # Lips: drawn apart by this much of their distance (skin stretches less; the three faces: by 14, 3.9
 # and 3.4). Lids: brought together to this part of it (down to 0.27, 0.26 and 0.29).
@@ -37,7 +37,7 @@ _CLOSED = 0.3
 _FACING = 0.2
 # Nearest vertices among which a partner is looked for: bounds time and memory on dense meshes.
 _NEIGHBOURS = 24
-# Fewer pairs are a fold, no eye.
+# Fewer pairs are a fold of the skin.
 _LEAST_LIDS = 4
 
 
@@ -58,7 +58,7 @@ class _Skin(NamedTuple):
 def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
     """Find the pairs of vertices that touch where the mouth or an eye is closed.
 
-    A rig whose mouth stands open at rest has no lips here, one that cannot blink no lids.
+    Without lips if the neutral mouth is open, without lids if no blend shape closes the eyes.
     """
     none = np.zeros((0, 2), dtype=np.int64)
     reach = np.zeros(len(mesh.points))
@@ -70,17 +70,17 @@ def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
         return LipLidContacts(none, none)
     skin = _skin(mesh, moving)
     lips = _lips(mesh, skin, np.flatnonzero(reach > _STILL * skin.spread))
-    closing = [s for s in mesh.shapes if not _moves(s, lips, _STILL * skin.spread)]
+    closing = [s for s in mesh.shapes if not _moves_any(s, lips, _STILL * skin.spread)]
     lids = [pairs for s in closing if len(pairs := _closed_by(s, skin)) >= _LEAST_LIDS]
-    # Where several shapes close an eye, a vertex keeps the partner of the first.
-    joined = np.concatenate([none, *lids])
-    first = np.unique(joined[:, 0], return_index=True)[1]
-    return LipLidContacts(_upper_first(lips, skin), _upper_first(joined[np.sort(first)], skin))
+    # If several blend shapes close an eye, the first one decides on the partner of a vertex.
+    all_lids = np.concatenate([none, *lids])
+    first = np.unique(all_lids[:, 0], return_index=True)[1]
+    return LipLidContacts(_upper_first(lips, skin), _upper_first(all_lids[np.sort(first)], skin))
 
 
 def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     count = len(mesh.points)
-    corners, following = mesh.face_indices, _following(mesh)
+    corners, following = mesh.face_indices, _next_corners(mesh)
     normals = vertex_normals(mesh.points, mesh.face_counts, corners)
     edges = coo_matrix((np.ones(len(corners)), (corners, following)), shape=(count, count))
     piece = connected_components(edges, directed=False)[1]
@@ -89,7 +89,7 @@ def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     return _Skin(mesh.points, normals, piece, spread)
 
 
-def _following(mesh: Mesh) -> IntArray:
+def _next_corners(mesh: Mesh) -> IntArray:
     """Return the next corner's vertex for each corner of each face."""
     last = np.cumsum(mesh.face_counts) - 1
     following = np.roll(mesh.face_indices, -1)
@@ -98,7 +98,7 @@ def _following(mesh: Mesh) -> IntArray:
     return following
 
 
-def _moves(shape: BlendShape, pairs: IntArray, least: float) -> bool:
+def _moves_any(shape: BlendShape, pairs: IntArray, least: float) -> bool:
     size = np.linalg.norm(shape.offsets, axis=1)
     return bool(np.isin(shape.indices[size > least], pairs).any())
 
@@ -115,11 +115,11 @@ def _neighbours(at: FloatArray, vertices: IntArray, among: IntArray, reach: floa
 
 def _facing(pairs: IntArray, skin: _Skin) -> BoolArray:
     a, b = pairs.T
-    way = skin.points[b] - skin.points[a]
-    length = np.linalg.norm(way, axis=1)
+    direction = skin.points[b] - skin.points[a]
+    length = np.linalg.norm(direction, axis=1)
     least = _FACING * length
-    inward = (skin.normals[a] * way).sum(axis=1) > least
-    opposed = (skin.normals[b] * way).sum(axis=1) < -least
+    inward = (skin.normals[a] * direction).sum(axis=1) > least
+    opposed = (skin.normals[b] * direction).sum(axis=1) < -least
     return np.asarray((length > 0) & inward & opposed & (skin.piece[a] == skin.piece[b]))
 
 
@@ -135,12 +135,14 @@ def _lips(mesh: Mesh, skin: _Skin, moving: IntArray) -> IntArray:
     pairs = _neighbours(skin.points, moving, moving, _CLOSE * skin.spread)
     pairs = _mutual(pairs[_facing(pairs, skin)])
     a, b = pairs.T
-    way = skin.points[b] - skin.points[a]
-    gap = np.linalg.norm(way, axis=1)
-    apart = ((mesh.offsets_at(b) - mesh.offsets_at(a)) * way).sum(axis=2) / np.maximum(gap, 1e-12)
-    drawn = apart.max(axis=0, initial=0.0)
-    wide = drawn > np.maximum(_TIMES * gap, _DRAWN_APART * skin.spread)
-    return np.asarray(pairs[wide], dtype=np.int64)
+    direction = skin.points[b] - skin.points[a]
+    gap = np.linalg.norm(direction, axis=1)
+    apart = ((mesh.offsets_at(b) - mesh.offsets_at(a)) * direction).sum(axis=2) / np.maximum(
+        gap, 1e-12
+    )
+    parting = apart.max(axis=0, initial=0.0)
+    parted = parting > np.maximum(_TIMES * gap, _DRAWN_APART * skin.spread)
+    return np.asarray(pairs[parted], dtype=np.int64)
 
 
 def _closed_by(shape: BlendShape, skin: _Skin) -> IntArray:

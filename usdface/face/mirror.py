@@ -1,10 +1,9 @@
-"""Left and right of a face: sides of its midline, mirror images, and faces made of one half.
+"""Left and right of a face: sides of the midline, mirror images, and mirrored halves.
 
-A rule reads markers of both sides, and often of one side only. So that a one-sided smile is
-answered on its side alone, the system is evaluated three times: for the face as it is, and for
-the faces that the left and the right half make with their own mirror images. Shapes of a side
-follow the answer of that side. Which shapes are each other's mirror image their names say
-(`usdface.face.symmetry`).
+A rule reads markers of both sides, often of one side only. So that a one-sided smile is corrected
+on its side only, the system is evaluated three times: for the whole face, and for the left and the
+right half, each mirrored to the other side. Blend shapes of a side follow the evaluation of that
+half. Mirrored blend shapes are paired by name (`usdface.face.symmetry`).
 """
 
 from typing import Literal
@@ -32,11 +31,11 @@ SIDES: tuple[Side, ...] = ("both", "left", "right")
 _SIGN = {"left": 1, "right": -1}
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _ROUNDS = 3
-# In face units: how far from its mirror image a marker may sit, and how near the midline it has
-# no other side.
+# [face unit]: largest distance of a marker from the mirror image of its partner, and from the
+# midline of a marker on it.
 _REACH = 0.2
 _MIDLINE = 0.03
-# A shape of whose motion this share is on one side belongs to it. On the faces of ICT, MakeHuman
+# A blend shape with this share of its motion on one side belongs to it. On ICT, MakeHuman
 # and the example shapes of one side have 0.83 and more there, others 0.77 at most.
 _ONE_SIDED = 0.8
 
@@ -48,12 +47,12 @@ def sides_of(points: FloatArray, middle: float, reach: float = 0.0) -> IntArray:
     ----------
     points : (N, 3) float64 [m]
     middle : float [m]
-        x of the midline, ...
+        x of the midline.
     reach : float [m]
-        ... and how far from it a point may be and still is on it.
+        Points within this distance of the midline are on it.
     """
-    beside = points[:, 0] - middle
-    return np.where(np.abs(beside) < reach, 0, np.sign(beside)).astype(np.int64)
+    offset = points[:, 0] - middle
+    return np.where(np.abs(offset) < reach, 0, np.sign(offset)).astype(np.int64)
 
 
 def midline(neutral: FloatArray, start: float) -> float:
@@ -63,7 +62,7 @@ def midline(neutral: FloatArray, start: float) -> float:
     ----------
     neutral : (M, 3) float64 [m]
     start : float [m]
-        Where it about is.
+        Initial estimate.
     """
     middle = start
     for _ in range(_ROUNDS):
@@ -76,9 +75,9 @@ def midline(neutral: FloatArray, start: float) -> float:
 
 
 def mirrored_markers(neutral: FloatArray, middle: float) -> IntArray:
-    """Return the marker on the other side of the face for each marker: (M,) int64.
+    """Return the mirror partner of each marker: (M,) int64.
 
-    A marker on the midline is its own; -1 where there is none.
+    A marker on the midline is its own partner; -1 = none.
 
     Parameters
     ----------
@@ -92,14 +91,14 @@ def mirrored_markers(neutral: FloatArray, middle: float) -> IntArray:
     distance, other = cKDTree(neutral).query(images)
     each = np.arange(len(neutral))
     mutual = (other[other] == each) & (distance < _REACH * unit)
-    found = np.where(mutual, other, -1)
-    return np.where(sides_of(neutral, middle, _MIDLINE * unit) == 0, each, found)
+    partner = np.where(mutual, other, -1)
+    return np.where(sides_of(neutral, middle, _MIDLINE * unit) == 0, each, partner)
 
 
 def half_face(
-    positions: FloatArray, neutral: FloatArray, at_rest: FloatArray, nose: int, side: Side
+    positions: FloatArray, neutral: FloatArray, on_character: FloatArray, nose: int, side: Side
 ) -> FloatArray:
-    """Return markers of the face that one half makes with its own mirror image: (F, M, 3) [m].
+    """Return the markers of a face with one half mirrored to the other side: (F, M, 3) [m].
 
     A marker of the other half moves as the mirror image of its counterpart, one on the midline
     stays on it, and one without a counterpart moves as it does.
@@ -110,26 +109,26 @@ def half_face(
     neutral : (M, 3) float64 [m]
         The same markers on the neutral face.
     at_rest : (M, 3) float64 [m]
-        Their places on the character, which say who is whose mirror image.
+        The same markers on the character's neutral face, by which mirror partners are found.
     nose : int
         A marker near the midline.
     side : {"left", "right"}
     """
-    middle = midline(at_rest, float(at_rest[nose, 0]))
-    other = mirrored_markers(at_rest, middle)
-    away = sides_of(at_rest, middle) == -_SIGN[side]
-    each = np.arange(len(at_rest))
+    middle = midline(on_character, float(on_character[nose, 0]))
+    partner = mirrored_markers(on_character, middle)
+    other_side = sides_of(on_character, middle) == -_SIGN[side]
+    own = np.arange(len(on_character))
     half = positions.copy()
-    mirrored = np.flatnonzero(away & (other >= 0) & (other != each))
-    image = other[mirrored]
-    half[:, mirrored] = neutral[mirrored] + _MIRROR * (positions[:, image] - neutral[image])
-    central = other == each
+    mirrored = np.flatnonzero(other_side & (partner >= 0) & (partner != own))
+    source = partner[mirrored]
+    half[:, mirrored] = neutral[mirrored] + _MIRROR * (positions[:, source] - neutral[source])
+    central = partner == own
     half[:, central, 0] = np.where(np.isnan(positions[:, central, 0]), np.nan, neutral[central, 0])
     return half
 
 
 def half_weights(weights: FloatArray, pairs: IntArray, side: Side) -> FloatArray:
-    """Return the weights of the face on which the other half does the same as one half: (F, S).
+    """Return weights with those of one half mirrored to the other: (F, S).
 
     Parameters
     ----------

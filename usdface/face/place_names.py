@@ -1,4 +1,4 @@
-"""Places on a face in words: "left cheek, 14 mm from marker m7 (vertex 310)"."""
+"""Descriptions of vertices: "left cheek, 14 mm from marker m7 (vertex 310)"."""
 
 import numpy as np
 
@@ -11,12 +11,12 @@ __all__ = ["place_names"]
 
 _ONE = {"cheeks": "cheek", "brows": "brow", "eyes": "eye"}
 _SIDES = {1: "left", -1: "right"}
-# A place is left or right of the middle from so much of the face's width on.
+# Half the width of the middle, as a share of the face's width.
 _MIDDLE = 0.06
 
 
 def place_names(face: BoundFace, vertices: IntArray) -> tuple[str, ...]:
-    """Return where vertices are, for people: region, side, and the nearest bound marker.
+    """Return descriptions of vertices: region, side, and the nearest bound marker.
 
     Left is the character's.
     """

@@ -1,4 +1,4 @@
-"""How far the markers of each region of a face are from the solved face."""
+"""Residuals by region: distances of the markers of each region from the solved face."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -15,7 +15,7 @@ __all__ = ["region_errors", "region_residuals"]
 def region_residuals(
     face: BoundFace, markers: Sequence[str], distances: FloatArray
 ) -> dict[str, FloatArray]:
-    """Return, for each region, the RMS distance of its seen markers from the solved face.
+    """Return, for each region, the RMS distance of its visible markers from the solved face.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def region_residuals(
     Returns
     -------
     dict of str to (F,) float64 [m]
-        0 in frames that show none of a region's markers.
+        0 in frames in which all markers of a region are occluded.
     """
     own = _by_region(face, markers, distances)
     return {region: _rms(values) for region, values in own.items()}

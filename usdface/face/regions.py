@@ -1,7 +1,7 @@
-"""Regions of a face: the one list of them, and which blend shapes and vertices belong where.
+"""Regions of a face, and the regions of blend shapes and vertices.
 
-A shape belongs where its name says: by a word in it, or by the action unit of FACS that it stands
-for. Where no name tells, the height at which it moves the skin does, between lips and lids.
+The region of a blend shape follows from its name: a word in it, or its FACS action unit. Without
+either, the height of its motion between lips and lids decides.
 """
 
 import re
@@ -26,7 +26,7 @@ GAIN_REGIONS: tuple[GainRegion, ...] = get_args(GainRegion)
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """Shapes of one region: words in their names, their action units, whose gain they follow."""
+    """Blend shapes of one region: words in their names, action units, region of their gain."""
 
     region: Region
     gain: GainRegion
@@ -34,7 +34,7 @@ class _Row:
     units: frozenset[int]
 
 
-# The more telling words first: a cheek squints, too. Units are those of FACS. Raised cheeks push
+# The more specific words first: a cheek squints, too. Units are those of FACS. Raised cheeks push
 # the lower lids (AU6, around the eye); it is the lips that hold the air of puffed ones (AU34).
 _ROWS = (
     _Row("cheeks", "mouth", r"puff", frozenset((34,))),
@@ -60,9 +60,9 @@ _PAIRED = ("cheeks", "eyes")  # nothing in the middle
 
 
 def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tuple[str, ...]]:
-    """Return the shapes whose gain each region has; a shape is in one at most.
+    """Return the blend shapes that follow the gain of each region, at most one each.
 
-    Those whose names tell nothing are in none where lips and lids were not found either.
+    Those without a telling name follow none if lips and lids were not found.
     """
     found: dict[GainRegion, list[str]] = {region: [] for region in GAIN_REGIONS}
     rows = _rows_of(mesh)
@@ -81,17 +81,17 @@ def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tupl
 def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
     """Return the region of each vertex of a mesh: one of `REGIONS`.
 
-    A vertex belongs to the nearest region by where shapes with a telling name move the skin: of
-    each region, the middles of five parts from right to left count. "face" where no name tells.
+    A vertex belongs to the region with the nearest centre: each region has five centres of the
+    motion of its blend shapes, from right to left. "face" if no blend shape has a telling name.
     """
     energies = _energies(mesh)
     labels: list[str] = []
     centres: list[FloatArray] = []
     for region, energy in energies.items():
-        # Lips that shapes of others take along are the mouth's.
+        # Lips that blend shapes of other regions also move belong to the mouth.
         if region in ("cheeks", "jaw", "nose") and "mouth" in energies:
             energy = np.where(energies["mouth"] > _SHARED * energies["mouth"].max(), 0.0, energy)
-        for part in _parts(mesh.points, energy, region in _PAIRED):
+        for part in _centres(mesh.points, energy, region in _PAIRED):
             labels.append(region)
             centres.append(part)
     if not centres:
@@ -101,7 +101,7 @@ def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
 
 
 def _rows_of(mesh: Mesh) -> Mapping[str, _Row]:
-    """Return the row of each shape whose name tells its region."""
+    """Return the row of each blend shape with a telling name."""
     units = units_of(mesh.shape_names)
     rows = ((shape, _row_of(shape, units.get(shape.name, set()))) for shape in mesh.shapes)
     return {shape.name: row for shape, row in rows if row is not None}
@@ -124,7 +124,7 @@ def _at_height(height: float) -> GainRegion:
 
 
 def _energies(mesh: Mesh) -> dict[Region, FloatArray]:
-    """Return, for each region that shapes are named after, how much these move each vertex."""
+    """Return, for each region with named blend shapes, their motion of each vertex."""
     energies: dict[Region, FloatArray] = {}
     rows = _rows_of(mesh)
     for shape in mesh.shapes:
@@ -136,12 +136,12 @@ def _energies(mesh: Mesh) -> dict[Region, FloatArray]:
     return energies
 
 
-def _parts(points: FloatArray, energy: FloatArray, paired: bool) -> list[FloatArray]:
-    """Return the middles of the parts of the skin that is moved, from right to left: (3,) each."""
+def _centres(points: FloatArray, energy: FloatArray, paired: bool) -> list[FloatArray]:
+    """Return the centres of the moved skin in parts from right to left: (3,) each."""
     moved = energy > _SHARED
     if not moved.any():
         return []
     low, high = points[moved, 0].min(), points[moved, 0].max()
     part = np.digitize(points[:, 0], np.linspace(low, high, _PARTS + 1)[1:-1])
-    chosen = [moved & (part == k) for k in range(_PARTS) if not (paired and k == _PARTS // 2)]
-    return [np.average(points[one], axis=0, weights=energy[one]) for one in chosen if one.any()]
+    parts = [moved & (part == k) for k in range(_PARTS) if not (paired and k == _PARTS // 2)]
+    return [np.average(points[one], axis=0, weights=energy[one]) for one in parts if one.any()]

@@ -1,4 +1,4 @@
-"""Weights from one naming of blend shapes to another: ARKit, ICT, and their spellings."""
+"""Renaming of weights between naming conventions: ARKit, ICT, and their spellings."""
 
 import re
 
@@ -22,7 +22,7 @@ def shape_key(name: str) -> tuple[str, str]:
     >>> shape_key("mouthSmile_L"), shape_key("MouthSmileLeft"), shape_key("mouthLeft")
     (('mouthsmile', 'left'), ('mouthsmile', 'left'), ('mouth', 'left'))
 
-    The side may stand last, first, or as a whole word between:
+    The side may be the last word, the first, or one between:
 
     >>> shape_key("L_browDown"), shape_key("eyebrows-left-down")
     (('browdown', 'left'), ('eyebrowsdown', 'left'))
@@ -37,7 +37,7 @@ def shape_key(name: str) -> tuple[str, str]:
 
 
 def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTake, list[Finding]]:
-    """Give a weights take the columns of another rig, by name.
+    """Map a weights take to the blend shapes of another rig, by name.
 
     A column goes to the shape of the same name, else of the same name in another spelling;
     one unsided curve drives both sides, two sided curves drive an unsided shape by their
@@ -46,9 +46,9 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
     Returns
     -------
     WeightsTake
-        Columns `names`; a shape that nothing drives stays at 0.
+        Columns `names`; a blend shape without a curve is 0.
     list of Finding
-        CHANNEL_IGNORED for curves that drive nothing.
+        CHANNEL_IGNORED for curves without a blend shape.
 
     Raises
     ------
@@ -81,7 +81,9 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
     idle = [name for i, name in enumerate(take.names) if i not in used]
     if idle:
         findings.append(
-            finding("CHANNEL_IGNORED", take.source, f"curves without a shape: {', '.join(idle)}")
+            finding(
+                "CHANNEL_IGNORED", take.source, f"curves without a blend shape: {', '.join(idle)}"
+            )
         )
     outside = np.flatnonzero(((weights < -_ROUNDED) | (weights > 1.0 + _ROUNDED)).any(axis=0))
     if len(outside):

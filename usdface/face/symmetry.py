@@ -1,4 +1,4 @@
-"""Which blend shapes of a rig are each other's mirror image, by name."""
+"""Pairs of mirrored blend shapes, by name."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from usdface.face.shape_names import shape_key
 
 __all__ = ["mirrored_pairs", "symmetric_pairs"]
 
-# Left and right of these are directions, not sides: nobody does both at once.
+# Left and right of these are directions, not sides; they exclude each other.
 _DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose", "eyelookin", "eyelookout"))
 
 
@@ -20,7 +20,7 @@ def mirrored_pairs(names: tuple[str, ...]) -> IntArray:
 
 
 def symmetric_pairs(names: tuple[str, ...]) -> IntArray:
-    """Return the `mirrored_pairs` that a face shows together: (P, 2) int64 into `names`.
+    """Return the `mirrored_pairs` that can act together: (P, 2) int64 into `names`.
 
     Directions as in ``jawLeft``, and of the eyes' look inwards and outwards, are left out.
     """

@@ -30,7 +30,8 @@ def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
     Raises
     ------
     InputError
-        If matplotlib is not installed, the file name is no picture's, or the blend shapes move
+        If matplotlib is not installed, the suffix is not .png, .svg or .pdf, or
+        the blend shapes move
         no visible surface.
     OutputError
         If the file cannot be written.
@@ -76,7 +77,7 @@ def _edges(mesh: Mesh, vertices: IntArray) -> FloatArray:
 def _draw_edges(axes: Any, flat: FloatArray) -> None:
     from matplotlib.collections import LineCollection
 
-    # Thousands of lines: as pixels also in drawings that can be zoomed.
+    # Thousands of lines: rasterised also in vector formats.
     axes.add_collection(
         LineCollection(list(flat), colors="0.84", linewidths=0.5, zorder=0, rasterized=True)
     )
@@ -86,12 +87,12 @@ def _draw_markers(axes: Any, flat: FloatArray, binding: Binding, shown: Any) -> 
     style = {"edgecolors": "0.2", "linewidths": 0.5, "s": _DOT**2}
     if binding.confidence is None:
         return axes.scatter(*flat.T, color="#0072B2", **style)
-    sure = np.nan_to_num(binding.confidence[shown], nan=1.0)
-    return axes.scatter(*flat.T, c=sure, cmap="RdYlGn", vmin=0.0, vmax=1.0, **style)
+    confidence = np.nan_to_num(binding.confidence[shown], nan=1.0)
+    return axes.scatter(*flat.T, c=confidence, cmap="RdYlGn", vmin=0.0, vmax=1.0, **style)
 
 
 def _name_markers(axes: Any, flat: FloatArray, names: list[str], scale: float) -> None:
-    """Write the names without overlaps, with leader lines to those that are away."""
+    """Write the names without overlaps, with leader lines where they are not at their marker."""
     places = label_places(_POINTS * scale * flat, text_size(names, _FONT), _DOT)
     for name, point, place in zip(names, flat, places / (_POINTS * scale), strict=True):
         axes.annotate(

@@ -26,7 +26,7 @@ _HEIGHT = (-0.03, 1.05)
 _EMOTIONS_BESIDE = 9
 _QUIET = "0.6"
 _DASHES = ("-", "--", ":", "-.")
-# Rules of which each has a row; where there are more, those that fire most.
+# Rows of rules; of more rules, those that fire most.
 _MOST_RULES = 60
 
 
@@ -36,12 +36,13 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
     Raises
     ------
     InputError
-        If matplotlib is not installed, the file name is no picture's, or there is no such frame.
+        If matplotlib is not installed, the suffix is not .png, .svg or .pdf, or
+        there is no such frame.
     OutputError
         If the file cannot be written.
     """
     facts = explained.frame(frame)
-    shown = _asked_most(explained, facts)
+    shown = _relevant_inputs(explained, facts)
     rows = max(1, -(-len(shown) // _COLUMNS))
     over_time = (1.8, 0.3 + 0.22 * min(max(2, len(explained.system.fuzzy.rules)), _MOST_RULES))
     heights = (sum(over_time) + 1.2, 0.4 + 2.2 * rows, 2.8 if facts["weights"] else 0.3)
@@ -60,15 +61,15 @@ def write_explanation_figure(explained: Explanation, frame: int, path: Path) -> 
 
 
 def _headline(facts: dict[str, Any]) -> str:
-    said = _said(facts["emotions"]) or "no emotion"
+    headline = _emotion_list(facts["emotions"]) or "no emotion"
     for side, half in facts["halves"].items():
-        said += f"; {side} half: {_said(half['emotions']) or 'none'}"
-    return f"frame {facts['frame']}, {facts['time_s']:.2f} s: {said}"
+        headline += f"; {side} half: {_emotion_list(half['emotions']) or 'none'}"
+    return f"frame {facts['frame']}, {facts['time_s']:.2f} s: {headline}"
 
 
-def _said(emotions: dict[str, float]) -> str:
-    heard = sorted(emotions.items(), key=lambda pair: -pair[1])
-    return ", ".join(f"{name} {value:.2f}" for name, value in heard if value >= 0.01)
+def _emotion_list(emotions: dict[str, float]) -> str:
+    ordered = sorted(emotions.items(), key=lambda pair: -pair[1])
+    return ", ".join(f"{name} {value:.2f}" for name, value in ordered if value >= 0.01)
 
 
 def _colours(explained: Explanation) -> dict[str, str]:
@@ -80,7 +81,7 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
     for i, (name, curve) in enumerate(
         zip(explained.system.emotions, explained.whole.evaluation.outputs.T, strict=True)
     ):
-        # Where there are more emotions than colours, the next ones have another line.
+        # More emotions than colours: the next ones have another line style.
         again, colour = divmod(i, len(COLOURS))
         style = {"color": COLOURS[colour], "linestyle": _DASHES[again % len(_DASHES)]}
         axes.plot(explained.times, curve, label=name, **style)
@@ -127,25 +128,25 @@ def _draw_rules(axes: Any, explained: Explanation, frame: int) -> None:
     for label, i in zip(axes.get_yticklabels(), shown, strict=True):
         label.set_color(colours[rules[i].consequents[0][0]])
     few = f" (the {len(shown)} of {len(rules)} that fire most)" if len(shown) < len(rules) else ""
-    axes.set(title=f"how far each rule fires, 0 to 1 a row{few}", xlabel="time [s]")
+    axes.set(title=f"firing strength of each rule, 0 to 1 in a row{few}", xlabel="time [s]")
     axes.set(xlim=_span(explained), ylim=(max(1, len(shown)) + 0.05, -0.05))
 
 
 def _short(rule: Rule) -> str:
     """Return the consequents and the first condition of a rule."""
-    says = ", ".join(output for output, _ in rule.consequents)
+    outputs = ", ".join(output for output, _ in rule.consequents)
     first, *others = rule.propositions
     is_ = " ".join((*first.hedges, first.term))
     more = f", and {len(others)} more" if others else ""
-    return f"{says}: {first.variable} {is_}{more}{'' if rule.enabled else ' (off)'}"
+    return f"{outputs}: {first.variable} {is_}{more}{'' if rule.enabled else ' (off)'}"
 
 
-def _asked_most(explained: Explanation, facts: dict[str, Any]) -> list[int]:
+def _relevant_inputs(explained: Explanation, facts: dict[str, Any]) -> list[int]:
     """Return the inputs to draw: those of firing rules, else of the rule nearest to firing."""
     order = [v.name for v in explained.system.fuzzy.inputs]
     fired = [c["variable"] for r in facts["rules"] if r["fires"] > 0 for c in r["conditions"]]
-    belongs = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
-    nearest = sorted(range(len(order)), key=lambda i: -belongs[i])
+    memberships = [max(f["terms"].values(), default=0.0) for f in facts["features"]]
+    nearest = sorted(range(len(order)), key=lambda i: -memberships[i])
     columns = dict.fromkeys(map(order.index, fired) if fired else nearest)
     return [i for i in columns if explained.system.fuzzy.inputs[i].terms][:_LARGEST_FEATURES]
 
@@ -154,9 +155,11 @@ def _draw_features(
     figure: Any, explained: Explanation, facts: dict[str, Any], shown: list[int], rows: int
 ) -> None:
     fires = any(rule["fires"] > 0 for rule in facts["rules"])
-    what = "what the rules that fire ask for" if fires else "no rule fires; the nearest features"
+    contents = (
+        "conditions of the rules that fire" if fires else "no rule fires; the nearest features"
+    )
     figure.suptitle(
-        f"{what} (line and dot: this frame; grey band: where the take goes)", fontsize=10
+        f"{contents} (line and dot: this frame; grey band: range of the take)", fontsize=10
     )
     places = figure.subplots(rows, _COLUMNS, squeeze=False).ravel().tolist()
     for axes, column in zip(places, shown, strict=False):
@@ -173,18 +176,18 @@ def _draw_memberships(
     values = explained.whole.inputs[:, column]
     now = explained.whole.inputs[facts["frame"], column]
     x = _reach(explained, column)
-    asked = _asked(explained, facts, variable.name)
+    conditions = _fired_conditions(explained, facts, variable.name)
     seen = values[np.isfinite(values)]
     if seen.size:
         axes.axvspan(scale * seen.min(), scale * seen.max(), color="0.93", zorder=0)
     for term, dashes in zip(variable.terms, cycle(_DASHES), strict=False):
-        # What rules ask for, "not raised" also, in colour; other terms as they are, in grey.
-        for hedges, colour in (asked.get(term.name) or {(): _QUIET}).items():
-            stands_out = term.name in asked
+        # Conditions of rules, such as "not raised", in colour; other terms in grey.
+        for hedges, colour in (conditions.get(term.name) or {(): _QUIET}).items():
+            fired = term.name in conditions
             at = np.array([now]) if np.isfinite(now) else np.zeros(0)
             y, degree = (_degree(term, hedges, v) for v in (x, at))
-            style = {"color": colour, "linestyle": dashes, "linewidth": 2.0 if stands_out else 1.0}
-            above = 3 if stands_out else 2
+            style = {"color": colour, "linestyle": dashes, "linewidth": 2.0 if fired else 1.0}
+            above = 3 if fired else 2
             name = " ".join((*hedges, term.name))
             axes.plot(scale * x, y, label=name, zorder=above, **style)
             axes.plot(scale * at, degree, "o", color=colour, markersize=5, zorder=4)
@@ -205,19 +208,19 @@ def _degree(term: Term, hedges: tuple[str, ...], values: FloatArray) -> FloatArr
     return degree
 
 
-def _asked(
+def _fired_conditions(
     explained: Explanation, facts: dict[str, Any], name: str
 ) -> dict[str, dict[tuple[str, ...], str]]:
     """Return the conditions of firing rules on an input: term, hedges, colour of the emotion."""
     colours = _colours(explained)
-    asked: dict[str, dict[tuple[str, ...], str]] = {}
+    conditions: dict[str, dict[tuple[str, ...], str]] = {}
     fired = [i for i, strength in enumerate(explained.trace.firing[facts["frame"]]) if strength > 0]
     for rule in (explained.system.fuzzy.rules[i] for i in fired):
         for proposition in rule.propositions:
             if proposition.variable == name:
-                hedged = asked.setdefault(proposition.term, {})
+                hedged = conditions.setdefault(proposition.term, {})
                 hedged.setdefault(proposition.hedges, colours[rule.consequents[0][0]])
-    return asked
+    return conditions
 
 
 def _reach(explained: Explanation, column: int) -> Any:
@@ -247,7 +250,7 @@ def _draw_weights(axes: Any, explained: Explanation, facts: dict[str, Any]) -> N
         range(len(shown)), [name for name, _ in shown], fontsize=8, rotation=20, ha="right"
     )
     more = len(facts["weights"]) - len(shown)
-    title = "weights as solved (white) and corrected (in the colour of the emotion that asks)"
+    title = "weights as solved (white) and corrected (in the colour of the emotion)"
     title += f", {more} more" if more else ""
     axes.set(title=title, ylim=_HEIGHT)
     axes.set_xlim(-0.5, max(len(shown), 4) - 0.5)

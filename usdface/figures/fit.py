@@ -29,7 +29,7 @@ def write_fit_figure(system: ExpressionSystem, validation: Validation | None, pa
     Raises
     ------
     InputError
-        If matplotlib is not installed, or the file name is no picture's.
+        If matplotlib is not installed, or the suffix is not .png, .svg or .pdf.
     OutputError
         If the file cannot be written.
     """
@@ -45,7 +45,7 @@ def write_fit_figure(system: ExpressionSystem, validation: Validation | None, pa
         for place, variable in zip(axes, system.fuzzy.inputs, strict=False):
             _draw_terms(place, variable)
         unit = "mm" if system.face_unit == "none" else _FACE_UNIT
-        title = f"how far each input's value, from neutral in {unit}, belongs to its terms"
+        title = f"membership of each input, from neutral in {unit}, in its terms"
         parts[0].suptitle(title, fontsize=10)
         for place in axes[len(system.fuzzy.inputs) :]:
             place.set_axis_off()
@@ -57,8 +57,8 @@ def write_fit_figure(system: ExpressionSystem, validation: Validation | None, pa
 
 def _draw_terms(axes: Any, variable: Variable) -> None:
     marks = np.array([0.0, *(p for t in variable.terms for p in places(t.kind, t.parameters))])
-    room = _MARGIN * max(float(np.ptp(marks)), 1e-6)
-    x = np.linspace(marks.min() - room, marks.max() + room, _SAMPLES)
+    margin = _MARGIN * max(float(np.ptp(marks)), 1e-6)
+    x = np.linspace(marks.min() - margin, marks.max() + margin, _SAMPLES)
     for i, term in enumerate(variable.terms):
         colour = COLOURS[i % len(COLOURS)]
         axes.plot(x, membership(term.kind, term.parameters, x), label=term.name, color=colour)
@@ -88,7 +88,7 @@ def _draw_confusion(axes: Any, validation: Validation) -> None:
     axes.set_yticks(np.arange(len(tested) + 1) - 0.5, minor=True)
     axes.grid(which="minor", color="0.9", linewidth=0.8)
     axes.tick_params(which="minor", length=0)
-    title = f"held out by {validation.holding}: {validation.right} of {validation.tested} right"
+    title = f"held out by {validation.holding}: {validation.right} of {validation.tested} correct"
     untested = len(labels) - len(tested)
-    title += f" ({untested} of {len(labels)} kinds without a test)" if untested else ""
-    axes.set(xlabel="heard", ylabel="shown", title=title)
+    title += f" ({untested} of {len(labels)} emotions without a test)" if untested else ""
+    axes.set(xlabel="predicted", ylabel="true", title=title)

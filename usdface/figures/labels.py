@@ -25,32 +25,32 @@ def text_size(names: Sequence[str], font: float) -> FloatArray:
 
 
 def label_places(points: FloatArray, sizes: FloatArray, dot: float) -> FloatArray:
-    """Return the centre of each point's name, (N, 2): near the point and clear of everything else.
+    """Return the centre of each point's label, (N, 2): near the point, with little overlap.
 
-    One after the other is put where it covers least of the others, a few times over.
+    Each label in turn moves to the candidate with the least overlap and distance, for a few rounds.
 
     Parameters
     ----------
     points, sizes : (N, 2) float64 [points]
-        Where the points are, and how wide and high their names.
+        Positions of the points, width and height of their labels.
     dot : float [points]
-        How wide a point is drawn.
+        Diameter of a drawn point.
     """
     turns = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    ways = np.column_stack([np.cos(turns), np.sin(turns)])
-    away = np.repeat(_DISTANCES, _DIRECTIONS)
-    steps = np.tile(ways, (len(_DISTANCES), 1))
-    # The box of a name touches the circle of its distance from outside.
-    offsets = away[:, None] * steps + (0.5 * sizes)[:, None] * np.clip(1.5 * steps, -1.0, 1.0)
+    directions = np.column_stack([np.cos(turns), np.sin(turns)])
+    distances = np.repeat(_DISTANCES, _DIRECTIONS)
+    steps = np.tile(directions, (len(_DISTANCES), 1))
+    # The box of a label touches the circle of its distance from outside.
+    offsets = distances[:, None] * steps + (0.5 * sizes)[:, None] * np.clip(1.5 * steps, -1.0, 1.0)
     places = points + offsets[:, 0]
     dots = np.full_like(sizes, dot)
     for _ in range(_ROUNDS):
         for i in range(len(points)):
-            tried = points[i] + offsets[i]
+            candidates = points[i] + offsets[i]
             others = np.arange(len(points)) != i
-            covered = _shared(tried, sizes[i], places[others], sizes[others]).sum(axis=1)
-            covered += _shared(tried, sizes[i], points, dots).sum(axis=1)
-            places[i] = tried[np.argmin(away + covered / _COVERED)]
+            covered = _shared(candidates, sizes[i], places[others], sizes[others]).sum(axis=1)
+            covered += _shared(candidates, sizes[i], points, dots).sum(axis=1)
+            places[i] = candidates[np.argmin(distances + covered / _COVERED)]
     return np.asarray(places)
 
 

@@ -19,7 +19,7 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
     Raises
     ------
     InputError
-        If matplotlib is not installed, or the file name is no picture's.
+        If matplotlib is not installed, or the suffix is not .png, .svg or .pdf.
     OutputError
         If the file cannot be written.
     """

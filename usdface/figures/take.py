@@ -37,7 +37,7 @@ def write_take_figure(result: ShotResult, details: Mapping[str, Any], path: Path
     Raises
     ------
     InputError
-        If matplotlib is not installed, or the file name is no picture's.
+        If matplotlib is not installed, or the suffix is not .png, .svg or .pdf.
     OutputError
         If the file cannot be written.
     """
@@ -56,7 +56,7 @@ def write_take_figure(result: ShotResult, details: Mapping[str, Any], path: Path
         aside = figure.add_subplot(grid[middle, 1], sharey=weights)
         _draw_deviations(aside, details.get("confidence", {}), names)
         if drawn is not None:
-            # Without deviations, as of recorded weights, their place is the scale's.
+            # Recorded weights have no deviations; the colour bar takes their panel.
             place = (
                 {"ax": aside} if aside.axison else {"cax": aside.inset_axes([0, 0.2, 0.12, 0.6])}
             )
@@ -83,7 +83,7 @@ def _draw_residual(axes: Any, result: ShotResult, residual: Mapping[str, Any]) -
         colour = _COLOURS.get(region, "0.4")
         steady = _moving_rms(np.array(errors["frames"]), width)
         axes.plot(times, steady, label=label, linewidth=1.1, color=colour)
-    title = f"how far markers are from the solved face, RMS [mm] (regions: over {_STEADY:g} s)"
+    title = f"distance of markers from the solved face, RMS [mm] (regions: over {_STEADY:g} s)"
     axes.set(title=title, ylim=(0, None))
 
 
@@ -101,11 +101,11 @@ def _name_lines(axes: Any, place: Any) -> None:
 
 
 def _draw_weights(axes: Any, result: ShotResult) -> tuple[list[str], Any]:
-    """Draw the shapes that move most, rows of a map; return their names and the map, if any."""
+    """Draw the largest weights as rows of an image; return their names and the image."""
     taken = result.weights
     peaks = taken.weights.max(axis=0)
     moving = np.flatnonzero(peaks > _MOVES)
-    # In the order of the rig, which keeps left and right together.
+    # In the order of the rig, where left and right are neighbours.
     order = np.sort(moving[np.argsort(-peaks[moving], kind="stable")][:_LARGEST])
     rows = _thinned(taken.weights[:, order])
     extent = (taken.times[0], _end(taken.times), max(len(order), 1) - 0.5, -0.5)

@@ -21,7 +21,7 @@ __all__ = ["defuzzify", "sample_points"]
 
 # Values of a set, samples times frames, that are worked on at a time.
 _BLOCK_VALUES = 1 << 16
-# Memberships this close are equally large: what a cut and a flank round to.
+# Memberships this close are equal: rounding of a cut and a flank.
 _EQUAL = 1e-9
 
 

@@ -1,7 +1,7 @@
 """Sugeno and Mamdani inference over whole takes.
 
-Every operation is elementwise over frames, so that a frame's answer is bit for bit the same
-alone or among others. Frames go in blocks that fit the processor's cache.
+Every operation is elementwise over frames, so that the outputs of a frame are bit for bit the same
+alone or among others. Frames are evaluated in blocks that fit the processor's cache.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,17 +26,17 @@ _BLOCK = 8192
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Evaluation:
-    """What a system answers.
+    """The evaluation of a system: outputs, firing strengths, memberships.
 
     Attributes
     ----------
     outputs : (F, E) float64
-        Each emotion of `FuzzySystem.emotions`, in its range.
+        Columns as `FuzzySystem.outputs`, each in its range.
     firing : (F, R) float64
-        How far each rule fires, its weight included, in [0, 1].
+        Firing strength of each rule, its weight included, in [0, 1].
     memberships : mapping of Proposition to (F,) float64
         The degree of each term of the inputs, and of each proposition of the rules; empty unless
-        they were asked for.
+        requested.
     """
 
     outputs: FloatArray
@@ -60,8 +60,8 @@ def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = Fal
 
     Mamdani (Mamdani and Assilian 1975): each rule cuts its conclusion's term, the cut terms are
     joined to one set, which is defuzzified (`usdface.fuzzy.defuzzify`). Where the set is empty the
-    output is its default; with an else rule the answer counts as far as the strongest rule
-    fires, and the default for the rest.
+    output is its default; with an else rule it is the average of the defuzzified value, weighted by
+    the largest firing strength, and the default.
 
     Parameters
     ----------
@@ -81,10 +81,10 @@ def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = Fal
         raise InputError(
             f"fuzzy inputs have shape {inputs.shape}; expected (frames, {len(system.inputs)})"
         )
-    # One row for each rule and output: the work goes row by row, and so does who reads them.
+    # One row for each rule and output: they are computed and read row by row.
     made = np.empty((len(system.rules) + len(system.output_names), len(inputs)))
     firing, outputs = np.split(made, [len(system.rules)])
-    answer = _mamdani if system.inference == "mamdani" else _sugeno
+    fill_outputs = _mamdani if system.inference == "mamdani" else _sugeno
     degrees = _Degrees(system)
     for begin in range(0, len(inputs), _BLOCK):
         block = slice(begin, begin + _BLOCK)
@@ -93,19 +93,19 @@ def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = Fal
         degrees.read(columns)
         _fire(system, degrees, firing[:, block])
         with np.errstate(invalid="ignore"):
-            answer(system, columns, firing[:, block], outputs[:, block])
+            fill_outputs(system, columns, firing[:, block], outputs[:, block])
     for rows in (outputs, firing):
-        rows.setflags(write=False)  # nobody else has them, so that they need no copy
+        rows.setflags(write=False)  # not shared, so that `frozen` need not copy them
     return Evaluation(outputs.T, firing.T, _memberships(system, inputs) if memberships else {})
 
 
 def _memberships(system: FuzzySystem, inputs: FloatArray) -> dict[Proposition, FloatArray]:
     """Return the degrees of all terms of the inputs and of all propositions of the rules."""
     columns = {variable.name: i for i, variable in enumerate(system.inputs)}
-    wanted = [Proposition(v.name, term.name) for v in system.inputs for term in v.terms]
-    wanted += [proposition for rule in system.rules for proposition in rule.propositions]
+    requested = [Proposition(v.name, term.name) for v in system.inputs for term in v.terms]
+    requested += [proposition for rule in system.rules for proposition in rule.propositions]
     degrees = {}
-    for proposition in dict.fromkeys(wanted):
+    for proposition in dict.fromkeys(requested):
         column = columns[proposition.variable]
         x = np.ascontiguousarray(inputs[:, column])
         degree = _degree(system.inputs[column], proposition, x)
@@ -125,7 +125,7 @@ def _fire(system: FuzzySystem, degrees: "_Degrees", firing: FloatArray) -> None:
 
 
 class _Degrees:
-    """How far conditions hold in a block of frames; each proposition is worked out once."""
+    """Degrees of conditions in a block of frames; each proposition is evaluated once."""
 
     def __init__(self, system: FuzzySystem) -> None:
         self._inputs = {v.name: (i, v) for i, v in enumerate(system.inputs)}
@@ -135,10 +135,10 @@ class _Degrees:
         self._known = {p: unread for rule in enabled for p in rule.propositions}
 
     def read(self, columns: FloatArray) -> None:
-        """Take a block of frames (I, F).
+        """Evaluate the propositions on a block of frames (I, F).
 
-        Its degrees replace those of the block before one by one: memory that is given back in
-        between would have to be asked for anew, which takes as long as the work itself.
+        Arrays of the previous block are replaced one by one: allocating all of them anew takes as
+        long as the evaluation itself.
         """
         self._missing = np.asarray(np.isnan(columns))
         some = bool(self._missing.any())
@@ -149,28 +149,28 @@ class _Degrees:
                 degree = np.where(self._missing[i], 0.0, degree)
             self._known[proposition] = degree
 
-    def of(self, condition: Condition, room: FloatArray | None = None) -> FloatArray:
-        """Return how far a condition holds: (F,). `room` (F,) may be filled with it."""
+    def of(self, condition: Condition, buffer: FloatArray | None = None) -> FloatArray:
+        """Return the degree of a condition: (F,). `buffer` (F,) may be overwritten with it."""
         if isinstance(condition, Proposition):
             return self._known[condition]
         if condition.how == "not":
             (part,) = condition.parts
             return np.where(self._lacks(part), 0.0, 1.0 - self.of(part))
         norm = self._norms[condition.how]
-        into = {"out": room} if isinstance(norm, np.ufunc) else {}
+        into = {"out": buffer} if isinstance(norm, np.ufunc) else {}
         degree = self.of(condition.parts[0])
         for part in condition.parts[1:]:
             degree = norm(degree, self.of(part), **into)
         return degree
 
     def _lacks(self, condition: Condition) -> BoolArray:
-        """Where an input of the condition is missing."""
+        """Return the frames in which an input of the condition is NaN."""
         read = [self._inputs[p.variable][0] for p in propositions(condition)]
         return np.asarray(self._missing[read].any(axis=0))
 
 
 def _degree(variable: Variable, proposition: Proposition, x: FloatArray) -> FloatArray:
-    """How far values of a variable make a proposition true; none of them is missing."""
+    """Return the degree of a proposition at values of its variable, none of them NaN."""
     term = variable.term(proposition.term)
     degree = KINDS[term.kind][1](x, *term.parameters)
     for hedge in reversed(proposition.hedges):
@@ -179,39 +179,39 @@ def _degree(variable: Variable, proposition: Proposition, x: FloatArray) -> Floa
 
 
 def _sugeno(
-    system: FuzzySystem, columns: FloatArray, firing: FloatArray, answers: FloatArray
+    system: FuzzySystem, columns: FloatArray, firing: FloatArray, values: FloatArray
 ) -> None:
     """Fill in weighted averages, one row for each output."""
     conclusions = _conclusions(system, firing)
     joint = system.normalisation == "all_rules"
-    totals = np.empty((1 if joint else len(answers), firing.shape[1]))
+    totals = np.empty((1 if joint else len(values), firing.shape[1]))
     if joint:
         _sum(firing, totals[0])
     product = np.empty(firing.shape[1])
     for i, output in enumerate(system.outputs):
-        said = conclusions[output.name]
-        levels = [(strength, _level(output, level, columns)) for strength, level in said]
-        _weighted_sum(levels, answers[i], product)
+        conclusion = conclusions[output.name]
+        levels = [(strength, _level(output, level, columns)) for strength, level in conclusion]
+        _weighted_sum(levels, values[i], product)
         if not joint:
-            _sum([strength for strength, _ in said], totals[i])
+            _sum([strength for strength, _ in conclusion], totals[i])
     default = np.array([[output.default] for output in system.outputs])
     if system.normalisation != "weighted_sum":
         if system.else_rule:
-            silence = 1.0 - firing.max(axis=0, initial=0.0)
-            totals += silence
+            else_strength = 1.0 - firing.max(axis=0, initial=0.0)
+            totals += else_strength
             if default.any():
-                answers += silence * default
-        answers /= totals  # 0 / 0 becomes the default, as follows
-    np.copyto(answers, default, where=totals <= 0)
+                values += else_strength * default
+        values /= totals  # 0 / 0 becomes the default, as follows
+    np.copyto(values, default, where=totals <= 0)
     # The quotient of two rounded sums may leave the range by one unit in the last place.
-    for output, value in zip(system.outputs, answers, strict=True):
+    for output, value in zip(system.outputs, values, strict=True):
         value.clip(*output.span, out=value)
 
 
 def _weighted_sum(
     levels: Sequence[tuple[FloatArray, FloatArray | float]], value: FloatArray, product: FloatArray
 ) -> None:
-    """Fill in the sum of strengths times levels, in order; `product` is room to work in."""
+    """Fill in the sum of strengths times levels, in order; `product` is a buffer."""
     into = value
     for strength, level in levels:
         if isinstance(level, float) and level == 0.0:
@@ -227,18 +227,18 @@ def _weighted_sum(
 def _conclusions(
     system: FuzzySystem, firing: FloatArray
 ) -> dict[str, list[tuple[FloatArray, float | str]]]:
-    """Return how far each rule of an output fires, and what it concludes."""
-    said: dict[str, list[tuple[FloatArray, float | str]]] = {
+    """Return firing strength and consequent of each rule, by output."""
+    conclusions: dict[str, list[tuple[FloatArray, float | str]]] = {
         name: [] for name in system.output_names
     }
     for rule, strength in zip(system.rules, firing, strict=True):
         for output, level in rule.consequents:
-            said[output].append((strength, level))
-    return said
+            conclusions[output].append((strength, level))
+    return conclusions
 
 
 def _level(output: Variable, level: float | str, columns: FloatArray) -> FloatArray | float:
-    """Return the value that a Sugeno rule gives an output: a number, or one for each frame."""
+    """Return the consequent of a Sugeno rule: a number, or one for each frame."""
     if not isinstance(level, str):
         return level
     *factors, constant = output.term(level).parameters
@@ -249,20 +249,22 @@ def _level(output: Variable, level: float | str, columns: FloatArray) -> FloatAr
 
 
 def _mamdani(
-    system: FuzzySystem, columns: FloatArray, firing: FloatArray, answers: FloatArray
+    system: FuzzySystem, columns: FloatArray, firing: FloatArray, values: FloatArray
 ) -> None:
     """Fill in defuzzified sets, one row for each output."""
     strongest = firing.max(axis=0, initial=0.0)
     conclusions = _conclusions(system, firing)
-    for output, answer in zip(system.outputs, answers, strict=True):
-        said = conclusions[output.name]
+    for output, value in zip(system.outputs, values, strict=True):
+        conclusion = conclusions[output.name]
         cuts = [
-            (strength, output.term(level)) for strength, level in said if isinstance(level, str)
+            (strength, output.term(level))
+            for strength, level in conclusion
+            if isinstance(level, str)
         ]
-        answer[:] = defuzzify(system, output, cuts, columns.shape[1])
+        value[:] = defuzzify(system, output, cuts, columns.shape[1])
         if system.else_rule:
-            answer *= strongest
-            answer += (1.0 - strongest) * output.default
+            value *= strongest
+            value += (1.0 - strongest) * output.default
 
 
 def _sum(rows: Sequence[FloatArray] | FloatArray, total: FloatArray) -> None:

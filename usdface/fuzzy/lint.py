@@ -15,8 +15,8 @@ from usdface.fuzzy.variables import Variable
 
 __all__ = ["rule_findings"]
 
-# A condition with more alternatives than this is taken to hold somewhere, as is one of parts that
-# would have to be put together in more ways.
+# A condition with more alternatives than this counts as satisfiable, as does one whose parts would
+# have to be combined in more ways.
 _ALTERNATIVES, _PAIRS = 256, 4096
 _SAMPLES = 1001
 
@@ -24,7 +24,7 @@ _SAMPLES = 1001
 def rule_findings(
     system: FuzzySystem, lower_bounds: Mapping[str, float] = MappingProxyType({})
 ) -> list[Finding]:
-    """Return the doubtful rules of a system.
+    """Return the lint of a rule base.
 
     RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED (only inputs that have a
     range).
@@ -35,10 +35,10 @@ def rule_findings(
     lower_bounds : mapping of str to float
         Values that inputs cannot fall below, e.g. 0 for a distance.
     """
-    return [*_silent(system, lower_bounds), *_contradictions(system), *_gaps(system)]
+    return [*_unreachable(system, lower_bounds), *_contradictions(system), *_gaps(system)]
 
 
-def _silent(system: FuzzySystem, lower_bounds: Mapping[str, float]) -> list[Finding]:
+def _unreachable(system: FuzzySystem, lower_bounds: Mapping[str, float]) -> list[Finding]:
     findings = []
     points = {v.name: _points(v, lower_bounds.get(v.name, -np.inf)) for v in system.inputs}
     variables = {v.name: v for v in system.inputs}
@@ -49,7 +49,7 @@ def _silent(system: FuzzySystem, lower_bounds: Mapping[str, float]) -> list[Find
             findings.append(finding("RULE_OFF", where, f"the rule {rule} {off}"))
         elif not _alternatives(rule.condition, variables, points, False):
             why = (
-                "can never fire: no value that its inputs may have belongs to all that it asks; "
+                "can never fire: no value in the ranges of its inputs meets all its conditions; "
                 "drop or change one of these conditions"
             )
             findings.append(finding("RULE_UNREACHABLE", where, f"the rule {rule} {why}"))
@@ -62,10 +62,10 @@ def _alternatives(
     points: dict[str, FloatArray],
     negated: bool,
 ) -> list[dict[str, BoolArray]]:
-    """Return the ways in which a condition can hold: for each variable, at which points.
+    """Return the alternatives in which a condition holds: for each variable, its points.
 
-    Whether two variables can have their values together is not asked: they are free. Where
-    there are too many ways, one that asks for nothing stands for all.
+    Variables count as independent. Too many alternatives are replaced by an empty one, which
+    always holds.
     """
     if isinstance(condition, Proposition):
         variable = variables[condition.variable]
@@ -78,17 +78,19 @@ def _alternatives(
         return _alternatives(condition.parts[0], variables, points, not negated)
     parts = [_alternatives(part, variables, points, negated) for part in condition.parts]
     if (condition.how == "or") != negated:
-        ways = [way for part in parts for way in part]
-        return ways if len(ways) <= _ALTERNATIVES else [{}]
-    ways = [{}]
+        alternatives = [alternative for part in parts for alternative in part]
+        return alternatives if len(alternatives) <= _ALTERNATIVES else [{}]
+    alternatives = [{}]
     for part in parts:
-        if len(ways) * len(part) > _PAIRS:
-            ways = [{}]
+        if len(alternatives) * len(part) > _PAIRS:
+            alternatives = [{}]
             continue
-        joined = [_together(a, b) for a in ways for b in part]
-        ways = [way for way in joined if all(at.any() for at in way.values())]
-        ways = ways if len(ways) <= _ALTERNATIVES else [{}]
-    return ways
+        joined = [_together(a, b) for a in alternatives for b in part]
+        alternatives = [
+            alternative for alternative in joined if all(at.any() for at in alternative.values())
+        ]
+        alternatives = alternatives if len(alternatives) <= _ALTERNATIVES else [{}]
+    return alternatives
 
 
 def _together(a: dict[str, BoolArray], b: dict[str, BoolArray]) -> dict[str, BoolArray]:
@@ -96,29 +98,29 @@ def _together(a: dict[str, BoolArray], b: dict[str, BoolArray]) -> dict[str, Boo
 
 
 def _contradictions(system: FuzzySystem) -> list[Finding]:
-    """Compare each rule with the first that asks for the same and speaks of the same output."""
+    """Compare each rule with the first one of the same antecedent and output."""
     findings = []
     first: dict[object, tuple[Rule, float | str]] = {}
     for rule in system.rules:
         if not rule.enabled or rule.weight == 0:
             continue
-        asks = _meaning(rule.condition)
+        antecedent = _canonical(rule.condition)
         for output, value in rule.consequents:
-            other, said = first.setdefault((asks, output), (rule, value))
-            if said != value:
+            other, first_value = first.setdefault((antecedent, output), (rule, value))
+            if first_value != value:
                 message = (
-                    f"the rules {other} and {rule} ask for the same, but say {output} IS {said} "
-                    f"and {value}; keep one, or tell their conditions apart"
+                    f"the rules {other} and {rule} have the same antecedent, but conclude "
+                    f"{output} IS {first_value} and {value}; keep one, or change a condition"
                 )
                 findings.append(finding("RULES_CONTRADICT", rule.place or str(rule), message))
     return findings
 
 
-def _meaning(condition: Condition) -> object:
+def _canonical(condition: Condition) -> object:
     """A condition without the order of its parts."""
     if isinstance(condition, Proposition):
         return condition
-    return condition.how, frozenset(_meaning(part) for part in condition.parts)
+    return condition.how, frozenset(_canonical(part) for part in condition.parts)
 
 
 def _gaps(system: FuzzySystem) -> list[Finding]:
@@ -126,23 +128,23 @@ def _gaps(system: FuzzySystem) -> list[Finding]:
     for variable in system.inputs:
         if variable.range is None or not variable.terms:
             continue
-        bare = _bare(variable, *variable.range)
-        if bare:
+        uncovered = _uncovered(variable, *variable.range)
+        if uncovered:
             message = (
-                f"no term of {variable.name} covers {' and '.join(bare)}; no rule about it fires "
+                f"no term of {variable.name} covers {' and '.join(uncovered)}; no rule fires "
                 "there; widen a term or shorten the range"
             )
             findings.append(finding("RANGE_UNCOVERED", variable.name, message))
     return findings
 
 
-def _bare(variable: Variable, low: float, high: float) -> list[str]:
+def _uncovered(variable: Variable, low: float, high: float) -> list[str]:
     """Return the parts of a range that no term covers, from left to right."""
     x = np.linspace(low, high, _SAMPLES)
     covered = np.any([membership(t.kind, t.parameters, x) > 0 for t in variable.terms], axis=0)
     covered[[0, -1]] = True  # the ends alone, where terms have their feet, are no gap
     edges = np.flatnonzero(np.diff(covered)).reshape(-1, 2)
-    # Where terms end is a parameter of theirs, a little before or after the samples.
+    # Terms end at their parameters, a little before or after the samples.
     marks = np.array([low, high, *_marks(variable)])
     found = []
     for before, last in edges:
@@ -152,7 +154,7 @@ def _bare(variable: Variable, low: float, high: float) -> list[str]:
 
 
 def _points(variable: Variable, least: float) -> FloatArray:
-    """Values that a variable can have, between which no term changes from 0 to more."""
+    """Return values of a variable, between which no term changes from 0 to more."""
     low, high = variable.range or (-np.inf, np.inf)
     low = max(low, least)
     marks = np.unique([0.0, low, high, *_marks(variable)])
@@ -163,5 +165,5 @@ def _points(variable: Variable, least: float) -> FloatArray:
 
 
 def _marks(variable: Variable) -> list[float]:
-    """Return where the terms of a variable bend, begin and end."""
+    """Return the parameters at which the terms of a variable bend, begin and end."""
     return [p for term in variable.terms for p in places(term.kind, term.parameters)]

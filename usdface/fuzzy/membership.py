@@ -1,4 +1,4 @@
-"""Membership functions: how far a value belongs to a term, in [0, 1].
+"""Membership functions of terms, with values in [0, 1].
 
 A kind is one row of `KINDS`: the names of its parameters and its function. Parameters are
 ordered from left to right; the outermost ones may be infinite, which makes a shoulder that

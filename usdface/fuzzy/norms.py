@@ -1,4 +1,4 @@
-"""Norms and hedges: what AND, OR, VERY, SOMEWHAT do with degrees in [0, 1].
+"""Norms and hedges: AND, OR, VERY, SOMEWHAT on degrees in [0, 1].
 
 All are elementwise, so that a frame's answer does not depend on its neighbours. Norms after
 Klement, Mesiar and Pap, "Triangular Norms", 2000; each s-norm is the dual of the t-norm in the

@@ -1,4 +1,4 @@
-"""Rules: one line of text each, and what it says.
+"""Rules: parsing of their text, grammar, antecedent and consequents.
 
 ::
 
@@ -35,11 +35,11 @@ __all__ = [
 ]
 
 KEYWORDS = ("IF", "IS", "AND", "OR", "NOT", "THEN")
-# Deeper ones are no rule that a person wrote, and would exhaust the stack.
+# Deeper nesting would exhaust the stack.
 _DEEPEST = 32
-# Nobody says very much more often.
+# Hedges of one term.
 _MOST_HEDGES = 8
-# What of a rule's text fits a message.
+# Characters of a rule's text in a message.
 _LONGEST = 400
 
 
@@ -71,14 +71,14 @@ class Rule:
     text : str
         As written.
     condition : Proposition or Combined
-        What must hold.
+        The antecedent.
     consequents : tuple of (output, value)
         The number that the output takes (zero-order Sugeno), or the name of its term.
     weight : float
         In [0, 1]; multiplies the firing strength.
     enabled : bool
     place : str
-        Where it was read, for messages: file and line, or prim. It says nothing of the rule.
+        Source, for messages: file and line, or prim.
     propositions : tuple of Proposition
         Every proposition of the condition, in the order of the text.
     """
@@ -101,7 +101,7 @@ class Rule:
 
     @property
     def named(self) -> str:
-        """Its place and text, as messages begin."""
+        """Source and text, as messages begin."""
         return f"{self.place}: rule {self}" if self.place else f"rule {self}"
 
     @property
@@ -128,12 +128,12 @@ def parse_rule(text: str, weight: float = 1.0, enabled: bool = True, place: str 
         In [0, 1].
     enabled : bool
     place : str
-        Where it was read, for messages.
+        Source, for messages.
 
     Raises
     ------
     InputError
-        Where the text departs from the grammar, with line, column and what was expected.
+        If the text breaks the grammar; with line, column and the expected word.
     """
     words = _Words(text)
     words.keyword("IF")
@@ -224,10 +224,10 @@ class _Words:
         return output, value
 
     def keyword(self, *expected: str) -> str:
-        """Take one of the keywords; "" stands for the end of the rule.
+        """Take one of the keywords; "" is the end of the rule.
 
-        AND and OR before another keyword are only there for the message: a condition has
-        taken all of them.
+        AND and OR before another keyword are for the message only: a condition has taken all of
+        them.
         """
         at, word = self._next()
         if word.upper() not in expected:
@@ -236,10 +236,10 @@ class _Words:
             raise self._error(at, names, word)
         return word.upper()
 
-    def _name(self, what: str) -> str:
+    def _name(self, expected: str) -> str:
         at, word = self._next()
         if not word or word.upper() in (*KEYWORDS, "(", ")"):
-            raise self._error(at, what, word)
+            raise self._error(at, expected, word)
         return word
 
     def _ahead(self) -> str:
@@ -267,7 +267,7 @@ class _Words:
         )
 
     def _around(self, at: int) -> str:
-        """Return the text in quotes; of a long one, what stands around a place."""
+        """Return the text in quotes; of a long one, the part around a position."""
         begin = max(0, at - _LONGEST // 2) if len(self._text) > _LONGEST else 0
         part = self._text[begin : begin + _LONGEST]
         before = "... " if begin else ""

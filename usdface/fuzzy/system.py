@@ -162,10 +162,10 @@ class FuzzySystem:
         for term in variable.terms:
             where = f"fuzzy variable {variable.name!r}: term {term.name!r}"
             if (term.kind in CONSEQUENTS) != numbers:
-                what = "constant or linear" if numbers else "a membership function"
+                expected = "constant or linear" if numbers else "a membership function"
                 raise InputError(
                     f"{where} is {term.kind}; a term of an {variable.kind} of a "
-                    f"{self.inference} system is {what}"
+                    f"{self.inference} system is {expected}"
                 )
             wanted = len(self.inputs) + 1
             if term.kind == "linear" and len(term.parameters) != wanted:

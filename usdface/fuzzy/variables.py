@@ -18,7 +18,7 @@ _MOST_RULES = 10_000
 _MOST_VARIABLES = _MOST_TERMS = 1_000
 
 
-def check_choice(what: str, value: object, choices: Any) -> None:
+def check_choice(subject: str, value: object, choices: Any) -> None:
     """Refuse a setting that is none of the strings of a Literal.
 
     Raises
@@ -27,7 +27,7 @@ def check_choice(what: str, value: object, choices: Any) -> None:
         With the choices.
     """
     if value not in get_args(choices):
-        raise InputError(f"{what} is {value!r}; expected {' or '.join(get_args(choices))}")
+        raise InputError(f"{subject} is {value!r}; expected {' or '.join(get_args(choices))}")
 
 
 def check_counts(variables: int = 0, terms: int = 0, rules: int = 0) -> None:
@@ -43,12 +43,12 @@ def check_counts(variables: int = 0, terms: int = 0, rules: int = 0) -> None:
         ("terms of one variable", terms, _MOST_TERMS),
         ("rules", rules, _MOST_RULES),
     )
-    for what, count, most in counts:
+    for subject, count, most in counts:
         if count > most:
-            raise InputError(f"the fuzzy system has {count} {what}; expected at most {most}")
+            raise InputError(f"the fuzzy system has {count} {subject}; expected at most {most}")
 
 
-def check_unique(what: str, names: Iterable[str]) -> None:
+def check_unique(subject: str, names: Iterable[str]) -> None:
     """Refuse a name that occurs twice.
 
     Raises
@@ -59,7 +59,7 @@ def check_unique(what: str, names: Iterable[str]) -> None:
     seen: set[str] = set()
     for name in names:
         if name in seen:
-            raise InputError(f"{what} {name!r} occurs twice; names must be unique")
+            raise InputError(f"{subject} {name!r} occurs twice; names must be unique")
         seen.add(name)
 
 
@@ -98,8 +98,8 @@ class Variable:
     terms : tuple of Term
         An output needs none where its rules give numbers.
     range : (low, high), optional
-        An output's values stay in it: [0, 1] where there is none. Of an input it says which
-        values its terms should cover; what lies outside is not cut off.
+        An output's values stay in it: [0, 1] where there is none. Of an input: the
+        values its terms should cover; others are not clipped.
     default : float
         Output only: its value where no rule fires.
 

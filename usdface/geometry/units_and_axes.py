@@ -31,7 +31,7 @@ def to_metres(meters_per_unit: float, up_axis: str) -> FloatArray:
 
 
 def in_metres(positions: FloatArray, meters_per_unit: float, up_axis: str) -> FloatArray:
-    """Return positions (..., 3) in metres, Y up; what is not finite stays in its component.
+    """Return positions (..., 3) in metres, Y up; NaN and infinity stay in their component.
 
     The same as ``positions @ to_metres(meters_per_unit, up_axis)`` of finite numbers.
     """

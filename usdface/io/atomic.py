@@ -1,4 +1,4 @@
-"""Writing files so that a failure leaves what was there."""
+"""Atomic writing: after a failure the old files are unchanged."""
 
 import os
 import tempfile
@@ -63,7 +63,7 @@ _WRITING: ContextVar[_Writing | None] = ContextVar("_WRITING", default=None)
 
 @contextmanager
 def all_or_none() -> Iterator[None]:
-    """Let all files that are written within replace what was there at the end, or none.
+    """Replace all files that are written in the block at its end, or none.
 
     They are put in place in the order in which they were finished. Within another `all_or_none`
     it is part of that.
@@ -82,7 +82,7 @@ def all_or_none() -> Iterator[None]:
 
 
 def when_written(action: Callable[[], object]) -> None:
-    """Call `action` once what is written now is in its place: at once outside `all_or_none`."""
+    """Call `action` after the files are replaced: at the end of `all_or_none`, or at once."""
     writing = _WRITING.get()
     if writing is None:
         action()
@@ -94,7 +94,7 @@ def when_written(action: Callable[[], object]) -> None:
 def atomic_path(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` with the same suffix; it replaces `path` at the end.
 
-    If the block raises, or the file was not written, what was at `path` stays and nothing
+    If the block raises, or the file was not written, the old file stays and nothing
     else is left behind. The folder of `path` is made if it is missing. Within `all_or_none` the
     file is replaced at the end of that.
 

@@ -1,4 +1,4 @@
-"""The binding as JSON: what a person writes by hand, and what `usdface shot` can print.
+"""The binding file, JSON: written by hand or by `usdface shot`.
 
 ::
 
@@ -123,7 +123,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
 def _binding(document: dict[str, Any], where: str) -> Binding:
     expect = _expecter(where)
     markers = expect(document.get("markers"), dict, '"markers" as an object')
-    points, sure = [], []
+    points, confidences = [], []
     for name, place in markers.items():
         vertex = place.get("point") if isinstance(place, dict) else None
         if not isinstance(vertex, int) or isinstance(vertex, bool) or not 0 <= vertex < 2**31:
@@ -132,9 +132,9 @@ def _binding(document: dict[str, Any], where: str) -> Binding:
                 "SCHEMA_BROKEN",
             )
         points.append(vertex)
-        sure.append(_confidence(place.get("confidence"), f"{where}: marker {name!r}"))
+        confidences.append(_confidence(place.get("confidence"), f"{where}: marker {name!r}"))
     mesh = expect(document.get("mesh", ""), str, '"mesh" as text')
-    confidence = None if np.isnan(sure).all() else np.array(sure)
+    confidence = None if np.isnan(confidences).all() else np.array(confidences)
     return Binding(tuple(markers), np.array(points, dtype=np.int64), mesh, confidence)
 
 
@@ -165,9 +165,9 @@ def _confidence(value: object, where: str) -> float:
 
 
 def _expecter(where: str) -> Callable[[Any, type, str], Any]:
-    def expect(value: Any, kind: type, what: str) -> Any:
+    def expect(value: Any, kind: type, expected: str) -> Any:
         if not isinstance(value, kind):
-            raise InputError(f"{where}: expected {what}; found {value!r}", "SCHEMA_BROKEN")
+            raise InputError(f"{where}: expected {expected}; found {value!r}", "SCHEMA_BROKEN")
         return value
 
     return expect
@@ -260,14 +260,14 @@ def bind_json(setup: RetargetSetup) -> str:
     """Return the binding file of a setup; reading it gives the same setup."""
     binding = setup.binding
     document: dict[str, Any] = {"mesh": binding.mesh} if binding.mesh else {}
-    sure = np.full(len(binding.markers), np.nan)
+    confidences = np.full(len(binding.markers), np.nan)
     if binding.confidence is not None:
-        sure = binding.confidence
+        confidences = binding.confidence
     document |= {
         "markers": {
             name: {"point": int(point)}
             | ({} if np.isnan(share) else {"confidence": round(float(share), 3)})
-            for name, point, share in zip(binding.markers, binding.points, sure, strict=True)
+            for name, point, share in zip(binding.markers, binding.points, confidences, strict=True)
         },
         "head": list(setup.head_markers) if setup.head == "markers" else setup.head,
         "move_head": setup.move_head,

@@ -1,11 +1,11 @@
-"""A performer's calibration as JSON: how large each movement is against the character's.
+"""The calibration file, JSON: the gain of each movement of a performer.
 
 ::
 
     {"shapes": {"jawOpen": {"gain": 1.12, "deviation": 0.03, "offset": 0.0},
                 "mouthSmile_L": {"gain": 0.84}}}
 
-Only `gain` counts, and `offset` if there is one; what else a shape has is for people.
+Only `gain` counts, and `offset` if there is one; other keys of a blend shape are comments.
 """
 
 import json

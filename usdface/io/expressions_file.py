@@ -1,4 +1,4 @@
-"""Expression poses from a file: which blend shapes an emotion is, and how strongly.
+"""Expression poses from a file: weights of blend shapes or action units by emotion.
 
 As JSON: blend shapes of the rig, or action units of FACS (of one half: 12L, 14R), which suit any
 rig whose shapes carry known names; null leaves one of the six basic emotions out::
@@ -101,18 +101,18 @@ def _expression(path: Path, name: str, value: object) -> Expression | ActionPose
             return ActionPose(name, {action_unit(key): w for key, w in pose.items()}, gain)
         return Expression(name, tuple(pose), np.array(list(pose.values())), gain)
     except InputError as error:
-        said = str(error).removeprefix(f"expression {name!r}: ")
-        raise InputError(f"{where}: {said}") from error
+        problem = str(error).removeprefix(f"expression {name!r}: ")
+        raise InputError(f"{where}: {problem}") from error
 
 
-def _number(where: str, what: str, number: object) -> float:
+def _number(where: str, key: str, number: object) -> float:
     if (
         isinstance(number, (int, float))
         and not isinstance(number, bool)
         and 0 <= number < _LARGEST_GAIN
     ):
         return float(number)
-    raise InputError(f"{where}: {what} is {number!r}; expected a number, 0 or more")
+    raise InputError(f"{where}: {key} is {number!r}; expected a number, 0 or more")
 
 
 def expressions_json(expressions: Sequence[Expression]) -> str:

@@ -65,7 +65,7 @@ class Registered(Generic[F]):
             ) from error
 
     def wrong(self, what: str) -> PluginError:
-        """Return the error that says what this format of another package returned."""
+        """Return the error for a wrong return value of another package's format."""
         return PluginError(f"{self.label} returned {what}; report it to its authors")
 
     def findings(self, given: object) -> list[Finding]:
@@ -116,7 +116,7 @@ class FormatTable(Generic[F]):
         return ", ".join(f"{names} ({' '.join(s)})" if s else names for s, names in families)
 
     def find(self, path: Path) -> tuple[Registered[F], list[Finding]]:
-        """Return the format of a file or folder, and what is wrong with other packages' formats.
+        """Return the format of a file or folder, and findings on other packages' formats.
 
         Raises
         ------
@@ -177,9 +177,9 @@ class FormatTable(Generic[F]):
 def _fitting(formats: Iterable[Registered[F]], path: Path) -> list[Registered[F]]:
     """Return the formats that recognise a file; where none does, those that cannot tell."""
     claiming = [each for each in formats if each.format.claims(path)]
-    answers = [each.call(each.format.recognises, path) for each in claiming]
-    certain = [each for each, answer in zip(claiming, answers, strict=True) if answer]
-    return certain or [e for e, answer in zip(claiming, answers, strict=True) if answer is None]
+    results = [each.call(each.format.recognises, path) for each in claiming]
+    certain = [each for each, result in zip(claiming, results, strict=True) if result]
+    return certain or [e for e, result in zip(claiming, results, strict=True) if result is None]
 
 
 def conflicts(formats: Sequence[Registered[F]]) -> list[Finding]:

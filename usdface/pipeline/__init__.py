@@ -1,4 +1,4 @@
-"""The order of work, a table of contents: one function per command, one module per job.
+"""The jobs: one public function and one module for each command.
 
 A character and a take become USD (`make_rig`, `make_take`), or arrays (`read_rig`, `read_take`,
 `read_bind`). The two come together in a shot: `make_shot` writes one, `set_up` authors one on a
@@ -8,7 +8,7 @@ layers; `apply` does the same on an open stage. Around it, scenes go to and from
 (`export_scene`, `import_scene`), files are checked (`check`), and the expression layer is fitted,
 converted and explained (`fit_fuzzy`, `convert_fuzzy`, `explain`, `check_neutral`).
 
-A function is loaded when first asked for, with the libraries that its job uses and no others.
+A function is imported on first access, with only the libraries that it uses.
 """
 
 from typing import TYPE_CHECKING

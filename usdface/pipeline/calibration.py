@@ -25,7 +25,7 @@ def calibrate(
     extremes: bool = False,
     on_progress: OnProgress | None = None,
 ) -> Result[Calibration]:
-    """Find how large a performer's movements are against the character's, and write it as JSON.
+    """Measure a performer's gains, the size of their movements relative to the character's.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def calibrate(
         staged, findings = read_shot(stage, str(path))
         shot_read = staged.shot
     with progress.step("calibrate"):
-        found, more = calibrate_face(
+        calibrated, new_findings = calibrate_face(
             shot_read.take,
             shot_read.face,
             shot_read.setup,
@@ -71,14 +71,18 @@ def calibrate(
             progress=progress,
         )
     with progress.step("write"):
-        text = calibration_json(found.calibration, found.deviations, found.peaks)
+        text = calibration_json(calibrated.calibration, calibrated.deviations, calibrated.peaks)
         write_text(output, text)
     summary = {
         "frames": len(shot_read.take.times),
-        "blend_shapes": len(found.calibration.shapes),
-        "gains_known": len(found.known),
-        **found.summary(),
+        "blend_shapes": len(calibrated.calibration.shapes),
+        "gains_known": len(calibrated.known),
+        **calibrated.summary(),
     }
     return Result(
-        found.calibration, (output,), tuple(findings + more), summary, seconds=progress.seconds
+        calibrated.calibration,
+        (output,),
+        tuple(findings + new_findings),
+        summary,
+        seconds=progress.seconds,
     )

@@ -19,7 +19,7 @@ __all__ = ["check"]
 def check(
     paths: StrPath | Iterable[StrPath], *, on_progress: OnProgress | None = None
 ) -> Result[None]:
-    """Check blend shapes and their animation for faults that the standard validators do not see.
+    """Check blend shapes and their animation for faults that the standard validators miss.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Questions to the fuzzy system of a shot: `usdface fuzzy explain` and `fuzzy neutral`."""
+"""Inspection of a shot's fuzzy system: `usdface fuzzy explain` and `usdface fuzzy neutral`."""
 
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
-from usdface.correction.neutral_check import RestingAnswer, resting_answers
+from usdface.correction.neutral_check import NeutralResponse, neutral_responses
 from usdface.errors import InputError
 from usdface.explanation import Explanation, explain_result
 from usdface.findings import Finding
@@ -35,7 +35,7 @@ def explain(
     Parameters
     ----------
     shot : path
-        It is processed, and nothing of it written.
+        It is processed in memory; nothing is written.
     frame : int, optional
         Frame index of the take; the one in which the strongest emotion is strongest, if left out.
     time : float [s], optional
@@ -95,7 +95,7 @@ def explain(
 @one_blas_thread()
 def check_neutral(
     shot: StrPath, *, on_progress: OnProgress | None = None
-) -> Result[tuple[RestingAnswer, ...]]:
+) -> Result[tuple[NeutralResponse, ...]]:
     """Evaluate the fuzzy paper's system and that of a shot on a neutral face.
 
     Parameters
@@ -105,7 +105,7 @@ def check_neutral(
 
     Returns
     -------
-    Result of tuple of RestingAnswer
+    Result of tuple of NeutralResponse
 
     Raises
     ------
@@ -123,8 +123,8 @@ def check_neutral(
         read, findings = _read(Path(shot))
     assert read.system is not None
     with progress.step("evaluate"):
-        answers = resting_answers(read.rig, read.setup, read.system)
-    return Result(answers, (), tuple(findings), seconds=progress.seconds)
+        responses = neutral_responses(read.rig, read.setup, read.system)
+    return Result(responses, (), tuple(findings), seconds=progress.seconds)
 
 
 def _read(path: Path) -> tuple[Shot, list[Finding]]:

@@ -86,10 +86,10 @@ def fit_fuzzy(
         face, setup, expressions, findings = _face(source, bind)
         stretches = read_labels(labels) if labels else ()
     if labels:
-        labelled, more = examples_of(
+        labelled, new_findings = examples_of(
             stretches, face, setup, read=read_take, options=options, progress=progress
         )
-        findings += more
+        findings += new_findings
     with progress.step("fit"):
         fitted = (
             fit_labelled(labelled, face, options) if labels else fit_rig(face, expressions, options)
@@ -123,10 +123,10 @@ def _face(
         rig, setup, expressions = shot.rig, shot.setup, shot.expressions
     else:
         rig, findings = read_rig(source)
-        setup, more = read_bind(bind)
+        setup, new_findings = read_bind(bind)
         expressions, _ = expressions_for(rig.shape_names)
-        findings += more
+        findings += new_findings
     mesh = rig.mesh(setup.binding.mesh)
-    setup, more = fit_setup(setup, mesh)
+    setup, new_findings = fit_setup(setup, mesh)
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
-    return face, setup, expressions, findings + more
+    return face, setup, expressions, findings + new_findings

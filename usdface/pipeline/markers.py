@@ -1,4 +1,4 @@
-"""The most informative places for markers: `usdface markers`."""
+"""The most informative vertices for markers: `usdface markers`."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,7 @@ def make_markers(
     options: MarkerOptions = MarkerOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Binding]:
-    """Find where the next markers on a face, or the first, would tell most of its blend shapes.
+    """Find the vertices at which new markers determine the blend shapes of a face best.
 
     Parameters
     ----------

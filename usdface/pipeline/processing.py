@@ -42,7 +42,7 @@ def process(
     Parameters
     ----------
     shot : path
-        A USD file with a set-up, as `make_shot` writes it. It is not changed, unless `in_place`.
+        A USD file with a setup, as `make_shot` writes it. It is not changed, unless `in_place`.
     output : path, optional
         The root layer of the result; ``SHOT.usdface.usda`` beside the shot if left out.
     gltf : path, optional
@@ -55,7 +55,7 @@ def process(
         A folder that textures may come from beside those of the layers that name them.
     options : ProcessOptions
     on_progress : callable, optional
-        Called with a `Step`; what it raises ends the job before anything is written.
+        Called with each `Step`; an exception from it ends the job before anything is written.
 
     Returns
     -------
@@ -123,10 +123,10 @@ def apply(
     Parameters
     ----------
     stage : Usd.Stage
-        With a set-up, as `make_shot` or `set_up` authors it.
+        With a setup, as `make_shot` or `set_up` authors it.
     options : ProcessOptions
     on_progress : callable, optional
-        Called with a `Step`; what it raises ends the job before anything is authored.
+        Called with each `Step`; an exception from it ends the job before anything is authored.
 
     Returns
     -------

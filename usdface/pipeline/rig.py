@@ -1,4 +1,4 @@
-"""A character becomes UsdSkel: `usdface rig`."""
+"""Conversion of a rig to UsdSkel: `usdface rig`."""
 
 from pathlib import Path
 

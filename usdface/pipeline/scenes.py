@@ -1,7 +1,7 @@
 """Scenes from USD to glTF or USDZ and from glTF to USD: `usdface export` and `import`.
 
-Each function imports its own readers and writers: USDZ needs no glTF, and reading glTF other
-libraries than writing it.
+Each function imports its own readers and writers: USDZ needs no glTF library, and reading glTF
+needs others than writing it.
 """
 
 from pathlib import Path
@@ -90,10 +90,10 @@ def export_scene(
     from usdface.io.compare_conversion import certify_conversion
 
     with progress.step("certify"):
-        certificate, more = certify_conversion(
+        certificate, new_findings = certify_conversion(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
-    return _certified(written, findings + more, summary, progress, certificate)
+    return _certified(written, findings + new_findings, summary, progress, certificate)
 
 
 @one_blas_thread()
@@ -154,10 +154,10 @@ def import_scene(
     del rig, clips  # their memory, for the certificate
     with progress.step("certify"):
         stage = open_stage(output)
-        certificate, more = certify_conversion(
+        certificate, new_findings = certify_conversion(
             stage, source, exported=False, every_frame=every_frame, asset_root=folder
         )
-    return _certified(written, findings + more, summary, progress, certificate)
+    return _certified(written, findings + new_findings, summary, progress, certificate)
 
 
 def _summary(rig: Rig, clips: tuple[Clip, ...], shapes: str) -> dict[str, Any]:

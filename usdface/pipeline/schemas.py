@@ -1,4 +1,4 @@
-"""Our prim types, where it is not too late for them."""
+"""Registration of the usdface schemas before a job."""
 
 from contextlib import suppress
 
@@ -9,6 +9,6 @@ __all__ = ["register_schemas"]
 
 
 def register_schemas() -> None:
-    """Let USD know our prim types; in a host where it is too late, reading works without."""
+    """Register the usdface schemas; in a host where that is too late, stages are read without."""
     with suppress(SchemaError):
         register()

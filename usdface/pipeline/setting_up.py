@@ -1,4 +1,4 @@
-"""The set-up of a shot on a stage that a host holds open."""
+"""Authoring the setup of a shot on an open stage."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -42,9 +42,9 @@ def set_up(
     scope: str = "/UsdFace",
     on_progress: OnProgress | None = None,
 ) -> Result[Shot]:
-    """Author the set-up of a shot on a stage that a host holds open, for `apply`.
+    """Author the setup of a shot on a stage that a host holds open, for `apply`.
 
-    The prims go onto the edit target; nothing is saved. A set-up that was authored at `scope`
+    The prims go onto the edit target; nothing is saved. A setup that was authored at `scope`
     before is replaced.
 
     Parameters
@@ -62,9 +62,9 @@ def set_up(
     calibration, poses, system, correction
         As of `assemble_shot`.
     scope : str
-        Path of the prim that is to hold the set-up.
+        Path of the prim that is to hold the setup.
     on_progress : callable, optional
-        Called with a `Step`; what it raises ends the job before anything is authored.
+        Called with each `Step`; an exception from it ends the job before anything is authored.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def set_up(
     Raises
     ------
     InputError
-        If rig, take and binding do not belong together, or the stage has a set-up elsewhere.
+        If rig, take and binding do not belong together, or the stage has a setup elsewhere.
     OutputError
         If the edit target cannot be authored on; then nothing is.
 
@@ -96,10 +96,10 @@ def set_up(
         if bind is None or isinstance(bind, RetargetSetup):
             setup = bind
         else:
-            setup, more = read_bind(Path(bind))
-            findings += more
+            setup, new_findings = read_bind(Path(bind))
+            findings += new_findings
     with progress.step("bind"):
-        shot, more = assemble_shot(
+        shot, new_findings = assemble_shot(
             character,
             recorded,
             setup=setup,
@@ -113,7 +113,7 @@ def set_up(
     with progress.step("write"):
         author_shot(stage, scope, shot, take if isinstance(take, str) else "")
     summary = {"markers_bound": len(shot.setup.binding.markers), "scope": scope}
-    return Result(shot, (), (*findings, *more), summary, seconds=progress.seconds)
+    return Result(shot, (), (*findings, *new_findings), summary, seconds=progress.seconds)
 
 
 def _refuse_other_setups(stage: Stage, scope: str) -> None:
@@ -121,7 +121,7 @@ def _refuse_other_setups(stage: Stage, scope: str) -> None:
         path = str(prim.GetPath())
         if prim.GetTypeName() == tokens.RETARGET and not path.startswith(f"{scope}/"):
             raise InputError(
-                f"the stage has a set-up at <{path}> already; name its scope, or remove it",
+                f"the stage has a setup at <{path}> already; name its scope, or remove it",
                 "SETTING_WRONG",
             )
 

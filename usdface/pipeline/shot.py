@@ -1,4 +1,4 @@
-"""A character and a take come together: `usdface shot`."""
+"""Writing a shot from a rig and a take: `usdface shot`."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -66,7 +66,7 @@ def make_shot(
     figure : path, optional
         Also draw the markers on the face: .png, .svg or .pdf.
     on_progress : callable, optional
-        Called with a `Step`; what it raises ends the job before anything is written.
+        Called with each `Step`; an exception from it ends the job before anything is written.
 
     Returns
     -------
@@ -90,10 +90,10 @@ def make_shot(
     """
     register_schemas()
     progress = Progress.of(on_progress)
-    rig, take, place = Path(rig), Path(take), Path(output)
+    rig, take, shot_path = Path(rig), Path(take), Path(output)
     files = [Path(path) for path in (bind, fuzzy, expressions, calibration) if path]
     others = [Path(path) for path in (write_bind, figure) if path]
-    check_outputs([place, *others], files_read(rig, take, *files))
+    check_outputs([shot_path, *others], files_read(rig, take, *files))
     if figure:
         from usdface.figures.picture import check_picture
 
@@ -102,12 +102,12 @@ def make_shot(
         character, findings = read_rig(rig)
         take_stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(take_stage, take))
-        setup, more = read_bind(Path(bind)) if bind else (None, [])
-        findings += more
-        system, more = read_fuzzy_file(Path(fuzzy)) if fuzzy else (None, [])
-        findings += more
+        setup, new_findings = read_bind(Path(bind)) if bind else (None, [])
+        findings += new_findings
+        system, new_findings = read_fuzzy_file(Path(fuzzy)) if fuzzy else (None, [])
+        findings += new_findings
     with progress.step("bind"):
-        shot, more = assemble_shot(
+        shot, new_findings = assemble_shot(
             character,
             recorded,
             setup=setup,
@@ -118,16 +118,18 @@ def make_shot(
             system_source=str(fuzzy or ""),
             correction=correction,
         )
-        findings += more
+        findings += new_findings
     with progress.step("write"), all_or_none():
-        write_shot(place, rig, take, shot)
+        write_shot(shot_path, rig, take, shot)
         if write_bind:
             write_text(Path(write_bind), bind_json(shot.setup))
         if figure:
             from usdface.figures.binding import write_bind_figure
 
             write_bind_figure(shot.mesh, shot.setup.binding, Path(figure))
-    return Result(shot, (place, *others), tuple(findings), _summary(shot), seconds=progress.seconds)
+    return Result(
+        shot, (shot_path, *others), tuple(findings), _summary(shot), seconds=progress.seconds
+    )
 
 
 def _summary(shot: Shot) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A recorded take becomes USD: `usdface take`."""
+"""Conversion of a recorded take to USD: `usdface take`."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""How large a performer's movement is, from how far it went: a posterior for each amplitude.
+"""Posterior of the size of a performer's movements, from their peaks in a take.
 
 A take alone cannot tell a small smile from a low amplitude: only the product of amplitude and
 weight moves the markers. A peak p of that product says that the weight there was at most 1, so that

@@ -1,4 +1,4 @@
-"""Where the inner loops of the solve run: on all cores, and compiled where numba is installed."""
+"""Backend of the inner loops of the solve: all cores, compiled if numba is installed."""
 
 import importlib
 import os
@@ -38,7 +38,7 @@ def kernels(frames: int, size: int) -> Any:
 
 
 def compile_kernels(frames: int, size: int, progress: Progress) -> list[Finding]:
-    """Load what `kernels` returns; where numba must compile it first, that is a step of its own.
+    """Load the compiled kernels; if numba must compile them first, that is a step of its own.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ def _no_rows() -> FloatArray:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Bounds:
-    """Where weights may be: ``lower <= w <= upper`` and ``rows @ w <= limits`` in each frame.
+    """Bounds of the weights: ``lower <= w <= upper`` and ``rows @ w <= limits`` in each frame.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Bounds:
                 raise InputError(f"the {name} of the weights must be finite")
             object.__setattr__(self, name, values)
         if not (self.lower <= self.upper).all():
-            raise InputError("a weight's lower bound lies above its upper bound")
+            raise InputError("a weight's lower bound is above its upper bound")
         if self.rows.ndim != 2:
             raise InputError(f"rows have shape {self.rows.shape}; expected (rows, blend shapes)")
 

@@ -1,4 +1,4 @@
-"""The character's shapes as a calibrated performer makes them: larger or smaller, from rest."""
+"""The character's blend shapes at the size of a calibrated performer, relative to neutral."""
 
 from collections.abc import Collection
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""How large a performer's movements are against the character's, found from a take.
+"""Calibration of a performer: the size of movements relative to the character's, from a take.
 
 The whole take is solved with weights that may go beyond 0 and 1, which gives ``u = amplitude *
 weight - offset`` of each shape. How far u goes up bounds the amplitude
@@ -61,7 +61,7 @@ class Calibrated:
     Attributes
     ----------
     calibration : Calibration
-        Of all shapes with a weight of their own; those the take says nothing of have amplitude 1.
+        Of all shapes with a weight of their own; 1 for those that the take does not determine.
     deviations : (S,) float64
         Standard deviation of each amplitude; that of the prior, 0.2, where nothing is known.
     peaks : (S,) float64
@@ -89,8 +89,8 @@ class Calibrated:
     @property
     def known(self) -> tuple[str, ...]:
         """Shapes whose amplitude the take shows."""
-        sure = self.deviations < _KNOWN * AMPLITUDE_SPREAD
-        return tuple(n for n, s in zip(self.calibration.shapes, sure, strict=True) if s)
+        determined = self.deviations < _KNOWN * AMPLITUDE_SPREAD
+        return tuple(n for n, s in zip(self.calibration.shapes, determined, strict=True) if s)
 
 
 def calibrate_take(

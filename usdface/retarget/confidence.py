@@ -79,7 +79,7 @@ def confidence_of(
     wanted: int = NEXT_MARKERS,
     room: float = 0.0,
 ) -> Confidence:
-    """Say how sure a solve is.
+    """Compute the confidence of a solve.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which weights move in a take, how far, and which move together: learned from the take itself.
+"""Covariance of the weights over a take, learned from the take itself.
 
 The weights are taken for one random process: their covariance in a frame is M, (S, S), and each
 of them is white noise through a second-order low-pass (Butterworth) of corner w0, so that its
@@ -111,8 +111,8 @@ def learn_covariance(
         seen = vectors.T @ power @ vectors
         seen *= (passed * inverse[:, None])[:, :, None] * np.where(shown, passed, 0.0)[:, None, :]
         seen[:, ~shown] = 0.0
-        unsure = (held * ridge) @ passed
-        moved = vectors @ (seen.sum(axis=0) + np.diag(unsure)) @ vectors.T
+        uncertainty = (held * ridge) @ passed
+        moved = vectors @ (seen.sum(axis=0) + np.diag(uncertainty)) @ vectors.T
         covariance = (moved + _BELIEF * expected) / (count + _BELIEF)
         covariance = 0.5 * (covariance + covariance.T)
     return np.asarray(covariance)

@@ -1,4 +1,4 @@
-"""Which joint of a skeleton carries the face, and how it moves when the head does."""
+"""The joint of a skeleton that moves the face, and its transforms for a head motion."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The performer's head motion as the character's: carried over in size, smooth over the take."""
+"""The performer's head motion on the character: scaled to its size, smooth over the take."""
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
@@ -30,7 +30,7 @@ def head_motion(
     noise: float,
     seen: BoolArray,
 ) -> Pose:
-    """Return how the character's head moves from its place at rest.
+    """Return the motion of the character's head from its neutral position.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which space map: the one that best predicts a marker from all others.
+"""Choice of the space map: the one that best predicts a marker from all others.
 
 Each marker in turn is left out and predicted by the map that the others give. For the radial
 field this needs no new fit (Rippa 1999, "An algorithm for selecting a good value for the

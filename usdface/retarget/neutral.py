@@ -1,4 +1,4 @@
-"""The performer's neutral: where each marker rests."""
+"""The performer's neutral: mean positions of the markers in the neutral frames."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Blend shape weights of a resting face that is not neutral.
+"""Blend shape weights of the neutral frames of a performer.
 
 Faces rest with weights of their own, half closed lids or pressed lips say. Displacements from
 such a rest lack them, and where a weight falls below its rest they ask for less than 0. That
@@ -15,7 +15,7 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.takes import visible
 
-__all__ = ["rest_weights", "without_weights"]
+__all__ = ["estimate_neutral_weights", "without_weights"]
 
 # As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in
 # any frame, its error in the mean of all, and the motion beyond which a frame says less,
@@ -45,10 +45,10 @@ _NEUTRAL = 0.16
 _LEAST = 0.02
 
 
-def rest_weights(
+def estimate_neutral_weights(
     positions: FloatArray, neutral: FloatArray, points: FloatArray, offsets: FloatArray
 ) -> FloatArray:
-    """Estimate the weights that a performer's resting face shows: (S,) in [0, 0.5].
+    """Estimate the weights of the face in the neutral frames: (S,) in [0, 0.5].
 
     A convex problem: the weights of the rest and of each frame, in their bounds, that explain
     the displacements from rest, with few weights preferred. All 0 where
@@ -74,8 +74,8 @@ def rest_weights(
     moved, shapes = shared
     normal = shapes @ shapes.T
     right = moved @ shapes.T - _SPARSITY / _SPREAD
-    says = 1.0 / (1.0 + (moved**2).mean(axis=1) * (_ERROR / _STRONG) ** 2)
-    says /= says.sum()
+    frame_weight = 1.0 / (1.0 + (moved**2).mean(axis=1) * (_ERROR / _STRONG) ** 2)
+    frame_weight /= frame_weight.sum()
     ridge = (_LASTING_ERROR / _ERROR / _REST_SPREAD) ** 2
 
     def cost(rest: FloatArray) -> tuple[float, FloatArray]:
@@ -83,8 +83,8 @@ def rest_weights(
         left = moved + (rest - weights) @ shapes
         each = 0.5 * (left**2).sum(axis=1) + 0.5 * (weights**2).sum(axis=1) / _SPREAD**2
         each += _SPARSITY / _SPREAD * weights.sum(axis=1)
-        value = float(says @ each + 0.5 * ridge * (rest**2).sum())
-        return value, says @ (left @ shapes.T) + ridge * rest
+        value = float(frame_weight @ each + 0.5 * ridge * (rest**2).sum())
+        return value, frame_weight @ (left @ shapes.T) + ridge * rest
 
     found = minimize(
         cost,
@@ -126,10 +126,10 @@ def _in_errors(
 
 
 def without_weights(neutral: FloatArray, points: FloatArray, shown: FloatArray) -> FloatArray:
-    """Return the performer's neutral (M, 3) without the displacements that the rest shows.
+    """Return the performer's neutral (M, 3) without the displacements of its neutral weights.
 
-    `neutral` and `points` are as in `rest_weights`, without NaN; `shown` (M, 3) [m] is the rest's
-    displacement on the character.
+    `neutral` and `points` are as in `estimate_neutral_weights`, without NaN; `shown` (M, 3) [m] is
+    the displacement on the character.
     """
     linear, _ = similarity_fit(neutral, points)
     return np.asarray(neutral - shown @ np.linalg.inv(linear))

@@ -1,4 +1,4 @@
-"""How far markers can be believed: their noise, and how much face and rig differ."""
+"""Noise of the markers, and misfit between face and rig."""
 
 import numpy as np
 from scipy.special import chdtri

@@ -1,4 +1,4 @@
-"""The solve of shapes with inbetweens and of combination shapes: not linear, yet as fast.
+"""Nonlinear solve: blend shapes with inbetweens and combination shapes, at the same speed.
 
 Gauss-Newton steps need a matrix for each frame, which would cost the whole-take solve its speed.
 Instead each step minimises a model of the true sum of squares that has the right value and

@@ -1,4 +1,4 @@
-"""Pins: weights that an artist has fixed in some frames, and how their neighbours bend to them."""
+"""Pins: weights that an artist has fixed in some frames, blended into the frames around them."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from usdface.options import PIN_REACH
 from usdface.retarget.bounds import Bounds
 from usdface.retarget_setup import Pin
 
-__all__ = ["bent_to_pins", "kept_at_pins", "pin_bounds"]
+__all__ = ["faded_at_pins", "pin_bounds", "with_pins"]
 
 
 def pin_bounds(
@@ -19,26 +19,26 @@ def pin_bounds(
     weights: FloatArray,
     rows: FloatArray,
 ) -> Bounds:
-    """Return bounds that hold pinned shapes where they are pinned, and on the way there.
+    """Return bounds that fix pinned blend shapes within reach of their pins.
 
-    Within reach of a pin the shape follows its free solution `weights` (F, S), bent so that it
-    passes through the pin; beyond, it is free. `rows` (C, S) are inequalities, ``rows @ w <= 0``.
+    There a blend shape follows its free solution `weights` (F, S) plus an offset that leads it
+    through the pin; beyond, it is free. `rows` (C, S) are inequalities, ``rows @ w <= 0``.
     """
-    bent, held = _bent(pins, names, times, weights)
+    pinned, near_pin = _pinned(pins, names, times, weights)
     lower, upper = np.zeros(weights.shape), np.ones(weights.shape)
-    lower[held] = upper[held] = bent[held]
+    lower[near_pin] = upper[near_pin] = pinned[near_pin]
     return Bounds(lower, upper, rows, np.zeros(len(rows)))
 
 
-def bent_to_pins(
+def with_pins(
     pins: Sequence[Pin], names: tuple[str, ...], times: FloatArray, weights: FloatArray
 ) -> FloatArray:
-    """Return weights (F, S) that pass through the pins: those of a take that is not solved."""
-    bent, held = _bent(pins, names, times, weights)
-    return np.where(held, bent, weights)
+    """Return the weights (F, S) of a take that is not solved, offset to pass through the pins."""
+    pinned, near_pin = _pinned(pins, names, times, weights)
+    return np.where(near_pin, pinned, weights)
 
 
-def kept_at_pins(
+def faded_at_pins(
     pins: Sequence[Pin],
     names: tuple[str, ...],
     times: FloatArray,
@@ -50,33 +50,33 @@ def kept_at_pins(
     for pin in pins:
         if pin.shape in names:
             column = names.index(pin.shape)
-            near = _nearness(times, times[pin.frames])
+            nearness = _nearness(times, times[pin.frames])
             change = corrected[:, column] - solved[:, column]
-            result[:, column] = solved[:, column] + (1.0 - near) * change
+            result[:, column] = solved[:, column] + (1.0 - nearness) * change
             result[pin.frames, column] = solved[pin.frames, column]
     return result
 
 
-def _bent(
+def _pinned(
     pins: Sequence[Pin], names: tuple[str, ...], times: FloatArray, weights: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Return the bent weights, and where they are not the old ones: both (F, S)."""
-    bent, held = weights.copy(), np.zeros(weights.shape, dtype=bool)
+    """Return the weights with pins, and where they differ from the old ones: both (F, S)."""
+    pinned, near_pin = weights.copy(), np.zeros(weights.shape, dtype=bool)
     for pin in pins:
         if pin.shape in names and len(pin.frames):
-            column, moments = names.index(pin.shape), times[pin.frames]
-            near = _nearness(times, moments)
-            change = np.interp(times, moments, pin.weights - weights[pin.frames, column])
-            bent[:, column] = np.clip(weights[:, column] + near * change, 0.0, 1.0)
-            bent[pin.frames, column] = pin.weights
-            held[:, column] = near > 0.0
-    return bent, held
+            column, pin_times = names.index(pin.shape), times[pin.frames]
+            nearness = _nearness(times, pin_times)
+            change = np.interp(times, pin_times, pin.weights - weights[pin.frames, column])
+            pinned[:, column] = np.clip(weights[:, column] + nearness * change, 0.0, 1.0)
+            pinned[pin.frames, column] = pin.weights
+            near_pin[:, column] = nearness > 0.0
+    return pinned, near_pin
 
 
-def _nearness(times: FloatArray, moments: FloatArray) -> FloatArray:
-    """Return 1 at the moments, falling smoothly to 0 at the reach of a pin: (F,)."""
-    after = np.searchsorted(moments, times).clip(max=len(moments) - 1)
+def _nearness(times: FloatArray, pin_times: FloatArray) -> FloatArray:
+    """Return 1 at the pins' times [s], falling smoothly to 0 at the reach of a pin: (F,)."""
+    after = np.searchsorted(pin_times, times).clip(max=len(pin_times) - 1)
     before = (after - 1).clip(min=0)
-    apart = np.minimum(np.abs(times - moments[after]), np.abs(times - moments[before]))
+    apart = np.minimum(np.abs(times - pin_times[after]), np.abs(times - pin_times[before]))
     part = 1.0 - np.minimum(apart / PIN_REACH, 1.0)
     return np.asarray(part**2 * (3.0 - 2.0 * part))

@@ -96,7 +96,7 @@ def solve_pose_and_weights(
     *,
     progress: Progress | None = None,
 ) -> PoseAndWeights:
-    """Solve the weights of a take, and the head pose with them if the setup says so.
+    """Solve the weights of a take, and the head pose if the setup requests it.
 
     Parameters
     ----------
@@ -205,7 +205,7 @@ def _learned(
     regularisation: Regularisation,
     start: Iterate | None,
 ) -> Regularisation:
-    """Learn how the free weights move in this take; without a covariance if it cannot be told."""
+    """Learn how the free weights move in this take; without a covariance if it is undetermined."""
     if not rows.model.linear:
         return regularisation
     return with_learned_covariance(*_equations(rows, observed), times, regularisation, start)

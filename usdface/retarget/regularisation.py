@@ -1,4 +1,4 @@
-"""All that a solve adds to the sum of squares: the terms, weighed by how far markers err."""
+"""Regularisation of a solve: its terms, weighted by the error variance of the markers."""
 
 from dataclasses import dataclass, replace
 

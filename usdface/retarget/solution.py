@@ -1,4 +1,4 @@
-"""The result of a retarget: the weights of a take, and how they came about."""
+"""The solution of a retarget: weights, head pose, residuals."""
 
 from dataclasses import dataclass
 

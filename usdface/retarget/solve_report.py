@@ -40,7 +40,7 @@ def solve_report(
     free: IntArray,
     room: float = 0.0,
 ) -> SolveReport:
-    """Say how far markers are from the solved face, and how far its weights can be off.
+    """Report residuals of the markers and standard deviations of the weights.
 
     What of this cannot be said is left out: ADVICE_FAILED.
 
@@ -87,12 +87,12 @@ def _confidence_report(
     bound = face.vertices_of(solution.markers)
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
     held = _usual(solution, setup, face)
-    sure = _confidence(face.mesh, setup, solution, held, places, room)
-    deviations = within_bounds(sure.deviations, solution.weights.weights, held)
+    confidence = _confidence(face.mesh, setup, solution, held, places, room)
+    deviations = within_bounds(confidence.deviations, solution.weights.weights, held)
     names = face.shape_names
-    hidden = {names[shape]: sure.unseen.get(shape) for shape in sure.hidden.tolist()}
+    hidden = {names[shape]: confidence.unseen.get(shape) for shape in confidence.hidden.tolist()}
     unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
-    wanted = [int(places[place]) for place in sure.places]
+    wanted = [int(places[place]) for place in confidence.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
     named = dict(zip(there.tolist(), place_names(face, there), strict=True))
@@ -137,7 +137,7 @@ def _confidence(
     places: IntArray,
     room: float,
 ) -> Confidence:
-    """Say how sure the weights are with markers on the first of the `places`."""
+    """Return the confidence of the weights with markers on the first of the `places`."""
     times, axes = solution.weights.times, 3 if solution.in_space else 2
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
     return confidence_of(

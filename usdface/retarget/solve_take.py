@@ -1,4 +1,4 @@
-"""From a marker take to blend shape weights: which markers count, where they rest, the solve."""
+"""Solve of a marker take: usable markers, neutral, space map, weights."""
 
 from dataclasses import replace
 
@@ -120,7 +120,7 @@ def solve_take(
 def _usable_markers(
     take: MarkerTake, points: FloatArray, setup: RetargetSetup
 ) -> tuple[list[int], FloatArray, list[Finding]]:
-    """Return which bound markers the solve can use, their neutral, and why not the others."""
+    """Return the usable bound markers, their neutral, and findings on the others."""
     binding, findings = setup.binding, []
     known = [i for i, name in enumerate(binding.markers) if name in take.names]
     for name in sorted(set(binding.markers) - set(take.names)):

@@ -1,4 +1,4 @@
-"""Pieces of a long take: solved side by side, with bounded memory, without seams.
+"""Pieces of a long take: solved in parallel with bounded memory, and overlaps that hide the cuts.
 
 Each reaches so far into its neighbours that after as many iterations of ADMM it cannot tell that
 the take goes on.

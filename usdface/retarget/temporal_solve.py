@@ -38,7 +38,7 @@ _USUAL = 0.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Iterate:
-    """Where a solve stands: `weights` (F, S) within their bounds, and ADMM's scaled `dual`.
+    """An iterate of the solve: `weights` (F, S) within their bounds, and ADMM's scaled `dual`.
 
     The dual is (F, S + C), with C the inequality rows.
     """

@@ -2,8 +2,8 @@
 
 No recording is needed. For each expression `usdface.rule_design.feature_selection` picks a few
 features that move well above the noise in its pose and, taken together, in none of the other poses
-and in no movement of one or two blend shapes; where another expression shows them all, one more
-condition says what it must not show besides. A feature's term is a ramp: 0 up to a dead zone around
+and in no movement of one or two blend shapes; where another expression has them all, a negated
+condition excludes it. A feature's term is a ramp: 0 up to a dead zone around
 neutral, 1 from its value at the pose on. Features are signed, so no rule fires on a neutral face,
 and since blend shapes are linear, half a pose fires its rule by about a half.
 """
@@ -44,7 +44,7 @@ __all__ = ["design_system", "face_features"]
 def design_system(
     face: BoundFace, expressions: Sequence[Expression], noise: float
 ) -> tuple[ExpressionSystem, dict[str, str], list[Finding]]:
-    """Design an expression system that tells a face's expressions apart.
+    """Design an expression system that distinguishes the expressions of a face.
 
     Parameters
     ----------
@@ -56,17 +56,17 @@ def design_system(
     Returns
     -------
     system : ExpressionSystem
-        One output for each expression, and one rule for each that the markers show.
+        One output for each expression, and a rule for each that the markers show.
     roles : dict of str to str
-        Role that the variables name, to marker.
+        Roles of the features to markers.
     findings : list of Finding
         EXPRESSION_UNSEEN for each expression that no marker shows, or that the markers cannot
-        tell from others; EXPRESSION_SHARED for each that another shows a little of.
+        distinguish from others; EXPRESSION_SHARED for each that shows a little in another.
 
     Raises
     ------
     InputError
-        If there is no such nose tip, or the markers have no extent.
+        If the face has no nose tip, or the markers have no extent.
     """
     names, neutral, shape_names = face.markers, face.neutral, face.shape_names
     poses = np.array([e.pose(shape_names) for e in expressions])
@@ -113,7 +113,7 @@ def face_features(face: BoundFace) -> BlendShapeEvaluator:
 def _marker_features(
     selections: Iterable[SelectedFeatures], roles: Sequence[str]
 ) -> dict[int, MarkerFeature]:
-    """Return the features that conditions are about."""
+    """Return the features of all conditions."""
     used = {
         i
         for selection in selections
@@ -141,7 +141,7 @@ def _inputs(
 
 
 def _terms(ramps: set[tuple[float, float]], axis: Axis, side: int) -> tuple[Term, ...]:
-    """Name the ramps of one variable after their direction and how far they reach."""
+    """Name the ramps of one variable after their direction and their distance from neutral."""
     terms = []
     for sign in (1, -1):
         reaching = sorted((r for r in ramps if r[1] * sign > 0), key=lambda ramp: abs(ramp[1]))
@@ -174,7 +174,7 @@ def _findings(selections: dict[str, SelectedFeatures]) -> list[Finding]:
             findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
         elif selection.confused:
             rivals = ", ".join(names[i] for i in selection.confused)
-            message = f"the markers cannot tell {emotion} from {rivals}"
+            message = f"the markers cannot distinguish {emotion} from {rivals}"
             findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
         for other, degree in selection.shared:
             message = f"the markers show a little of {emotion} in {names[other]}, {degree:.2f}"

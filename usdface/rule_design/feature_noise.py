@@ -1,4 +1,4 @@
-"""Noise of marker features: what the solve leaves of it, and which motions exceed it."""
+"""Noise of marker features after the solve, and motions that exceed it."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from usdface.options import SolveOptions
 
 __all__ = ["exceeds_noise", "solved_noise"]
 
-# Numerical guard [m], for features without noise: far below what any marker resolves.
+# Numerical guard [m], for features without noise: far below the resolution of any marker.
 _LEAST_MOTION = 1e-6
 
 
 def solved_noise(basis: FloatArray, features: FloatArray, noise: float) -> FloatArray:
-    """Return what is left of the markers' noise in each feature after the solve: (I,) [m].
+    """Return the standard deviation of each feature after the solve: (I,) [m].
 
     The weights' covariance is that of ridge regression on the markers, for every frame alone.
 

@@ -1,8 +1,8 @@
-"""Feature selection: which few marker motions, taken together, mean one expression.
+"""Feature selection: a few marker motions that together distinguish one expression.
 
 A feature is one marker's displacement along one axis, relative to the nose tip; column
 ``3 * marker + axis`` of a (.., I) array, I = 3 M, in metres. A rival is a pose that must not
-look like the expression: another expression, or a movement that means none.
+look like the expression: another expression, or a movement without emotion.
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ _LEAST_SIGNAL = 4.0
 # Shares of the value at the pose: where a term begins (dead zone), and where it holds fully.
 _DEAD_ZONE = 0.02
 _TOP = 0.94
-# Longest conjunction that a person reads at a glance; twice as many would change 2 of the 48 rules
+# Longest readable conjunction; twice as many would change 2 of the 48 rules
 # of benchmarks/expressions.py.
 _CONDITIONS = 6
 # Limits of time and memory: candidates of which all pairs are tried, and movements, the largest
@@ -50,7 +50,7 @@ _NOISE_COST = 250.0
 _DIGITS = 4
 # An additional condition has to take away this share of the cost.
 _LEAST_GAIN = 0.01
-# Half a face, above or below the nose tip, is read where it moves by this share of the other half.
+# Least motion of the upper or lower half of the face that is read, as a share of the other half's.
 _HALF_MOVES = 0.5
 # Threshold of EXPRESSION_UNSEEN: the other expression then fires the rule as far as its own half.
 _CONFUSED = 0.5
@@ -64,15 +64,15 @@ class SelectedFeatures:
     ----------
     ramps : dict of int to (float, float)
         Feature to the signed values [m] where its term begins (the end of the dead zone around
-        neutral) and where it holds fully (at the expression's pose). Empty = nothing shows it.
+        neutral) and where it is 1 (at the expression's pose). Empty = no feature shows it.
     negative : tuple of (int, (float, float))
-        Features and the ramps that they must not meet, see
+        Features and the ramps of their negated conditions, see
         `usdface.rule_design.negative_conditions`.
     confused : tuple of int
-        Other expressions that these features cannot tell from it.
+        Other expressions that these features cannot distinguish from it.
     shared : tuple of (int, float)
-        Other expressions that are taken for it a little, and how far: the rest of 1 is what is
-        left for them.
+        Other expressions that fire its rule weakly, with the firing strength: 1 minus that is the
+        largest output left for them.
     """
 
     ramps: dict[int, Ramp]
@@ -102,7 +102,7 @@ def paired_movements(
     """
     sided = (single[len(shape_names) :] > 0).any(axis=0)
     whole = single[~((single.sum(axis=1) == 1) & (single @ sided > 0))]
-    paired = np.argsort(-np.abs(_shown(features, whole)).sum(axis=1), kind="stable")[:_PAIRED]
+    paired = np.argsort(-np.abs(_features_at(features, whole)).sum(axis=1), kind="stable")[:_PAIRED]
     first, second = (paired[i] for i in np.triu_indices(len(paired), k=1))
     return np.asarray(whole[first] + whole[second])
 
@@ -121,12 +121,12 @@ def select_features(
     Parameters
     ----------
     index : int
-        Which expression.
+        Row of the expression in `poses`.
     poses : (E, S) float64
         All expression poses.
     single, paired : (N, S), (P, S) float64
-        What a face may do without meaning an emotion, see `single_movements` and
-        `paired_movements`. What contains the whole expression is no rival.
+        Movements without emotion, see `single_movements` and `paired_movements`. Those that contain
+        the whole expression are no rivals.
     features : BlendShapeEvaluator
         Of the features, N = I.
     noise : (I,) float64 [m]
@@ -134,7 +134,7 @@ def select_features(
     upper : (I,) bool
         Features of markers above the nose tip.
     """
-    own = _shown(features, poses[index : index + 1])[0]
+    own = _features_at(features, poses[index : index + 1])[0]
     full = np.abs(own)
     foot = _DEAD_ZONE * own
     usable = np.flatnonzero(exceeds_noise(full, noise, _LEAST_SIGNAL))
@@ -144,7 +144,9 @@ def select_features(
     alone, both = (m[(m < np.sign(poses[index])).any(axis=1)] for m in (single, paired))
     varied = (poses[others][:, None] + single).reshape(-1, poses.shape[1])
     varied = varied[(varied < poses[index]).any(axis=1)]
-    rivals = _shown(features.select(usable), np.concatenate([poses[others], alone, both, varied]))
+    rivals = _features_at(
+        features.select(usable), np.concatenate([poses[others], alone, both, varied])
+    )
     memberships = ramp_membership(rivals, foot[usable], _TOP * own[usable])
     costs = (
         _OTHER_EXPRESSION,
@@ -158,7 +160,7 @@ def select_features(
     chosen += _missing_half(chosen, full[usable], noisy, upper[usable])
     ramps = {int(i): (float(foot[i]), _TOP * float(own[i])) for i in usable[chosen]}
     firing = memberships[: len(others), chosen].min(axis=1)
-    moved, movements = _shown(features, poses[others]), _shown(features, single)
+    moved, movements = _features_at(features, poses[others]), _features_at(features, single)
     negative, firing = negative_conditions(own, moved, firing, ramps, movements, noise)
     partly = (firing > LEAST_FIRING) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
@@ -166,22 +168,22 @@ def select_features(
     return SelectedFeatures(ramps, negative, tuple(confused), tuple(shared))
 
 
-def _shown(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:
-    """Return the features of faces with some weights (N, S): (N, I) [m]."""
+def _features_at(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:
+    """Return the features of a face at weights (N, S): (N, I) [m]."""
     return features.displacements(features.combined(weights))
 
 
 def _cheapest(
     memberships: FloatArray, weights: FloatArray, cost: FloatArray, marker: IntArray
 ) -> list[int]:
-    """Return the features whose conjunction is met least by rival poses, at little noise.
+    """Return the features whose conjunction rival poses meet least, at little noise.
 
-    The best pair, then one by one as long as it pays.
+    The best pair, then one by one as long as the cost falls enough.
 
     Parameters
     ----------
     memberships : (P, C) float64
-        How far each rival pose meets each candidate's term.
+        Of each rival pose in each candidate's term.
     weights : (P,) float64
     cost : (C,) float64
         Of the noise of each candidate; a conjunction is as noisy as its noisiest.
@@ -213,17 +215,17 @@ def _cheapest(
 def _missing_half(
     chosen: list[int], full: FloatArray, cost: FloatArray, upper: BoolArray
 ) -> list[int]:
-    """Return the clearest feature of the half of the face that none is chosen of, if it moves much.
+    """Return the clearest feature of an upper or lower half without one, if it moves much.
 
-    Rivals of one or two movements may not ask for it, but faces do more at once: a laughing mouth
-    holds all of fear's, and it is the brows that tell.
+    Rivals of one or two movements may not need it, but faces combine more: a laughing mouth has all
+    features of a fearful one, and only the brows distinguish the two.
 
     Parameters
     ----------
     chosen : list of int
         Of the candidates.
     full, cost : (C,) float64
-        How far each candidate moves in the expression [m], and what its noise costs.
+        Motion of each candidate in the expression [m], and the cost of its noise.
     upper : (C,) bool
     """
     for half in (upper, ~upper):
@@ -234,7 +236,7 @@ def _missing_half(
 
 
 def _cost(memberships: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return what the firing (P, C) of rivals costs: all together, and the worst of them."""
+    """Return the cost (C,) of rivals' firing strengths (P, C): their sum, and the worst of them."""
     squares = memberships**2
     cost = weights @ squares + _WORST * squares.max(axis=0, initial=0.0)
     return np.asarray(np.round(cost, _DIGITS))

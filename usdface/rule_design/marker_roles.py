@@ -1,4 +1,4 @@
-"""Names that people read: roles of markers, features and their terms."""
+"""Names of marker roles, features and their terms."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -45,14 +45,14 @@ def marker_sides(neutral: FloatArray, nose: int) -> list[int]:
     ----------
     neutral : (M, 3) float64 [m]
     nose : int
-        Which of them is the nose tip.
+        Index of the nose tip.
     """
     reach = _MIDLINE * marker_spread(neutral)
     return [int(side) for side in sides_of(neutral, float(neutral[nose, 0]), reach)]
 
 
 def known_roles(names: Sequence[str], roles: Mapping[str, str]) -> dict[str, str]:
-    """Return role to marker for all markers: the `roles` that are given, else their labels.
+    """Return role to marker for all markers: the given `roles`, else their labels.
 
     Parameters
     ----------
@@ -78,13 +78,13 @@ def marker_features(roles: Iterable[str], measure: Measure = "signed") -> tuple[
 
 
 def direction_names(neutral: FloatArray, nose: int) -> tuple[tuple[str, str], ...]:
-    """Return what a negative and a positive value of each feature is called: (3 M,).
+    """Return the names of a negative and a positive value of each feature: (3 M,).
 
     Parameters
     ----------
     neutral : (M, 3) float64 [m]
     nose : int
-        Which of them is the nose tip.
+        Index of the nose tip.
     """
     sides = marker_sides(neutral, nose)
     return tuple(
@@ -106,5 +106,5 @@ def direction_name(axis: Axis, sign: int, side: int) -> str:
 
 
 def degree_prefixes(count: int) -> tuple[str, ...]:
-    """Return what stands before the word of a direction, for terms that reach ever farther."""
+    """Return prefixes to the name of a direction, for terms at increasing distance."""
     return _DEGREES.get(count, tuple(f"step_{i + 1}_" for i in range(count)))

@@ -1,8 +1,8 @@
-"""Exclusion: what another expression does and this one does not.
+"""Negative conditions: features of another expression that the expression itself lacks.
 
-Where the features that mean one expression move in another, too (fear is most of sadness with
-raised brows), no conjunction of them keeps the two apart. One more condition does: IS NOT what the
-other shows besides.
+Where all features of one expression also move in another (fear is most of sadness with raised
+brows), no conjunction of them distinguishes the two. A negated condition does: IS NOT a term of the
+other expression only.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from usdface.rule_design.feature_noise import exceeds_noise
 
 __all__ = ["LEAST_FIRING", "Ramp", "negative_conditions", "ramp_membership"]
 
-# Signed values of a feature [m]: where a term begins, and from where on it holds fully.
+# Signed values of a feature [m]: the membership is 0 up to the first, 1 from the second on.
 Ramp = tuple[float, float]
 
 # Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
@@ -25,7 +25,7 @@ LEAST_FIRING = 0.1
 # A feature excludes where the other expression moves it by this many standard deviations of noise.
 _CLEAR = 12.0
 # Its term begins and ends at these shares of that motion: early, since half of the other expression
-# fires half of what is to be excluded.
+# fires half of the rule.
 _BEGIN, _END = 0.1, 0.4
 # Intensities of the other expression at which the remaining firing is evaluated: steps of 5 %.
 _INTENSITIES = np.linspace(0.0, 1.0, 21)
@@ -35,7 +35,7 @@ _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
 
 
 def ramp_membership(x: FloatArray, foot: FloatArray | float, top: FloatArray | float) -> FloatArray:
-    """Return how far values meet a ramp, on either side of 0: 0 at the foot, 1 from the top on."""
+    """Return the membership in a ramp, on either side of 0: 0 at the foot, 1 from the top on."""
     return np.asarray(np.clip((x - foot) / (top - foot), 0.0, 1.0))
 
 
@@ -47,33 +47,33 @@ def negative_conditions(
     single: FloatArray,
     noise: FloatArray,
 ) -> tuple[tuple[tuple[int, Ramp], ...], FloatArray]:
-    """Choose what an expression's rule must not meet, for each other expression that fires it.
+    """Choose a negated condition for each other expression that fires the rule.
 
     Parameters
     ----------
     own, others : (I,), (E, I) float64 [m]
         Features of the expression and of other ones, at their poses.
     firing : (E,) float64
-        How far the others fire the rule.
+        Firing strength of the rule at the others' poses.
     ramps : mapping of int to (float, float)
         The rule's features.
     single : (N, I) float64 [m]
-        Features of single movements. Each counts as much as it moves: speech moves the jaw.
+        Features of single movements, weighted by their size: speech moves the jaw.
     noise : (I,) float64 [m]
         Standard deviation of each feature.
 
     Returns
     -------
     excluded : tuple of (int, (float, float))
-        Features and the ramps that they must not meet; none where nothing helps.
+        Features and the ramps of their negated conditions; empty if none helps.
     firing : (E,) float64
-        What is left of it.
+        The firing strength with these conditions.
     """
     excluded = []
-    for loudest in np.argsort(-firing, kind="stable"):
-        if firing[loudest] <= LEAST_FIRING:
+    for strongest in np.argsort(-firing, kind="stable"):
+        if firing[strongest] <= LEAST_FIRING:
             break
-        found = _condition(own, others[loudest], ramps, single, noise)
+        found = _condition(own, others[strongest], ramps, single, noise)
         if found is not None:
             feature, ramp = found
             excluded.append(found)
@@ -88,10 +88,11 @@ def _condition(
     single: FloatArray,
     noise: FloatArray,
 ) -> tuple[int, Ramp] | None:
-    """Choose the feature that says best that a face shows the `other` (I,), not its `own` pose.
+    """Choose the feature that best distinguishes the `other` pose (I,) from the `own` one.
 
-    It leaves least of the rule's firing at any intensity of the other expression, silences the
-    expression least when one more movement comes in, and is quiet. Of equals, what moves most.
+    It leaves the least firing strength at any intensity of the other expression, suppresses the
+    expression least under an additional movement, and has little noise. Of equals, the largest
+    motion.
     """
     motion = np.abs(other)
     clear = exceeds_noise(motion, noise, _CLEAR)
@@ -101,11 +102,11 @@ def _condition(
     foot, top = _BEGIN * other[usable], _END * other[usable]
     fired = np.min([ramp_membership(_INTENSITIES * other[i], *r) for i, r in ramps.items()], axis=0)
     excluded = ramp_membership(_INTENSITIES[:, None] * other[usable], foot, top)
-    left = np.minimum(fired[:, None], 1.0 - excluded).max(axis=0)
+    remaining = np.minimum(fired[:, None], 1.0 - excluded).max(axis=0)
     share = np.linalg.norm(single, axis=1)
     share /= max(share.sum(), np.finfo(np.float64).tiny)
-    silenced = share @ ramp_membership(own[usable] + single[:, usable], foot, top)
-    score = np.round(left + silenced + noise[usable] / motion[usable], _SCORE_DIGITS)
+    suppressed = share @ ramp_membership(own[usable] + single[:, usable], foot, top)
+    score = np.round(remaining + suppressed + noise[usable] / motion[usable], _SCORE_DIGITS)
     best = np.lexsort((-np.round(motion[usable], _MOTION_DIGITS), score))[0]
     if score[best] >= fired.max():
         return None

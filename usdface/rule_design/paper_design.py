@@ -1,10 +1,10 @@
-"""Designing a system as the fuzzy paper does: from one pose of each expression.
+"""Design of a system by the fuzzy paper: from one pose of each expression.
 
 Zikky, Hariadi, Muhtadin 2013, section 4: Low, Medium and High of an input come from its
-minimum, medium and maximum over the reference poses (here the median; the paper does not say
-how it took the medium). The paper wrote its rules by hand. With its thirteen inputs and six
-emotions they are taken; otherwise each reference gives one rule, of the terms that it meets and
-the others do not (L.-X. Wang, J. Mendel, "Generating Fuzzy Rules by Learning from Examples", 1992).
+minimum, medium and maximum over the reference poses (here the median; the paper does not define
+the medium). The paper's rules were written by hand. They are used with its thirteen inputs and six
+emotions; otherwise each reference gives one rule, of the terms that it meets and the others do not
+(L.-X. Wang, J. Mendel, "Generating Fuzzy Rules by Learning from Examples", 1992).
 """
 
 from collections.abc import Sequence
@@ -57,14 +57,14 @@ def fit_paper(
         Features of the reference poses; several may show one emotion.
     emotions : sequence of str, length R
     noise : (I,) float64 [face unit]
-        Standard deviation of each feature at rest; inputs that hardly differ are not used.
+        Standard deviation of each feature on a neutral face; inputs within it are not used.
     space : {"take", "character"}
         Where the features were measured.
 
     Returns
     -------
     system : ExpressionSystem
-        Without an else rule, as the paper's: it may answer something at neutral.
+        Without an else rule, as the paper's: outputs at neutral may differ from 0.
     findings : list of Finding
         EXPRESSION_UNSEEN for each emotion that gets no rule.
 
@@ -75,7 +75,7 @@ def fit_paper(
     """
     names = tuple(dict.fromkeys(emotions))
     if len(names) < 2:
-        raise InputError(f"the paper's way compares reference poses; found only {names}")
+        raise InputError(f"the paper's design compares reference poses; found only {names}")
     low, high = references.min(axis=0), references.max(axis=0)
     usable = high - low > np.maximum(_LEAST_RANGE * noise, _LEAST_MOTION)
     given = [
@@ -93,15 +93,19 @@ def fit_paper(
     else:
         small = (noise / np.maximum(high - low, _LEAST_MOTION)) ** 2
         rules = _rules(given, references, emotions, _NOISE_COST * small)
-    asked = {name for rule in rules for name, _ in rule.antecedent}
-    inputs = [v for v in given if v.name in asked]
-    read = tuple(feature for feature in features if feature.name in asked)
+    used_inputs = {name for rule in rules for name, _ in rule.antecedent}
+    inputs = [v for v in given if v.name in used_inputs]
+    used_features = tuple(feature for feature in features if feature.name in used_inputs)
     outputs = [Variable(name, "output") for name in names]
     fuzzy = FuzzySystem((*inputs, *outputs), rules, normalisation="all_rules")
-    system = ExpressionSystem(fuzzy, read, space=space, mode="add")
+    system = ExpressionSystem(fuzzy, used_features, space=space, mode="add")
     concluded = {output for rule in rules for output, _ in rule.consequents}
     return system, [
-        finding("EXPRESSION_UNSEEN", name, f"no motions are those of {name} alone; it gets no rule")
+        finding(
+            "EXPRESSION_UNSEEN",
+            name,
+            f"no motion distinguishes {name} from the others; it gets no rule",
+        )
         for name in names
         if name not in concluded
     ]
@@ -122,7 +126,7 @@ def _rules(
         raise InputError("no marker moves differently in two reference poses")
     memberships = np.array([membership(t.kind, t.parameters, references[:, i]) for i, t in table]).T
     marker = np.array([i // 3 for i, _ in table])
-    # A neutral face is Low in everything; a rule asks for something else first.
+    # A neutral face is Low in everything; the first condition is another term.
     neutral = np.array([t.name == "low" for _, t in table])
     texts: list[str] = []
     for row, emotion in enumerate(emotions):

@@ -5,16 +5,16 @@ Characters with Fuzzy Logic Based on Blendshape Interpolation", EMITTER Internat
 of Engineering Technology 1(1), 2013. The 13 inputs of its six reference poses and the outputs
 it prints for them lie in ``usdface/papers/fuzzy_published_cases.csv`` (empty = illegible).
 
-The paper prints neither the memberships nor how the outputs were normalised. What follows
-meets all 33 legible outputs with an RMS of 0.008 and at most 0.04 off:
+The paper prints neither the memberships nor the normalisation of the outputs. The following
+choice meets all 33 legible outputs with an RMS of 0.008 and at most 0.04 off:
 
 * Low, Medium, High are triangles; their feet and outer peaks are the minimum and maximum of
-  an input over the six poses, as the paper's design rule says; only the peaks of Medium
+  an input over the six poses, by the paper's design rule; only the peaks of Medium
   (`MEDIUM`) were fitted.
 * Each output is normalised over all firing rules. Over its own rules only, as the paper's
   equation 7 is commonly read, the best fit of memberships that was found is off by 0.26.
 
-The system stays as it is printed, for comparison: on a neutral face it answers anger = 1.
+The system stays as printed, for comparison: its output for a neutral face is anger = 1.
 """
 
 import csv
@@ -126,7 +126,7 @@ def three_terms(low: float, medium: float, high: float) -> tuple[Term, ...]:
     """Return Low, Medium and High of an input by the paper's design rule.
 
     Triangles whose feet and peaks are the input's minimum, medium and maximum over the reference
-    poses; what lies outside belongs fully to Low or High.
+    poses; values outside belong fully to Low or High.
     """
     return (
         Term("low", "triangular", (-inf, low, medium)),

@@ -1,7 +1,7 @@
 """Cross-validation of a fitted system.
 
-Every fold is fitted anew, choice of features included, without the recording or the variant
-that it is then tested on.
+Every fold is fitted anew, feature selection included, without the recording or the variant that it
+is tested on.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,14 +29,14 @@ class Validation:
     Attributes
     ----------
     holding : {"recording", "variant", "none"}
-        What was left out at a time; "none" = nothing could be.
+        The group that each fold holds out; "none" = no test was possible.
     names : tuple of str, length E
         Emotions; the last row and column of `counts` is no emotion.
     counts : (E + 1, E + 1) int64
         Examples by the emotion that they show (rows) and the one recognised (columns).
     margins : (N,) float64
-        Of each example: the right emotion's output less the strongest other; of a face that
-        shows none: minus the strongest. NaN = not tested.
+        Of each example: the true emotion's output less the largest other; of a face without
+        emotion: minus the largest. NaN = not tested.
     shown : tuple of str, length N
     """
 
@@ -67,7 +67,7 @@ class Validation:
 
     @property
     def untested(self) -> tuple[str, ...]:
-        """Emotions of which nothing was tested, for want of a second recording or variant."""
+        """Emotions without a test: they have no second recording or variant."""
         return tuple(n for n, row in zip(self.names, self.counts, strict=False) if not row.any())
 
     def margins_of(self, name: str) -> FloatArray:
@@ -76,7 +76,7 @@ class Validation:
         return np.asarray(self.margins[own & ~np.isnan(self.margins)])
 
     def findings(self) -> list[Finding]:
-        """FIT_UNTESTED and FIT_CONFUSED, where they hold."""
+        """Return FIT_UNTESTED and FIT_CONFUSED, where they apply."""
         found = [
             finding("FIT_UNTESTED", name, f"{name} was learned but could not be tested: there is "
                     "no second recording or variant of it")
@@ -112,7 +112,7 @@ class Validation:
 
 
 def held_out(examples: Examples) -> Holding:
-    """Return what can be left out: recordings where emotions occur in several, else variants."""
+    """Return the group to hold out: recordings if emotions occur in several, else variants."""
     choices: tuple[Holding, ...] = ("recording", "variant")
     for holding in choices:
         groups = _groups(examples, holding)
@@ -126,7 +126,7 @@ def held_out(examples: Examples) -> Holding:
 
 
 def folds(examples: Examples, holding: Holding) -> Iterator[BoolArray]:
-    """Yield which examples are left out at a time: (N,) bool, each once."""
+    """Yield the held-out examples of each fold: (N,) bool."""
     if holding == "none":
         return
     groups = _groups(examples, holding)
@@ -146,7 +146,7 @@ def cross_validate(
     holding: Holding,
     fit: Callable[[Examples, Examples], tuple[FloatArray, tuple[str, ...]]] | None = None,
 ) -> Validation:
-    """Fit without each recording or variant in turn, and evaluate the examples that were left out.
+    """Fit without each recording or variant in turn, and evaluate the held-out examples.
 
     Parameters
     ----------
@@ -160,23 +160,23 @@ def cross_validate(
     label = {name: i for i, name in enumerate((*names, NO_EMOTION))}
     counts = np.zeros((len(label), len(label)), dtype=np.int64)
     margins = np.full(len(examples.emotions), np.nan)
-    for out in folds(examples, holding):
-        kept, left = examples.subset(~out), examples.subset(out)
-        outputs, known = (fit or _fit)(kept, left)
+    for held_out_rows in folds(examples, holding):
+        training, held = examples.subset(~held_out_rows), examples.subset(held_out_rows)
+        outputs, known = (fit or _fit)(training, held)
         predicted = classify(outputs, known)
-        for i, shown, named, row in zip(
-            np.flatnonzero(out), left.emotions, predicted, outputs, strict=True
+        for i, shown, predicted_name, row in zip(
+            np.flatnonzero(held_out_rows), held.emotions, predicted, outputs, strict=True
         ):
-            # An emotion that is not in the training set cannot be recognised: that is no test.
+            # An emotion that is not in the training set cannot be recognised: not a test.
             if shown in known or shown == NO_EMOTION:
-                counts[label[shown], label[named]] += 1
+                counts[label[shown], label[predicted_name]] += 1
                 margins[i] = _margin(row, known, shown)
     return Validation(holding, names, counts, margins, examples.emotions)
 
 
-def _fit(kept: Examples, left: Examples) -> tuple[FloatArray, tuple[str, ...]]:
-    system = fit_system(kept).system
-    return evaluate_examples(system, left), system.emotions
+def _fit(training: Examples, held: Examples) -> tuple[FloatArray, tuple[str, ...]]:
+    system = fit_system(training).system
+    return evaluate_examples(system, held), system.emotions
 
 
 def _margin(row: FloatArray, known: tuple[str, ...], shown: str) -> float:

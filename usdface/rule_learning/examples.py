@@ -1,4 +1,4 @@
-"""Labelled examples: what markers did in stretches of takes of which the emotion is known."""
+"""Labelled examples: marker features of stretches of takes with a known emotion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -23,21 +23,21 @@ class Examples:
     marker_features : tuple of MarkerFeature, length I
         The columns of `features`.
     direction_names : tuple of (str, str), length I
-        What a negative and a positive value of each is called, e.g. ("lowered", "raised").
+        Names of a negative and a positive value of each, e.g. ("lowered", "raised").
     features : (N, I) float64 [face unit]
-        Where the expression is at its height. NaN = occluded.
+        At the apex of the expression. NaN = occluded.
     emotions : tuple of str, length N
-        `NO_EMOTION` = a face that means none: neutral, speech.
+        `NO_EMOTION` = neutral, speech.
     variants : tuple of str, length N
-        Ways to show one emotion, as with open and with closed mouth; "" = not told apart.
+        Ways to show one emotion, as with open and with closed mouth; "" = not distinguished.
     recordings : tuple of str, length N
-        Which take each comes from.
+        The take of each example.
     intensities : (N,) float64
-        In (0, 1]: how strongly the emotion is shown; 1 where the labels do not say.
+        In (0, 1]: intensity of the emotion; 1 where the labels give none.
     noise : (I,) float64 [face unit]
-        Standard deviation of each feature on a face at rest.
+        Standard deviation of each feature on a neutral face.
     movements : (P, I) float64 [face unit]
-        What a face may do without meaning an emotion, e.g. single blend shapes.
+        Movements without emotion, e.g. single blend shapes.
 
     Raises
     ------

@@ -19,10 +19,10 @@ _DIGITS = 4
 def learned_poses(
     examples: Examples, weights: FloatArray, shape_names: Sequence[str]
 ) -> tuple[Expression, ...]:
-    """Return a pose for each emotion: what all its variants show, at full intensity.
+    """Return a pose for each emotion: the weights common to its variants, at full intensity.
 
-    The mean of each variant's examples, and of these the least: with an open and a closed mouth
-    among the variants the pose opens no mouth, so that raising it fits each of them.
+    The minimum over the variants of the mean of each: with an open and a closed mouth among the
+    variants the pose does not open the mouth, so that it fits both.
 
     Parameters
     ----------

@@ -1,10 +1,9 @@
 """Fallback rules: short rules of little weight, for faces on which no other learned rule fires.
 
-A learned rule asks for everything that distinguishes its variant from all others, so it does not
-fire where a part of the expression is missing in another variant of the emotion, or in another
-person. Fallback rules have one or two conditions and are learned from faces of which a part is
-taken away. They weigh little: where another rule fires they hardly count, where none does they
-decide together.
+The antecedent of a learned rule has everything that distinguishes its variant from all others, so
+the rule does not fire where a part of the expression is missing, in another variant of the emotion
+or in another person. Fallback rules have one or two conditions and are learned from faces without
+one of their parts. Their weight is small: they decide only where no other rule fires.
 
 Parts are features that move together over all examples and movements (average linkage of the
 cosines of their motions). Fallback rules are added one at a time, each the one that most lowers
@@ -40,7 +39,7 @@ _MOST_RULES = 3
 _PARTS = 6
 # Share of the weight of whole faces that goes to the same faces without a part.
 _PARTIAL = 0.5
-# A part counts as moved, and what is left of a face as enough, if some term is met this far.
+# Membership in some term from which on a part counts as moved, and the rest of a face as enough.
 _MOVED = 0.25
 # Weight of movements without emotion, when each emotion weighs 1.
 _MOVEMENTS = 0.3
@@ -51,9 +50,9 @@ _LARGEST_NONE, _LARGEST_MOVEMENT = 0.05, 0.2
 # only fit the scatter of the examples.
 _CONDITION_COST = 0.002
 _NOISE_COST = 0.02
-# Motions that fallback rules of one emotion may ask for, and those of others that they may deny.
+# Terms that fallback rules of one emotion may require, and terms of others that they may negate.
 _OWN, _OTHERS = 8, 6
-# Least membership that an emotion's examples have on average in a term that its rules ask for.
+# Least mean membership of an emotion's examples in a term that its rules require.
 _LEAST_MET = 0.15
 # Of motions whose memberships correlate more than this, one is enough.
 _TOGETHER = 0.95
@@ -66,7 +65,7 @@ _DIGITS = 6
 def learn_fallback_rules(
     examples: Examples, terms: LinguisticTerms, rules: Sequence[LearnedRule]
 ) -> list[LearnedRule]:
-    """Learn rules for faces that lack a part of what the other rules ask for.
+    """Learn rules for faces that meet the antecedents of the other rules only in part.
 
     Parameters
     ----------
@@ -87,29 +86,31 @@ def learn_fallback_rules(
     fit = _Fit(training)
     for rule in rules:
         fit.add(names.index(rule.emotion), rule.conditions, rule.weight)
-    kept = {e: [r.conditions for r in rules if r.emotion == name] for e, name in enumerate(names)}
-    waiting = [
+    known_rules = {
+        e: [r.conditions for r in rules if r.emotion == name] for e, name in enumerate(names)
+    }
+    candidates = [
         (emotion, conditions)
         for emotion in range(len(names))
         for conditions in fit.shortlist(emotion, list(_candidates(emotion, training)))
     ]
     fallback: list[tuple[int, Conditions]] = []
-    while waiting:
-        waiting = [
+    while candidates:
+        candidates = [
             (e, c)
-            for e, c in waiting
-            if not any(subsumes(known, c, terms) for known in kept[e])
+            for e, c in candidates
+            if not any(subsumes(known, c, terms) for known in known_rules[e])
             and not any(subsumes(c, known, terms) for of, known in fallback if of == e)
         ]
-        costs = fit.costs(waiting)
+        costs = fit.costs(candidates)
         if not len(costs) or costs.min() >= fit.cost:
             break
-        best = waiting[int(np.argmin(costs))]
+        best = candidates[int(np.argmin(costs))]
         fit.add(*best, FALLBACK_WEIGHT)
         fallback.append(best)
-        kept[best[0]].append(best[1])
+        known_rules[best[0]].append(best[1])
         full = sum(e == best[0] for e, _ in fallback) >= _MOST_RULES
-        waiting = [(e, c) for e, c in waiting if not (full and e == best[0])]
+        candidates = [(e, c) for e, c in candidates if not (full and e == best[0])]
     fallback.sort(key=lambda rule: rule[0])
     return [LearnedRule(names[e], conditions, fallback=True) for e, conditions in fallback]
 
@@ -143,7 +144,7 @@ class _Fit:
         self.cost = float(self._weight @ self._intensities**2)
 
     def _add_partial_faces(self, whole: int) -> None:
-        """Complete the faces with those that lack one of their parts."""
+        """Add the faces without one of their parts."""
         training = self._training
         term_count, count = training.term_count, len(training.examples.emotions)
         own = whole - count + np.flatnonzero(np.array(training.examples.emotions) != NO_EMOTION)
@@ -221,7 +222,7 @@ def _balance(examples: Examples) -> FloatArray:
 
 
 def _parts(training: TrainingSet) -> IntArray:
-    """Return which part of the face each feature belongs to: (I,); 0 = it does not move."""
+    """Return the part of the face of each feature: (I,); 0 = it does not move."""
     examples = training.examples
     motions = np.nan_to_num(np.concatenate([examples.features, examples.movements]))
     reach = np.abs(motions).max(axis=0)
@@ -240,8 +241,8 @@ def _parts(training: TrainingSet) -> IntArray:
 
 
 def _candidates(emotion: int, training: TrainingSet) -> Iterator[Conditions]:
-    """Yield one or two motions of an emotion, or one without a motion of others."""
-    own, others = _motions(emotion, training)
+    """Yield one or two terms of an emotion, or one and a negated term of others."""
+    own, others = _term_candidates(emotion, training)
     marker = training.marker
     for term in own:
         yield ((term, False),)
@@ -254,8 +255,8 @@ def _candidates(emotion: int, training: TrainingSet) -> Iterator[Conditions]:
                 yield (one, False), (two, True)
 
 
-def _motions(emotion: int, training: TrainingSet) -> tuple[list[int], list[int]]:
-    """Return the terms that an emotion meets and others do not, and those that others meet."""
+def _term_candidates(emotion: int, training: TrainingSet) -> tuple[list[int], list[int]]:
+    """Return the terms that distinguish an emotion from others, and those that others meet."""
     examples, term_count = training.examples, training.term_count
     degree = training.whole[:, :term_count]
     names = [*examples.names, NO_EMOTION]
@@ -264,17 +265,17 @@ def _motions(emotion: int, training: TrainingSet) -> tuple[list[int], list[int]]
     met = np.array([row @ degree for row in rows])
     rest = np.delete(met, emotion, axis=0)
     own = met[emotion] - rest.mean(axis=0) - training.noise[:term_count]
-    denied = rest.max(axis=0) + rest.mean(axis=0) - 2 * met[emotion]
+    negatable = rest.max(axis=0) + rest.mean(axis=0) - 2 * met[emotion]
     spread = np.maximum(degree.std(axis=0), 1e-9)
     centred = (degree - degree.mean(axis=0)) / (spread * np.sqrt(len(degree)))
     return (
-        _apart(np.where(met[emotion] > _LEAST_MET, own, -np.inf), centred, _OWN, -np.inf),
-        _apart(denied, centred, _OTHERS, 0.0),
+        _uncorrelated(np.where(met[emotion] > _LEAST_MET, own, -np.inf), centred, _OWN, -np.inf),
+        _uncorrelated(negatable, centred, _OTHERS, 0.0),
     )
 
 
-def _apart(score: FloatArray, centred: FloatArray, count: int, least: float) -> list[int]:
-    """Return the best terms of which no two go together."""
+def _uncorrelated(score: FloatArray, centred: FloatArray, count: int, least: float) -> list[int]:
+    """Return the best terms, no two of them correlated."""
     score = np.round(score, _DIGITS)
     chosen: list[int] = []
     while len(chosen) < count and score.max() > least:

@@ -35,15 +35,15 @@ class Fitted:
     ----------
     system : ExpressionSystem
     fallback_rules : tuple of Rule
-        Those of its rules that only count where no other fires, see `LearnedSystem`.
+        Its rules for faces on which no other rule fires, see `LearnedSystem`.
     expressions : tuple of Expression
         A pose for each emotion.
     validation : Validation or None
         None where there are no examples.
     separations : tuple of Separation
-        How every two emotions lie apart.
+        Of every two emotions.
     neutral : float
-        The largest answer to a face at rest.
+        The largest output for a neutral face.
     findings : tuple of Finding
     """
 
@@ -88,13 +88,13 @@ class Fitted:
 
 
 def fit_rig(face: BoundFace, expressions: Sequence[Expression], options: FitOptions) -> Fitted:
-    """Fit to the rig's own expression poses: the default design, or the paper's way.
+    """Fit to the rig's own expression poses: the default design, or the paper's.
 
     Raises
     ------
     InputError
-        If the rig has no expression poses or no bound markers, or the features are to be measured
-        on a take, which there is none of.
+        If the rig has no expression poses or no bound markers, or the features are those of a
+        take, which needs labels.
     """
     if options.space == "take" and not options.paper:
         raise InputError('the default design reads the character; give labels for space "take"')
@@ -108,9 +108,9 @@ def fit_rig(face: BoundFace, expressions: Sequence[Expression], options: FitOpti
         system, findings = fit_paper(columns, seen, emotions, noise, options.space)
     else:
         system, findings = _designed(face, expressions)
-    apart = tuple(pose_separations(emotions, seen, noise, columns))
-    findings = [*findings, *(f for pair in apart for f in pair.findings())]
-    return _fitted(system, tuple(expressions), None, apart, findings)
+    pairs = tuple(pose_separations(emotions, seen, noise, columns))
+    findings = [*findings, *(f for pair in pairs for f in pair.findings())]
+    return _fit_result(system, tuple(expressions), None, pairs, findings)
 
 
 def _designed(
@@ -123,7 +123,7 @@ def _designed(
 
 
 def fit_labelled(labelled: Labelled, face: BoundFace, options: FitOptions) -> Fitted:
-    """Fit to labelled examples, and test the fit on what is left out in turn.
+    """Fit to labelled examples, with a cross-validation.
 
     Raises
     ------
@@ -138,38 +138,46 @@ def fit_labelled(labelled: Labelled, face: BoundFace, options: FitOptions) -> Fi
         system, findings = fit_paper(
             examples.marker_features, references, emotions, noise, options.space
         )
-        return _fitted(system, poses, None, (), findings)
+        return _fit_result(system, poses, None, (), findings)
     learned = fit_system(examples, options.space)
     system = learned.system
     holding = held_out(examples) if options.hold_out == "auto" else options.hold_out
     validation = cross_validate(examples, holding)
-    apart = tuple(separations(examples, holding))
+    pairs = tuple(separations(examples, holding))
     findings = [
         *learned.findings,
         *validation.findings(),
-        *(f for pair in apart for f in pair.findings()),
+        *(f for pair in pairs for f in pair.findings()),
     ]
-    return _fitted(system, poses, validation, apart, findings, learned.fallback_rules)
+    return _fit_result(system, poses, validation, pairs, findings, learned.fallback_rules)
 
 
 def _references(labelled: Labelled) -> tuple[FloatArray, list[str]]:
-    """Return the mean features of each emotion's variants: (R, I), and what each shows."""
+    """Return the mean features of each emotion's variants: (R, I), and the emotion of each."""
     examples = labelled.examples
     groups = [(e, v) for e in examples.names for v in sorted(examples.variants_of(e))]
     means = [np.nan_to_num(examples.whole[examples.rows(*g)]).mean(axis=0) for g in groups]
     return np.array(means), [emotion for emotion, _ in groups]
 
 
-def _fitted(
+def _fit_result(
     system: ExpressionSystem,
     expressions: tuple[Expression, ...],
     validation: Validation | None,
-    apart: tuple[Separation, ...],
+    pairs: tuple[Separation, ...],
     findings: Sequence[Finding],
     fallback_rules: tuple[Rule, ...] = (),
 ) -> Fitted:
-    rest = evaluate_features(system, system.features, np.zeros((1, len(system.features))))
+    neutral_outputs = evaluate_features(
+        system, system.features, np.zeros((1, len(system.features)))
+    )
     found = (*findings, *check_rules(system))
     return Fitted(
-        system, fallback_rules, expressions, validation, apart, float(rest.max(initial=0.0)), found
+        system,
+        fallback_rules,
+        expressions,
+        validation,
+        pairs,
+        float(neutral_outputs.max(initial=0.0)),
+        found,
     )

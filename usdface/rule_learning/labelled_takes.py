@@ -1,4 +1,4 @@
-"""From labelled takes to examples: every take is retargeted, every stretch becomes one row."""
+"""Labelled examples from takes: every take is retargeted, every stretch is one example."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -34,8 +34,8 @@ __all__ = ["Labelled", "examples_of", "feature_noise", "pose_features"]
 # Apex: the frames of a stretch that move at least this share of the most expressive one. Chosen by
 # hand: above half, so that onset and offset are left out, and low enough to average over noise.
 _PEAK = 0.8
-# Of the noise of a marker, the least that a feature is taken to have after the solve, so that rules
-# are about motions that a person can see. Chosen by hand, no experiment (docs/constants.md).
+# Least noise of a feature after the solve, as a share of a marker's: rules are about visible
+# motions. Chosen by hand, no experiment (docs/constants.md).
 _LEAST_NOISE = 0.5
 
 ReadTake = Callable[[Path], tuple[MarkerTake | WeightsTake, list[Finding]]]
@@ -49,7 +49,7 @@ class Labelled:
     ----------
     examples : Examples
     weights : (N, S) float64
-        Where the expression is at its height.
+        At the apex of the expression.
     shape_names : tuple of str, length S
     """
 
@@ -70,9 +70,9 @@ def examples_of(
     options: FitOptions,
     progress: Progress,
 ) -> tuple[Labelled, list[Finding]]:
-    """Retarget every take that is labelled, and measure its stretches at their height.
+    """Retarget every labelled take, and measure its stretches at their apex.
 
-    The first stretch called `neutral` of a take is its neutral; without one the setup's counts.
+    The first stretch labelled `neutral` is the neutral of its take, else that of the setup.
 
     Parameters
     ----------
@@ -98,12 +98,12 @@ def examples_of(
     for path in paths:
         own = [label for label in labels if label.take == path]
         with progress.step(f"retarget {path.name}"):
-            take, more = read(path)
-            findings += more
-            seen, solved, more = _stretches(take, own, face, setup, options.space, columns)
+            take, new_findings = read(path)
+            findings += new_findings
+            seen, solved, new_findings = _stretches(take, own, face, setup, options.space, columns)
         rows.append(seen)
         weights.append(solved)
-        findings += more
+        findings += new_findings
     examples = Examples(
         columns,
         direction_names(face.neutral, face.nose),
@@ -136,13 +136,13 @@ def _stretches(
     take, weights, solution, findings = retarget(take, face, setup)
     weights = weights.reordered(face.shape_names)
     seen = _features(take, weights, solution, face, space, columns)
-    at_rest = [label.emotion == NEUTRAL for label in labels]
+    is_neutral = [label.emotion == NEUTRAL for label in labels]
 
     def at_apex(values: FloatArray) -> list[FloatArray]:
         rows = [values[f] for f in frames]
-        return [r if rest else r[_apex(r)] for r, rest in zip(rows, at_rest, strict=True)]
+        return [r if rest else r[_apex(r)] for r, rest in zip(rows, is_neutral, strict=True)]
 
-    # Each at its own height: features are smoothed over time, weights are not.
+    # Each at its own apex: features are smoothed over time, weights are not.
     return (
         np.array([_mean(rows) for rows in at_apex(seen)]),
         np.array([rows.mean(axis=0) for rows in at_apex(weights.weights)]),
@@ -158,26 +158,26 @@ def _features(
     space: FeatureSpace,
     columns: tuple[MarkerFeature, ...],
 ) -> FloatArray:
-    """Measure every marker along every axis: (F, I); a marker that the take lacks is hidden."""
+    """Measure every marker along every axis: (F, I); NaN for markers that the take lacks."""
     face = replace(face, roles=_roles(face))
-    there = set(solution.markers if solution and space == "take" else face.markers)
-    known = [face.roles[column.role] in there for column in columns]
+    available = set(solution.markers if solution and space == "take" else face.markers)
+    known = [face.roles[column.role] in available for column in columns]
     read = tuple(column for column, yes in zip(columns, known, strict=True) if yes)
     inputs = FuzzySystem(tuple(Variable(column.name, "input") for column in read), ())
-    everything = ExpressionSystem(inputs, read, space=space, smoothing=LEARNED_SMOOTHING)
+    all_features = ExpressionSystem(inputs, read, space=space, smoothing=LEARNED_SMOOTHING)
     seen = np.full((len(take.times), len(columns)), np.nan)
-    seen[:, known] = features(everything, face, take, weights=weights, solution=solution)
+    seen[:, known] = features(all_features, face, take, weights=weights, solution=solution)
     return seen
 
 
 def _frames(label: Label, take: MarkerTake | WeightsTake) -> IntArray:
     """Return the frame indices of a stretch."""
     last = len(take.times) - 1
-    place = np.arange(last + 1) if label.unit == "frame" else take.times
-    found = np.flatnonzero((place >= label.start - 1e-9) & (place <= label.end + 1e-9))
-    # A frame lasts until the next would come: 12 s at 60 frames a second end 1/60 s after the last.
+    moments = np.arange(last + 1) if label.unit == "frame" else take.times
+    found = np.flatnonzero((moments >= label.start - 1e-9) & (moments <= label.end + 1e-9))
+    # A frame lasts until the next one: 12 s at 60 frames a second end 1/60 s after the last.
     lasts = np.diff(take.times).max(initial=0.0) if label.unit == "s" else 0.0
-    if not found.size or label.end > place[-1] + lasts + 1e-9:
+    if not found.size or label.end > moments[-1] + lasts + 1e-9:
         raise InputError(
             f"{label.take}: {label.emotion} is labelled from {label.start:g} to {label.end:g} "
             f"[{label.unit}], but the take has frames 0 to {last}, 0 to {take.times[-1]:g} s"
@@ -192,7 +192,7 @@ def _apex(seen: FloatArray) -> IntArray:
 
 
 def _mean(seen: FloatArray) -> FloatArray:
-    """Return the mean of what was seen; NaN where a feature is hidden in all rows."""
+    """Return the mean of each feature over its visible rows; NaN where it is occluded in all."""
     count = (~np.isnan(seen)).sum(axis=0)
     mean = np.full(seen.shape[1], np.nan)
     np.divide(np.nansum(seen, axis=0), count, out=mean, where=count > 0)
@@ -220,10 +220,10 @@ def _roles(face: BoundFace) -> dict[str, str]:
 
 
 def feature_noise(face: BoundFace, space: FeatureSpace) -> FloatArray:
-    """Return what optical markers' noise is in every feature: (3 M,) [face unit].
+    """Return the noise of every feature with optical markers: (3 M,) [face unit].
 
-    On the take it is that of two markers, on the character what the solve leaves of it, though
-    not less than a share: rules are to be about motions that a person can see.
+    On the take it is that of two markers, on the character the noise that remains after the solve,
+    with a lower limit: rules are to be about visible motions.
     """
     unit = marker_spread(face.neutral)
     if space == "take":

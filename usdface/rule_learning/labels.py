@@ -1,4 +1,4 @@
-"""Labels: which stretch of which take shows which emotion."""
+"""Labels: stretches of takes with their emotions."""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -9,9 +9,9 @@ from usdface.errors import InputError
 
 __all__ = ["NEUTRAL", "NOTHING", "Label"]
 
-# The face at rest: it is the take's neutral, and means no emotion.
+# The neutral face: the take's neutral, and no emotion.
 NEUTRAL = "neutral"
-# Speech and other movement that means no emotion.
+# Speech and other movement without emotion.
 NOTHING = "none"
 
 
@@ -28,9 +28,9 @@ class Label:
     unit : {"frame", "s"}
         Of `start` and `end`.
     emotion : str
-        Any name that a rule can say; `NEUTRAL` and `NOTHING` are none.
+        Any name that is legal in a rule; `NEUTRAL` and `NOTHING` are no emotions.
     variant : str
-        One of several ways to show it; "" = not told apart.
+        One of several ways to show it; "" = not distinguished.
     intensity : float
         In (0, 1].
 

@@ -2,8 +2,7 @@
 
 The terms are those of `usdface.rule_learning.terms`, the rules those of
 `usdface.rule_learning.rules`, the fallback rules those of `usdface.rule_learning.fallback_rules`.
-A neutral face belongs to none of the terms and the else rule stands for it, so that its outputs
-are exactly 0.
+A neutral face belongs to no term, so that only the else rule applies and all outputs are exactly 0.
 """
 
 from collections.abc import Iterable
@@ -34,16 +33,16 @@ _LEAST_OUTPUT = 0.15
 
 @dataclass(frozen=True, slots=True)
 class LearnedSystem:
-    """A system as it was learned.
+    """A learned system.
 
     Attributes
     ----------
     system : ExpressionSystem
         One output for each emotion of the examples.
     fallback_rules : tuple of Rule
-        Those of its rules that only count where no other fires, the last ones.
+        Its last rules, which decide only where no other rule fires.
     without_rule : tuple of str
-        Emotions that no few marker motions show.
+        Emotions without a rule: no conjunction of few terms distinguishes them.
     """
 
     system: ExpressionSystem
@@ -116,7 +115,9 @@ def classify(outputs: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
         return (NO_EMOTION,) * len(outputs)
     strongest = np.argmax(outputs, axis=1)
     shown = outputs[np.arange(len(outputs)), strongest] >= _LEAST_OUTPUT
-    return tuple(names[i] if yes else NO_EMOTION for i, yes in zip(strongest, shown, strict=True))
+    return tuple(
+        names[i] if present else NO_EMOTION for i, present in zip(strongest, shown, strict=True)
+    )
 
 
 def _rule(learned: LearnedRule, terms: LinguisticTerms, examples: Examples) -> Rule:
@@ -129,8 +130,8 @@ def _rule(learned: LearnedRule, terms: LinguisticTerms, examples: Examples) -> R
 
 
 def _used_terms(learned: list[LearnedRule], terms: LinguisticTerms) -> dict[int, tuple[Term, ...]]:
-    """Return the features that rules ask for, each with all its terms of that direction."""
-    asked = {
+    """Return the features in the rules, each with all its terms of the same direction."""
+    directions = {
         (int(terms.feature[term]), int(np.sign(terms.top[term])))
         for rule in learned
         for term, _ in rule.conditions
@@ -139,8 +140,8 @@ def _used_terms(learned: list[LearnedRule], terms: LinguisticTerms) -> dict[int,
         feature: tuple(
             term
             for sign in (1, -1)
-            if (feature, sign) in asked
+            if (feature, sign) in directions
             for term in terms.terms_of(feature, sign)
         )
-        for feature in sorted({feature for feature, _ in asked})
+        for feature in sorted({feature for feature, _ in directions})
     }

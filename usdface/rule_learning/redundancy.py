@@ -1,8 +1,8 @@
-"""Rules that say nothing new: where one fires, another for that emotion fires as far or further.
+"""Redundant rules: another rule of the emotion fires everywhere at least as strongly.
 
-AND is the minimum, so a rule that asks for more fires less. Terms of one feature and direction
-begin and end the farther out the more they ask for: `far_raised` holds nowhere further than
-`raised`, and `NOT raised` nowhere further than `NOT far_raised`.
+AND is the minimum, so additional conditions lower the firing strength. Of the terms of one feature
+and direction, the farther one has nowhere a larger membership: `far_raised` at most that of
+`raised`, and `NOT raised` at most that of `NOT far_raised`.
 """
 
 from usdface.rule_learning.terms import LinguisticTerms
@@ -12,7 +12,7 @@ __all__ = ["subsumes"]
 
 
 def subsumes(general: Conditions, special: Conditions, terms: LinguisticTerms) -> bool:
-    """Return whether `special` fires nowhere further than `general`.
+    """Return whether `special` fires nowhere more strongly than `general`.
 
     Parameters
     ----------

@@ -1,17 +1,17 @@
-"""Learning rules: for each emotion the few conditions that its examples meet and no others do.
+"""Rule learning: for each emotion a few conditions that its examples meet and no others do.
 
 A rule is a conjunction of at most three conditions, `IS term` or `IS NOT term`, each of another
-marker. The first asks for a term that no neutral face has, so no rule fires at neutral. It is
-found by a beam search that minimises
+marker. The first is a term that no neutral face meets, so no rule fires at neutral. A rule is found
+by a beam search that minimises
 
     mean over own examples (t - d)^2  +  mean and worst over the other emotions of the mean d^2
     + share of the mean and worst d^2 over movements that mean no emotion  +  noise
 
-with d the degree to which a face meets the conditions and t the intensity it shows: every
-example also counts at lower intensities, so that the right rule leads from the onset on.
-Every variant gets a rule, unless those before cover it. Where nobody named variants the examples
-are parted (`usdface.rule_learning.variants`), as far as rules of their own cost less. What a rule
-leaves uncovered gets one more, unless another says it already (`usdface.rule_learning.redundancy`).
+with d the firing strength and t the intensity of an example: every example also counts at lower
+intensities, so that the right rule is strongest from the onset on. Every variant gets a rule,
+unless earlier ones cover it. Examples without named variants are clustered
+(`usdface.rule_learning.variants`) if separate rules cost less. Uncovered examples get another rule,
+unless it is redundant (`usdface.rule_learning.redundancy`).
 """
 
 from collections.abc import Callable, Iterator
@@ -49,7 +49,7 @@ _MOVEMENTS = 0.5
 _WORST_MOVEMENT = 0.3
 # An additional condition has to take away this much of the cost, as a share and at all.
 _LEAST_GAIN = (0.05, 0.01)
-# An example is covered by a rule that it meets this far; a variant, if its examples do on average.
+# Firing strength that covers an example; mean firing strength that covers a variant.
 _COVERED = 0.5
 _VARIANT_COVERED = 0.75
 # A rule must do better than this share of the cost without it.
@@ -68,7 +68,7 @@ class LearnedRule:
     conditions : tuple of (int, bool)
         Column of `LinguisticTerms`, and whether it is negated.
     fallback : bool
-        Whether it is a rule of little weight for faces that no other rule knows, see
+        Whether it is a rule of small weight for faces on which no other rule fires, see
         `usdface.rule_learning.fallback_rules`.
     """
 
@@ -83,15 +83,15 @@ class LearnedRule:
 
 
 def choose_groupings(
-    examples: Examples, terms: LinguisticTerms, ways: dict[str, list[Grouping]]
+    examples: Examples, terms: LinguisticTerms, groupings: dict[str, list[Grouping]]
 ) -> dict[str, Grouping]:
-    """Choose for each emotion the parting of which the rules cost least.
+    """Choose for each emotion the grouping whose rules cost least.
 
     Parameters
     ----------
     examples : Examples
     terms : LinguisticTerms
-        Made of all parts, with `usdface.rule_learning.terms.linguistic_terms`.
+        Of all groups, from `usdface.rule_learning.terms.linguistic_terms`.
     ways : dict of str to list of Grouping
         Of `usdface.rule_learning.variants.variant_groupings`.
     """
@@ -102,64 +102,68 @@ def choose_groupings(
         sizes = [part.sum() for part in parts]
         return float(np.average(costs, weights=sizes)) + _PART_COST * len(parts)
 
-    return {e: min(of, key=partial(cost, e)) if len(of) > 1 else of[0] for e, of in ways.items()}
+    return {
+        e: min(of, key=partial(cost, e)) if len(of) > 1 else of[0] for e, of in groupings.items()
+    }
 
 
 def learn_rules(
-    examples: Examples, terms: LinguisticTerms, parts: dict[str, Grouping]
+    examples: Examples, terms: LinguisticTerms, groupings: dict[str, Grouping]
 ) -> list[LearnedRule]:
     """Learn the rules of every emotion that the examples show.
 
-    An emotion that no conjunction of terms shows better than silence gets none.
+    An emotion gets none if no conjunction of terms costs less than no rule.
 
     Parameters
     ----------
     examples : Examples
     terms : LinguisticTerms
-        Made of the parts.
+        Of all groups.
     parts : dict of str to Grouping
         Of each emotion.
     """
     search = _Search(TrainingSet(examples, terms))
     return [
-        LearnedRule(e, found) for e in examples.names for found in _rules_of(e, parts[e], search)
+        LearnedRule(e, found)
+        for e in examples.names
+        for found in _rules_of(e, groupings[e], search)
     ]
 
 
-def _rules_of(emotion: str, parts: Grouping, search: "_Search") -> list[Conditions]:
+def _rules_of(emotion: str, grouping: Grouping, search: "_Search") -> list[Conditions]:
     """Return the conditions of each rule of one emotion, none of them subsumed by another."""
     training = search.training
     examples = training.examples
     rules: list[Conditions] = []
-    waiting = list(parts)
-    left = len(waiting) - 1 + _MOST_RULES
+    groups = list(grouping)
+    remaining = len(groups) - 1 + _MOST_RULES
     met = np.zeros(len(examples.emotions))
-    while waiting and left:
-        group = waiting.pop(0)
+    while groups and remaining:
+        group = groups.pop(0)
         if met[group].mean() >= _VARIANT_COVERED:
             continue
         conditions, _ = search.best(emotion, group)
         if not conditions or any(subsumes(r, conditions, training.terms) for r in rules):
             continue
-        left -= 1
+        remaining -= 1
         rules = [r for r in rules if not subsumes(conditions, r, training.terms)] + [conditions]
         met = np.maximum(met, training.firing(conditions) / examples.intensities)
         uncovered = group & (met < _COVERED)
         if uncovered.any() and uncovered.sum() < group.sum():
-            waiting.append(uncovered)
+            groups.append(uncovered)
     return rules
 
 
 class _Search:
-    """Looks for the conjunction that tells some examples from all other faces."""
+    """Beam search for the conjunction that distinguishes some examples from all other faces."""
 
     def __init__(self, training: TrainingSet) -> None:
         self.training = training
 
     def best(self, emotion: str, group: BoolArray) -> tuple[Conditions, float]:
-        """Return the conditions that tell some examples of an emotion from all others; their cost.
+        """Return the conditions that distinguish some examples of an emotion, and their cost.
 
-        None where the cost without a rule is hardly larger.
+        No conditions where the cost without a rule is hardly larger.
         """
         shown = self.training.intensities
         count = len(shown)
@@ -177,10 +181,10 @@ class _Search:
                 total += _MOVEMENTS * fired.mean(axis=0) + _WORST_MOVEMENT * fired.max(axis=0)
             return np.asarray(np.round(total, _DIGITS))
 
-        silence = float(own @ shown**2)
+        cost_without_rule = float(own @ shown**2)
         chosen, least = self._search(cost)
-        if least >= _WORTHWHILE * silence:
-            return (), silence
+        if least >= _WORTHWHILE * cost_without_rule:
+            return (), cost_without_rule
         term_count = self.training.term_count
         return tuple((c % term_count, c >= term_count) for c in chosen), least
 
@@ -198,8 +202,8 @@ class _Search:
         beam: list[tuple[int, ...]] = [()]
         for _ in range(_CONDITIONS):
             # A conjunction is the same in any order.
-            ways = {frozenset(step[1]): step for c in beam for step in self._steps(c, cost)}
-            found = sorted(ways.values())
+            distinct = {frozenset(step[1]): step for c in beam for step in self._steps(c, cost)}
+            found = sorted(distinct.values())
             share, gain = _LEAST_GAIN
             if not found or not found[0][0] < min((1 - share) * least, least - gain):
                 break
@@ -213,7 +217,7 @@ class _Search:
         training = self.training
         columns: IntArray = np.arange(len(training.marker))
         columns = columns[~np.isin(training.marker, training.marker[list(chosen)])]
-        # One term that no neutral face has must be there; it comes first.
+        # The first condition is a term that no neutral face meets.
         columns = columns if chosen else columns[columns < training.term_count]
         degree = training.memberships[:, columns]
         noise = training.noise[columns]

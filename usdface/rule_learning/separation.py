@@ -1,4 +1,4 @@
-"""Which marker motions separate which emotions, and which two no motion separates.
+"""Separation of emotions by marker motions: sensitivity of each pair.
 
 For two emotions and one feature the sensitivity is the distance of their means in units of
 their spread (d' of signal detection: Green and Swets, "Signal Detection Theory and
@@ -36,7 +36,7 @@ _LEAST_SPREAD = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """How two emotions lie apart.
+    """Separation of two emotions.
 
     Attributes
     ----------
@@ -58,13 +58,13 @@ class Separation:
 
     @property
     def separated(self) -> bool:
-        """Whether the markers tell the two apart, as far as was tested."""
+        """Whether the markers distinguish the two emotions, as far as tested."""
         if self.tested >= _FEWEST_TESTED:
             return self.mistaken < _LARGEST_SHARE * self.tested
         return self.sensitivity >= _LEAST_SENSITIVITY
 
     def findings(self) -> list[Finding]:
-        """MARKERS_CANNOT_SEPARATE, where it holds."""
+        """Return MARKERS_CANNOT_SEPARATE, where it applies."""
         if self.separated:
             return []
         a, b = self.emotions
@@ -89,24 +89,24 @@ class Separation:
 
 
 def separations(examples: Examples, holding: Holding) -> list[Separation]:
-    """Return how every two emotions lie apart.
+    """Return the separation of every two emotions.
 
     Parameters
     ----------
     examples : Examples
-        Features that are hidden in one of them do not count.
+        Features that are occluded in one of them do not count.
     holding : {"recording", "variant", "none"}
-        What is left out to test, as in `usdface.rule_learning.cross_validation`.
+        The group that each fold holds out, as in `usdface.rule_learning.cross_validation`.
     """
     rows = {name: examples.rows(name) for name in examples.names}
-    left_out = list(folds(examples, holding))
-    return [_pair(examples, pair, rows, left_out) for pair in combinations(rows, 2)]
+    held_out_folds = list(folds(examples, holding))
+    return [_pair(examples, pair, rows, held_out_folds) for pair in combinations(rows, 2)]
 
 
 def pose_separations(
     names: Sequence[str], seen: FloatArray, noise: FloatArray, features: Sequence[MarkerFeature]
 ) -> list[Separation]:
-    """Return how every two poses of a rig lie apart, in units of the markers' noise.
+    """Return the separation of every two poses of a rig, in units of the markers' noise.
 
     Parameters
     ----------
@@ -129,19 +129,19 @@ def _pair(
     examples: Examples,
     pair: tuple[str, str],
     rows: dict[str, BoolArray],
-    left_out: Sequence[BoolArray],
+    held_out_folds: Sequence[BoolArray],
 ) -> Separation:
     whole, noise = examples.whole, examples.noise
     first, second = (rows[name] for name in pair)
     best, sensitivity = _most_sensitive(whole[first], whole[second], noise)
     mistaken = tested = 0
-    for out in left_out:
-        a, b = whole[first & ~out], whole[second & ~out]
+    for held_out in held_out_folds:
+        a, b = whole[first & ~held_out], whole[second & ~held_out]
         if not (len(a) and len(b)):
             continue
         chosen, _ = _most_sensitive(a, b, noise)
         for own, sign in ((first, 1), (second, -1)):
-            side = sign * _side(whole[own & out], a, b, noise, chosen)
+            side = sign * _side(whole[own & held_out], a, b, noise, chosen)
             mistaken += int((side <= 0).sum())
             tested += len(side)
     names = tuple(examples.marker_features[i].name for i in best)
@@ -167,7 +167,7 @@ def _most_sensitive(a: FloatArray, b: FloatArray, noise: FloatArray) -> tuple[In
 def _side(
     faces: FloatArray, a: FloatArray, b: FloatArray, noise: FloatArray, chosen: IntArray
 ) -> FloatArray:
-    """Return above 0 where a face is nearer to the mean of `a` than to that of `b`."""
+    """Return values above 0 for faces nearer to the mean of `a` than to that of `b`."""
     middle, apart = (a.mean(axis=0) + b.mean(axis=0)) / 2, a.mean(axis=0) - b.mean(axis=0)
     share = (faces - middle) * apart / _spread(a, b, noise) ** 2
     return np.asarray(np.nan_to_num(share[:, chosen]).sum(axis=1))

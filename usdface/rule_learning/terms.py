@@ -1,8 +1,8 @@
-"""The terms that learned rules may use: for each feature and direction up to three terms.
+"""Linguistic terms of learned rules: up to three for each feature and direction.
 
 Their tops are the minimum, the medium and the maximum of the feature over the emotions (and
 their variants) that move it that way, the design rule of Zikky et al. 2013, section 4; a term
-is a ramp from the end of a dead zone around neutral, so that no term holds on a neutral face.
+is a ramp from the end of a dead zone around neutral, so that a neutral face belongs to none.
 All rules share the terms: `far_raised` of one marker means the same in each of them.
 """
 
@@ -28,7 +28,7 @@ _LEAST_SIGNAL = 2.0
 _LEAST_DEAD_ZONE = 0.03
 # Numerical guard for features without noise [face unit], half a micrometre.
 _LEAST_MOTION = 1e-5
-# A term holds fully somewhat before the value it is made of: examples scatter.
+# The top is somewhat below the value that the term is made of: examples scatter.
 _TOP = 0.95
 # The value of an emotion is the lower quartile of its examples: three quarters of them reach it.
 _QUANTILE = 0.25
@@ -45,7 +45,7 @@ class LinguisticTerms:
     feature : (T,) int64
         Column of `Examples.features`.
     foot, top : (T,) float64 [face unit]
-        Where each ramp begins and where it holds fully; both have the term's sign.
+        Membership 0 up to the foot, 1 from the top on; both have the term's sign.
     names : tuple of str, length T
     """
 
@@ -60,7 +60,7 @@ class LinguisticTerms:
         object.__setattr__(self, "top", frozen(self.top))
 
     def membership(self, features: FloatArray) -> FloatArray:
-        """Return how far each row of `features` (P, I) belongs to each term: (P, T)."""
+        """Return the membership of each row of `features` (P, I) in each term: (P, T)."""
         rise = (features[:, self.feature] - self.foot) / (self.top - self.foot)
         return np.where(np.isnan(rise), 0.0, np.clip(rise, 0.0, 1.0))
 
@@ -73,17 +73,17 @@ class LinguisticTerms:
 
 
 def linguistic_terms(examples: Examples, groups: Sequence[BoolArray]) -> LinguisticTerms:
-    """Make the terms that the examples suggest; features hidden in one of them have none.
+    """Return the terms of the examples; features that are occluded in one of them have none.
 
     Parameters
     ----------
     examples : Examples
     groups : sequence of (N,) bool
-        Examples that show the same.
+        Examples of each variant.
     """
     whole = examples.whole
-    hidden = np.isnan(whole).any(axis=0)
-    shown = [np.where(hidden, 0.0, whole[group]) for group in groups]
+    occluded = np.isnan(whole).any(axis=0)
+    shown = [np.where(occluded, 0.0, whole[group]) for group in groups]
     least = np.maximum(_LEAST_SIGNAL * examples.noise, _LEAST_MOTION)
     table: list[tuple[int, float, float, str]] = []
     for sign in (1, -1):
@@ -107,9 +107,9 @@ def linguistic_terms(examples: Examples, groups: Sequence[BoolArray]) -> Linguis
 
 
 def _distinct(tops: FloatArray) -> list[float]:
-    """Return the ascending `tops` without those that hardly differ from a lower one."""
-    kept: list[float] = []
+    """Return the ascending `tops` without near duplicates."""
+    distinct: list[float] = []
     for top in tops.tolist():
-        if not kept or top > _DISTINCT * kept[-1]:
-            kept.append(top)
-    return kept
+        if not distinct or top > _DISTINCT * distinct[-1]:
+            distinct.append(top)
+    return distinct

@@ -17,7 +17,7 @@ Conditions = tuple[tuple[int, bool], ...]
 AMOUNTS = (0.35, 0.7, 1.0)
 # Cost of a term whose ramp is as short as the noise of a frame.
 _NOISE_COST = 0.1
-# A movement this like an example (cosine, every feature by its range) may well be the expression.
+# Cosine (features by their range) from which on a movement may well be the expression.
 _ALIKE = 0.9
 # ... where features count that move by more than so many deviations of their noise, as in
 # `usdface.rule_design.feature_selection`.
@@ -63,16 +63,16 @@ class TrainingSet:
 
     @cached_property
     def whole(self) -> FloatArray:
-        """The rows of `degree` for the examples as they are: (N, 2 T)."""
+        """The rows of `memberships` for the examples at their own intensity: (N, 2 T)."""
         count = len(self.examples.emotions)
         return self.memberships[(len(AMOUNTS) - 1) * count : len(AMOUNTS) * count]
 
     def columns(self, conditions: Conditions) -> list[int]:
-        """Return the columns of `degree` that conditions ask for."""
+        """Return the columns of `memberships` of some conditions."""
         return [term + self.term_count * negated for term, negated in conditions]
 
     def firing(self, conditions: Conditions) -> FloatArray:
-        """Return how far a rule of these conditions fires on each example: (N,)."""
+        """Return the firing strength of a rule with these conditions on each example: (N,)."""
         return np.asarray(self.whole[:, self.columns(conditions)].min(axis=1))
 
     def similar(self, group: BoolArray) -> BoolArray:

@@ -12,7 +12,7 @@ __all__ = ["Grouping", "variant_groupings"]
 # Rows (N,) bool of each variant of one emotion.
 Grouping = list[BoolArray]
 
-# The most variants that a label of one emotion is taken to hide; chosen by hand, no experiment.
+# Most variants of an emotion without named variants; chosen by hand, no experiment.
 _MOST_PARTS = 3
 # Numerical guard for markers without noise [face unit].
 _LEAST_NOISE = 1e-6

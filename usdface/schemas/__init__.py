@@ -60,7 +60,7 @@ def register() -> None:
 
 
 def write_fallback_types(root_layer: "Sdf.Layer") -> None:
-    """Author on a root layer what our prims are for a program without usdface.
+    """Author the fallback types of usdface prims on a root layer, for programs without usdface.
 
     Unlike ``Usd.Stage.WriteFallbackPrimTypes`` it needs no registered schemas. Entries of
     other schemas, and of ours that are there already, are kept.

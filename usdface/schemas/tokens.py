@@ -1,7 +1,7 @@
 """Names of the prim types and attributes of the usdface schemas, in schema order.
 
 Plain strings, so that they load nothing and can be handed to any USD call. A test holds
-them equal to what `schema.usda` declares.
+them equal to `schema.usda`.
 """
 
 from typing import Final

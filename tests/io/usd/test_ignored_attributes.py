@@ -35,7 +35,7 @@ def said(tmp_path: Path, where: str, text: str) -> dict[str, str]:
             "Shot/Fuzzy",
             "uniform double usdface:ease.timeSamples = {\n0: 0,\n9: 1,\n}",
             ".usdface:ease",
-            "one value for the whole take",
+            "one value for the take",
         ),
         ("Shot/Fuzzy/rule_07", "float usdface:weight = 0", "", "no layer defines it"),
         ("Shot/Expressions/joyy", "float usdface:gain = 0", "", "did you mean joy?"),

@@ -1,4 +1,4 @@
-"""What FCL, IEC 61131-7:2000, calls things, with the words that programs add to it."""
+"""Keywords of FCL, IEC 61131-7:2000, and those that other programs add to it."""
 
 __all__ = [
     "ACCU",

@@ -14,7 +14,7 @@ __all__ = ["known", "number", "read_term"]
 
 
 def read_term(name: str, words: tuple[str, ...]) -> Term:
-    """Return a term of what stands behind its `:=`.
+    """Return a term from the text after its `:=`.
 
     Raises
     ------
@@ -76,13 +76,13 @@ def number(word: str) -> float:
 def known(
     name: str,
     table: Mapping[str, str],
-    what: str,
+    subject: str,
     more: Mapping[str, str] = MappingProxyType({}),
 ) -> str:
-    """Return what we call the word `name` of `table` or `more`; raise InputError for others."""
+    """Return our word for `name` by `table` or `more`; raise InputError for others."""
     for ours, theirs in (*table.items(), *more.items()):
         if theirs.upper() == name.upper():
             return ours
     raise InputError(
-        f"the {what} {name!r} has no counterpart; expected one of {', '.join(table.values())}"
+        f"the {subject} {name!r} has no counterpart; expected one of {', '.join(table.values())}"
     )

@@ -55,7 +55,7 @@ def read_fuzzy_file(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
 
 
 def write_fuzzy_file(path: Path, system: ExpressionSystem) -> list[Finding]:
-    """Write a fuzzy system as .fis, .fcl, .fll or USD; return what does not carry over.
+    """Write a fuzzy system as .fis, .fcl, .fll or USD; return findings on losses.
 
     Raises
     ------

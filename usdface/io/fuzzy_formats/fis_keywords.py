@@ -1,4 +1,4 @@
-"""What MATLAB's .fis calls things.
+"""Keywords of MATLAB's .fis.
 
 MathWorks, Fuzzy Logic Toolbox User's Guide, "Fuzzy Inference System file".
 """
@@ -65,7 +65,7 @@ HEDGES: dict[int, tuple[str, ...]] = {0: (), 5: ("somewhat",), 20: ("very",), 40
 
 
 def counts_from_0(system: FuzzySystem) -> bool:
-    """Whether MATLAB answers another maximum: its som and lom go by the distance to 0."""
+    """Whether MATLAB gives another maximum: its som and lom go by the distance to 0."""
     ends = system.defuzzifier in ("smallest_of_max", "largest_of_max")
     below = any(v.span[0] < 0 for v in system.outputs)
     return system.inference == "mamdani" and ends and below

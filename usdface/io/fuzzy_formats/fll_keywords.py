@@ -1,4 +1,4 @@
-"""What FLL, the language of fuzzylite, calls things.
+"""Keywords of FLL, the language of fuzzylite.
 
 Rada-Vilela, "The FuzzyLite Libraries for Fuzzy Logic Control", 2018, https://fuzzylite.com.
 """

@@ -1,4 +1,4 @@
-"""What a file format cannot hold, and what another program makes otherwise of a file."""
+"""Limits of the file formats, and differences in evaluation by other programs."""
 
 import re
 from collections.abc import Container, Iterable, Sequence
@@ -69,12 +69,12 @@ def differs(
         (sugeno and system.normalisation == "all_rules", "the normalisation over all rules"),
         (expression.face_unit != "none", "features in face units"),
     ]
-    said = (
+    lost_features = (
         ([*common, *beyond], "only as comments that usdface reads; another program answers"),
         (words, "in words that its standard does not have; a program refuses them or answers"),
     )
     findings = []
-    for group, how in said:
+    for group, how in lost_features:
         names = [name for here, name in group if here]
         if names:
             message = f"{suffix} holds {', '.join(names)} {how} differently"
@@ -96,6 +96,6 @@ def kept_in_range(
             not low <= t.parameters[0] <= high for t in v.terms if t.kind == "constant"
         )
         if free and v.name not in cut:
-            message = f"the answers of {v.name} are kept in its range, {low:g} to {high:g}"
+            message = f"the outputs of {v.name} are clipped to its range, {low:g} to {high:g}"
             findings.append(finding("MEANING_DIFFERS", f"{where}: {v.name}", message))
     return findings

@@ -1,4 +1,4 @@
-"""What usdface knows of a system and the formats cannot say: JSON in lines of comment.
+"""Metadata that the formats lack, as JSON in comment lines.
 
 ::
 
@@ -7,7 +7,7 @@
     usdface: {"output": "joy", "default": 0.0}
     usdface: {"rule": 3, "enabled": false, "weight": 0.5}
 
-Other programs skip them. Where they are missing, the name of an input says which marker it reads
+Other programs skip them. Where they are missing, the name of an input is the marker that it reads
 (``lip_lower_y``: the role lip_lower, the axis y) and settings are those of the other program.
 
 Keys are the fields of `ExpressionSystem`, `FuzzySystem`, `MarkerFeature`, `Variable` and `Rule`,
@@ -166,7 +166,7 @@ def _field(name: str) -> str:
 
 
 def finish(path: Path, draft: Draft) -> tuple[ExpressionSystem, list[Finding]]:
-    """Make a system of what a file says and what its notes say.
+    """Make a system of the content of a file and its metadata comments.
 
     Raises
     ------
@@ -222,7 +222,7 @@ def finish(path: Path, draft: Draft) -> tuple[ExpressionSystem, list[Finding]]:
 
 
 def _assumed_unit(variables: Iterable[Variable]) -> tuple[FaceUnit, float]:
-    """Return what inputs are likely divided by, and how far their terms reach."""
+    """Return the likely unit of the inputs, and the range of their terms."""
     terms = (term for v in variables if v.kind == "input" for term in v.terms)
     reach = max((abs(p) for t in terms for p in places(t.kind, t.parameters)), default=0.0)
     # A face unit is about six centimetres: no marker moves so far.

@@ -34,7 +34,7 @@ def read_fcl(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     Raises
     ------
     InputError
-        If it is no FCL, or has what our systems have not; the message names the line.
+        If it is no FCL, or uses an unsupported feature; the message names the line.
     """
     text = read_text(path)
     notes = tuple(
@@ -89,7 +89,7 @@ class _Parser:
         elif self._block == "RULEBLOCK":
             self._rule_block(statement)
         else:
-            raise InputError(f"{str(statement)[:60]!r} stands in no block")
+            raise InputError(f"{str(statement)[:60]!r} is in no block")
 
     def _begin(self, block: str, words: tuple[str, ...]) -> None:
         if block == "FUNCTION_BLOCK":
@@ -199,7 +199,7 @@ class _Parser:
 def _span(
     terms: tuple[Term, ...], places: list[float], default: float | None
 ) -> tuple[float, float]:
-    """Return where an output without a range lies: where its terms and its default do."""
+    """Return a range for an output without one: that of its terms and its default."""
     marks = [p for t in terms if t.kind != "linear" for p in t.parameters if isfinite(p)]
     marks += places + ([] if default is None else [default])
     low, high = min(marks, default=0.0), max(marks, default=1.0)
@@ -211,5 +211,5 @@ def _read_rule(words: tuple[str, ...]) -> Rule:
     if len(words) > 2 and words[-2].upper() == "WITH":
         weight, words = number(words[-1]), words[:-2]
     then = next((i for i, word in enumerate(words) if word.upper() == "THEN"), len(words))
-    said = ("AND" if word == "," else word for word in words[then:])
-    return parse_rule(" ".join((*words[:then], *said)), weight)
+    consequent_words = ("AND" if word == "," else word for word in words[then:])
+    return parse_rule(" ".join((*words[:then], *consequent_words)), weight)

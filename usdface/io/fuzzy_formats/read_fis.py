@@ -42,7 +42,7 @@ def read_fis(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     Raises
     ------
     InputError
-        If it is no .fis, or has what our systems have not; the message names the line.
+        If it is no .fis, or uses an unsupported feature; the message names the line.
     """
     found, notes = sections(path.name, read_text(path))
     findings: list[Finding] = []
@@ -73,12 +73,12 @@ def read_fis(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     check_announced(path.name, system, "NumRules", len(rules))
     settings = _read_settings(path.name, system)
     draft = Draft(tuple(variables), tuple(rules), settings, tuple(notes), tuple(findings))
-    made, said = finish(path, draft)
-    return made, said + _read_otherwise(path.name, made.fuzzy, bool(notes))
+    made, consequents = finish(path, draft)
+    return made, consequents + _read_otherwise(path.name, made.fuzzy, bool(notes))
 
 
 def _read_otherwise(name: str, system: FuzzySystem, ours: bool) -> list[Finding]:
-    """Return what MATLAB would answer in another way; a file of ours has said so when written."""
+    """Return findings on differences to MATLAB; files of usdface got them when written."""
     if ours:
         return []
     findings = kept_in_range(name, system.outputs)
@@ -94,7 +94,7 @@ def _read_otherwise(name: str, system: FuzzySystem, ours: bool) -> list[Finding]
 def _read_settings(name: str, section: Section) -> dict[str, Any]:
     def one(key: str, table: Table, default: str, more: Table = MappingProxyType({})) -> str:
         line, text = section.get(key, (0, f"'{default}'"))
-        # fuzzylite leaves empty what no rule needs.
+        # fuzzylite leaves settings empty that no rule needs.
         value = text.strip("'\"") or default
         for ours, theirs in (*table.items(), *more.items()):
             if theirs == value:
@@ -136,7 +136,7 @@ def _read_variable(
     low, high = located(file, at, lambda: _numbers(text, 2))
     bounds = None if kind == "output" and (low, high) == (0, 1) else (low, high)
     if kind == "output":
-        # MATLAB answers the middle of the range where nothing fires.
+        # MATLAB gives the middle of the range where nothing fires.
         middle = (low + high) / 2
         return located(
             file,
@@ -218,7 +218,7 @@ def _read_rule(text: str, variables: Sequence[Variable]) -> Rule:
     if not match:
         raise InputError(f"expected indices, indices (weight) : 1 or 2, found {text!r}")
     parts: list[Proposition] = []
-    said = []
+    consequents = []
     for kind, indices in (("input", match[1]), ("output", match[2])):
         columns = [v for v in variables if v.kind == kind]
         for variable, index in zip(columns, _numbers(indices, len(columns)), strict=True):
@@ -228,18 +228,18 @@ def _read_rule(text: str, variables: Sequence[Variable]) -> Rule:
             if kind == "input":
                 parts.append(Proposition(variable.name, term, hedges))
             elif not hedges:
-                said.append((variable.name, term))
+                consequents.append((variable.name, term))
             else:
                 raise InputError(
                     f"rule {rule_name(text)}: a conclusion with {' '.join(hedges).upper()} has no "
                     "counterpart; give the output a term of its own for it"
                 )
-    if not parts or not said:
+    if not parts or not consequents:
         raise InputError(f"rule {rule_name(text)} has no condition or no conclusion; remove it")
     (weight,) = _numbers(match[3], 1)
     how: Literal["and", "or"] = "and" if match[4] == "1" else "or"
     condition = parts[0] if len(parts) == 1 else Combined(how, tuple(parts))
-    return Rule(text, condition, tuple(said), weight)
+    return Rule(text, condition, tuple(consequents), weight)
 
 
 def _asked(text: str, variable: Variable, index: float) -> tuple[str, tuple[str, ...]]:

@@ -25,7 +25,7 @@ def read_fll(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     Raises
     ------
     InputError
-        If it is no FLL, or has what our systems have not; the message names the line.
+        If it is no FLL, or uses an unsupported feature; the message names the line.
     """
     parser = _Parser(path.name)
     for line, key, value in _lines(path.name, read_text(path), parser.notes):
@@ -75,7 +75,7 @@ class _Parser:
         elif self._block == "RuleBlock":
             self._rule_block(line, key, value)
         else:
-            raise InputError(f"{key!r} stands in no block; expected one of {', '.join(_BLOCKS)}")
+            raise InputError(f"{key!r} is in no block; expected one of {', '.join(_BLOCKS)}")
 
     def _begin(self, block: str, name: str) -> None:
         self._block, self._enabled = block, True
@@ -149,8 +149,8 @@ class _Parser:
                 "has one; split the file into one for each"
             )
 
-    def _lacks(self, line: int, what: str) -> None:
-        message = f"{what!r} has no counterpart and is left out"
+    def _lacks(self, line: int, subject: str) -> None:
+        message = f"{subject!r} has no counterpart and is left out"
         self._findings.append(finding("MEANING_DIFFERS", f"{self._name}, line {line}", message))
 
     def draft(self) -> Draft:
@@ -181,7 +181,7 @@ class _Parser:
                 not low <= t.parameters[0] <= high for t in terms if t.kind == "constant"
             )
             if free and not parts.get("locked"):
-                message = f"the answers of {name} are kept in its range, {low:g} to {high:g}"
+                message = f"the outputs of {name} are clipped to its range, {low:g} to {high:g}"
                 self._findings.append(finding("MEANING_DIFFERS", where, message))
             default = parts["default"]
             if default is None or isnan(default):
@@ -229,10 +229,10 @@ def _numbers(text: str, count: int) -> list[float]:
     return numbers
 
 
-def _known(name: str, table: dict[str, str], what: str) -> str:
+def _known(name: str, table: dict[str, str], subject: str) -> str:
     for ours, theirs in table.items():
         if theirs == name:
             return ours
     raise InputError(
-        f"the {what} {name!r} has no counterpart; expected one of {', '.join(table.values())}"
+        f"the {subject} {name!r} has no counterpart; expected one of {', '.join(table.values())}"
     )

@@ -39,7 +39,7 @@ def condition_text(condition: Condition, word: Callable[[str], str] = str.upper)
 
 
 def conclusions(rule: Rule) -> list[tuple[str, str]]:
-    """Return what a rule concludes, each as (output, term)."""
+    """Return the consequents of a rule, each as (output, term)."""
     return [
         (output, value if isinstance(value, str) else _number_term(value).name)
         for output, value in rule.consequents
@@ -60,7 +60,7 @@ def output_terms(system: FuzzySystem, output: Variable) -> tuple[Term, ...]:
 def numbers_back(
     variables: Sequence[Variable], rules: Sequence[Rule]
 ) -> tuple[tuple[Variable, ...], tuple[Rule, ...]]:
-    """Make numbers of the terms that are called after their value, and texts of what rules say."""
+    """Replace terms that are named after their value by numbers, in variables and rules."""
     numbers = {
         (v.name, t.name): t.parameters[0]
         for v in variables
@@ -75,15 +75,15 @@ def numbers_back(
 
 
 def _renumbered(rule: Rule, numbers: dict[tuple[str, str], float]) -> Rule:
-    said = tuple(
+    values = tuple(
         (output, numbers.get((output, value), value) if isinstance(value, str) else value)
         for output, value in rule.consequents
     )
     ends = [
-        f"{name} IS {value if isinstance(value, str) else _plain(value)}" for name, value in said
+        f"{name} IS {value if isinstance(value, str) else _plain(value)}" for name, value in values
     ]
     text = f"IF {condition_text(rule.condition)} THEN {' AND '.join(ends)}"
-    return replace(rule, text=text, consequents=said)
+    return replace(rule, text=text, consequents=values)
 
 
 def _plain(value: float) -> str:

@@ -34,12 +34,12 @@ def fcl_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding
     mamdani = system.inference == "mamdani"
     kinds = {t.kind for v in system.variables for t in v.terms}
     beyond = [(system.normalisation == "weighted_sum" and not mamdani, "the weighted sum")]
-    asked = [p for rule in system.rules for p in rule.propositions]
+    conditions = [p for rule in system.rules for p in rule.propositions]
     joined = {system.implication, system.aggregation} if mamdani else set()
     words = [
         (not kinds.isdisjoint({*SMOOTH, "linear"}), "terms that are no lists of points"),
         (any("(" in condition_text(r.condition) for r in system.rules), "parentheses"),
-        (any({*p.hedges} - {"not"} for p in asked), "hedges"),
+        (any({*p.hedges} - {"not"} for p in conditions), "hedges"),
         (bool({system.and_, system.or_, *joined} - _STANDARD), "norms beyond the standard's"),
     ]
     sampled = ("samples", "sampling") if mamdani else ()
@@ -68,16 +68,16 @@ def _term(term: Term) -> str:
     p = as_ramp(term).parameters
     kind = as_ramp(term).kind
     if kind == "constant":
-        said = repr(p[0])
+        definition = repr(p[0])
     elif kind == "points":
-        said = " ".join(f"({x!r}, {y!r})" for x, y in zip(p[::2], p[1::2], strict=True))
+        definition = " ".join(f"({x!r}, {y!r})" for x, y in zip(p[::2], p[1::2], strict=True))
     elif kind in (*SMOOTH, "linear") or not all(map(isfinite, p)):
-        said = f"{FLL_KINDS[kind]} {' '.join(map(repr, p))}"
+        definition = f"{FLL_KINDS[kind]} {' '.join(map(repr, p))}"
     else:
         heights = {"ramp": (0, 1) if p[0] < p[1] else (1, 0), "triangular": (0, 1, 0)}
         points = zip(sorted(p), heights.get(kind, (0, 1, 1, 0)), strict=True)
-        said = " ".join(f"({x!r}, {y})" for x, y in points)
-    return f"    TERM {term.name} := {said};"
+        definition = " ".join(f"({x!r}, {y})" for x, y in points)
+    return f"    TERM {term.name} := {definition};"
 
 
 def _rule(rule: Rule) -> str:

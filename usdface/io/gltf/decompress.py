@@ -1,7 +1,7 @@
 """Decompression of glTF on loading: meshopt buffer views and Draco primitives.
 
 Both need a library of the extra ``compression``. Decoded data take at most 1,024 times the bytes
-they came from, which is what the densest code of meshopt reaches, and a gigabyte.
+they came from, which is the densest code of meshopt, and a gigabyte.
 
 Source: EXT_meshopt_compression, KHR_meshopt_compression, KHR_draco_mesh_compression.
 """
@@ -91,12 +91,12 @@ class _DecodedBuffer:
         return replace(self._file, buffers=(*self._file.buffers, blob))
 
 
-def _slice(file: GltfFile, place: Mapping[str, Any], what: str) -> bytes:
+def _slice(file: GltfFile, place: Mapping[str, Any], subject: str) -> bytes:
     data = item(file.buffers, place.get("buffer"), "buffer")
     start, length = place.get("byteOffset", 0), place.get("byteLength")
     sound = all(isinstance(n, int) and n >= 0 for n in (start, length))
     if not sound or start + length > len(data):
-        raise InputError(f"{what} reaches beyond its buffer")
+        raise InputError(f"{subject} reaches beyond its buffer")
     return bytes(data[start : start + length])
 
 

@@ -55,7 +55,7 @@ class GltfFile:
     asset_root: Path | None = None
 
 
-def item(items: Sequence[Any], index: object, what: str) -> Any:
+def item(items: Sequence[Any], index: object, subject: str) -> Any:
     """Return `items[index]`, for an index that came from a file.
 
     Raises
@@ -65,7 +65,7 @@ def item(items: Sequence[Any], index: object, what: str) -> Any:
     """
     if not isinstance(index, int) or not 0 <= index < len(items) or items[index] is None:
         raise InputError(
-            f"there is no {what} {index!r}; the file has {len(items)}", "SCHEMA_BROKEN"
+            f"there is no {subject} {index!r}; the file has {len(items)}", "SCHEMA_BROKEN"
         )
     return items[index]
 

@@ -125,8 +125,8 @@ def _extensions(
     for key, values in (source.extensions or {}).items():
         held = _HELD.get(key)
         left = [key] if held is None else [f"{k} of {key}" for k in sorted({*values} - held)]
-        for what in left:
-            found.append(finding("FEATURE_DROPPED", f"material {name}", f"{what} is left out"))
+        for feature in left:
+            found.append(finding("FEATURE_DROPPED", f"material {name}", f"{feature} is left out"))
         if held is not None:
             kept[key] = values
     return kept

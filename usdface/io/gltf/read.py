@@ -159,7 +159,7 @@ def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) ->
         if total > most:
             raise InputError(
                 f"the scene unfolds into more than {most} numbers, from {held} bytes; "
-                "split it or leave out what is not the character",
+                "split it, or leave out everything but the character",
                 "TOO_LARGE",
             )
 
@@ -272,7 +272,7 @@ def _in_rig_space(
     return bake_transform(replace(mesh, skin=rigid), world)
 
 
-def _unique(given: list[str], what: str) -> tuple[tuple[str, ...], list[Finding]]:
+def _unique(given: list[str], subject: str) -> tuple[tuple[str, ...], list[Finding]]:
     """Return names made unique by a number behind, and a finding for each changed one."""
     taken = {_text(name) for name in given}
     seen: set[str] = set()
@@ -284,7 +284,9 @@ def _unique(given: list[str], what: str) -> tuple[tuple[str, ...], list[Finding]
             name = f"{original}_{number}"
         seen.add(name)
         if name != original:
-            found.append(finding("NAME_CHANGED", original, f"{what} name occurs twice: {name!r}"))
+            found.append(
+                finding("NAME_CHANGED", original, f"{subject} name occurs twice: {name!r}")
+            )
         result.append(name)
     return tuple(result), found
 

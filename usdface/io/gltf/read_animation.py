@@ -162,11 +162,11 @@ def _weights_curve(
     channel: Channel, placed: PlacedMesh, name: str, reader: AccessorReader
 ) -> tuple[Curve, list[Finding]]:
     shapes = len(placed.mesh.shapes)
-    what = f"{name!r} on mesh {placed.mesh.name!r}"
+    subject = f"{name!r} on mesh {placed.mesh.name!r}"
     if channel.column is not None and channel.column >= shapes:
-        raise InputError(f"{what} moves weight {channel.column}, but there are {shapes}")
+        raise InputError(f"{subject} moves weight {channel.column}, but there are {shapes}")
     width = shapes if channel.column is None else 1
-    return curve_of(channel.sampler, "SCALAR", width, reader, what)
+    return curve_of(channel.sampler, "SCALAR", width, reader, subject)
 
 
 def _joined(parts: Sequence[tuple[int | None, Curve]], rest: FloatArray) -> Curve:

@@ -46,7 +46,7 @@ class Curve:
         return along(self.values, place, np.where(span > 0, part.clip(0, 1), 0.0))
 
 
-def check_size(numbers: int, what: str) -> None:
+def check_size(numbers: int, subject: str) -> None:
     """Refuse a small file that unfolds into huge curves, before they are allocated.
 
     Raises
@@ -55,12 +55,12 @@ def check_size(numbers: int, what: str) -> None:
         If there are too many numbers.
     """
     if numbers > _MOST_NUMBERS:
-        message = f"{what} unfolds into more than {_MOST_NUMBERS} numbers; split it"
+        message = f"{subject} unfolds into more than {_MOST_NUMBERS} numbers; split it"
         raise InputError(message, "TOO_LARGE")
 
 
 def curve_of(
-    sampler: AnimationSampler, kind: str, width: int, reader: AccessorReader, what: str
+    sampler: AnimationSampler, kind: str, width: int, reader: AccessorReader, subject: str
 ) -> tuple[Curve, list[Finding]]:
     """Return a sampler as a curve of `width` values a key.
 
@@ -73,8 +73,8 @@ def curve_of(
         Of the output; VEC4 are quaternions.
     width : int
     reader : AccessorReader
-    what : str
-        For messages: which animation moves what.
+    subject : str
+        Name of the animation and its target, for messages.
 
     Raises
     ------
@@ -83,30 +83,30 @@ def curve_of(
     """
     times = reader.floats(sampler.input, "SCALAR")[:, 0]
     if (np.diff(times) <= 0).any():
-        raise InputError(f"the times of {what} must increase strictly")
+        raise InputError(f"the times of {subject} must increase strictly")
     raw = reader.floats(sampler.output, kind).ravel()
     cubic = sampler.interpolation == "CUBICSPLINE"
     expected = len(times) * width * (3 if cubic else 1)
     if len(raw) != expected:
         raise InputError(
-            f"{what} has {len(raw)} values; expected {expected} "
+            f"{subject} has {len(raw)} values; expected {expected} "
             f"({len(times)} keys of {width} values)"
         )
     turning = kind == "VEC4"
     found: list[Finding] = []
     if cubic:
-        curve, found = _resampled(times, raw.reshape(len(times), 3, width), what)
+        curve, found = _resampled(times, raw.reshape(len(times), 3, width), subject)
     elif sampler.interpolation in (None, "LINEAR"):
         curve = Curve(times, raw.reshape(len(times), width))
     elif sampler.interpolation == "STEP":
         curve = _step_curve(times, raw.reshape(len(times), width))
     else:
-        raise InputError(f"{what} has the unknown interpolation {sampler.interpolation!r}")
+        raise InputError(f"{subject} has the unknown interpolation {sampler.interpolation!r}")
     if not turning:
         return curve, found
     length = np.linalg.norm(curve.values, axis=1, keepdims=True)
     if not length.all():
-        raise InputError(f"{what} has a rotation that is the zero quaternion")
+        raise InputError(f"{subject} has a rotation that is the zero quaternion")
     return Curve(curve.times, curve.values / length, True), found
 
 

@@ -45,8 +45,8 @@ def write_influences(
     for number in range(places.shape[1] // _SET):
         own = slice(_SET * number, _SET * (number + 1))
         held = places[source, own].astype(small), weights[source, own]
-        for what, values in zip(("JOINTS", "WEIGHTS"), held, strict=True):
-            attributes[f"{what}_{number}"] = builder.array(values, ARRAY_BUFFER)
+        for attribute, values in zip(("JOINTS", "WEIGHTS"), held, strict=True):
+            attributes[f"{attribute}_{number}"] = builder.array(values, ARRAY_BUFFER)
     if len(attributes) == 2:
         return attributes, []
     many = int((weights[:, _SET:] > 0).any(axis=1).sum())

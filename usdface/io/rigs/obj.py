@@ -137,11 +137,13 @@ def _corner_numbers(path: Path, corners: list[str]) -> IntArray:
         ) from error
 
 
-def _zero_based(path: Path, numbers: IntArray, above: IntArray, count: int, what: str) -> IntArray:
+def _zero_based(
+    path: Path, numbers: IntArray, above: IntArray, count: int, element: str
+) -> IntArray:
     indices: IntArray = np.where(numbers < 0, above + numbers, numbers - 1)
     if len(indices) and not 0 <= indices.min() <= indices.max() < count:
         raise InputError(
-            f"{path}: a face names a {what} that is not among the file's {count}",
+            f"{path}: a face names a {element} that is not among the file's {count}",
             "POINT_INDICES_OUTSIDE",
         )
     return indices

@@ -185,10 +185,11 @@ def _up_axis(
         return None, []
     if axis == "X" and options.up_axis is None:
         raise InputError(
-            f"{path}: POINT:Y_SCREEN says X is up; give the up axis, Y or Z", "AXIS_UNKNOWN"
+            f"{path}: POINT:Y_SCREEN is X up, which is not supported; give the up axis, Y or Z",
+            "AXIS_UNKNOWN",
         )
     if screen.startswith("-") and options.up_axis is None:
-        message = f"POINT:Y_SCREEN says {screen}; taken as {axis} up"
+        message = f"POINT:Y_SCREEN is {screen}; taken as {axis} up"
         return axis, [finding("UP_AXIS_ASSUMED", str(path), message)]
     return axis, []
 

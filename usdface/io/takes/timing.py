@@ -96,21 +96,22 @@ def take_times(
     return seconds, rate, findings
 
 
-def _from_zero(path: Path, values: FloatArray, what: str) -> FloatArray:
+def _from_zero(path: Path, values: FloatArray, subject: str) -> FloatArray:
     if not np.isfinite(values).all():
         at = int(np.argmin(np.isfinite(values)))
-        raise InputError(f"{path}: frame {at} of the data has no {what}", "TIMES_WRONG")
+        raise InputError(f"{path}: frame {at} of the data has no {subject}", "TIMES_WRONG")
     later = values[1:] > values[:-1]
     if not later.all():
         at = int(np.argmin(later)) + 1
         raise InputError(
-            f"{path}: the {what} does not increase at frame {at} of the data "
+            f"{path}: the {subject} does not increase at frame {at} of the data "
             f"({values[at - 1]:g}, then {values[at]:g})",
             "TIMES_WRONG",
         )
     if values[-1] / 2 - values[0] / 2 > _LONGEST / 2:
         raise InputError(
-            f"{path}: the {what} runs from {values[0]:g} to {values[-1]:g}; too far", "TIMES_WRONG"
+            f"{path}: the {subject} runs from {values[0]:g} to {values[-1]:g}; too far",
+            "TIMES_WRONG",
         )
     shifted: FloatArray = values - values[0]
     return shifted

@@ -47,13 +47,13 @@ class Animation:
     emotions : mapping of str to (F,) float64
         Emotion curves, for the express layer.
     firing : (F, R) float64 or None
-        How far each rule fires, for the express layer.
+        Firing strength of each rule, for the express layer.
     regions : mapping of str to (F,) float64 [m]
         Residual of each region of the face, for the solve layer.
     repairs : tuple of Repair
         Changes of the marker clean-up, for the solve layer.
     motion : Pose or None
-        How the character's head moves, if it is to move, for the solve layer.
+        Motion of the character's head, if any, for the solve layer.
     """
 
     names: tuple[str, ...]
@@ -97,7 +97,7 @@ def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) ->
         If the edit target cannot be edited, or is not among the stage's own layers.
     """
     layer = editable_layer(stage)
-    # USD stretches what lies on a layer by the ratio of its clock to the stage's.
+    # USD scales the time codes of a layer by the ratio of its timeCodesPerSecond to the stage's.
     offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
     codes = np.array([offset * code for code in shot.codes.tolist()])
     author(layer, stage, replace(shot, codes=codes), animation, shot.codes.tolist())
@@ -125,11 +125,11 @@ def author(
     stage: Usd.Stage,
     shot: StagedShot,
     animation: Animation,
-    at: list[float] | None = None,
+    stage_codes: list[float] | None = None,
 ) -> None:
     """Author one animation of a stage's shot as overs on a layer.
 
-    `at` are the stage's time codes of the frames, where those of the layer, `shot.codes`, differ.
+    `stage_codes` are the frames' time codes on the stage, if those on the layer differ.
     """
     prims, codes = shot.prims, shot.codes.tolist()
     with Sdf.ChangeBlock():
@@ -153,7 +153,7 @@ def author(
                 prims.head,
                 animation.motion,
                 codes,
-                at or codes,
+                stage_codes or codes,
             )
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)

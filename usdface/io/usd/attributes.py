@@ -1,4 +1,4 @@
-"""Attributes of our own prims: authored one way, read with the type that they should have."""
+"""Authoring of schema attributes, and reading with a check of their type."""
 
 from typing import Any
 

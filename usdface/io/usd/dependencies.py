@@ -58,7 +58,7 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
 
 
 def _named_by(name: str, skipped: Collection[str]) -> Iterator[str]:
-    """Yield what the layer `name` names, resolved; nothing for what is no layer that can be read.
+    """Yield what the layer `name` names, resolved; none if it is no readable layer.
 
     `skipped` are sublayers that do not count.
     """

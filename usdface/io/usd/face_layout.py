@@ -1,4 +1,4 @@
-"""The parts of a face, and the gains over a take, as USD attributes (`docs/architecture.md`)."""
+"""The layout of a face, and the gains over a take, as USD attributes (`docs/architecture.md`)."""
 
 from collections.abc import Sequence
 
@@ -29,22 +29,22 @@ _REGION_GAINS: dict[GainRegion, str] = {
 }
 
 
-def write_layout(prim: Usd.Prim, parts: FaceLayout, meters_per_unit: float) -> None:
-    """Author the parts of a face on its `UsdFaceRetarget` prim."""
-    names = {tokens.LEFT_SHAPES: parts.left, tokens.RIGHT_SHAPES: parts.right}
-    names |= {token: parts.regions.get(r, ()) for r, token in _REGION_SHAPES.items()}
-    names[tokens.ANTAGONISTS] = tuple(name for pair in parts.antagonists for name in pair)
+def write_layout(prim: Usd.Prim, layout: FaceLayout, meters_per_unit: float) -> None:
+    """Author the layout of a face on its `UsdFaceRetarget` prim."""
+    names = {tokens.LEFT_SHAPES: layout.left, tokens.RIGHT_SHAPES: layout.right}
+    names |= {token: layout.regions.get(r, ()) for r, token in _REGION_SHAPES.items()}
+    names[tokens.ANTAGONISTS] = tuple(name for pair in layout.antagonists for name in pair)
     for token, listed in names.items():
         author(prim, token, _NAMES.TokenArray, Vt.TokenArray(listed))
-    for token, pairs in ((tokens.CONTACT_LIPS, parts.lips), (tokens.CONTACT_LIDS, parts.lids)):
+    for token, pairs in ((tokens.CONTACT_LIPS, layout.lips), (tokens.CONTACT_LIDS, layout.lids)):
         value = Vt.Vec2iArray.FromNumpy(pairs.astype(np.int32).reshape(-1, 2))
         author(prim, token, _NAMES.Int2Array, value)
-    tolerance = parts.tolerance / meters_per_unit
+    tolerance = layout.tolerance / meters_per_unit
     author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
 
 
 def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
-    """Read the layout of a face off its `UsdFaceRetarget` prim; missing parts are empty.
+    """Read the layout of a face from its `UsdFaceRetarget` prim; missing attributes are empty.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
 def read_gains(
     system: Usd.Prim | None, expressions: Sequence[Usd.Prim], codes: FloatArray
 ) -> Gains:
-    """Read the gains at the time codes of a take, between authored samples as USD has it.
+    """Read the gains at the time codes of a take, interpolated between samples by USD.
 
     Raises
     ------
@@ -89,18 +89,18 @@ def read_gains(
 
 
 def _curve(prim: Usd.Prim, name: str, codes: FloatArray) -> FloatArray:
-    """Return an attribute over time: (F,), or (1,) where it stands still; 1 where there is none."""
+    """Return an attribute over time: (F,), or (1,) where it is constant; 1 where there is none."""
     attribute = prim.GetAttribute(name)
     times = codes.tolist() if attribute and attribute.ValueMightBeTimeVarying() else [codes[0]]
     values = [attribute.Get(time) if attribute else None for time in times]
-    known = [1.0 if value is None else value for value in values]
-    for value in known:
+    gains = [1.0 if value is None else value for value in values]
+    for value in gains:
         if not (isinstance(value, float) and np.isfinite(value) and value >= 0):
             raise InputError(
                 f"prim <{prim.GetPath()}>: {name} is {value}; expected a number, 0 or more"
             )
     # A float as its shortest decimal: 0.7 is 0.7.
-    return np.array([float(str(np.float32(value))) for value in known])
+    return np.array([float(str(np.float32(value))) for value in gains])
 
 
 def _names(prim: Usd.Prim, name: str) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The head's motion on a stage: on the joint that carries the face, else on the SkelRoot."""
+"""The head's motion on a stage: on the joint that moves the face, else on the SkelRoot."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,7 +18,7 @@ __all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "inverse_hea
 
 HEAD_OP = "xformOp:transform:usdfaceHead"
 # Joint attributes of a SkelAnimation.
-_PARTS = (
+_COMPONENTS = (
     ("translations", Sdf.ValueTypeNames.Float3Array, Vt.Vec3fArray),
     ("rotations", Sdf.ValueTypeNames.QuatfArray, Vt.QuatfArray),
     ("scales", Sdf.ValueTypeNames.Half3Array, Vt.Vec3hArray),
@@ -32,12 +32,12 @@ class HeadCarrier:
     Attributes
     ----------
     joint : int
-        The joint of `skeleton` that carries the face; -1 = the SkelRoot moves.
+        The joint of `skeleton` that moves the face; -1 = the SkelRoot.
     skeleton : Skeleton or None
         In metres, Y up.
     to_rig : (4, 4) float64
-        Leads from the space that the moves are authored in to metres, Y up: from the skeleton's
-        where a joint moves, else from the SkelRoot's own.
+        From the space of the authored motion to metres, Y up: skeleton space for a joint, else the
+        SkelRoot's local space.
     ops : tuple of str
         The SkelRoot's own transform ops.
     """
@@ -61,7 +61,7 @@ def find_carrier(
     root: Usd.Prim,
     si: FloatArray,
 ) -> HeadCarrier | None:
-    """Return the joint or SkelRoot that the bound markers follow; None without a SkelRoot.
+    """Return the joint or SkelRoot that moves the bound markers; None without a SkelRoot.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def find_carrier(
     skeleton : Skeleton or None
         The rig's.
     setup : RetargetSetup
-        It may name the joint.
+        May name the joint.
     prim, root : Usd.Prim
         The skeleton that the mesh is bound to, and the SkelRoot (may be invalid).
     si : (4, 4) float64
@@ -78,7 +78,7 @@ def find_carrier(
     Raises
     ------
     InputError
-        If the named joint is not there.
+        If the named joint does not exist.
     """
     points = setup.binding.points
     points = points[(points >= 0) & (points < len(mesh.points))]
@@ -129,23 +129,23 @@ def author_head(
     carrier: HeadCarrier,
     motion: Pose,
     codes: list[float],
-    at: list[float],
+    stage_codes: list[float],
 ) -> None:
     """Author the motion on a layer; `paths` are SkelRoot and SkelAnimation.
 
-    `codes` are time codes of the layer, `at` the same moments on the stage.
+    `codes` are time codes of the layer, `stage_codes` the same on the stage.
     """
     root, animation = paths
     if carrier.skeleton is None:
         _author_root(layer, root, carrier, motion, codes)
     else:
-        _author_joint(layer, stage, animation, carrier, motion, codes, at)
+        _author_joint(layer, stage, animation, carrier, motion, codes, stage_codes)
 
 
 def _author_root(
     layer: Sdf.Layer, path: str, carrier: HeadCarrier, motion: Pose, codes: list[float]
 ) -> None:
-    """Move the SkelRoot below its own transform ops, so that it may stand anywhere."""
+    """Author the motion after the SkelRoot's own transform ops, which place the character."""
     root = Sdf.CreatePrimInLayer(layer, path)
     local = carrier.to_rig @ matrices_of(motion) @ np.linalg.inv(carrier.to_rig)
     _samples(layer, root, HEAD_OP, Sdf.ValueTypeNames.Matrix4d, codes, matrices(local))
@@ -162,27 +162,27 @@ def _author_joint(
     carrier: HeadCarrier,
     motion: Pose,
     codes: list[float],
-    at: list[float],
+    stage_codes: list[float],
 ) -> None:
     """Author complete joint arrays: the head's joint moves, the others keep their motion."""
     moved = UsdSkel.DecomposeTransforms(matrices(_local(carrier, motion)))
-    names, others = _authored_joints(stage, path, at)
+    names, others = _authored_joints(stage, path, stage_codes)
     if carrier.name not in names:
         names = (*names, carrier.name)
-    place = names.index(carrier.name)
+    column = names.index(carrier.name)
     anim, kinds = Sdf.CreatePrimInLayer(layer, path), Sdf.ValueTypeNames
     order = anim.attributes.get("joints") or Sdf.AttributeSpec(
         anim, "joints", kinds.TokenArray, Sdf.VariabilityUniform
     )
     order.default = Vt.TokenArray(names)
-    for (name, kind, array), there, own in zip(
-        _PARTS, zip(*others, strict=True), moved, strict=True
+    for (name, kind, array), authored, own in zip(
+        _COMPONENTS, zip(*others, strict=True), moved, strict=True
     ):
         values = np.array(own)
         rows = np.empty((len(codes), len(names), values.shape[1]), values.dtype)
-        before = np.array([np.array(part) for part in there])
+        before = np.array([np.array(part) for part in authored])
         rows[:, : before.shape[1]] = before
-        rows[:, place] = values
+        rows[:, column] = values
         _samples(layer, anim, name, kind, codes, map(array.FromNumpy, rows))
 
 
@@ -200,20 +200,20 @@ def _local(carrier: HeadCarrier, motion: Pose) -> FloatArray:
 def _authored_joints(
     stage: Usd.Stage, path: str, codes: list[float]
 ) -> tuple[tuple[str, ...], list[tuple[Any, Any, Any]]]:
-    """Return the joints that an animation moves, and their parts at each time, or once."""
-    nothing = [tuple(array() for _, _, array in _PARTS)]
+    """Return an animation's joints, and their transform components at each time code, or once."""
+    no_components = [tuple(array() for _, _, array in _COMPONENTS)]
     animation = UsdSkel.Animation.Get(stage, path)
     if not animation:
-        return (), nothing
+        return (), no_components
     query = UsdSkel.Cache().GetAnimQuery(animation)
     names = tuple(str(name) for name in query.GetJointOrder()) if query else ()
     if not names:
-        return (), nothing
+        return (), no_components
     times = codes if query.JointTransformsMightBeTimeVarying() else codes[:1]
-    parts = [query.ComputeJointLocalTransformComponents(time) for time in times]
-    if any(part is None or len(part[0]) != len(names) for part in parts):
-        return (), nothing
-    return names, parts
+    components = [query.ComputeJointLocalTransformComponents(time) for time in times]
+    if any(part is None or len(part[0]) != len(names) for part in components):
+        return (), no_components
+    return names, components
 
 
 def _samples(

@@ -22,11 +22,11 @@ def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
     Parameters
     ----------
     prims : sequence of Usd.Prim
-        Their children are looked at, too.
+        Their children are examined, too.
     """
-    every = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
+    examined = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
     findings: dict[str, Finding] = {}
-    for prim in every:
+    for prim in examined:
         for path, message in (*_attributes(prim), *_undefined_child(prim)):
             findings[path] = finding("SETTING_UNREAD", path, message)
     return list(findings.values())
@@ -34,7 +34,7 @@ def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
 
 @cache
 def _schema() -> Sdf.Layer:
-    """Return our prim types; read from their file, for a host may not have registered them."""
+    """Return the usdface schemas, from their file: a host may not have registered them."""
     return Sdf.Layer.FindOrOpen(str(plugin_dir() / "generatedSchema.usda"))
 
 
@@ -48,9 +48,12 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
             continue
         where = f"<{prim.GetPath()}>.{written}"
         if written not in known:
-            yield where, f"nothing reads {written}{did_you_mean(written, known)}"
+            yield where, f"unknown attribute {written}{did_you_mean(written, known)}"
         elif known[written].variability == Sdf.VariabilityUniform and _has_samples(prim, written):
-            yield where, f"{written} is one value for the whole take; its samples are not read"
+            yield (
+                where,
+                f"{written} is uniform: one value for the take; its time samples are ignored",
+            )
 
 
 def _has_samples(prim: Usd.Prim, name: str) -> bool:
@@ -65,8 +68,8 @@ def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
         return
     name, where = prim.GetName(), f"<{prim.GetPath()}>"
     if not prim.IsDefined():
-        there = [child.GetName() for child in parent.GetChildren()]
+        siblings = [child.GetName() for child in parent.GetChildren()]
         message = f"the override of {name} changes nothing: no layer defines it"
-        yield where, message + did_you_mean(name, there)
+        yield where, message + did_you_mean(name, siblings)
     elif parent.GetTypeName() == tokens.FUZZY_SYSTEM:
-        yield where, f"{name} has no type, so nothing reads it; write def {tokens.FUZZY_RULE}"
+        yield where, f"{name} has no type and is ignored; write def {tokens.FUZZY_RULE}"

@@ -1,8 +1,8 @@
 """The layers that `process` writes: the solve and express layers, and the root that sublayers them.
 
-A stronger layer's array hides all weaker samples and all their channels, so each layer holds
-complete arrays over all frames; each carries its own clock, because USD stretches a layer
-that does not by the ratio to its fallback of 24.
+Samples of a stronger layer hide all samples of weaker ones, so each layer holds complete arrays
+over all frames. Each has its own timeCodesPerSecond: without it, USD scales the time codes of a
+layer by the ratio to its fallback of 24.
 """
 
 from dataclasses import dataclass
@@ -34,17 +34,18 @@ class _Paths:
 
 
 def layer_paths(shot: Path, root: Path | None) -> _Paths:
-    """Return where the layers of a shot go: beside it, or beside another `root`.
+    """Return the paths of a shot's layers: beside it, or beside another `root`.
 
     Raises
     ------
     InputError
-        If the root has no name of a USD file.
+        If the root is not named as a USD file.
     """
     root = root or shot.parent / f"{shot.stem}.usdface.usda"
     if root.suffix not in (".usda", ".usdc", ".usd"):
         raise InputError(
-            f"{root} is no USD file name; end it in .usda, .usdc or .usd", "FILE_KIND_UNKNOWN"
+            f"{root} is not named as a USD file; end it in .usda, .usdc or .usd",
+            "FILE_KIND_UNKNOWN",
         )
     stem = root.stem if root.stem.endswith(".usdface") else f"{root.stem}.usdface"
     folder = root.with_name(stem)
@@ -52,15 +53,15 @@ def layer_paths(shot: Path, root: Path | None) -> _Paths:
 
 
 def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
-    """Open a shot as its user wrote it, without the layers that `write_layers` put over it.
+    """Open a shot without the layers that `write_layers` added to it.
 
     Raises
     ------
     InputError
         If it cannot be opened.
     """
-    ours = layer_paths(shot, root)
-    return open_stage(shot, without=(ours.solve, ours.express))
+    own_layers = layer_paths(shot, root)
+    return open_stage(shot, without=(own_layers.solve, own_layers.express))
 
 
 def write_layers(
@@ -73,13 +74,13 @@ def write_layers(
 ) -> list[Path]:
     """Write solve and express layers and the root over them; all of them or none.
 
-    With `in_place` the shot's own subLayers get the two layers instead of a new root; doing
-    it again changes nothing.
+    With `in_place` the two layers are added to the shot's own subLayers instead of a new root;
+    that is idempotent.
 
     Returns
     -------
     list of Path
-        What was written, the file to open first.
+        The written files, the one to open first.
 
     Raises
     ------
@@ -104,9 +105,9 @@ def write_layers(
     if in_place:
         top = Sdf.Layer.CreateAnonymous(".usda")
         top.TransferContent(stage.GetRootLayer())
-        ours = [relative_asset(path, shot_path) for path in stronger_first]
-        old = {relative_asset(path, shot_path) for path in (paths.solve, paths.express)}
-        top.subLayerPaths = ours + [p for p in top.subLayerPaths if p not in old]
+        added = [relative_asset(path, shot_path) for path in stronger_first]
+        previous = {relative_asset(path, shot_path) for path in (paths.solve, paths.express)}
+        top.subLayerPaths = added + [p for p in top.subLayerPaths if p not in previous]
         layers.append((shot_path, top))
     else:
         layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))

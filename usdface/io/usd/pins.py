@@ -22,8 +22,8 @@ def read_pins(
     """Read the pins of a `UsdFaceRetarget` prim.
 
     An attribute belongs to the blend shape of its display name, else of its name after the prefix;
-    a name that no attribute may have is spelled as a prim's would be (`usdface.io.prim_names`).
-    A value without time samples holds for the whole take.
+    names that are not legal in USD are spelled as prim names (`usdface.io.prim_names`). A value
+    without time samples applies to the whole take.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def read_pins(
     -------
     tuple of Pin
     list of Finding
-        PIN_IGNORED for a pin of no blend shape, between two frames, or out of [0, 1].
+        PIN_IGNORED for a pin of an unknown blend shape, between two frames, or outside [0, 1].
     """
     legal = dict(zip(prim_names(names), names, strict=True))
     pins: dict[str, Pin] = {}
@@ -45,17 +45,17 @@ def read_pins(
     for attribute in prim.GetAttributes():
         if not attribute.GetName().startswith(tokens.PIN_PREFIX) or not attribute.HasValue():
             continue
-        own = attribute.GetName().removeprefix(tokens.PIN_PREFIX)
-        shown = attribute.GetDisplayName()
-        name = next((n for n in (shown, own) if n in names), legal.get(own))
+        suffix = attribute.GetName().removeprefix(tokens.PIN_PREFIX)
+        display_name = attribute.GetDisplayName()
+        name = next((n for n in (display_name, suffix) if n in names), legal.get(suffix))
         where = str(attribute.GetPath())
         if name is None:
-            message = f"the rig has no blend shape {shown or own!r}"
+            message = f"the rig has no blend shape {display_name or suffix!r}"
         elif name in pins:
             message = f"{name!r} is pinned by another attribute too"
         else:
-            frames, weights, wrong = _pinned(attribute, codes)
-            findings += [finding("PIN_IGNORED", where, message) for message in wrong]
+            frames, weights, problems = _pinned(attribute, codes)
+            findings += [finding("PIN_IGNORED", where, message) for message in problems]
             if len(frames):
                 pins[name] = Pin(name, np.array(frames), np.array(weights))
             continue
@@ -66,28 +66,28 @@ def read_pins(
 def _pinned(
     attribute: Usd.Attribute, codes: FloatArray
 ) -> tuple[list[int], list[float], list[str]]:
-    """Return frame indices and weights of the samples that can be used, and why others not."""
+    """Return frame indices and weights of the usable samples, and the problems of the others."""
     step = float(np.min(np.diff(codes))) if len(codes) > 1 else 1.0
     found: dict[int, float] = {}
-    wrong = []
-    for code, frame in _places(attribute, codes):
+    problems = []
+    for code, frame in _samples(attribute, codes):
         value = attribute.Get(code)
-        at = f"at time code {code:g}" if isinstance(code, float) else "throughout"
+        moment = f"at time code {code:g}" if isinstance(code, float) else "throughout"
         if value is None:  # blocked
             continue
         if not isinstance(value, (int, float)) or not 0.0 <= value <= 1.0:
-            wrong.append(f"the weight {value} {at} is outside 0 to 1")
+            problems.append(f"the weight {value} {moment} is outside 0 to 1")
         elif isinstance(code, float) and abs(codes[frame] - code) > _ON_FRAME * step:
-            wrong.append(f"the take has no frame {at}")
+            problems.append(f"the take has no frame {moment}")
         elif isinstance(code, float):
             found[frame] = float(value)
         else:
             found = dict.fromkeys(range(len(codes)), float(value))
     frames = sorted(found)
-    return frames, [found[frame] for frame in frames], wrong
+    return frames, [found[frame] for frame in frames], problems
 
 
-def _places(
+def _samples(
     attribute: Usd.Attribute, codes: FloatArray
 ) -> Iterator[tuple[float | Usd.TimeCode, int]]:
     """Yield each time code that has a sample, with the nearest frame; the default if none has."""

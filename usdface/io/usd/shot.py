@@ -1,4 +1,4 @@
-"""Shots out of USD: a stage that brings a character, a take and their set-up together."""
+"""Reading a shot from a USD stage with a character, a take and their setup."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -36,7 +36,7 @@ __all__ = ["ShotPrims", "StagedShot", "read_shot"]
 
 @dataclass(frozen=True, slots=True)
 class ShotPrims:
-    """Prim paths of a shot on its stage; "" = not there.
+    """Prim paths of a shot on its stage; "" = none.
 
     `tokens` are the blend shape names of the animation, in its order; `head` is the joint, or the
     SkelRoot, that moves with the head.
@@ -53,7 +53,7 @@ class ShotPrims:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StagedShot:
-    """A shot, and where it lies on its stage.
+    """A shot and its prims on a stage.
 
     Attributes
     ----------
@@ -75,12 +75,12 @@ class StagedShot:
 def read_shot(
     stage: Usd.Stage, where: str, asset_root: Path | None = None
 ) -> tuple[StagedShot, list[Finding]]:
-    """Read the one face that a stage sets up; textures may also come from `asset_root`.
+    """Read the shot of a stage, which has one setup; textures may also come from `asset_root`.
 
     Raises
     ------
     InputError
-        If there is no `UsdFaceRetarget` prim or more than one, or what it names is missing.
+        If there is no `UsdFaceRetarget` prim or more than one, or a target of it is missing.
     """
     with usd_errors(where):
         return _read(stage, where, asset_root)
@@ -103,37 +103,37 @@ def _read(
     take, codes = read_take_prim(take_prim)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", True, asset_root)
-    pins, notes = read_pins(prim, rig.shape_names, codes)
-    setup, findings = replace(setup, pins=pins), findings + notes + missing_metrics(stage)
+    pins, pin_findings = read_pins(prim, rig.shape_names, codes)
+    setup, findings = replace(setup, pins=pins), findings + pin_findings + missing_metrics(stage)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
     system = read_fuzzy(stage, str(fuzzy[0])) if fuzzy else None
     posed = [
-        _there(stage, path, tokens.EXPRESSIONS, where)
+        _existing_prim(stage, path, tokens.EXPRESSIONS, where)
         for path in prim.GetRelationship(tokens.EXPRESSIONS).GetTargets()
     ]
     expressions = read_expressions(posed)
     metrics = metrics_of(stage)
-    parts = read_layout(prim, metrics.meters_per_unit)
+    layout = read_layout(prim, metrics.meters_per_unit)
     gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
     prims = _prims_of(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
-    there = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
-    head = find_carrier(mesh, rig.skeleton, setup, *there, to_si(metrics))
+    prims_of_head = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
+    head = find_carrier(mesh, rig.skeleton, setup, *prims_of_head, to_si(metrics))
     if not prims.animation:
         findings.append(finding("ANIMATION_CREATED", prims.skeleton))
     prims = replace(prims, head=head)
-    ours = [prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
+    usdface_prims = [prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
     scopes = dict.fromkeys(each.GetParent() for each in posed)
-    findings += ignored_attributes([*ours, *scopes])
+    findings += ignored_attributes([*usdface_prims, *scopes])
     base = _base_weights(stage, prims, take, codes)
-    shot = Shot(rig, take, setup, system, expressions, parts, gains, base)
+    shot = Shot(rig, take, setup, system, expressions, layout, gains, base)
     return StagedShot(shot, prims, codes, metrics), findings
 
 
 def _base_weights(
     stage: Usd.Stage, prims: ShotPrims, take: MarkerTake | WeightsTake, codes: FloatArray
 ) -> WeightsTake | None:
-    """Return the weights that the animation has at the frames of the take, 0 where it has none."""
+    """Return the authored weights of the animation at the frames of the take; 0 without a value."""
     if not prims.animation or not prims.tokens:
         return None
     attribute = UsdSkel.Animation.Get(stage, prims.animation).GetBlendShapeWeightsAttr()
@@ -154,10 +154,10 @@ def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, where: str) -> Usd.Prim
         raise InputError(
             f"{where}, prim <{prim.GetPath()}>: {name} has no target", "SHOT_INCOMPLETE"
         )
-    return _there(stage, targets[0], name, where)
+    return _existing_prim(stage, targets[0], name, where)
 
 
-def _there(stage: Usd.Stage, path: Sdf.Path, name: str, where: str) -> Usd.Prim:
+def _existing_prim(stage: Usd.Stage, path: Sdf.Path, name: str, where: str) -> Usd.Prim:
     prim = stage.GetPrimAtPath(path)
     if not prim:
         raise InputError(
@@ -179,7 +179,7 @@ def _prims_of(stage: Usd.Stage, mesh: str, retarget: str, fuzzy: str, where: str
     skeleton = UsdSkel.BindingAPI(prim).GetInheritedSkeleton()
     if not skeleton:
         raise InputError(
-            f"{where}: mesh <{mesh}> has no skel:skeleton, so USD would not play its shapes; "
+            f"{where}: mesh <{mesh}> has no skel:skeleton, so USD would not play its blend shapes; "
             "`usdface rig` writes a rig that has one"
         )
     found = UsdSkel.Root.Find(prim)

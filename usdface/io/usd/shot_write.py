@@ -1,4 +1,4 @@
-"""Shots into USD: as a file that references rig and take, or on an open stage."""
+"""Writing a shot: as a file that references rig and take, or on an open stage."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -34,9 +34,9 @@ _TAKE = "/Shot/Capture/Take"
 
 
 def write_shot(path: Path, rig: Path, take: Path, shot: Shot) -> None:
-    """Write a shot that references the files `rig` and `take` and holds the set-up of `shot`.
+    """Write a shot that references the files `rig` and `take` and holds the setup of `shot`.
 
-    Units and up axis are the rig's, the clock is the take's. The bound mesh of the set-up is a
+    Units and up axis are the rig's, the clock is the take's. The bound mesh of the setup is a
     prim path on the rig's own stage.
 
     Raises
@@ -71,13 +71,13 @@ def write_shot(path: Path, rig: Path, take: Path, shot: Shot) -> None:
 
 
 def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> None:
-    """Author the set-up of a shot on the edit target of the stage that its rig is on.
+    """Author the setup of a shot on the edit target of the stage that its rig is on.
 
     Parameters
     ----------
     stage : Usd.Stage
     scope : str
-        Path of the prim that is to hold the set-up; what a set-up left there is replaced.
+        Path of the prim of the setup; a setup at that path is replaced.
     shot : Shot
         `setup.binding.mesh` is a prim path on the stage.
     take : str
@@ -121,7 +121,7 @@ def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> Non
 
 
 def _define_setup(stage: Usd.Stage, scope: str, shot: Shot, targets: dict[str, list[str]]) -> None:
-    """Define the prims of a set-up below `scope`; `targets` are relationships of the set-up."""
+    """Define the prims of a setup below `scope`; `targets` are relationships of the setup."""
     if shot.system is not None:
         write_fuzzy(stage, f"{scope}/Fuzzy", shot.system)
         targets[tokens.SYSTEM] = [f"{scope}/Fuzzy"]

@@ -42,7 +42,7 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     InputError
         If the scene cannot be opened or has no such clip.
     OutputError
-        If the package cannot be written; what was there before still is.
+        If the package cannot be written; an existing one is unchanged.
 
     References
     ----------
@@ -74,7 +74,7 @@ def _binary(layer: Sdf.Layer) -> bytes:
 
 
 def _flattened(stage: Usd.Stage, clip: str) -> tuple[Sdf.Layer, list[Finding]]:
-    """Return what a stage composes to, with the clip of a name, or with all and one that plays."""
+    """Return the flattened stage with the named clip, or with all clips and one that plays."""
     skinned = any(prim.IsA(UsdSkel.Root) for prim in stage.Traverse())
     stages = list(clip_stages(stage)) if skinned else [stage]
     names = [stage_keys(staged)[0] for staged in stages]

@@ -42,7 +42,7 @@ def localise(
     -------
     dict of bytes by str
     list of Finding
-        ASSET_OUTSIDE; TEXTURE_MISSING for what is not there or cannot be read; FEATURE_DROPPED
+        ASSET_OUTSIDE; TEXTURE_MISSING for a missing or unreadable file; FEATURE_DROPPED
         for types of files that USDZ does not hold.
     """
     named: list[str] = []

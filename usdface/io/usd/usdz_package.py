@@ -20,14 +20,14 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # the first time that a zip can hold
 
 
 def write_package(path: Path, files: Mapping[str, bytes]) -> None:
-    """Write a package of `files` by name, in order, and compare what is in it then.
+    """Write a package of `files` by name, in order, and verify its content.
 
     Equal files give equal bytes.
 
     Raises
     ------
     OutputError
-        If it is larger than 2 GiB, or does not hold what was written.
+        If it is larger than 2 GiB, or its content differs.
     OSError
         If it cannot be written.
     """
@@ -43,7 +43,9 @@ def write_package(path: Path, files: Mapping[str, bytes]) -> None:
         raise OutputError("the package is larger than 2 GiB, the most that is written") from error
     meant = {name: (len(data), zlib.crc32(data)) for name, data in files.items()}
     if _entries(path) != meant:
-        raise OutputError("the package does not hold what was written; is the disk damaged?")
+        raise OutputError(
+            "the content of the package differs from the written data; is the disk damaged?"
+        )
 
 
 def _padding(start: int) -> bytes:
@@ -53,7 +55,7 @@ def _padding(start: int) -> bytes:
 
 
 def _entries(path: Path) -> dict[str, tuple[int, int]]:
-    """Return size and CRC-32 of what a package holds, by name; nothing where it is damaged."""
+    """Return size and CRC-32 of a package's files, by name; empty if it is damaged."""
     try:
         with zipfile.ZipFile(path) as package:
             damaged = package.testzip()

@@ -214,14 +214,14 @@ class _Scene(PlayerFile):
         at = part["attributes"]
         points = self.accessor(at["POSITION"])[used].astype(np.float64)
 
-        def target(stored: dict[str, Any], what: str) -> Target:
-            if what not in stored:
+        def target(stored: dict[str, Any], attribute: str) -> Target:
+            if attribute not in stored:
                 return Target.of(np.zeros((0, 3), np.float32))
-            return Target.of(self.accessor(stored[what])[used].astype(np.float32))
+            return Target.of(self.accessor(stored[attribute])[used].astype(np.float32))
 
-        def targets(what: str) -> PlayerTargets:
+        def targets(attribute: str) -> PlayerTargets:
             stored = part.get("targets", [])
-            return PlayerTargets(len(used), tuple(target(one, what) for one in stored))
+            return PlayerTargets(len(used), tuple(target(one, attribute) for one in stored))
 
         lit = "NORMAL" in at and all("NORMAL" in t for t in part.get("targets", []))
         return {

@@ -98,11 +98,11 @@ class PlayerFile:
             values[:] = self._rows(a["bufferView"], a.get("byteOffset", 0), dtype, shape)
         if "sparse" in a:
             s, count = a["sparse"], a["sparse"]["count"]
-            where, what = s["indices"], s["values"]
+            where, value_view = s["indices"], s["values"]
             kind = _DTYPES[where["componentType"]]
             place = self._rows(where["bufferView"], where.get("byteOffset", 0), kind, (count, 1))
             values[place[:, 0]] = self._rows(
-                what["bufferView"], what.get("byteOffset", 0), dtype, (count, shape[1])
+                value_view["bufferView"], value_view.get("byteOffset", 0), dtype, (count, shape[1])
             )
         if a.get("normalized") and dtype != "<f4":
             return np.maximum(values / np.float64(np.iinfo(dtype).max), -1.0)
