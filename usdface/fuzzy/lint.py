@@ -15,8 +15,9 @@ from usdface.fuzzy.variables import Variable
 
 __all__ = ["rule_findings"]
 
-# A condition with more alternatives than this is taken to hold somewhere.
-_ALTERNATIVES = 256
+# A condition with more alternatives than this is taken to hold somewhere, as is one of parts that
+# would have to be put together in more ways.
+_ALTERNATIVES, _PAIRS = 256, 4096
 _SAMPLES = 1001
 
 
@@ -81,6 +82,9 @@ def _alternatives(
         return ways if len(ways) <= _ALTERNATIVES else [{}]
     ways = [{}]
     for part in parts:
+        if len(ways) * len(part) > _PAIRS:
+            ways = [{}]
+            continue
         joined = [_together(a, b) for a in ways for b in part]
         ways = [way for way in joined if all(at.any() for at in way.values())]
         ways = ways if len(ways) <= _ALTERNATIVES else [{}]
