@@ -33,15 +33,15 @@ def row(trip: RoundTrip) -> list[str]:
     certified = [leg for leg in trip.legs if leg.certificate]
     most = {
         key: max(leg.certificate[key] for leg in certified)
-        for key in ("weight error, largest", "time drift s")
+        for key in ("weight_error_max", "time_drift_s")
     }
     judged = [error for leg in trip.legs for error in leg.judged]
     same = "yes" if trip.names[0] == trip.names[1] else "no"
     codes = sorted({code for leg in trip.legs for code in leg.codes})
     return [
         f"{max(leg.vertices for leg in certified):.1g}",
-        f"{most['weight error, largest']:.1g}",
-        f"{most['time drift s']:.1g}",
+        f"{most['weight_error_max']:.1g}",
+        f"{most['time_drift_s']:.1g}",
         same,
         str(len(judged)),
         ", ".join(codes),

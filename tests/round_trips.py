@@ -39,7 +39,7 @@ class Leg:
         """Largest vertex error as a share of the bounding diagonal."""
         found = self.certificate
         assert found is not None
-        return found["vertex error mm, largest"] / max(found["bounding diagonal mm"], 1e-9)
+        return found["vertex_error_max_mm"] / max(found["bounding_diagonal_mm"], 1e-9)
 
 
 @dataclass(frozen=True, slots=True)

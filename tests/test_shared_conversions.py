@@ -45,8 +45,8 @@ def test_there_and_back(name, shared_data, tmp_path, validate_gltf):
             assert "CONVERSION_INEXACT" in leg.codes
         else:
             assert leg.vertices <= 5e-6  # two legs: 1e-5 of the bounding diagonal
-        assert leg.certificate["weight error, largest"] <= 1e-6
-        assert leg.certificate["time drift s"] <= 5e-7
+        assert leg.certificate["weight_error_max"] <= 1e-6
+        assert leg.certificate["time_drift_s"] <= 5e-7
         assert leg.certificate["missing"] == []
         assert "CONVERSION_UNCERTIFIED" not in leg.codes
 

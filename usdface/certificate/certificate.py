@@ -8,6 +8,14 @@ from usdface.findings import Finding, finding
 
 __all__ = ["FLOAT32", "Certificate"]
 
+_SUMMARY = (
+    "frames_compared",
+    "vertex_error_max_mm",
+    "normal_error_max_degrees",
+    "weight_error_max",
+    "time_drift_s",
+)
+
 FLOAT32 = 2.0**-23  # relative spacing of float32 numbers (IEEE 754)
 _EXACT = 1e-5  # of the bounding diagonal, a weight, a second: 84 float32 roundings
 _STRAIGHT = 0.5  # degrees: turns a shade by sin(0.5°) at most, 2 of 255 steps
@@ -66,30 +74,27 @@ class Certificate:
         """Return the certificate as plain values, each name with its unit."""
         clips = {name: clip.as_dict() for name, clip in self.clips.items()}
         return {
-            "frames compared": self.frames,
+            "frames_compared": self.frames,
             "frames": self.of_frames,
-            "bounding diagonal mm": 1000 * self.diagonal,
-            "vertex error mm, largest": 1000 * self.vertex_largest,
-            "vertex error mm, mean": 1000 * self.vertex_mean,
-            "vertex error, mesh of the largest": self.vertex_worst,
-            "normal error degrees, largest": self.normal_largest,
-            "normal error degrees, mean": self.normal_mean,
-            "weight error, largest": max(self.weights.values(), default=0.0),
-            "weight error of each channel": self.weights,
-            "time drift s": self.time_drift,
+            "bounding_diagonal_mm": 1000 * self.diagonal,
+            "vertex_error_max_mm": 1000 * self.vertex_largest,
+            "vertex_error_mean_mm": 1000 * self.vertex_mean,
+            "vertex_error_max_mesh": self.vertex_worst,
+            "normal_error_max_degrees": self.normal_largest,
+            "normal_error_mean_degrees": self.normal_mean,
+            "weight_error_max": max(self.weights.values(), default=0.0),
+            "weight_errors": self.weights,
+            "time_drift_s": self.time_drift,
             "names": self.names,
             "missing": list(self.missing),
-            "decoded by the conversion's own decoder": self.decoded,
+            "decoded_by_reader": self.decoded,
         } | ({"clips": clips} if clips else {})
 
-    def line(self) -> str:
-        """Return the certificate in one line."""
-        turned = "" if self.normal_largest is None else f", normals {self.normal_largest:.2g} deg"
-        return (
-            f"vertices {1000 * self.vertex_largest:.2g} mm{turned}, "
-            f"weights {max(self.weights.values(), default=0.0):.2g}, "
-            f"times {self.time_drift:.2g} s at most, in {self.frames} of {self.of_frames} frames"
-        )
+    @property
+    def summary(self) -> dict[str, float | int | None]:
+        """The largest differences, of the keys of `as_dict`."""
+        whole = self.as_dict()
+        return {key: whole[key] for key in _SUMMARY}
 
     def findings(self, where: str) -> list[Finding]:
         """Return a warning for differences beyond the rounding of float32."""

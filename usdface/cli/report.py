@@ -20,7 +20,7 @@ __all__ = ["print_json", "print_result", "print_whole", "print_written", "write_
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _EXAMPLES = 4
 _ANY_WIDTH = 1000  # characters
-_UNITS = {"mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
+_UNITS = {"degrees": "degrees", "mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
 
 
 def print_result(result: Result[Any], form: str, file: TextIO | None = None) -> None:

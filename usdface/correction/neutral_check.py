@@ -52,9 +52,9 @@ class NeutralResponse:
         return {
             "system": self.system,
             "neutral": self.exact,
-            "jitter, mean": self.mean,
-            "jitter, largest": self.largest,
-            "rules that fire": self.rules,
+            "jitter_mean": self.mean,
+            "jitter_max": self.largest,
+            "rules_firing": self.rules,
         }
 
 

@@ -50,7 +50,8 @@ def export_scene(
     -------
     Result of Certificate or None
         By how much the glTF is off; None of other formats. Keys of the summary: ``meshes``,
-        ``morph_targets`` (else ``blend_shapes``), ``clips``, ``frames``, ``certificate``.
+        ``morph_targets`` (else ``blend_shapes``), ``clips``, ``frames``, and those of
+        `Certificate.summary`.
 
     Raises
     ------
@@ -122,7 +123,7 @@ def import_scene(
     -------
     Result of Certificate or None
         By how much the USD is off; None where nothing can be compared. Keys of the summary:
-        ``meshes``, ``blend_shapes``, ``clips``, ``frames``, ``certificate``.
+        ``meshes``, ``blend_shapes``, ``clips``, ``frames``, and those of `Certificate.summary`.
 
     Raises
     ------
@@ -178,6 +179,6 @@ def _certified(
 ) -> Result[Certificate | None]:
     details = {}
     if certificate is not None:
-        summary["certificate"] = certificate.line()
+        summary |= certificate.summary
         details["certificate"] = certificate.as_dict()
     return Result(certificate, written, tuple(findings), summary, details, progress.seconds)

@@ -95,7 +95,7 @@ class Validation:
         labels = [*self.names, "none"]
         margins = {name: self.margins_of(name) for name in self.names}
         return {
-            "held out": self.holding,
+            "held_out": self.holding,
             "tested": self.tested,
             "right": self.right,
             "confusion": {
