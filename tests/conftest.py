@@ -1,18 +1,35 @@
 import json
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from usdface.advice import RAISING
 from usdface.blas_threads import limit_from_start
 from usdface.cli import main
 
 limit_from_start()  # before numpy is loaded
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def advice_fails_aloud() -> Iterator[None]:
+    """A mistake in what only advises is no finding here."""
+    token = RAISING.set(True)
+    yield
+    RAISING.reset(token)
+
+
+@pytest.fixture
+def as_users_have_it() -> Iterator[None]:
+    """Advice that fails is a finding after all."""
+    token = RAISING.set(False)
+    yield
+    RAISING.reset(token)
 
 
 @pytest.fixture(scope="session")

@@ -48,6 +48,10 @@ CODES: dict[str, tuple[Severity, str]] = {
         "a point index is repeated; its offsets add up in UsdSkel",
     ),
     "POINT_INDICES_OUTSIDE": ("error", "a point index is outside the mesh"),
+    "POINT_STRAY": (
+        "warning",
+        "a point lies or is moved far off from all others",
+    ),
     "OFFSETS_LENGTH_WRONG": ("error", "offsets, normals or indices of a shape differ in number"),
     "SHAPE_NAMES_MISMATCH": ("error", "names and targets of blend shapes differ in number"),
     "SHAPE_NAME_REPEATED": ("warning", "two blend shapes of a mesh share one name"),
@@ -156,6 +160,11 @@ CODES: dict[str, tuple[Severity, str]] = {
     "MEANING_DIFFERS": ("warning", "another program evaluates the file differently"),
     "CONTACT_KEPT": ("info", "a correction was limited to keep lips or lids in contact"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
+    # every job
+    "ADVICE_FAILED": (
+        "info",
+        "advice could not be given; the result does not depend on it",
+    ),
 }
 
 

@@ -4,13 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray
+from usdface.advice import advice
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.face.bound_face import BoundFace
-from usdface.findings import finding
+from usdface.face.region_residuals import region_residuals
+from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
@@ -76,13 +78,15 @@ def retarget(
         weights, solution, new_findings = solve(
             take, face, shot.setup, cleaned=cleaned, progress=progress
         )
-        findings += new_findings
+        regions, failed = _region_residuals(face, solution)
+        findings += new_findings + failed
         result = ShotResult(
             shot,
             _with_pinned_base(shot, weights),
             solution=solution,
             head_motion=_head_motion(shot, face, solution) if options.head else None,
             repairs=cleaned.repairs if cleaned else (),
+            region_residuals=regions,
         )
     if not options.express:
         return replace(result, findings=tuple(findings))
@@ -114,6 +118,19 @@ def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:
     others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
     pinned = with_pins(others, complete.names, complete.times, complete.weights)
     return replace(complete, weights=pinned)
+
+
+def _region_residuals(
+    face: BoundFace, solution: Solution | None
+) -> tuple[dict[str, FloatArray], list[Finding]]:
+    """Return the residual of each region; it only informs, so none where that fails."""
+    if solution is None:
+        return {}, []
+    return advice(
+        "residual by region",
+        lambda: region_residuals(face, solution.markers, solution.distances),
+        {},
+    )
 
 
 def _express(

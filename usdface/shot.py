@@ -124,6 +124,8 @@ class ShotResult:
         Motion of the character's head in rig space; None if it stays still.
     repairs : tuple of Repair
         Changes of the marker clean-up.
+    region_residuals : mapping of str to (F,) float64 [m]
+        RMS distance of the markers of each region from the solved face; empty of a weights take.
     trace : ExpressionTrace or None
         Features, firing strengths and emotions of the expression layer; None without one.
     findings : tuple of Finding
@@ -141,6 +143,7 @@ class ShotResult:
     solution: Solution | None = None
     head_motion: Pose | None = None
     repairs: tuple[Repair, ...] = ()
+    region_residuals: Mapping[str, FloatArray] = field(default_factory=dict)
     trace: ExpressionTrace | None = None
     findings: tuple[Finding, ...] = ()
 

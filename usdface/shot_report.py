@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.advice import advice
 from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -28,7 +29,7 @@ class ShotReport:
     details : mapping of str to value
         ``residual`` and ``confidence``; empty of a weights take.
     findings : tuple of Finding
-        Blend shapes that the markers hardly see.
+        Blend shapes that the markers hardly see; ADVICE_FAILED for a part that is left out.
     """
 
     summary: dict[str, Any]
@@ -55,9 +56,9 @@ def report_of(result: ShotResult) -> ShotReport:
     findings: tuple[Finding, ...] = ()
     if solution is not None:
         face = shot.face
-        free = _free_places(face, solution)
+        free, failed = _free_places(face, solution)
         report = solve_report(face, shot.setup, solution, free=free.vertices, room=free.room)
-        details, findings = report.details, tuple(report.findings)
+        details, findings = report.details, (*report.findings, *failed)
         summary |= _solution_summary(solution) | report.summary
     if result.corrected is not None:
         change = np.abs(result.corrected - result.solved.weights)
@@ -92,8 +93,13 @@ def _map_summary(choice: MapChoice) -> dict[str, Any]:
     }
 
 
-def _free_places(face: BoundFace, solution: Solution) -> FreePlaces:
-    try:
-        return free_places(face.mesh, face.vertices_of(solution.markers))
-    except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
-        return FreePlaces(np.zeros(0, dtype=np.int64), 0.0)
+def _free_places(face: BoundFace, solution: Solution) -> tuple[FreePlaces, list[Finding]]:
+    nowhere = FreePlaces(np.zeros(0, dtype=np.int64), 0.0)
+
+    def found() -> FreePlaces:
+        try:
+            return free_places(face.mesh, face.vertices_of(solution.markers))
+        except InputError:  # a mesh that does not look forwards, or is no skin: nothing to suggest
+            return nowhere
+
+    return advice("next markers", found, nowhere)

@@ -1,3 +1,7 @@
+import contextlib
+import tracemalloc
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from worlds import make_world
@@ -108,3 +112,27 @@ def test_a_mesh_that_nothing_moves_has_no_skin() -> None:
     still = Mesh("still", mesh.points, mesh.face_counts, mesh.face_indices)
     with pytest.raises(InputError, match="move nothing"):
         face_surface(still)
+
+
+def test_a_deep_mesh_of_long_triangles_takes_no_more_memory() -> None:
+    """The images are bounded where the face is a thousand times as deep as it is wide."""
+    mesh = make_world().rig.meshes[0]
+    points = mesh.points * [1.0, 1.0, 1e4]
+    tracemalloc.start()
+    try:
+        with contextlib.suppress(InputError):  # no skin may be seen; that is an answer
+            face_surface(replace(mesh, points=points))
+        assert tracemalloc.get_traced_memory()[1] < 60e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_vertex_that_is_torn_off_is_no_skin() -> None:
+    mesh = make_world().rig.meshes[0]
+    offsets = mesh.offsets_at(np.arange(len(mesh.points)))[0]
+    offsets[40] += 0.55
+    torn = replace(mesh, shapes=(BlendShape.from_dense("torn", offsets), *mesh.shapes[1:]))
+    skin = face_surface(torn)
+    assert np.flatnonzero(skin.torn).tolist() == [40]
+    np.testing.assert_array_equal(skin.vertices, np.delete(np.arange(len(mesh.points)), 40))
+    assert skin.moving.sum() == pytest.approx(face_surface(mesh).moving.sum(), abs=1)

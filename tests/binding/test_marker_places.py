@@ -1,4 +1,6 @@
 import json
+import tracemalloc
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -141,3 +143,68 @@ def test_the_command_writes_a_binding_and_draws_it(tmp_path: Path) -> None:
     assert all(after[name]["point"] == before[name]["point"] for name in before)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert main(["markers", rig, "-n", "0"]) == 1
+
+
+STRAY = 6 * 13 + 4  # beside the middle of the face, without a marker
+CORNER = 0  # which no shape moves much
+
+
+def far_off(mesh: Mesh, far: float, vertex: int = STRAY) -> Mesh:
+    points = mesh.points.copy()
+    points[vertex] += far * np.array([1.0, 1.0, 0.0])
+    return replace(mesh, points=points)
+
+
+def corner_far_off(mesh: Mesh, far: float) -> Mesh:
+    return far_off(mesh, far, CORNER)
+
+
+def torn(mesh: Mesh, far: float) -> Mesh:
+    """Return the face with a shape that tears one vertex off."""
+    opened = mesh.shapes[mesh.shape_names.index("jawOpen")]
+    offsets = mesh.offsets_at(np.arange(len(mesh.points)))[mesh.shape_names.index("jawOpen")]
+    offsets[STRAY] += far * np.array([1.0, 1.0, 0.0])
+    wrong = BlendShape.from_dense("jawOpen", offsets)
+    return replace(mesh, shapes=tuple(wrong if s is opened else s for s in mesh.shapes))
+
+
+@pytest.mark.parametrize("spoil", [far_off, corner_far_off, torn])
+@pytest.mark.parametrize("far", [0.55, 30.0, 100.0, 1e6, 1e20])
+def test_one_vertex_far_off_changes_neither_the_advice_nor_what_it_takes(
+    spoil: Callable[[Mesh, float], Mesh], far: float
+) -> None:
+    present = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
+    before = free_places(MESH, present.points)
+    tracemalloc.start()
+    try:
+        found = free_places(spoil(MESH, far), present.points)
+        taken = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert (STRAY if spoil is not corner_far_off else CORNER) not in found.vertices
+    assert len(np.setxor1d(found.vertices, before.vertices)) <= 9  # its neighbours at most
+    assert found.room == pytest.approx(before.room, rel=0.05)
+    assert taken < 60e6
+
+
+def test_places_of_a_dense_skin_take_memory_with_its_size() -> None:
+    """Not with the pairs of places that are near each other, which are some hundred million."""
+    size = 250
+    y, x = np.meshgrid(np.linspace(-0.1, 0.1, size), np.linspace(-0.1, 0.1, size), indexing="ij")
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(size**2)], axis=1)
+    first = (np.arange(size - 1)[:, None] * size + np.arange(size - 1)).ravel()
+    quads = np.stack([first, first + 1, first + size + 1, first + size], 1)
+    near = [np.exp(-(((points[:, 0] - 0.02 * k) / 0.1) ** 2)) for k in range(-2, 3)]
+    shapes = tuple(
+        BlendShape.from_dense(f"s{k}", 0.01 * row[:, None] * np.ones(3))
+        for k, row in enumerate(near)
+    )
+    mesh = Mesh("dense", points, np.full(len(quads), 4), quads.ravel(), shapes=shapes)
+    tracemalloc.start()
+    try:
+        found = free_places(mesh, NONE.points)
+        taken = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert 1000 < len(found.vertices) <= 2000
+    assert taken < 150e6

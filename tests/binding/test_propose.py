@@ -70,6 +70,22 @@ def test_anonymous_markers_in_any_pose_and_size_find_their_vertices(
     assert [f.code for f in findings] == ["BIND_PROPOSED"]
 
 
+@pytest.mark.usefixtures("as_users_have_it")
+def test_vertices_whose_confidence_fails_are_proposed_without_one(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> np.ndarray:
+        raise MemoryError
+
+    monkeypatch.setattr("usdface.binding.propose.placement_confidence", fail)
+    take, truth = anonymous(world, 1)
+    proposal, findings = propose(take, world.rig.meshes[0], NO_BINDING)
+    np.testing.assert_array_equal(proposal.binding.points, truth)
+    assert proposal.binding.confidence is not None
+    assert np.isnan(proposal.binding.confidence).all()
+    assert [f.code for f in findings] == ["ADVICE_FAILED", "BIND_PROPOSED"]
+
+
 def test_places_that_are_given_stay(world: World) -> None:
     take, truth = anonymous(world, 3)
     chosen = np.array([0, 9, 14])

@@ -1,7 +1,9 @@
+import pytest
 from expression_systems import expression_system
 
 from usdface.correction.rule_check import check_rules, fires_at_neutral
 from usdface.expression_system import MarkerFeature
+from usdface.findings import Finding
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 
@@ -34,3 +36,14 @@ def test_a_rule_about_a_negative_distance_never_fires() -> None:
     for measure, codes in (("signed", []), ("absolute", ["RULE_UNREACHABLE"])):
         system = expression_system(variables, (rule,), (MarkerFeature("a", "y", measure),))
         assert [f.code for f in check_rules(system)] == codes
+
+
+@pytest.mark.usefixtures("as_users_have_it")
+def test_a_check_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> list[Finding]:
+        raise MemoryError
+
+    monkeypatch.setattr("usdface.correction.rule_check.rule_findings", fail)
+    variables = Variable("a_y", "input", TERMS), Variable("joy", "output")
+    system = expression_system(variables, (parse_rule("IF a_y IS low THEN joy IS 1"),))
+    assert [(f.code, f.where) for f in check_rules(system)] == [("ADVICE_FAILED", "fuzzy rules")]

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from slits import EXPRESSIONS, slit_face
 
 from usdface.face.antagonists import antagonists
@@ -39,3 +40,9 @@ def test_the_corners_of_the_mouth_are_known_by_name_where_the_fields_hardly_oppo
     other = BlendShape("m1", smile.indices, outward)
     used = Expression("a", ("m1",), np.ones(1)), lowered
     assert antagonists(replace(FACE, shapes=(other, frown)), used) == ()
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1e25])
+def test_offsets_of_any_size_have_a_direction(scale):
+    shapes = tuple(replace(shape, offsets=scale * shape.offsets) for shape in FACE.shapes)
+    assert antagonists(replace(FACE, shapes=shapes), EXPRESSIONS) == antagonists(FACE, EXPRESSIONS)

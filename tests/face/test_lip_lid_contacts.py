@@ -68,3 +68,13 @@ def test_the_ict_face_has_lips_and_two_eyes(shared_data):
     sides = mesh.points[lids, 0].mean(axis=1)
     assert (sides > 0).sum() >= 40 and (sides < 0).sum() >= 40
     assert np.ptp(1000 * mesh.points[lids, 1]) < 20
+
+
+@pytest.mark.parametrize("far", [1.0, 100.0, 1e6])
+def test_a_vertex_far_off_hides_no_lips_and_no_lids(far):
+    points = FACE.points.copy()
+    lone = np.setdiff1d(FACE.shapes[0].indices, np.concatenate([*SEAMS.lips, *SEAMS.lids]))[0]
+    points[lone] += far
+    found = find_lip_lid_contacts(replace(FACE, points=points))
+    np.testing.assert_array_equal(found.lips, SEAMS.lips)
+    np.testing.assert_array_equal(found.lids, SEAMS.lids)

@@ -74,7 +74,7 @@ def candidate_vertices(
         surface=surface,
         indices=indices,
         points=points,
-        offsets=_LARGEST_WEIGHT * surface.offsets[:, indices],
+        offsets=_LARGEST_WEIGHT * surface.offsets_at(indices),
         rigid_motions=infinitesimal_motions(points),
         size=size,
     )

@@ -15,6 +15,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
+from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import Mesh
 
@@ -25,8 +26,18 @@ __all__ = ["MOVING_SHARE", "FaceSurface", "face_surface"]
 _MARGIN = 0.2
 # A vertex that moves by this share of the largest offset belongs to the moving part.
 MOVING_SHARE = 0.1
-# Cells of the depth images across the face, some 2 mm: narrower than a lip.
-_CELLS = 120
+# A vertex that moves so many times as far as any neighbour, and as all that move with theirs, is
+# torn off: no marker sits there, and it does not count for the largest offset. Set by hand: on a
+# face mesh neighbours move alike.
+_TORN = 5.0
+# Cells of the depth images across the face, some 2 mm: narrower than a lip; and at most along the
+# diagonal of its bounding box, which bounds the memory on a face that is deeper than wide.
+_CELLS, _MOST_CELLS = 120, 480
+# Samples of triangles in a depth image, of larger triangles fewer are taken before there are more;
+# samples held at once; times that an edge is halved at most. They bound memory and time.
+_SAMPLES, _AT_ONCE, _FINEST = 2_000_000, 200_000, 6
+# Distances along the surface held at once (160 MB).
+_DISTANCES = 20_000_000
 # A vertex this many cells behind the foremost sample of its cell is hidden: a surface turned away
 # by 63 degrees, atan 2, is that deep in one cell.
 _DEPTH = 2.0
@@ -44,28 +55,34 @@ class FaceSurface:
 
     Attributes
     ----------
+    mesh : Mesh
     vertices : (N,) int64
         Of the mesh.
     points : (N, 3) float64 [m]
-    offsets : (S, N, 3) float64 [m]
-        Of the blend shapes.
     moving : (N,) bool
         Moved by a blend shape by `MOVING_SHARE` of the largest offset or more.
     normals : (N, 3) float64
         Outwards, of length 1.
     level : (N,) bool
         Visible from the height of the face, not from below or above alone.
+    torn : (V,) bool
+        Vertices of the mesh that a blend shape tears off the surface.
     graph : (V, V) sparse float64 [m]
         Lengths of the edges and diagonals of the mesh's faces.
     """
 
+    mesh: Mesh
     vertices: IntArray
     points: FloatArray
-    offsets: FloatArray
     moving: BoolArray
     normals: FloatArray
     level: BoolArray
+    torn: BoolArray
     graph: csr_array
+
+    def offsets_at(self, indices: IntArray) -> FloatArray:
+        """Return the offsets of the blend shapes at vertices of the surface: (S, len, 3) [m]."""
+        return self.mesh.offsets_at(self.vertices[indices])
 
     def distances(self, vertices: IntArray, limit: float = np.inf) -> FloatArray:
         """Return distances along the surface from vertices of the mesh to its own: (len, N) [m].
@@ -73,8 +90,14 @@ class FaceSurface:
         Infinite beyond `limit`.
         """
         unique, back = np.unique(vertices, return_inverse=True)
-        far: FloatArray = dijkstra(self.graph, directed=False, indices=unique, limit=limit)
-        return far[back][:, self.vertices]
+        some = max(1, _DISTANCES // self.graph.shape[0])  # dijkstra fills in all of the mesh
+        far = [
+            dijkstra(self.graph, directed=False, indices=unique[k : k + some], limit=limit)[
+                :, self.vertices
+            ]
+            for k in range(0, len(unique), some)
+        ]
+        return np.asarray(np.concatenate(far)[back])
 
 
 def face_surface(mesh: Mesh) -> FaceSurface:
@@ -90,18 +113,22 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     for shape in mesh.shapes:
         size = np.linalg.norm(shape.offsets, axis=1)
         strength[shape.indices] = np.maximum(strength[shape.indices], size)
-    moving = strength > MOVING_SHARE * strength.max(initial=0.0)
+    torn = _torn(strength, graph)
+    moving: BoolArray = (strength > MOVING_SHARE * strength[~torn].max(initial=0.0)) & ~torn
     if not moving.any():
         raise InputError(
             f"the blend shapes of mesh {mesh.name!r} move nothing; no marker can bind",
             "SKIN_MISSING",
         )
-    low, high = mesh.points[moving].min(axis=0), mesh.points[moving].max(axis=0)
+    face = mesh.points[moving]
+    face = face[~stray_points(face)]
+    low, high = face.min(axis=0), face.max(axis=0)
     margin = _MARGIN * (high[1] - low[1])
     inside = ((mesh.points > low - margin) & (mesh.points < high + margin)).all(axis=1)
     normals = vertex_normals(mesh.points, np.full(len(triangles), 3), triangles.ravel())
-    size = (high - low)[:2].max() + 2 * margin
-    views = _seen(mesh.points, triangles, normals, inside, size) & inside
+    box = high - low + 2 * margin
+    cell = max(float(box[:2].max()) / _CELLS, float(np.linalg.norm(box)) / _MOST_CELLS)
+    views = _seen(mesh.points, triangles, normals, inside & ~torn, cell)
     seen = views.any(axis=0)
     _, part = connected_components(graph, directed=False)
     amount = np.bincount(part, weights=seen * moving)
@@ -111,14 +138,26 @@ def face_surface(mesh: Mesh) -> FaceSurface:
             f"the blend shapes of mesh {mesh.name!r} move no visible surface", "SKIN_MISSING"
         )
     return FaceSurface(
+        mesh,
         vertices,
         mesh.points[vertices],
-        mesh.offsets_at(vertices),
         moving[vertices],
         normals[vertices],
-        views[:_LEVEL, vertices].any(axis=0),
+        np.asarray(views[:_LEVEL, vertices].any(axis=0)),
+        torn,
         graph,
     )
+
+
+def _torn(strength: FloatArray, graph: csr_array) -> BoolArray:
+    """Return which vertices some shape tears off the surface, by how far they are moved: (V,)."""
+    a, b = graph.nonzero()
+    others = np.zeros(len(strength))
+    np.maximum.at(others, a, strength[b])
+    np.maximum.at(others, b, strength[a])
+    usual = float(strength[strength <= _TORN * others].max(initial=0.0))
+    torn: BoolArray = strength > _TORN * np.maximum(others, usual)
+    return torn if usual > 0.0 else np.zeros_like(torn)
 
 
 def _triangles(mesh: Mesh) -> IntArray:
@@ -151,7 +190,8 @@ def _graph(mesh: Mesh) -> csr_array:
     a, b = _distinct(np.concatenate([unique, *pairs]), len(mesh.points))[0].T
     lengths = np.maximum(np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1), 1e-9)
     size = len(mesh.points)
-    return csr_array((lengths, (a, b)), shape=(size, size))
+    # csgraph of SciPy before 1.13 knows no other indices.
+    return csr_array((lengths, (a.astype(np.int32), b.astype(np.int32))), shape=(size, size))
 
 
 def _distinct(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:
@@ -162,25 +202,37 @@ def _distinct(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:
 
 
 def _seen(
-    points: FloatArray, triangles: IntArray, normals: FloatArray, inside: BoolArray, size: float
+    points: FloatArray, triangles: IntArray, normals: FloatArray, inside: BoolArray, cell: float
 ) -> BoolArray:
-    """Return from which of the views no triangle hides a vertex: (views, V)."""
-    used = triangles[inside[triangles].any(axis=1)]
-    cell = size / _CELLS
-    samples = np.concatenate(list(_samples(points[used], cell))).T.copy()
-    seen = []
-    for yaw, pitch in _VIEWS:
-        turn = _view(yaw, pitch)
-        surface, here = turn @ samples, turn @ points.T
-        low = np.minimum(surface[:2].min(axis=1), here[:2].min(axis=1))[:, None]
-        place = ((surface[:2] - low) / cell).astype(np.int64)
-        own = ((here[:2] - low) / cell).astype(np.int64)
-        width, height = np.maximum(place.max(axis=1), own.max(axis=1)) + 1
-        depth = np.full(width * height, -np.inf)
-        np.maximum.at(depth, place[0] + width * place[1], surface[2])
-        front = here[2] > depth[own[0] + width * own[1]] - _DEPTH * cell
-        seen.append(front & (normals @ turn[2] > _FACING))
-    return np.array(seen)
+    """Return from which of the views no triangle hides a vertex of those `inside`: (views, V)."""
+    seen = np.zeros((len(_VIEWS), len(points)), dtype=bool)
+    if not (inside.any() and cell > 0):
+        return seen
+    turns = [_view(yaw, pitch) for yaw, pitch in _VIEWS]
+    here = [turn @ points[inside].T for turn in turns]
+    # The images end where the face does: what lies beyond hides nothing of it.
+    lows = [one[:2].min(axis=1, keepdims=True) for one in here]
+    sizes = [_cells(one, low, cell).max(axis=1) + 1 for one, low in zip(here, lows, strict=True)]
+    depths = [np.full(size.prod(), -np.inf) for size in sizes]
+    for samples in _samples(points[triangles[inside[triangles].any(axis=1)]], cell):
+        for turn, low, size, depth in zip(turns, lows, sizes, depths, strict=True):
+            surface = turn @ samples.T
+            there = surface[:2] - low
+            shown = ((there >= 0) & (there < cell * size[:, None])).all(axis=0)
+            place = _cells(surface[:, shown], low, cell).clip(max=size[:, None] - 1)
+            np.maximum.at(depth, place[0] + size[0] * place[1], surface[2, shown])
+    for row, turn, own, low, size, depth in zip(
+        seen, turns, here, lows, sizes, depths, strict=True
+    ):
+        place = _cells(own, low, cell)
+        front = own[2] > depth[place[0] + size[0] * place[1]] - _DEPTH * cell
+        row[inside] = front & (normals[inside] @ turn[2] > _FACING)
+    return seen
+
+
+def _cells(points: FloatArray, low: FloatArray, cell: float) -> IntArray:
+    """Return the cell (2, N) of an image in which each of some points (3, N) is."""
+    return np.asarray((points[:2] - low) / cell, dtype=np.int64)
 
 
 def _view(yaw: float, pitch: float) -> FloatArray:
@@ -192,12 +244,18 @@ def _view(yaw: float, pitch: float) -> FloatArray:
 
 
 def _samples(corners: FloatArray, cell: float) -> Iterator[FloatArray]:
-    """Yield points that cover triangles (T, 3, 3) about `cell` apart."""
+    """Yield points that cover triangles (T, 3, 3) about `cell` apart, some (N, 3) at a time."""
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    level = np.ceil(np.log2(np.maximum(longest / cell, 1.0))).astype(np.int64).clip(max=6)
+    level = np.ceil(np.log2(np.maximum(longest / cell, 1.0))).clip(max=_FINEST).astype(np.int64)
+    steps = 2 ** np.arange(_FINEST + 1)
+    each = (steps + 1) * (steps + 2) // 2
+    while level.any() and each[level].sum() > _SAMPLES:
+        level = level.clip(max=level.max() - 1)
     for split in np.unique(level).tolist():
-        steps = 2**split
-        i, j = np.meshgrid(np.arange(steps + 1), np.arange(steps + 1))
-        keep = (i + j) <= steps
-        weights = np.stack([i[keep], j[keep], steps - i[keep] - j[keep]], axis=1) / steps
-        yield np.einsum("kc,tcd->tkd", weights, corners[level == split]).reshape(-1, 3)
+        i, j = np.meshgrid(np.arange(steps[split] + 1), np.arange(steps[split] + 1))
+        keep = (i + j) <= steps[split]
+        weights = np.stack([i[keep], j[keep], steps[split] - i[keep] - j[keep]], axis=1)
+        own, count = corners[level == split], max(1, _AT_ONCE // len(weights))
+        for k in range(0, len(own), count):
+            some = np.einsum("kc,tcd->tkd", weights / steps[split], own[k : k + count])
+            yield some.reshape(-1, 3)

@@ -19,8 +19,14 @@ from usdface.rigs import Mesh
 
 __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 
-# Vertices that are tried, of more every n-th: bounds the time.
-_TRIED = 2000
+# Vertices of the surface that are examined, and of these tried, of more every n-th: bounds memory
+# and time.
+_EXAMINED, _TRIED = 20_000, 2000
+# Trying a vertex takes work with the square of the number of shapes: with many shapes fewer are
+# tried. So much work is some seconds; below the least number of vertices there is no choice.
+_WORK, _LEAST_TRIED = 1_000_000_000, 100
+# Nearest vertices of which one may face a vertex: bounds memory and time on dense meshes.
+_NEIGHBOURS = 64
 # A place is useful where some shape moves it by this share of its largest offset: the neck follows
 # the jaw, too. Set by hand.
 _SHOWS = 0.5
@@ -104,36 +110,47 @@ def free_places(mesh: Mesh, bound: IntArray) -> FreePlaces:
         If the blend shapes of the mesh move no visible surface.
     """
     surface = face_surface(mesh)
-    useful = surface.level & _shown(mesh, surface)
-    points = surface.points[useful]
-    if not len(points):
+    useful = np.flatnonzero(surface.level & _shown(surface)[surface.vertices])
+    if not len(useful):
         return FreePlaces(np.zeros(0, np.int64), 0.0)
-    size = rms_radius(points)
-    useful &= ~_faced(surface, _FACING * size)
+    size = rms_radius(surface.points[useful])
+    examined = _decimated(np.arange(len(surface.points)), _EXAMINED)
+    free = np.intersect1d(useful, examined[~_faced(surface, examined, _FACING * size)])
     if len(bound):
-        away = cKDTree(mesh.points[bound]).query(surface.points)[0]
-        useful &= away >= _APART * size
-    free = surface.vertices[useful]
-    return FreePlaces(free[:: max(1, -(-len(free) // _TRIED))], _APART * size)
+        away = cKDTree(mesh.points[bound]).query(surface.points[free])[0]
+        free = free[away >= _APART * size]
+    tried = max(_LEAST_TRIED, min(_TRIED, _WORK // len(mesh.shapes) ** 2))
+    return FreePlaces(_decimated(surface.vertices[free], tried), _APART * size)
 
 
-def _shown(mesh: Mesh, surface: FaceSurface) -> BoolArray:
-    """Return (N,) where some shape moves the surface by much of its largest offset."""
-    own = np.linalg.norm(surface.offsets, axis=2)
-    most = [np.linalg.norm(s.offsets, axis=1).max(initial=0.0) for s in mesh.shapes]
-    least = np.maximum(_SHOWS * np.array(most), 1e-12)[:, None]
-    return np.asarray((own >= least).any(axis=0))
+def _decimated(values: IntArray, most: int) -> IntArray:
+    """Return every n-th value, so that there are no more than `most`."""
+    return values[:: max(1, -(-len(values) // most))]
 
 
-def _faced(surface: FaceSurface, reach: float) -> BoolArray:
-    """Return (N,) which vertices have a surface within `reach` [m] that faces them."""
-    a, b = cKDTree(surface.points).query_pairs(reach, output_type="ndarray").T
-    between = surface.points[b] - surface.points[a]
-    ahead = (surface.normals[a] * between).sum(axis=1) > 0.0
-    back = (surface.normals[b] * between).sum(axis=1) < 0.0
-    turned = (surface.normals[a] * surface.normals[b]).sum(axis=1) < 0.0
-    faced = np.zeros(len(surface.points), dtype=bool)
-    faced[np.concatenate([a, b])[np.tile(ahead & back & turned, 2)]] = True
+def _shown(surface: FaceSurface) -> BoolArray:
+    """Return (V,) where some shape moves the mesh by much of its largest offset."""
+    shown = np.zeros(len(surface.torn), dtype=bool)
+    for shape in surface.mesh.shapes:
+        length = np.where(surface.torn[shape.indices], 0.0, np.linalg.norm(shape.offsets, axis=1))
+        shown[shape.indices[length >= max(_SHOWS * length.max(initial=0.0), 1e-12)]] = True
+    return shown
+
+
+def _faced(surface: FaceSurface, examined: IntArray, reach: float) -> BoolArray:
+    """Return (K,) which of the examined vertices another one faces within `reach` [m]."""
+    points, normals = surface.points[examined], surface.normals[examined]
+    count = min(_NEIGHBOURS, len(points))
+    _, near = cKDTree(points).query(points, k=[*range(1, count + 1)], distance_upper_bound=reach)
+    faced = np.zeros(len(points), dtype=bool)
+    for other in near.T:
+        a = np.flatnonzero(other < len(points))
+        b = other[a]
+        between = points[b] - points[a]
+        ahead = (normals[a] * between).sum(axis=1) > 0.0
+        back = (normals[b] * between).sum(axis=1) < 0.0
+        turned = (normals[a] * normals[b]).sum(axis=1) < 0.0
+        faced[a[ahead & back & turned]] = True
     return faced
 
 

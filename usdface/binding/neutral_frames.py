@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.spatial.distance import cdist
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
@@ -30,7 +31,7 @@ FEWEST_MARKERS = 4
 # Peak frames that are looked for. As all numbers below without another source: set by hand; judge:
 # `python benchmarks/binding.py`; docs/constants.md lists them.
 MOST_PEAKS = 24
-# Frames that are compared with each other: bounds the memory (256 MB) and the time.
+# Frames that are compared with each other: bounds the memory (32 MB) and the time.
 _MOST_FRAMES = 2000
 # Modes of the motion.
 _MODES = 8
@@ -182,7 +183,7 @@ def held_poses(stabilised: StabilisedTake, times: FloatArray, count: int) -> lis
     if spread == 0.0 or len(scores) == 1:
         return [(0, len(scores) - 1)]
     size = _SAME_POSE * spread
-    apart = ((some[:, None] - some) ** 2).sum(axis=2)
+    apart = cdist(some, some, "sqeuclidean")
     usual = np.exp(-apart / (2 * size**2)).mean(axis=1)
     speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
     around = round(2 * _STILL / max(float(np.median(np.diff(times))), 1e-9)) + 1

@@ -76,7 +76,7 @@ def search_pose(surface: FaceSurface, observations: Observations) -> RegisteredM
     """Register markers to a face from many starts."""
     anchors = observations.anchors[observations.anchored]
     coarse = candidate_vertices(surface, _COARSE, anchors)
-    count, shapes = len(observations.displacements), len(surface.offsets)
+    count, shapes = len(observations.displacements), len(surface.mesh.shapes)
     few = replace(
         observations,
         displacements=observations.displacements[:_FIRST_PEAKS],

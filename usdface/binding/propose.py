@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from usdface.advice import advice
 from usdface.arrays import BoolArray, IntArray
 from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
@@ -76,6 +77,8 @@ class Proposal:
         Markers whose given vertex does not fit the others. It is kept with a confidence of 0.
     off_face : tuple of str
         Markers off the face, which are left out.
+    failed : tuple of Finding
+        ADVICE_FAILED where the confidence is unknown (NaN).
     """
 
     setup: RetargetSetup
@@ -84,6 +87,7 @@ class Proposal:
     duplicates: tuple[DuplicateMarker, ...] = ()
     doubted: tuple[tuple[str, DoubtedAnchor], ...] = ()
     off_face: tuple[str, ...] = ()
+    failed: tuple[Finding, ...] = ()
 
 
 def propose(
@@ -134,7 +138,11 @@ def propose(
         neutral = _explaining_neutral(registered, stabilised, held, peaks=peaks)
         setup = replace(setup, neutral=neutral)
     chosen = _one_vertex_each(registered)
-    confidence = np.round(placement_confidence(registered, chosen), 3)
+    confidence, failed = advice(
+        "confidence of the proposed vertices",
+        lambda: np.round(placement_confidence(registered, chosen), 3),
+        np.full(len(chosen), np.nan),
+    )
     off = _off_face(registered)
     new = [i for i, name in enumerate(names) if name not in given and not off[i]]
     wrong = tuple((names[anchor.marker], anchor) for anchor in doubted)
@@ -152,6 +160,7 @@ def propose(
         duplicates=duplicates,
         doubted=wrong,
         off_face=tuple(names[i] for i in np.flatnonzero(off)),
+        failed=tuple(failed),
     )
 
 
@@ -179,6 +188,7 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
         finding("MARKER_OFF_FACE", name, "it is off the face and is left out")
         for name in proposal.off_face
     ]
+    findings += proposal.failed
     message = f"the vertices of {count} markers are proposed; check them before use"
     findings.append(finding("BIND_PROPOSED", source, message))
     assert binding.confidence is not None

@@ -7,40 +7,38 @@ command runs, so that `usdface --help` is fast.
 import argparse
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
-from usdface.cli.bench import add_bench
 from usdface.cli.command import FAILED, check_files
-from usdface.cli.convert import add_check, add_export, add_import, add_rig, add_take
-from usdface.cli.formats import add_formats
-from usdface.cli.fuzzy import add_fuzzy
-from usdface.cli.process import add_calibrate, add_process
-from usdface.cli.shot import add_markers, add_shot
 from usdface.errors import UsdFaceError
 
 __all__ = ["main"]
 
-_COMMANDS = (
-    add_rig,
-    add_take,
-    add_markers,
-    add_shot,
-    add_calibrate,
-    add_process,
-    add_export,
-    add_import,
-    add_check,
-    add_formats,
-    add_fuzzy,
-    add_bench,
-)
+# Each command with the module of its options, which is loaded when the command is named, and a
+# line of help.
+_COMMANDS = {
+    "rig": ("convert", "convert a character to UsdSkel"),
+    "take": ("convert", "convert a recorded take to USD"),
+    "markers": ("shot", "choose the most informative vertices for markers"),
+    "shot": ("shot", "bind a take to a rig, with expressions and a fuzzy system"),
+    "calibrate": ("process", "measure a performer's gains, as shares of the character's shapes"),
+    "process": ("process", "retarget a shot, correct its expressions, write layers"),
+    "export": ("convert", "write a USD scene as glTF or USDZ"),
+    "import": ("convert", "write a glTF as USD"),
+    "check": ("convert", "check blend shapes of USD and glTF files"),
+    "formats": ("formats", "list file formats, also those that other packages add"),
+    "fuzzy": ("fuzzy", "inspect, convert and fit fuzzy systems"),
+    "bench": ("bench", "compute the published tables of the two methods again"),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit status (argparse exits with 2 on wrong usage)."""
     limit_from_start()
-    parsed = _parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else arguments
+    parsed = _parser(next((word for word in words if word in _COMMANDS), "")).parse_args(words)
     try:
         check_files(parsed)
         status: int = parsed.run(parsed)
@@ -61,7 +59,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return FAILED
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(command: str | None = None) -> argparse.ArgumentParser:
+    """Make the parser, with the options of one command; without a name those of all."""
     parser = argparse.ArgumentParser(
         prog="usdface",
         description="Marker takes onto blend-shape characters, in USD and glTF.",
@@ -69,8 +68,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in _COMMANDS:
-        add(commands)
+    for name, (module, summary) in _COMMANDS.items():
+        if command in (name, None):
+            getattr(import_module(f"usdface.cli.{module}"), f"add_{name}")(commands, summary)
+        else:
+            commands.add_parser(name, help=summary)
     return parser
 
 

@@ -10,9 +10,8 @@ from usdface.errors import InputError
 __all__ = ["add_bench"]
 
 
-def add_bench(commands: Any) -> None:
+def add_bench(commands: Any, summary: str) -> None:
     """Add `usdface bench`."""
-    summary = "compute the published tables of the two methods again"
     command = add_command(commands, "bench", _bench, summary)
     command.add_argument("name", choices=("papers", "solve"), metavar="papers")
     # Of `solve`, which is a script of the repository now.

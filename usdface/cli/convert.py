@@ -20,9 +20,9 @@ def _formats(table: FormatTable[Any]) -> str:
     return f"{table.summary}; others: usdface formats"
 
 
-def add_rig(commands: Any) -> None:
+def add_rig(commands: Any, summary: str) -> None:
     """Add `usdface rig`."""
-    command = add_command(commands, "rig", _rig, "convert a character to UsdSkel")
+    command = add_command(commands, "rig", _rig, summary)
     command.add_argument("source", type=Path, help=_formats(RIG_READERS))
     add_output(command, "the rig, .usda or .usdc")
     default = RigOptions()
@@ -44,9 +44,9 @@ def _rig(parsed: argparse.Namespace) -> int:
     return report(parsed, result)
 
 
-def add_take(commands: Any) -> None:
+def add_take(commands: Any, summary: str) -> None:
     """Add `usdface take`."""
-    command = add_command(commands, "take", _take, "convert a recorded take to USD")
+    command = add_command(commands, "take", _take, summary)
     command.add_argument("source", type=Path, help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
     command.add_argument(
@@ -71,9 +71,9 @@ def _take(parsed: argparse.Namespace) -> int:
     return report(parsed, result)
 
 
-def add_export(commands: Any) -> None:
+def add_export(commands: Any, summary: str) -> None:
     """Add `usdface export`."""
-    command = add_command(commands, "export", _export, "write a USD scene as glTF or USDZ")
+    command = add_command(commands, "export", _export, summary)
     command.add_argument("scene", type=Path)
     add_output(command, _formats(EXPORT_TARGETS))
     command.add_argument("--clip", default="", metavar="NAME", help="export only this clip")
@@ -100,9 +100,9 @@ def _export(parsed: argparse.Namespace) -> int:
     return report(parsed, result)
 
 
-def add_import(commands: Any) -> None:
+def add_import(commands: Any, summary: str) -> None:
     """Add `usdface import`."""
-    command = add_command(commands, "import", _import, "write a glTF as USD")
+    command = add_command(commands, "import", _import, summary)
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
     add_asset_root(command)
@@ -118,9 +118,9 @@ def _import(parsed: argparse.Namespace) -> int:
     return report(parsed, result)
 
 
-def add_check(commands: Any) -> None:
+def add_check(commands: Any, summary: str) -> None:
     """Add `usdface check`."""
-    command = add_command(commands, "check", _check, "check blend shapes of USD and glTF files")
+    command = add_command(commands, "check", _check, summary)
     command.add_argument("files", type=Path, nargs="+")
 
 

@@ -12,11 +12,9 @@ __all__ = ["add_formats"]
 _TITLES = {"takes": "take", "rigs": "rig", "exports": "export"}
 
 
-def add_formats(commands: Any) -> None:
+def add_formats(commands: Any, summary: str) -> None:
     """Add `usdface formats`."""
-    add_command(
-        commands, "formats", _formats, "list file formats, also those that other packages add"
-    )
+    add_command(commands, "formats", _formats, summary)
 
 
 def _formats(parsed: argparse.Namespace) -> int:

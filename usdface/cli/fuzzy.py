@@ -12,9 +12,8 @@ from usdface.cli.progress import progress
 __all__ = ["add_fuzzy"]
 
 
-def add_fuzzy(commands: Any) -> None:
+def add_fuzzy(commands: Any, summary: str) -> None:
     """Add `usdface fuzzy` with its actions."""
-    summary = "inspect, convert and fit fuzzy systems"
     group = commands.add_parser("fuzzy", help=summary, description=summary)
     actions = group.add_subparsers(title="actions", required=True, metavar="ACTION")
     command = add_command(

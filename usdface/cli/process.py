@@ -12,13 +12,13 @@ from usdface.options import ProcessOptions
 __all__ = ["add_calibrate", "add_process"]
 
 
-def add_process(commands: Any) -> None:
+def add_process(commands: Any, summary: str) -> None:
     """Add `usdface process`."""
     command = add_command(
         commands,
         "process",
         _process,
-        "retarget a shot, correct its expressions, write layers",
+        summary,
         writes=("gltf", "figure"),
     )
     command.add_argument("shot", type=Path)
@@ -67,9 +67,8 @@ def _process(parsed: argparse.Namespace) -> int:
     return report(parsed, result)
 
 
-def add_calibrate(commands: Any) -> None:
+def add_calibrate(commands: Any, summary: str) -> None:
     """Add `usdface calibrate`."""
-    summary = "measure a performer's gains, as shares of the character's shapes"
     command = add_command(commands, "calibrate", _calibrate, summary)
     command.add_argument("shot", type=Path, help="a shot of an expressive take")
     add_output(command, "the calibration, .json, for shot --calibration")

@@ -14,13 +14,13 @@ from usdface.options import BindOptions, CorrectionOptions, MarkerOptions
 __all__ = ["add_markers", "add_shot"]
 
 
-def add_shot(commands: Any) -> None:
+def add_shot(commands: Any, summary: str) -> None:
     """Add `usdface shot`."""
     command = add_command(
         commands,
         "shot",
         _shot,
-        "bind a take to a rig, with expressions and a fuzzy system",
+        summary,
         writes=("write_bind", "bind_figure"),
     )
     command.add_argument(
@@ -148,9 +148,8 @@ def _frames(option: str, words: list[str] | None, expected: str, most: int = 100
     return tuple(int(word) for word in words)
 
 
-def add_markers(commands: Any) -> None:
+def add_markers(commands: Any, summary: str) -> None:
     """Add `usdface markers`."""
-    summary = "choose the most informative vertices for markers"
     command = add_command(commands, "markers", _markers, summary, writes=("figure",))
     command.add_argument("rig", type=Path, help="USD rig, as `usdface rig` makes it")
     default = MarkerOptions()

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from usdface.advice import advice
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import rules_firing_at
@@ -12,7 +13,15 @@ __all__ = ["check_rules", "fires_at_neutral"]
 
 
 def check_rules(system: ExpressionSystem) -> list[Finding]:
-    """Return RULE_FIRES_AT_NEUTRAL for each rule that does, and the lint of the rule base."""
+    """Return RULE_FIRES_AT_NEUTRAL for each rule that does, and the lint of the rule base.
+
+    ADVICE_FAILED where the rules cannot be checked.
+    """
+    found, failed = advice("fuzzy rules", lambda: _check(system), list[Finding]())
+    return found + failed
+
+
+def _check(system: ExpressionSystem) -> list[Finding]:
     neutral = [
         finding(
             "RULE_FIRES_AT_NEUTRAL",

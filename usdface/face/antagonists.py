@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from usdface.face.expression_poses import units_of
 from usdface.retarget_setup import Expression
-from usdface.rigs import Mesh
+from usdface.rigs import BlendShape, Mesh
 
 __all__ = ["antagonists"]
 
@@ -29,11 +30,8 @@ def antagonists(mesh: Mesh, expressions: Sequence[Expression]) -> tuple[tuple[st
     used = [s for s in mesh.shapes if any(s.name in e.shapes for e in expressions)]
     together = {(a, b) for e in expressions for a in e.shapes for b in e.shapes}
     units = units_of([shape.name for shape in used])
-    fields = np.zeros((len(used), 3 * len(mesh.points)), dtype=np.float32)
-    for row, shape in zip(fields.reshape(len(used), -1, 3), used, strict=True):
-        row[shape.indices] = shape.offsets
-    size = np.linalg.norm(fields, axis=1)
-    cosine = fields @ fields.T / np.maximum(np.outer(size, size), np.finfo(np.float32).tiny)
+    fields = _directions(used, len(mesh.points))
+    cosine = (fields @ fields.T).toarray()
     pairs = []
     for i, j in np.argwhere(np.tril(cosine < _SAME_SIDE, k=-1)):
         a, b = used[i].name, used[j].name
@@ -42,3 +40,16 @@ def antagonists(mesh: Mesh, expressions: Sequence[Expression]) -> tuple[tuple[st
         if (named or cosine[i, j] < _OPPOSED) and (a, b) not in together:
             pairs.append((b, a))
     return tuple(sorted(pairs))
+
+
+def _directions(shapes: Sequence[BlendShape], count: int) -> csr_array:
+    """Return the displacement fields of shapes, each of length 1 or 0: (S, 3 V)."""
+    columns = [(3 * shape.indices[:, None] + np.arange(3)).ravel() for shape in shapes]
+    unit = []
+    for shape in shapes:
+        field = shape.offsets.ravel() / max(np.abs(shape.offsets).max(initial=0.0), 1e-300)
+        unit.append(field / max(float(np.linalg.norm(field)), 1e-300))
+    starts = np.cumsum([0, *(len(own) for own in columns)])
+    indices = np.concatenate([*columns, np.zeros(0, dtype=np.int64)])
+    values = np.concatenate([*unit, np.zeros(0)])
+    return csr_array((values, indices, starts), shape=(len(shapes), 3 * count))

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import BlendShape, Mesh
 
@@ -84,7 +85,7 @@ def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     edges = coo_matrix((np.ones(len(corners)), (corners, following)), shape=(count, count))
     piece = connected_components(edges, directed=False)[1]
     seen = mesh.points[moving]
-    spread = rms_radius(seen)
+    spread = rms_radius(seen[~stray_points(seen)])
     return _Skin(mesh.points, normals, piece, spread)
 
 

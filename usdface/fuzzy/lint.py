@@ -15,8 +15,9 @@ from usdface.fuzzy.variables import Variable
 
 __all__ = ["rule_findings"]
 
-# A condition with more alternatives than this counts as satisfiable.
-_ALTERNATIVES = 256
+# A condition with more alternatives than this counts as satisfiable, as does one with more
+# combinations of its parts' alternatives.
+_ALTERNATIVES, _PAIRS = 256, 4096
 _SAMPLES = 1001
 
 
@@ -81,6 +82,9 @@ def _alternatives(
         return alternatives if len(alternatives) <= _ALTERNATIVES else [{}]
     alternatives = [{}]
     for part in parts:
+        if len(alternatives) * len(part) > _PAIRS:
+            alternatives = [{}]
+            continue
         joined = [_together(a, b) for a in alternatives for b in part]
         alternatives = [
             alternative for alternative in joined if all(at.any() for at in alternative.values())

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.advice import RAISING
 from usdface.arrays import FloatArray
 from usdface.certificate.certificate import Certificate
 from usdface.certificate.compare import EvaluatedMesh, certify, match_names, sample_frames
@@ -64,7 +65,9 @@ def certify_conversion(
             certificate = _certificate(
                 stage, evaluate_clips(gltf, asset_root), exported, every_frame, clip
             )
-    except _NOT_EVALUATED as error:
+    except Exception as error:  # of any kind: the written file does not depend on it
+        if RAISING.get() and not isinstance(error, _NOT_EVALUATED):
+            raise
         message = f"not compared with its source: {one_line(str(error))}"
         return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message)]
     where = gltf.name if exported else Path(stage.GetRootLayer().realPath).name

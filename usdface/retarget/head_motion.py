@@ -79,7 +79,7 @@ def smooth_motion(
     seen : (F, M) bool
         Which markers each frame shows.
     """
-    rotations = Rotation.from_matrix(pose.rotations)
+    rotations = Rotation.from_matrix(pose.rotations.copy())  # SciPy before 1.15.1 wants to write
     angles, centre = rotations.as_rotvec(), points.mean(axis=0)
     known = seen.sum(axis=1) >= _FEWEST
     if len(times) < 3 or not known.any() or np.linalg.norm(angles, axis=1).max() > _FAR:

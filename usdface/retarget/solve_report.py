@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.advice import advice
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.place_names import place_names
@@ -41,6 +42,8 @@ def solve_report(
 ) -> SolveReport:
     """Report residuals of the markers and standard deviations of the weights.
 
+    What of this cannot be said is left out: ADVICE_FAILED.
+
     Parameters
     ----------
     face : BoundFace
@@ -51,6 +54,36 @@ def solve_report(
         Vertices where more markers could be glued, so far apart as
     room : float [m]
     """
+    nothing = SolveReport({}, {}, [])
+    residual, failed = advice("residual", lambda: _residual_report(face, solution), nothing)
+    confidence, more = advice(
+        "confidence", lambda: _confidence_report(face, setup, solution, free, room), nothing
+    )
+    return SolveReport(
+        residual.summary | confidence.summary,
+        residual.details | confidence.details,
+        [*residual.findings, *confidence.findings, *failed, *more],
+    )
+
+
+def _residual_report(face: BoundFace, solution: Solution) -> SolveReport:
+    regions = region_errors(face, solution.markers, solution.distances)
+    summary = {
+        "residual_by_region_mm": {region: errors["rms"] for region, errors in regions.items()}
+    }
+    details = {
+        "residual": {
+            "markers_mm": _of_markers(solution),
+            "regions_mm": regions,
+            "frames_mm": np.round(1000.0 * solution.residual, 3).tolist(),
+        }
+    }
+    return SolveReport(summary, details, [])
+
+
+def _confidence_report(
+    face: BoundFace, setup: RetargetSetup, solution: Solution, free: IntArray, room: float
+) -> SolveReport:
     bound = face.vertices_of(solution.markers)
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
     held = _usual(solution, setup, face)
@@ -61,22 +94,15 @@ def solve_report(
     unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
     wanted = [int(places[place]) for place in confidence.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
-    regions = region_errors(face, solution.markers, solution.distances)
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
     named = dict(zip(there.tolist(), place_names(face, there), strict=True))
-    summary = {
-        "residual_by_region_mm": {region: errors["rms"] for region, errors in regions.items()},
+    summary: dict[str, Any] = {
         "weight_deviation_median": round(float(np.median(deviations)), 3),
         "least_certain": {names[s]: round(float(deviations[s]), 2) for s in least.tolist()},
     }
     if wanted:
         summary["next_markers"] = [named[vertex] for vertex in wanted]
     details = {
-        "residual": {
-            "markers_mm": _of_markers(solution),
-            "regions_mm": regions,
-            "frames_mm": np.round(1000.0 * solution.residual, 3).tolist(),
-        },
         "confidence": {
             "standard_deviation": {
                 name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)

@@ -19,10 +19,11 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
-from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.cluster.hierarchy import linkage
 from scipy.spatial.distance import squareform
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.rule_learning.clusters import clusters
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.redundancy import subsumes
 from usdface.rule_learning.rules import FALLBACK_WEIGHT, LearnedRule
@@ -235,7 +236,7 @@ def _parts(training: TrainingSet) -> IntArray:
     np.fill_diagonal(apart, 0.0)
     apart = np.round((apart + apart.T) / 2, _DIGITS)
     tree = linkage(squareform(apart, checks=False), "average")
-    part[moving] = fcluster(tree, _PARTS, "maxclust")
+    part[moving] = clusters(tree, _PARTS)
     return part
 
 

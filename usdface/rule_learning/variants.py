@@ -1,9 +1,10 @@
 """Variants of an emotion: as the labels name them, or as clusters of its examples."""
 
 import numpy as np
-from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.cluster.hierarchy import linkage
 
 from usdface.arrays import BoolArray
+from usdface.rule_learning.clusters import clusters
 from usdface.rule_learning.examples import Examples
 
 __all__ = ["Grouping", "variant_groupings"]
@@ -36,7 +37,7 @@ def _groupings_of(emotion: str, examples: Examples) -> list[Grouping]:
     tree = linkage(np.nan_to_num(scaled), "ward")
     found: list[Grouping] = []
     for count in range(1, min(_MOST_PARTS, len(own)) + 1):
-        of = fcluster(tree, count, "maxclust")
+        of = clusters(tree, count)
         parts = [np.isin(np.arange(len(named[0])), own[of == i]) for i in np.unique(of)]
         found.append(sorted(parts, key=lambda part: (-part.sum(), part.argmax())))
     return found

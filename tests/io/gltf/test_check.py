@@ -206,3 +206,21 @@ def test_positions_without_bounds_are_found(tmp_path):
         "BOUNDS_MISSING",
         "POSITION accessor 1 has no min, max",
     )
+
+
+def test_a_point_that_lies_or_is_moved_far_off_is_found(tmp_path):
+    cloud = np.random.default_rng(0).normal(size=(60, 3))
+    move = np.full((60, 3), 0.1)
+
+    def found(points, moved):
+        primitive = {"attributes": {"POSITION": 0}, "targets": [{"POSITION": 1}]}
+        mesh = {"primitives": [primitive], "extras": {"targetNames": ["up"]}}
+        path = tmp_path / "far.gltf"
+        path.write_text(json.dumps(document([points, moved], meshes=[mesh])))
+        return [(f.code, f.where) for f in check_gltf(path)]
+
+    far, dragged = cloud.copy(), move.copy()
+    far[5] = dragged[7] = 100.0
+    assert found(cloud, move) == []
+    assert found(far, move) == [("POINT_STRAY", "mesh 0, primitive 0")]
+    assert found(cloud, dragged) == [("POINT_STRAY", "mesh 0, primitive 0, target 0")]

@@ -1,11 +1,15 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from clips import plays
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+from worlds import make_world
 
 from usdface.errors import InputError
 from usdface.io.usd.check import check_stage, check_usd
 from usdface.io.usd.rig_write import write_rig
+from usdface.rigs import Inbetween
 from usdface.takes import WeightsTake
 
 NAN = float("nan")
@@ -156,3 +160,31 @@ def test_real_exports_have_the_faults_they_are_known_for(shared_data):
     assert check_usd(shared_data / normals_only) == []
     with pytest.raises(InputError, match="cannot be read"):
         check_usd(shared_data / "tinyusdz_blendshape" / "inbetween-blendshape-002.usda")
+
+
+def test_a_point_that_lies_or_is_moved_far_off_is_found(tmp_path):
+    """In metres or centimetres, as one of the mesh, of a shape, of an inbetween."""
+    rig = make_world().rig
+    (mesh,) = rig.meshes
+    opened = mesh.shapes[0]
+    assert check_written(rig, tmp_path / "sound.usda") == []
+    points = mesh.points.copy()
+    points[40, 0] = 30.0
+    dragged = opened.offsets.copy()
+    dragged[3] += 0.55
+    between = replace(opened, inbetweens=(Inbetween("half", 0.5, dragged),))
+    shapes = {"mesh": mesh.shapes, "offsets": replace(opened, offsets=dragged), "between": between}
+    for name, spoilt in shapes.items():
+        if name == "mesh":
+            wrong, where = replace(mesh, points=points), "/head"
+        else:
+            wrong, where = replace(mesh, shapes=(spoilt, *mesh.shapes[1:])), f"/{opened.name}"
+        (found,) = check_written(replace(rig, meshes=(wrong,)), tmp_path / f"{name}.usda")
+        assert found.code == "POINT_STRAY" and found.where.endswith(where)
+        number = 40 if name == "mesh" else opened.indices[3]
+        assert f"point {number} " in found.message
+
+
+def check_written(rig, path):
+    write_rig(rig, path)
+    return [found for found in check_usd(path) if found.code != "NORMALS_MISSING"]

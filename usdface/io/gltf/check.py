@@ -18,6 +18,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
@@ -125,6 +126,36 @@ def _targets_move_something(of: _Mesh) -> Findings:
             yield finding("SHAPE_EMPTY", f"{of.where}, target {place}")
 
 
+def _points_are_near(of: _Mesh) -> Findings:
+    places = dict.fromkeys(p.attributes.POSITION for p in of.mesh.primitives)
+    points = {place: _points(of.reader, place) for place in places}
+    whole = np.concatenate([np.zeros((0, 3)), *points.values()])
+    for number, primitive in enumerate(of.mesh.primitives):
+        where = f"{of.where}, primitive {number}"
+        own = points[primitive.attributes.POSITION]
+        message = stray_point(own)
+        if message:
+            yield finding("POINT_STRAY", where, message)
+        for place, target in enumerate(primitive.targets or []):
+            if not (len(own) and target.get("POSITION") is not None):
+                continue
+            try:
+                indices, offsets = of.reader.offsets(target["POSITION"], len(own))
+            except InputError:
+                continue  # said already
+            message = stray_move(offsets, indices, whole)
+            if message:
+                yield finding("POINT_STRAY", f"{where}, target {place}", message)
+
+
+def _points(reader: AccessorReader, accessor: object) -> FloatArray:
+    """Return the points of an accessor; none where it cannot be read, which is said elsewhere."""
+    try:
+        return reader.floats(accessor, "VEC3")
+    except InputError:
+        return np.zeros((0, 3))
+
+
 def _normals_follow(of: _Mesh) -> Findings:
     for number, primitive in enumerate(of.mesh.primitives):
         if primitive.attributes.NORMAL is None:
@@ -165,6 +196,7 @@ _MESH_RULES: tuple[Callable[[_Mesh], Findings], ...] = (
     _mesh_weights_fit,
     _targets_can_be_read,
     _targets_move_something,
+    _points_are_near,
     _normals_follow,
     _bounds_are_there,
 )

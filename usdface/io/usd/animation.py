@@ -9,7 +9,6 @@ from pxr import Gf, Sdf, Usd, Vt
 from usdface.arrays import FloatArray
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
-from usdface.face.region_residuals import region_residuals
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.head_motion import author_head
 from usdface.io.usd.shot import ShotPrims, StagedShot
@@ -49,6 +48,8 @@ class Animation:
         Emotion curves, for the express layer.
     firing : (F, R) float64 or None
         Firing strength of each rule, for the express layer.
+    regions : mapping of str to (F,) float64 [m]
+        Residual of each region of the face, for the solve layer.
     repairs : tuple of Repair
         Changes of the marker clean-up, for the solve layer.
     motion : Pose or None
@@ -62,6 +63,7 @@ class Animation:
     repairs: tuple[Repair, ...] = ()
     motion: Pose | None = None
     firing: FloatArray | None = None
+    regions: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def solve_animation(result: ShotResult) -> Animation:
@@ -73,6 +75,7 @@ def solve_animation(result: ShotResult) -> Animation:
         result.solution,
         repairs=result.repairs,
         motion=result.head_motion,
+        regions=result.region_residuals,
     )
 
 
@@ -141,7 +144,7 @@ def author(
         rows = animation.weights.astype(np.float32)
         _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
         if animation.solution is not None:
-            _author_solution(layer, shot, animation.solution)
+            _author_solution(layer, shot, animation.solution, animation.regions)
         if animation.motion is not None and prims.head is not None:
             author_head(
                 layer,
@@ -209,14 +212,15 @@ def _floats(values: FloatArray) -> list[float]:
     return [float(v) for v in values.astype(np.float32)]
 
 
-def _author_solution(layer: Sdf.Layer, shot: StagedShot, solution: Solution) -> None:
+def _author_solution(
+    layer: Sdf.Layer, shot: StagedShot, solution: Solution, regions: Mapping[str, FloatArray]
+) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     codes = shot.codes.tolist()
     unit = shot.metrics.meters_per_unit
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
     _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
-    residuals = region_residuals(shot.shot.face, solution.markers, solution.distances)
-    for region, curve in residuals.items():
+    for region, curve in regions.items():
         name = tokens.RESIDUAL_PREFIX + region
         _attribute(prim, name, Sdf.ValueTypeNames.Float)
         _samples(layer, prim, name, codes, _floats(curve / unit))

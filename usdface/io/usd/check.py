@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import open_stage
 
@@ -30,12 +31,13 @@ Findings = Iterator[Finding]
 class _Shape:
     """A blend shape of a mesh with `count` points, as authored.
 
-    `vectors` holds offsets and normal offsets by attribute, those of inbetweens included;
-    `inbetweens` their weights.
+    `points` are those of the mesh, none where one is no number. `vectors` holds offsets and normal
+    offsets by attribute, those of inbetweens included; `inbetweens` their weights.
     """
 
     where: str
     count: int
+    points: NDArray[np.float64]
     indices: NDArray[np.int64]
     vectors: dict[str, NDArray[np.float64]]
     inbetweens: dict[str, float | None]
@@ -128,6 +130,18 @@ def _faces_fit_points(prim: Usd.Prim) -> Findings:
         yield finding("TOPOLOGY_DIFFERS", where, message)
 
 
+def _points_are_near(prim: Usd.Prim) -> Findings:
+    message = stray_point(_points(prim))
+    if message:
+        yield finding("POINT_STRAY", str(prim.GetPath()), message)
+
+
+def _points(prim: Usd.Prim) -> NDArray[np.float64]:
+    """Return the points of a mesh; none where one of them is no number."""
+    points = _vectors(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START))
+    return points if np.isfinite(points).all() else np.zeros((0, 3))
+
+
 def _normals_are_there(prim: Usd.Prim) -> Findings:
     mesh = UsdGeom.Mesh(prim)
     if mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none:
@@ -151,6 +165,7 @@ _MESH_RULES: tuple[Callable[[Usd.Prim], Findings], ...] = (
     _names_are_unique,
     _targets_exist,
     _faces_fit_points,
+    _points_are_near,
     _normals_are_there,
 )
 
@@ -164,6 +179,7 @@ def _shapes_of(prim: Usd.Prim) -> list[UsdSkel.BlendShape]:
 
 def _shapes(prim: Usd.Prim) -> Iterator[_Shape]:
     count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
+    points = _points(prim)
     for shape in _shapes_of(prim):
         indices = np.asarray(shape.GetPointIndicesAttr().Get() or [], np.int64)
         vectors = {
@@ -176,7 +192,7 @@ def _shapes(prim: Usd.Prim) -> Iterator[_Shape]:
             inbetweens[name] = between.GetWeight()
             vectors[name] = _vectors(between.GetOffsets())
             vectors[f"{name}:normalOffsets"] = _vectors(between.GetNormalOffsets())
-        yield _Shape(str(shape.GetPath()), count, indices, vectors, inbetweens)
+        yield _Shape(str(shape.GetPath()), count, points, indices, vectors, inbetweens)
 
 
 def _vectors(values: object) -> NDArray[np.float64]:
@@ -214,6 +230,16 @@ def _offsets_are_finite(shape: _Shape) -> Findings:
             yield finding("VALUES_WRONG", shape.where, f"{what} holds NaN or infinite numbers")
 
 
+def _offsets_are_near(shape: _Shape) -> Findings:
+    for what, values in shape.vectors.items():
+        if what.endswith("normalOffsets") or not np.isfinite(values).all():
+            continue
+        indices = shape.indices if len(shape.indices) == len(values) else np.arange(len(values))
+        message = stray_move(values, indices, shape.points)
+        if message:
+            yield finding("POINT_STRAY", shape.where, f"{what}: {message}")
+
+
 def _moves_something(shape: _Shape) -> Findings:
     if not any(values.any() for values in shape.vectors.values()):
         yield finding("SHAPE_EMPTY", shape.where)
@@ -238,6 +264,7 @@ _SHAPE_RULES: tuple[Callable[[_Shape], Findings], ...] = (
     _indices_are_unique,
     _lengths_agree,
     _offsets_are_finite,
+    _offsets_are_near,
     _moves_something,
     _inbetweens_have_places,
 )
