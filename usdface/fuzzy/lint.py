@@ -15,8 +15,8 @@ from usdface.fuzzy.variables import Variable
 
 __all__ = ["rule_findings"]
 
-# A condition with more alternatives than this counts as satisfiable, as does one whose parts would
-# have to be combined in more ways.
+# A condition with more alternatives than this counts as satisfiable, as does one with more
+# combinations of its parts' alternatives.
 _ALTERNATIVES, _PAIRS = 256, 4096
 _SAMPLES = 1001
 

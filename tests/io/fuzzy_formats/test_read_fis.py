@@ -208,9 +208,9 @@ def test_what_matlab_answers_in_another_way_is_said(file):
     (message,) = said(smallest.replace("Range=[0 30]", "Range=[-1 30]"))
     assert "their distance to 0" in message
     (message,) = said(OCTAVE.replace("'constant', [9]", "'linear', [1 2 3]"))
-    assert "the answers of risk are kept in its range, 0 to 10" in message
+    assert "the outputs of risk are clipped to its range, 0 to 10" in message
     (message,) = said(OCTAVE.replace("'constant', [9]", "'constant', [11]"))
-    assert "kept in its range" in message
+    assert "clipped to its range" in message
 
 
 def test_a_crowd_of_terms_or_inputs_is_refused_before_they_are_named(file):

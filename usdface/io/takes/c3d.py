@@ -185,7 +185,8 @@ def _up_axis(
         return None, []
     if axis == "X" and options.up_axis is None:
         raise InputError(
-            f"{path}: POINT:Y_SCREEN is X up, which is not supported; give the up axis, Y or Z",
+            f"{path}: POINT:Y_SCREEN names an up axis that is not supported, X; "
+            "give the up axis, Y or Z",
             "AXIS_UNKNOWN",
         )
     if screen.startswith("-") and options.up_axis is None:
