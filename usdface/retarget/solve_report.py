@@ -56,13 +56,13 @@ def solve_report(
     """
     nothing = SolveReport({}, {}, [])
     residual, failed = advice("residual", lambda: _residual_report(face, solution), nothing)
-    confidence, more = advice(
+    confidence, confidence_failed = advice(
         "confidence", lambda: _confidence_report(face, setup, solution, free, room), nothing
     )
     return SolveReport(
         residual.summary | confidence.summary,
         residual.details | confidence.details,
-        [*residual.findings, *confidence.findings, *failed, *more],
+        [*residual.findings, *confidence.findings, *failed, *confidence_failed],
     )
 
 
