@@ -19,7 +19,7 @@ _Answer = TypeVar("_Answer")
 
 
 def advice(
-    what: str, give: Callable[[], _Answer], otherwise: _Answer
+    name: str, give: Callable[[], _Answer], otherwise: _Answer
 ) -> tuple[_Answer, list[Finding]]:
     """Return some advice, or a replacement and the finding ADVICE_FAILED.
 
@@ -28,7 +28,7 @@ def advice(
 
     Parameters
     ----------
-    what : str
+    name : str
         Its subject in a few words, for the finding.
     give : callable
         Returns the advice. Its time and memory are bounded by the size of the data.
@@ -49,4 +49,4 @@ def advice(
             raise
         why = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST]
         message = f"left out, and nothing else depends on it ({why})"
-        return otherwise, [finding("ADVICE_FAILED", what, message)]
+        return otherwise, [finding("ADVICE_FAILED", name, message)]

@@ -6,7 +6,7 @@ a program that keeps a core busy they wait for it at each product. And how a pro
 threads shows in its last bits: the same shot would give other bytes on a machine with more cores.
 
 How many threads a library takes is a setting of the whole process. So the first caller to come in
-writes down what the host had, the last one to go out puts it back, and those between them, on
+stores the setting of the host, the last one to go out puts it back, and those between them, on
 this thread or others, find one thread. Products of the host's other threads run on one thread
 meanwhile; nothing else of theirs changes. Apple's Accelerate has no such setting: it listens to the
 environment alone (`limit_from_start`).
@@ -45,8 +45,8 @@ def limit_from_start() -> None:
 def one_blas_thread() -> Iterator[None]:
     """Run a block, or as a decorator a function, with linear algebra on one thread.
 
-    What the host had set comes back at the end, also after an exception. Blocks may be nested, and
-    entered from several threads at once.
+    The setting of the host comes back at the end, also after an exception. Blocks may be nested,
+    and entered from several threads at once.
     """
     global _inside
     with _lock:

@@ -72,7 +72,7 @@ class ExpressionSystem:
     space : {"character", "take"}
         Where features are measured: on the character's markers or on the performer's.
     face_unit : {"marker_spread", "none"}
-        What features are divided by: "none" leaves them in millimetres.
+        The divisor of features: "none" leaves them in millimetres.
     smoothing : float [s]
         How far noisy features are smoothed over time, see `usdface.correction.features.smooth`.
     mode, gain
@@ -83,7 +83,7 @@ class ExpressionSystem:
     blend_time : float [s]
         How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blend_in`.
     ease : float
-        How far the antagonists of what is raised go back, 0 to 1, see
+        How far the antagonists of raised blend shapes go back, 0 to 1, see
         `usdface.correction.pose_blend.ease_antagonists`.
 
     Raises

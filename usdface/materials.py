@@ -61,7 +61,7 @@ class Texture:
 
     @property
     def image(self) -> tuple[str, bytes | None, str, str]:
-        """What tells images apart, wherever and however they are used."""
+        """The identity of an image, wherever and however it is used."""
         return self.path, self.data, self.suffix, self.space
 
 

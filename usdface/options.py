@@ -68,7 +68,7 @@ RESPONSE = (0.05, 0.45)
 # Time [s] before and after it is asked for in which a raised pose comes and goes, most of it in
 # half of that.
 BLEND_TIME = 0.2
-# Standard deviation [s] of the Gaussian that smooths what the fuzzy system reads off markers with
+# Standard deviation [s] of the Gaussian that smooths the marker features of the fuzzy system with
 # 0.3 mm of noise or more; less noise is smoothed less.
 FEATURE_SMOOTHING = 0.2
 # The same where rules are learned from labelled takes. A designed term begins 0.2 deviations of its
@@ -81,7 +81,7 @@ CONTACT_TOLERANCE = 0.0005
 
 # A performer's amplitude: the range of a movement against the character's own. What it may be, and
 # its standard deviation about 1; how far from rest a performer's neutral may be, and its deviation
-# [1]. Set by hand; python benchmarks/calibration.py measures what they are worth.
+# [1]. Set by hand; python benchmarks/calibration.py measures their effect.
 AMPLITUDE_RANGE = (0.5, 2.0)
 AMPLITUDE_SPREAD = 0.2
 LARGEST_OFFSET = 0.2
@@ -91,8 +91,8 @@ EXTREME_REACHED = 0.8
 
 # How many places for more markers are named.
 NEXT_MARKERS = 5
-# Noise of a marker coordinate where there is no take to measure it on [m]: what optical markers
-# jitter by. Features that move less tell nothing.
+# Noise of a marker coordinate where there is no take to measure it on [m]: the jitter of optical
+# markers. Features that move less tell nothing.
 MARKER_NOISE = 3e-4
 
 # Within this time [s] of a pin a weight bends towards it.
@@ -414,8 +414,8 @@ class FitOptions:
     space : {"character", "take"}
         Where features are measured: on the character after the solve, or on the performer.
     hold_out : {"auto", "recording", "variant"}
-        What is left out in turn to test what was learned from labels; "auto" takes recordings
-        where most emotions occur in several of them.
+        The part of the labelled examples that is left out in turn to test the learned rules; "auto"
+        takes recordings where most emotions occur in several of them.
 
     Examples
     --------
@@ -434,7 +434,7 @@ class FitOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportOptions:
-    """What `usdface export` writes.
+    """Options of an export.
 
     Attributes
     ----------
@@ -476,7 +476,7 @@ class ImportOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BindOptions:
-    """Where a shot's markers sit on the rig, beyond what the binding file says.
+    """The binding of a shot, beyond its binding file.
 
     `propose` finds places for the markers that the binding file leaves out; without a file it
     is always done. `neutral` names the first and last neutral frame index instead of the file,

@@ -150,8 +150,8 @@ class Calibration:
     amplitudes : (K,) float64
         How large each movement is against the character's, in `usdface.options.AMPLITUDE_RANGE`.
     offsets : (K,) float64
-        How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. What a
-        take's own `RetargetSetup.neutral_weights` say of a shape goes before its offset.
+        How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. A
+        take's own `RetargetSetup.neutral_weights` go before the offset of a shape.
 
     Examples
     --------
@@ -306,7 +306,7 @@ def fit_setup(
 ) -> tuple[RetargetSetup, list[Finding]]:
     """Check a setup against rig and take; name the mesh, and the nose tip if it is not named.
 
-    Without a take only what concerns the rig is checked.
+    Without a take only the rig is compared.
 
     Raises
     ------

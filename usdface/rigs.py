@@ -97,7 +97,7 @@ class Mesh:
     corner_values : tuple of CornerValues
         Further texture coordinates, vertex colours, tangents; names are unique.
     extras : mapping
-        What users keep with it.
+        Custom data of users.
 
     Examples
     --------
@@ -248,7 +248,7 @@ class Rig:
     cameras : tuple of Camera
     lights : tuple of Light
     extras, asset : mapping
-        What users keep with the scene, and with the file as a whole.
+        Custom data of users, of the scene and of the file.
 
     Examples
     --------

@@ -210,7 +210,7 @@ def _seen(
         return seen
     turns = [_view(yaw, pitch) for yaw, pitch in _VIEWS]
     here = [turn @ points[inside].T for turn in turns]
-    # The images end where the face does: what lies beyond hides nothing of it.
+    # The images end where the face does: points beyond hide nothing of it.
     lows = [one[:2].min(axis=1, keepdims=True) for one in here]
     sizes = [_cells(one, low, cell).max(axis=1) + 1 for one, low in zip(here, lows, strict=True)]
     depths = [np.full(size.prod(), -np.inf) for size in sizes]

@@ -57,7 +57,7 @@ def _text(value: Any) -> str:
         return ", ".join(f"{_label(str(name))} {_text(part)}" for name, part in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(map(_text, value)) or "none"
-    return str(value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:

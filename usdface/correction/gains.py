@@ -18,7 +18,7 @@ _ONE = np.ones(1)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Gains:
-    """Factors on what the emotions add: each (F,) over the take, or (1,) where it is constant.
+    """Factors on the emotions' poses: each (F,) over the take, or (1,) where it is constant.
 
     Attributes
     ----------

@@ -83,7 +83,7 @@ def _pi_shape(
 
 
 def _gaussian(x: FloatArray, mean: float, deviation: float) -> FloatArray:
-    # exp(-800) is 0 to the last bit, and the square of what is farther away may overflow.
+    # exp(-800) is 0 to the last bit, and squares farther away may overflow.
     away = np.clip((x - mean) / deviation, -40.0, 40.0)
     return np.exp(-0.5 * away * away)
 

@@ -20,7 +20,7 @@ METERS_PER_UNIT = {
     "meters": 1.0,
     "inches": 0.0254,
 }
-# Right-handed, a quarter turn about x: what is up (z) becomes y, what is ahead (y) becomes -z.
+# Right-handed, a quarter turn about x: up (z) becomes y, ahead (y) becomes -z.
 _Z_UP_TO_Y_UP = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0.0]])
 
 

@@ -1,6 +1,6 @@
 """The folder rule: an asset brings in files of its own folder, or of one that the user names.
 
-A file from outside may name any path. What it names goes into results that are passed on, so an
+A file from outside may name any path. Named files go into results that are passed on, so an
 absolute path, ``..`` or a symbolic link must not reach other files of the user.
 """
 

@@ -92,12 +92,12 @@ def _expression(path: Path, name: str, value: object) -> Expression | ActionPose
     gain = _number(where, "gain", value.get("gain", 1.0))
     if ("shapes" in value) == ("units" in value):
         raise InputError(f'{where} has no "shapes" and no "units", or both; expected one of them')
-    what = "shapes" if "shapes" in value else "units"
-    if not isinstance(value[what], dict) or not value[what]:
-        raise InputError(f'{where} has no "{what}"; expected an object of names and weights')
-    pose = {key: _number(where, key, number) for key, number in value[what].items()}
+    kind = "shapes" if "shapes" in value else "units"
+    if not isinstance(value[kind], dict) or not value[kind]:
+        raise InputError(f'{where} has no "{kind}"; expected an object of names and weights')
+    pose = {key: _number(where, key, number) for key, number in value[kind].items()}
     try:
-        if what == "units":
+        if kind == "units":
             return ActionPose(name, {action_unit(key): w for key, w in pose.items()}, gain)
         return Expression(name, tuple(pose), np.array(list(pose.values())), gain)
     except InputError as error:

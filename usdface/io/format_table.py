@@ -64,9 +64,9 @@ class Registered(Generic[F]):
                 f"{self.origin}: {name} failed: {_named(error)}; report it to its authors"
             ) from error
 
-    def wrong(self, what: str) -> PluginError:
+    def wrong(self, fault: str) -> PluginError:
         """Return the error for a wrong return value of another package's format."""
-        return PluginError(f"{self.label} returned {what}; report it to its authors")
+        return PluginError(f"{self.label} returned {fault}; report it to its authors")
 
     def findings(self, given: object) -> list[Finding]:
         """Return the findings that a function of this format gave, checked.

@@ -1,7 +1,7 @@
 """Files that a command reads, none of which it writes over.
 
-The one place that knows which files a source brings in, and that compares them with what is going
-to be written: by the file itself, so that links, relative names and other spellings do not matter.
+The one place that knows which files a source brings in, and that compares them with the outputs: by
+the file itself, so that links, relative names and other spellings do not matter.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -33,7 +33,7 @@ def files_read(
     Raises
     ------
     InputError
-        If the labels cannot be read. What is wrong with other sources their readers say.
+        If the labels cannot be read. Readers report faults of other sources.
     """
     given = dict.fromkeys(source for source in sources if source is not None)
     if labels is not None:
@@ -131,7 +131,7 @@ def _files_of(path: Path, apart: Collection[Path] = ()) -> list[Path]:
     if path.is_dir():
         from usdface.io.rigs.files import folder_files  # loads trimesh only here
 
-        # What is no rig is a folder of data, of which anything may be read.
+        # A folder that is no rig is one of data, of which anything may be read.
         return folder_files(path) or [file for file in path.rglob("*") if file.is_file()]
     from usdface.io.gltf.files_beside import files_beside, may_be_gltf
 

@@ -42,7 +42,7 @@ def solve_report(
 ) -> SolveReport:
     """Report residuals of the markers and standard deviations of the weights.
 
-    What of this cannot be said is left out: ADVICE_FAILED.
+    Parts that fail are left out: ADVICE_FAILED.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ __all__ = ["clusters"]
 def clusters(tree: FloatArray, most: int) -> IntArray:
     """Return the group of each of N things, 1 and up: (N,) int64.
 
-    As many groups as there can be, but no more than `most`: what lies equally far apart is parted
+    As many groups as there can be, but no more than `most`: groups equally far apart are parted
     together or not at all. (The criterion `maxclust` of SciPy before 1.15 finds fewer.)
 
     Parameters

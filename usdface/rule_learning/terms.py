@@ -19,7 +19,7 @@ from usdface.rule_learning.examples import Examples
 __all__ = ["LinguisticTerms", "linguistic_terms"]
 
 # In standard deviations of a feature's noise in a frame, of which smoothing over 0.15 s leaves a
-# fifth at 60 frames a second and a quarter at 30: at least two and eight times what is left. The
+# fifth at 60 frames a second and a quarter at 30: at least two and eight times the rest. The
 # least signal was tuned by hand on benchmarks/fuzzy_variants.py, worlds 0 to 2 (docs/constants.md);
 # those that follow it were chosen by hand, no experiment.
 _DEAD_ZONE = 0.5

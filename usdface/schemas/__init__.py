@@ -1,8 +1,8 @@
 """The USD schemas of usdface: codeless typed prims, and how USD gets to know them.
 
-Files are read and written alike with and without them: attributes are authored in full, and
-a root layer that went through `write_fallback_types` says what each prim is for a program
-that has no usdface. Registered, the schemas add defaults, documentation and type checks.
+Files are read and written alike with and without them: attributes are authored in full, and a root
+layer that went through `write_fallback_types` names a fallback type of each prim for a program that
+has no usdface. Registered, the schemas add defaults, documentation and type checks.
 """
 
 from pathlib import Path

@@ -119,7 +119,7 @@ FUZZY_SYSTEM: Final = "UsdFaceFuzzySystem"
 FUZZY_VARIABLE: Final = "UsdFaceFuzzyVariable"
 FUZZY_RULE: Final = "UsdFaceFuzzyRule"
 
-# What a prim is for a reader without the schemas
+# Fallback type of a prim for a reader without the schemas
 FALLBACK_TYPES: Final[dict[str, str]] = {
     MARKER_TAKE: "Points",
     RETARGET: "Scope",

@@ -45,7 +45,7 @@ DEFUZZIFIERS = {
 }
 MATLABS_SAMPLES = 101
 
-# What Octave's fuzzy-logic-toolkit adds; read, but not written, as MATLAB does not know it.
+# Additions of Octave's fuzzy-logic-toolkit; read, but not written, as MATLAB does not know it.
 OCTAVES_T_NORMS = {
     "prod": "algebraic_product",
     "lukasiewicz": "bounded_difference",

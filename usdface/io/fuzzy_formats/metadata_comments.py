@@ -39,7 +39,7 @@ __all__ = [
     "read_text",
 ]
 
-# What no format has a place for.
+# Settings that no format has a place for.
 FACE_SETTINGS = (
     "space",
     "face_unit",
@@ -139,7 +139,7 @@ def notes_of(
     settings : iterable of str
         Keys of the note "system": the settings that the format cannot say.
     ranges, defaults : bool
-        Whether to say which inputs have no range, and what outputs answer where nothing fires.
+        Whether to say which inputs have no range, and the defaults of outputs where nothing fires.
     """
     fuzzy = system.fuzzy
     notes: list[dict[str, Any]] = [{"system": {name: _setting(system, name) for name in settings}}]

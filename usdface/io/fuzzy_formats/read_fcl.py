@@ -53,7 +53,7 @@ def read_fcl(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
 
 @dataclass(slots=True)
 class _Parts:
-    """What has been read of one variable."""
+    """The parts of one variable that were read so far."""
 
     kind: str
     terms: list[Term] = field(default_factory=list)

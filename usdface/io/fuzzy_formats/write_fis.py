@@ -24,7 +24,7 @@ from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, output_term
 
 __all__ = ["fis_text"]
 
-# What findings call settings that the format does not hold.
+# Names in findings of settings that the format does not hold.
 _CALLED = {"and_": "the norm of AND", "or_": "the norm of OR", "samples": "the number of samples"}
 
 

@@ -30,7 +30,7 @@ def may_be_gltf(path: Path) -> bool:
 def files_beside(path: Path) -> list[Path]:
     """Return the buffers and images that a .glb or .gltf refers to and that lie in its folder.
 
-    What cannot be understood names no files; that it cannot, its reader says.
+    An unreadable file names none; its reader reports the fault.
     """
     try:
         document = json.loads(_text(path))

@@ -182,7 +182,7 @@ def _pixels(texture: Texture, data: bytes) -> tuple[NDArray[np.float32], bool]:
             channels = 4 if spec.nchannels >= 4 and spec.alpha_channel == 3 else 3
             channels = min(channels, spec.nchannels)
             pixels: Any = source.read_image(0, 0, 0, channels, oiio.FLOAT)
-            fault = source.geterror()  # OpenImageIO before 3.1.8 fills in what a file lacks
+            fault = source.geterror()  # OpenImageIO before 3.1.8 fills in missing pixels
             if pixels is None or fault:
                 raise InputError(f"the image is not readable: {_first_line(fault)}")
         finally:

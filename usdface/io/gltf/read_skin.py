@@ -1,6 +1,6 @@
 """Skins of glTF as one skeleton: joints, bind and rest transforms.
 
-Other nodes that an animation moves are joints, too: in USD a joint is what moves things in
+Other nodes that an animation moves are joints, too: in USD joints move things in
 several clips.
 
 Source: glTF 2.0 specification, section 3.7.3 (skins).

@@ -57,7 +57,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
 
     A negative residual or a coordinate that is not finite = occluded. Times count from
     the first frame in the file, whatever its number. A file that ends between two frames
-    gives what it holds and FRAMES_MISSING; one that ends within a frame was cut off.
+    gives its whole frames and FRAMES_MISSING; one that ends within a frame was cut off.
 
     Raises
     ------

@@ -218,26 +218,26 @@ def _indices_are_unique(shape: _Shape) -> Findings:
 
 def _lengths_agree(shape: _Shape) -> Findings:
     expected = len(shape.indices) or shape.count
-    for what, values in shape.vectors.items():
+    for name, values in shape.vectors.items():
         if len(values) not in (0, expected):
-            message = f"{len(values)} {what} for {expected} points"
+            message = f"{len(values)} {name} for {expected} points"
             yield finding("OFFSETS_LENGTH_WRONG", shape.where, message)
 
 
 def _offsets_are_finite(shape: _Shape) -> Findings:
-    for what, values in shape.vectors.items():
+    for name, values in shape.vectors.items():
         if not np.isfinite(values).all():
-            yield finding("VALUES_WRONG", shape.where, f"{what} holds NaN or infinite numbers")
+            yield finding("VALUES_WRONG", shape.where, f"{name} holds NaN or infinite numbers")
 
 
 def _offsets_are_near(shape: _Shape) -> Findings:
-    for what, values in shape.vectors.items():
-        if what.endswith("normalOffsets") or not np.isfinite(values).all():
+    for name, values in shape.vectors.items():
+        if name.endswith("normalOffsets") or not np.isfinite(values).all():
             continue
         indices = shape.indices if len(shape.indices) == len(values) else np.arange(len(values))
         message = stray_move(values, indices, shape.points)
         if message:
-            yield finding("POINT_STRAY", shape.where, f"{what}: {message}")
+            yield finding("POINT_STRAY", shape.where, f"{name}: {message}")
 
 
 def _moves_something(shape: _Shape) -> Findings:

@@ -21,8 +21,8 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
 
     Sublayers, references and payloads are followed in every variant, be it chosen or not, as are
     value clips, in layers of their own or by a template; a texture of tiles (UDIM) is all of its
-    tiles. What is in a package (USDZ) is the package. Files that are not there are left out, and
-    a layer that cannot be read leads no further.
+    tiles. Files in a package (USDZ) count as the package. Files that are not there are left out,
+    and a layer that cannot be read leads no further.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
     left_out = {str(layer.resolve()) for layer in apart}
     delegate = UsdUtils.CoalescingDiagnosticDelegate()  # no word of USD's on standard error
     try:
-        # What only the composed stage knows: layers named by variables that a stronger one sets.
+        # Only the composed stage knows layers named by variables that a stronger one sets.
         stage = open_stage(path, without=apart)
         used = sorted(layer.realPath for layer in stage.GetUsedLayers() if layer.realPath)
     except InputError:
@@ -58,7 +58,7 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
 
 
 def _named_by(name: str, skipped: Collection[str]) -> Iterator[str]:
-    """Yield what the layer `name` names, resolved; none if it is no readable layer.
+    """Yield the files that the layer `name` names, resolved; none if it is no readable layer.
 
     `skipped` are sublayers that do not count.
     """

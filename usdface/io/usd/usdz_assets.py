@@ -34,7 +34,7 @@ def localise(
     Parameters
     ----------
     flat : Sdf.Layer
-        What `stage` was flattened to; it is changed.
+        The flattened `stage`; it is changed.
     stage : Usd.Stage
     asset_root : Path, optional
 
@@ -100,7 +100,7 @@ def _read(asset: str, folders: list[Path | None]) -> dict[str, bytes]:
     tiled = is_udim(outer) and not inside
     tiles = udim_tiles(Texture(str(outer))) if tiled else {}
     files = {str(number): tile.path for number, tile in tiles.items()} if tiled else {"": asset}
-    # What the flattening could not find is left as it was written.
+    # References that the flattening could not find stay as they were written.
     if not files or not outer.is_absolute():
         raise InputError(f"{asset} does not exist", "FILE_UNREADABLE")
     if not all(is_inside(outer_file(file), folders) for file in files.values()):
