@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["print_json", "print_result", "print_whole", "print_written", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
-_EXAMPLES = 4
+_EXAMPLES = 4  # findings of one kind that a line names: they fit a terminal of 100 columns
 _ANY_WIDTH = 1000  # characters
 _UNITS = {"degrees": "degrees", "mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
 

@@ -12,7 +12,7 @@ __all__ = ["rename_weights", "shape_key"]
 
 _SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
 _ROUNDED = 1e-6  # of a weight
-_NAMED = 6
+_NAMED = 6  # names that a message lists
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
 

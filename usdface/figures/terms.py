@@ -16,7 +16,7 @@ COLOURS = (
     "#8C6D31",
     "#7F7F7F",
 )
-_LOW, _HIGH = -0.03, 1.05
+_LOW, _HIGH = -0.03, 1.05  # limits of the axis: lines at 0 and 1 stay visible
 # Layout: height of a row of names as a share of the panel; longest names of which two columns fit.
 _ROW = 0.19
 _LONGEST, _COLUMNS = 18, 2

@@ -21,7 +21,7 @@ from usdface.retarget_setup import Calibration
 __all__ = ["calibration_json", "read_calibration_file"]
 
 _LARGEST = 16_000_000  # bytes
-_DIGITS = 4
+_DIGITS = 4  # of an amplitude; a hundredth of its usual deviation (AMPLITUDE_SPREAD)
 
 
 def read_calibration_file(path: Path) -> Calibration:

@@ -18,7 +18,7 @@ from usdface.rigs import MaterialSubset, Mesh, Rig
 __all__ = ["is_udim", "texture_files", "udim_tiles", "untiled"]
 
 _MARK = "<UDIM>"
-_FIRST, _ROW = 1001, 10
+_FIRST, _ROW = 1001, 10  # UDIM: tile 1001 + u + 10 v
 
 
 def is_udim(path: Path) -> bool:

@@ -43,7 +43,7 @@ DEFUZZIFIERS = {
     "smallest_of_max": "som",
     "largest_of_max": "lom",
 }
-MATLABS_SAMPLES = 101
+MATLABS_SAMPLES = 101  # evalfis' default number of sample points
 
 # Additions of Octave's fuzzy-logic-toolkit; read, but not written, as MATLAB does not know it.
 OCTAVES_T_NORMS = {

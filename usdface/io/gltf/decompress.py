@@ -26,7 +26,7 @@ _MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 _DRACO = "KHR_draco_mesh_compression"
 _LIBRARIES = dict.fromkeys(_MESHOPT, "meshoptimizer") | {_DRACO: "DracoPy"}
 _DENSEST = 1024  # bytes from one: EXT_meshopt_compression, bitstream of runs of zeros
-_MOST_BYTES = 2**30
+_MOST_BYTES = 2**30  # decoded; a bound on memory that a small file may ask for
 # Strides that a filter allows: EXT_meshopt_compression, "Filters".
 _FILTERS = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "EXPONENTIAL": tuple(range(4, 257, 4))}
 

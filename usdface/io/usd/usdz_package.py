@@ -13,7 +13,7 @@ from usdface.errors import OutputError
 
 __all__ = ["write_package"]
 
-_ALIGNMENT = 64
+_ALIGNMENT = 64  # bytes; USDZ specification, "Layout"
 _LOCAL_HEADER = 30  # bytes, before name and extra field
 _PADDING = 0x1986  # the header id that USD's own writer gives its padding
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the first time that a zip can hold
