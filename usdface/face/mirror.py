@@ -30,7 +30,7 @@ Side = Literal["both", "left", "right"]
 SIDES: tuple[Side, ...] = ("both", "left", "right")
 _SIGN = {"left": 1, "right": -1}
 _MIRROR = np.array([-1.0, 1.0, 1.0])
-_ROUNDS = 3  # of pairing and median; set by hand, pairs change in the first only
+_ROUNDS = 3  # of pairing and median; set by hand
 # [face unit]: largest distance of a marker from the mirror image of its partner, and from the
 # midline of a marker on it.
 _REACH = 0.2

@@ -28,7 +28,7 @@ from usdface.schemas import tokens
 __all__ = ["expressions_json", "read_expressions_file"]
 
 _LARGEST = 16_000_000  # bytes
-_LARGEST_GAIN = 1e6  # far beyond use, and within float32
+_LARGEST_GAIN = 1e6  # set by hand; far beyond use, and within float32
 _DIGITS = 6  # of a weight, as float32 holds
 _USD = (".usda", ".usdc", ".usd")
 
