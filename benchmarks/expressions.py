@@ -148,6 +148,22 @@ def design_figures() -> dict[str, float]:
     }
 
 
+def layer_figures() -> dict[str, float]:
+    """Return figures of the expression layer at work, with noise and solve, on the example face."""
+    face = make_face("example", SHARED)
+    sweeps_, weak_, held = sweep(face), weak_expressions(face), contact(face)
+    return {
+        "output error": max(each.error for each in sweeps_.values()),
+        "output fall": max(each.fall for each in sweeps_.values()),
+        "distance left": float(np.mean(list(weak_.share.values()))),
+        "change at neutral": weak_.neutral,
+        "roughness": weak_.roughness,
+        "jump": weak_.jump,
+        "lips opened mm": held.opened["lips"][1],
+        "lids opened mm": held.opened["lids"][1],
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", nargs="+", choices=FACES, default=FACES)

@@ -55,7 +55,7 @@ def rows(module: str, names: str, measure: str) -> list[Constant]:
 
 PLACED, CHECKED, CLEANED = "binding:figures", "binding:anchor_figures", "cleanup:figures"
 SOLVED, RESTED = "solve_figures:figures", "binding:neutral_figures"
-CALIBRATED = "calibration:figures"
+CALIBRATED, EXPRESSED = "calibration:figures", "expressions:layer_figures"
 DESIGNED, LEARNED = "expressions:design_figures", "fuzzy_variants:figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
@@ -101,6 +101,12 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.rule_learning.fallback_rules", "_MOVED _MOVEMENTS _LEAST_MET", LEARNED),
         *rows("usdface.rule_learning.fallback_rules", "_CONDITION_COST _NOISE_COST", LEARNED),
         *rows("usdface.rule_learning.fallback_rules", "_TOGETHER _SHORTLIST", LEARNED),
+    ],
+    "correction": [
+        *rows("usdface.options", "RESPONSE BLEND_TIME FEATURE_SMOOTHING", EXPRESSED),
+        *rows("usdface.options", "CONTACT_TOLERANCE MARKER_NOISE", EXPRESSED),
+        *rows("usdface.correction.contact", "_ROUNDS _STEPS _HALVINGS", EXPRESSED),
+        *rows("usdface.correction.gaps", "_SLOPE", EXPRESSED),
     ],
     "retarget": [
         *rows("usdface.retarget.regularisation", "_ALIKE", SOLVED),
