@@ -117,8 +117,8 @@ def solve_bounded(
 def _scaled(normal: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the scale of the weights, the matrix of the unknowns, and the scale of the rows.
 
-    In the unknowns v = w / scale the diagonal is 1; a row's size is what it is worth in the
-    metric of the normal matrix.
+    In the unknowns v = w / scale the diagonal is 1; a row's size is its length in the
+    metric of the inverse of the normal matrix.
     """
     scale = 1.0 / np.sqrt(np.diag(normal))
     unit = normal * scale * scale[:, None]

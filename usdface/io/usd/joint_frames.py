@@ -22,8 +22,8 @@ def with_unit_scales(
 ) -> tuple[Skeleton, tuple[Clip, ...], list[Finding]]:
     """Measure joint frames in units in which the joints have the scale 1 at rest.
 
-    Which changes nothing that is shown, as only what a joint does relative to where it was bound
-    moves points. Frames stay as they are where 16 bits hold their scales already. A joint that
+    The shown points stay as they are, as only the motion of a joint relative to its bind pose
+    moves them. Frames stay as they are where 16 bits hold their scales already. A joint that
     has children keeps its non-uniform scale: their frames would shear.
 
     Returns

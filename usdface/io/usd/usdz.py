@@ -24,8 +24,8 @@ __all__ = ["write_usdz"]
 def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions()) -> list[Finding]:
     """Flatten a scene into one binary layer and pack it with its textures.
 
-    AR viewers read only the package's first layer, and only if it is binary; so what the
-    layers of a shot compose to is written, not the layers. The weights animation, and with it
+    AR viewers read only the package's first layer, and only if it is binary; so the
+    composed scene is written, not the layers of the shot. The weights animation, and with it
     the corrector's effect, is what plays there; layers to mute are left behind. Of several
     clips one plays: that which the stage shows, or the one that `options` name.
 
