@@ -51,12 +51,9 @@ def one_blas_thread() -> Iterator[None]:
     global _inside
     with _lock:
         _inside += 1
-        try:
-            _limit()
-        except BaseException:
-            _leave()
-            raise
     try:
+        with _lock:
+            _limit()
         yield
     finally:
         with _lock:
