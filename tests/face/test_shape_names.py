@@ -39,6 +39,12 @@ def test_one_curve_drives_both_sides_and_two_drive_their_mean() -> None:
     renamed, findings = rename_weights(source, names)
     np.testing.assert_allclose(renamed.weights, [[0.5, 0.5, 0.4, 1.0, 0.0]])
     assert [found.code for found in findings] == ["WEIGHTS_CLIPPED"]
+    assert "by 0.05 at most: jawOpen" in findings[0].message
+
+
+def test_a_little_beyond_1_is_not_called_from_0_to_1() -> None:
+    _, findings = rename_weights(take(EyeLookInRight=1.0033), ("eyeLookIn_R",))
+    assert "by 0.0033 at most: eyeLookIn_R" in findings[0].message
 
 
 def test_the_same_name_wins_over_the_same_spelling() -> None:

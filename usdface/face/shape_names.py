@@ -89,10 +89,8 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
     if len(outside):
         shown = ", ".join(names[i] for i in outside[:_NAMED])
         more = f" and {len(outside) - _NAMED} more" if len(outside) > _NAMED else ""
-        message = (
-            f"weights from {weights.min():.3g} to {weights.max():.3g} were clipped to 0 to 1: "
-            f"{shown}{more}"
-        )
+        most = np.abs(weights - np.clip(weights, 0.0, 1.0)).max()
+        message = f"weights outside 0 to 1 were clipped, by {most:.3g} at most: {shown}{more}"
         findings.append(finding("WEIGHTS_CLIPPED", take.source, message))
     renamed = WeightsTake(
         names,
