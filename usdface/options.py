@@ -44,6 +44,7 @@ __all__ = [
     "SolveLimits",
     "SolveMode",
     "SolveOptions",
+    "SolvePlaces",
     "SolvePrior",
     "TakeOptions",
     "solve_settings",
@@ -56,6 +57,7 @@ MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
 SolveMode = Literal["take", "frame"]
 SolveLimits = Literal["declared", "known"]
+SolvePlaces = Literal["found", "bound"]
 SolvePrior = Literal["learned", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
@@ -277,6 +279,13 @@ class SolveOptions:
     sparsity : float [1]
         L1 penalty on the weights, relative to the error of the markers: few shapes are used
         rather than many. 1 / `sparsity` is the mean of a weight that it expects; 0 = none.
+    restraint : float [1]
+        L1 penalty on the weights in proportion to the misfit of performer and character, relative
+        to the face's size (the RMS radius of its markers): shapes that explain no more than the
+        difference of two faces rest. 0 = none.
+    places : {"found", "bound"}
+        "found": markers sit where the resting face and the take show, some millimetres along the
+        skin from their vertices. "bound": on their vertices.
     symmetry : float [1]
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
@@ -345,6 +354,20 @@ class SolveOptions:
         metadata=_row(
             "L1 penalty on the weights, relative to the markers' error [1]; more = fewer shapes at "
             "once."
+        ),
+    )
+    restraint: float = field(
+        default=0.067,
+        metadata=_row(
+            "L1 penalty on the weights, by the misfit of two faces and the face's size [1]; more = "
+            "fewer shapes on another person's face."
+        ),
+    )
+    places: SolvePlaces = field(
+        default="found",
+        metadata=_row(
+            "found: markers sit where rest and motion show, beside their vertices. bound: on them.",
+            choices=SolvePlaces,
         ),
     )
     symmetry: float = field(

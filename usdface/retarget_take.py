@@ -14,6 +14,7 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
 from usdface.face.shape_names import rename_weights
+from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels
@@ -102,7 +103,14 @@ def solve(
         return replace(weights, weights=combined), None, findings
     take, setup, model, findings = _solver_input(take, face, setup, cleaned, progress)
     solution, new_findings = solve_take(
-        take, face.neutral, face.offsets, face.shape_names, setup, model, progress=progress
+        take,
+        face.neutral,
+        face.offsets,
+        face.shape_names,
+        setup,
+        model,
+        surface=MarkerSurface(face.mesh, face.vertices),
+        progress=progress,
     )
     return solution.weights, solution, findings + new_findings
 

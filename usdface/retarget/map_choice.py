@@ -1,4 +1,8 @@
-"""Choice of the space map: the one that best predicts a marker from all others.
+"""Choice of the space map: the one with which the rig's shapes explain the take's motion.
+
+Candidates are the plain similarity and, for each kernel, the radial field that best predicts a
+resting marker from all others. Which of them carries displacements best is told by the take
+(`usdface.retarget.motion_evidence`); where it has no say the resting markers decide.
 
 Each marker in turn is left out and predicted by the map that the others give. For the radial
 field this needs no new fit (Rippa 1999, "An algorithm for selecting a good value for the
@@ -6,10 +10,11 @@ parameter c in radial basis function interpolation"): with A the matrix of `fit_
 and constant included, and c its solution, the error at marker i is ``c_i / (A^-1)_ii``. This
 holds for any value at marker i, so also where the similarity below the field is fitted anew
 without it. Wide kernels and little smoothing win between smooth faces, more smoothing where
-markers sit a little off their vertices, the plain similarity where bending explains nothing.
+markers sit a little off their vertices.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import get_args
 
 import numpy as np
@@ -23,8 +28,8 @@ __all__ = ["MapChoice", "choose_map", "left_out_errors"]
 # The grid that is searched; python benchmarks/stylised.py measures the choice.
 RADII = (2.0, 3.0, 5.0, 8.0)
 SMOOTHINGS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-# Of maps that predict this nearly as well as the best, the one that bends least bends the
-# markers' displacements least. Set by hand; docs/constants.md.
+# Of maps that are this nearly as good as the best, the one that bends least is taken. Set by hand;
+# docs/constants.md.
 _AS_GOOD = 1.05
 # More points than this are a mesh, not markers: the time grows with their cube.
 _MOST = 400
@@ -32,7 +37,7 @@ _MOST = 400
 
 @dataclass(frozen=True, slots=True)
 class MapChoice:
-    """A space map's name and how well it predicts left-out markers.
+    """A space map's name, how well it predicts left-out markers and carries the take's motion.
 
     Attributes
     ----------
@@ -43,16 +48,23 @@ class MapChoice:
         The same for the map that does not bend.
     best : dict of str to float [m]
         The least error of each kernel.
+    unexplained : dict of str to float
+        Of each candidate the share of the take's displacements that shapes and head do not explain
+        (RMS by RMS); empty if the take had no say.
     """
 
     name: str
     error: float = np.nan
     similarity_error: float = np.nan
     best: dict[str, float] | None = None
+    unexplained: dict[str, float] = field(default_factory=dict)
 
 
 def choose_map(
-    source: FloatArray, target: FloatArray, options: MapOptions
+    source: FloatArray,
+    target: FloatArray,
+    options: MapOptions,
+    unexplained_share: Callable[[SpaceMap], float] | None = None,
 ) -> tuple[SpaceMap, MapChoice]:
     """Fit the space map that `options` ask for, choosing its settings where they say so.
 
@@ -63,6 +75,8 @@ def choose_map(
     target : (M, 3) float64 [m]
         Neutral feature points of the character.
     options : MapOptions
+    unexplained_share : callable, optional
+        Of a map, the share of the take's displacements that stays unexplained; NaN = unknown.
 
     Raises
     ------
@@ -76,25 +90,56 @@ def choose_map(
         return fixed, MapChoice("similarity", 0.0, 0.0, {})
     if options.choice == "fixed" or not 5 <= len(source) <= _MOST:
         return fixed, MapChoice(_name(options))
+    candidates = _candidates(source, target, options)
+    best = {c.settings.kernel: c.error for c in candidates if c.settings is not None}
+    space = {c.name: c.fitted(source, target, fixed) for c in candidates}
+    shares = {}
+    if unexplained_share is not None:
+        shares = {c.name: unexplained_share(space[c.name]) for c in candidates}
+    if not shares or np.isnan(list(shares.values())).any():
+        shares = {}
+    cost = shares or {c.name: c.error for c in candidates}
+    least = min(cost.values())
+    good = [c for c in candidates if cost[c.name] <= _AS_GOOD * least]
+    chosen = min(good, key=lambda c: c.freedom)
+    plain = candidates[0].error
+    return space[chosen.name], MapChoice(chosen.name, chosen.error, plain, best, shares)
+
+
+@dataclass(frozen=True, slots=True)
+class _Candidate:
+    """A map: that of `settings`, or the similarity where they are None."""
+
+    error: float
+    freedom: float
+    settings: MapOptions | None
+
+    @property
+    def name(self) -> str:
+        return "similarity" if self.settings is None else _name(self.settings)
+
+    def fitted(self, source: FloatArray, target: FloatArray, fixed: SpaceMap) -> SpaceMap:
+        if self.settings is not None:
+            return fit_map(source, target, self.settings)
+        linear, offset = carry(source, target)
+        return replace(fixed, coefficients=np.zeros_like(target), linear=linear, offset=offset)
+
+
+def _candidates(source: FloatArray, target: FloatArray, options: MapOptions) -> list[_Candidate]:
+    """Return the similarity, and of each kernel the map that best predicts left-out markers."""
     rest = _rest_without(source, target)
-    plain = _rms(np.einsum("iid->id", rest)[..., None])[0]
-    candidates: list[tuple[float, float, MapOptions | None]] = [(plain, 0.0, None)]
-    best = {}
+    result = [_Candidate(_rms(np.einsum("iid->id", rest)[..., None])[0], 0.0, None)]
     for kernel in get_args(Kernel):
-        of_kernel: list[tuple[float, float, MapOptions | None]] = []
+        of_kernel = []
         for radius in RADII:
             errors, freedom = left_out_errors(source, rest, kernel, radius, SMOOTHINGS)
             for error, free, smoothing in zip(_rms(errors), freedom, SMOOTHINGS, strict=True):
                 settings = replace(options, kernel=kernel, radius=radius, smoothing=smoothing)
-                of_kernel.append((error, free, settings))
-        best[kernel] = min(error for error, _, _ in of_kernel)
-        candidates += of_kernel
-    least = min(error for error, _, _ in candidates)
-    error, _, chosen = min((c for c in candidates if c[0] <= _AS_GOOD * least), key=lambda c: c[1])
-    if chosen is None:
-        space = replace(fixed, coefficients=np.zeros_like(target), offset=carry(source, target)[1])
-        return space, MapChoice("similarity", error, plain, best)
-    return fit_map(source, target, chosen), MapChoice(_name(chosen), error, plain, best)
+                of_kernel.append(_Candidate(error, float(free), settings))
+        least = min(candidate.error for candidate in of_kernel)
+        good = [candidate for candidate in of_kernel if candidate.error <= _AS_GOOD * least]
+        result.append(min(good, key=lambda candidate: candidate.freedom))
+    return result
 
 
 def left_out_errors(

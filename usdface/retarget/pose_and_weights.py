@@ -14,6 +14,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.gap_interpolation import interpolate_gaps
+from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.progress import Progress, Step
@@ -128,7 +129,7 @@ def solve_pose_and_weights(
     whole = np.asarray(seen.all(axis=1))
 
     iterate: Iterate | None = None
-    regularisation = Regularisation(0.0, 0.0, setup.solve, free)
+    regularisation = Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
     for done in range(1, _ROUNDS + 1):
         if progress:  # at most so far: the rounds end when markers have settled
             progress(Step("solve", (done - 1) / _ROUNDS))

@@ -34,6 +34,8 @@ class Regularisation:
         The shapes, for terms that tell them apart; () = unknown.
     covariance : (S, S) float64 or None
         M of `usdface.retarget.covariance`, where it was learned from the take.
+    size : float [m]
+        RMS radius of the markers on the character.
     terms : tuple of SolverTerm
     """
 
@@ -42,6 +44,7 @@ class Regularisation:
     options: SolveOptions
     names: tuple[str, ...] = ()
     covariance: FloatArray | None = None
+    size: float = 0.0
     terms: tuple[SolverTerm, ...] = TERMS
 
     @property

@@ -43,6 +43,8 @@ class Solution:
         False for an image's markers: then the pose is in pixels.
     covariance : (S, S) float64 or None
         How weights move and move together, as learned from the take; None if it was not.
+    shifts : (M, 3) float64 [m] or None
+        From the vertices that the markers are bound to, to where they sit on the character.
     """
 
     weights: WeightsTake
@@ -58,6 +60,7 @@ class Solution:
     distances: FloatArray
     in_space: bool = True
     covariance: FloatArray | None = None
+    shifts: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))

@@ -7,14 +7,19 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
+from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose, rigid_fit
+from usdface.geometry.rigid_modes import motion_basis
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import performed
-from usdface.retarget.map_choice import choose_map
+from usdface.retarget.face_fit import FaceFit, fit_face, fit_places
+from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
-from usdface.retarget.pose_and_weights import solve_pose_and_weights
+from usdface.retarget.places import guess_in_motion
+from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
+from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
@@ -24,6 +29,9 @@ __all__ = ["solve_take"]
 # Markers are in a line if they reach no further to the side than this share of its length: 1 mm of
 # 50, where noise of 0.3 mm would turn the head by 17 degrees.
 _IN_LINE = 0.02
+# Solves that follow better places. Of 1, 2 and 3, 2 was enough on the performers of
+# python -m benchmarks.performers that the solve was built with.
+_PLACE_STEPS = 2
 
 
 def solve_take(
@@ -34,6 +42,7 @@ def solve_take(
     setup: RetargetSetup,
     model: BlendShapeEvaluator | None = None,
     *,
+    surface: MarkerSurface | None = None,
     progress: Progress | None = None,
 ) -> tuple[Solution, list[Finding]]:
     """Retarget a marker take onto a face.
@@ -50,6 +59,8 @@ def solve_take(
     model : BlendShapeEvaluator, optional
         Of all B markers' displacements, inbetweens and combinations included; linear, if left
         out.
+    surface : MarkerSurface, optional
+        The skin around the B vertices: markers may sit beside them.
     progress : Progress, optional
         Announces each round of the step "solve".
 
@@ -68,25 +79,41 @@ def solve_take(
     used, neutral, findings = _usable_markers(take, points, setup)
     names = tuple(setup.binding.markers[i] for i in used)
     positions = take.select(names)
-    target = points[used]
     basis = offsets[:, used]
     setup, notes = _determined(setup, take, positions, basis)
     findings += notes + _unseen_shapes(basis[..., : take.dimension], shape_names)
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
-    neutral = _without_weights(neutral, target, model, shape_names, take, setup)
-    space, choice = choose_map(neutral, target, setup.map)
+    neutral = _without_weights(neutral, points[used], model, shape_names, take, setup)
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
+    still = pose.to_head(on_plane(positions))[..., : take.dimension]
+    evidence = MotionEvidence(take.times, still)
+    around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
+    fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
-    if setup.calibration is not None:
-        # The rig's own neutral is at rest, the performer's need not be.
-        rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
-        model, start = performed(model, shape_names, setup.calibration, rested)
-        space = replace(space, start=start.reshape(target.shape))
-    joint = solve_pose_and_weights(
-        take.times, positions, target, model, space, pose, setup, shape_names, progress=progress
-    )
+    def solved(fit: FaceFit, pose: Pose) -> tuple[PoseAndWeights, BlendShapeEvaluator]:
+        model, space = _as_performed(fit, shape_names, setup)
+        joint = solve_pose_and_weights(
+            take.times, positions, fit.points, model, space, pose, setup, shape_names,
+            progress=progress,
+        )  # fmt: skip
+        return joint, model
+
+    joint, model = solved(fit, pose)
+    for _ in range(_PLACE_STEPS if around and fit.placed else 0):
+        assert around is not None and fit.placed is not None and fit.guess is not None
+        rigid = motion_basis(fit.points, 3)[:, : 6 if setup.head == "solve" else 0]
+        shifts = guess_in_motion(
+            fit.guess, fit.shifts, fit.placed, joint.weights, joint.displaced, rigid,
+            joint.regularisation.variance,
+        )  # fmt: skip
+        refined = fit_places(neutral, shifts, setup.map, evidence, around, fit.guess)
+        again, model_again = solved(refined, joint.pose)
+        if again.regularisation.misfit >= joint.regularisation.misfit:
+            break
+        fit, joint, model = refined, again, model_again
+    target, choice = fit.points, fit.choice
     weights, displaced = joint.weights, joint.displaced
     predicted = model.displacements(weights).reshape(displaced.shape)
     misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
@@ -113,8 +140,21 @@ def solve_take(
         np.where(seen, np.sqrt((misfit**2).sum(axis=2)), np.nan),
         in_space=take.dimension == 3,
         covariance=joint.regularisation.covariance,
+        shifts=fit.shifts,
     )
     return solution, findings
+
+
+def _as_performed(
+    fit: FaceFit, shape_names: tuple[str, ...], setup: RetargetSetup
+) -> tuple[BlendShapeEvaluator, SpaceMap]:
+    """Return the character's shapes at the size of a calibrated performer, and the map to them."""
+    if setup.calibration is None:
+        return fit.evaluator, fit.space
+    # The rig's own neutral is at rest, the performer's need not be.
+    rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
+    model, start = performed(fit.evaluator, shape_names, setup.calibration, rested)
+    return model, replace(fit.space, start=start.reshape(fit.points.shape))
 
 
 def _usable_markers(

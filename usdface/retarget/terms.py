@@ -19,7 +19,7 @@ from usdface.retarget.curvature import curvature_bands
 if TYPE_CHECKING:
     from usdface.retarget.regularisation import Regularisation
 
-__all__ = ["TERMS", "Ridge", "Smoothness", "SolverTerm", "Sparsity", "Symmetry", "roughness"]
+__all__ = ["TERMS", "Restraint", "Ridge", "Smoothness", "SolverTerm", "Sparsity", "Symmetry", "roughness"]
 
 
 class SolverTerm:
@@ -98,6 +98,21 @@ class Sparsity(SolverTerm):
         return np.full(size, -strength) if strength else None
 
 
+class Restraint(SolverTerm):
+    """Shapes that explain no more than another face's difference rest: ``misfit * size * |w|_1``.
+
+    A performer whose shapes go other ways than the character's is imitated by small weights of
+    shapes that nobody made, in proportion to the misfit. They are pressed to 0; shapes that move
+    much lose little by it. `restraint` times the face's size is the motion that counts as small.
+    """
+
+    settings = ("restraint",)
+
+    def pull(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
+        strength = held.options.restraint * held.misfit * held.size
+        return np.full(size, -strength) if strength else None
+
+
 class Symmetry(SolverTerm):
     """Left and right differ by about 1 / sqrt(`symmetry`): ``e * symmetry * (w_l - w_r)^2 / 2``.
 
@@ -137,7 +152,7 @@ class Smoothness(SolverTerm):
         return np.asarray(curvature_bands(times) * stiffness)
 
 
-TERMS: tuple[SolverTerm, ...] = (Ridge(), Sparsity(), Symmetry(), Smoothness())
+TERMS: tuple[SolverTerm, ...] = (Ridge(), Sparsity(), Restraint(), Symmetry(), Smoothness())
 
 
 def roughness(bands: FloatArray, weights: FloatArray) -> float:

@@ -1,0 +1,1 @@
+"""Other people's performances: takes of performers whose weights are known."""

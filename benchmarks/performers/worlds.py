@@ -1,0 +1,155 @@
+"""Takes of other people: the ICT face's identity modes make performers whose weights are known.
+
+A performer is the neutral plus a weighted sum of identity modes; the shapes are carried over by
+deformation transfer, each made stronger or weaker where the row says so. Recorded curves drive the
+performer; 68 landmarks with noise and a moving head are the take, 30 neutral frames before it.
+Everything random is drawn from the performer's own number, so that a table can be made again.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.performers.deformation_transfer import transfer
+from benchmarks.solve.faces import ict
+from benchmarks.solve.worlds import nodding
+from usdface.arrays import FloatArray, IntArray
+
+__all__ = ["BUILT_WITH", "JUDGED_ON", "NEUTRAL_FRAMES", "ROWS", "Row", "Performance", "perform"]
+
+# Performers that were looked at while the solve was made, and those looked at once, at the end.
+BUILT_WITH, JUDGED_ON = (1, 2, 3, 4), (5, 6, 7, 8)
+NEUTRAL_FRAMES = 30
+NOISE = 3e-4  # m
+# Vertices of the ICT model's face and neck: skin, no eyes, teeth and sockets.
+SKIN = 9409
+# Settings of the solve were found on the first half of the recorded curves. It is the other take of
+# a performer; the second half is scored.
+OTHER_TAKE, SCORED = slice(0, 2015), slice(2015, 4030)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Conditions of a performance.
+
+    Attributes
+    ----------
+    name : str
+    strengths : bool
+        Each shape is 0.8 to 1.25 as strong as the character's.
+    misplaced : float [m]
+        Distance along the skin between a marker and the vertex that it is bound to.
+    """
+
+    name: str
+    strengths: bool = False
+    misplaced: float = 0.0
+
+
+ROWS = (Row("another person"), Row("strengths", True), Row("places off by 4 mm", misplaced=0.004))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Performance:
+    """A take of another person, and the answer.
+
+    Attributes
+    ----------
+    positions : (30 + F, M, 3) float64 [m]
+        With noise and a moving head.
+    still : (30 + F, M, 3) float64 [m]
+        The same without the head's motion: what other solvers are given.
+    truth : (F, S) float64
+    bound : (M,) int64
+        Vertices of the character that markers are bound to.
+    worn : (M,) int64
+        Vertices of the performer that they sit on.
+    neutral : (M, 3) float64 [m]
+        Of the performer, without noise.
+    offsets : (S, M, 3) float64 [m]
+        Of the performer's shapes at the markers.
+    """
+
+    positions: FloatArray
+    still: FloatArray
+    truth: FloatArray
+    bound: IntArray
+    worn: IntArray
+    neutral: FloatArray
+    offsets: FloatArray
+
+
+def perform(
+    data: Path,
+    number: int,
+    row: Row,
+    *,
+    part: slice = SCORED,
+    noise: float = NOISE,
+    neutral_frames: int = NEUTRAL_FRAMES,
+) -> Performance:
+    """Let performer `number` perform a part of the recorded curves."""
+    face = ict(data)
+    neutral, offsets = _performer(data, number)
+    rng = np.random.default_rng(1000 + number)
+    strengths = rng.uniform(0.8, 1.25, len(offsets)) if row.strengths else np.ones(len(offsets))
+    worn = face.points
+    if row.misplaced:
+        worn = _beside(_graph(data), face.points, row.misplaced, rng)
+    truth = face.curves[part]
+    moved = strengths[:, None, None] * offsets[:, worn]
+    played = np.concatenate([np.zeros((neutral_frames, truth.shape[1])), truth])
+    still = neutral[worn] + np.tensordot(played, moved, 1)
+    jitter = np.random.default_rng([number, part.start or 0]).normal(size=still.shape)
+    positions = nodding(still, face.rate) + noise * jitter
+    return Performance(
+        positions, still + noise * jitter, truth, face.points, worn, neutral[worn], moved
+    )
+
+
+@cache
+def _performer(data: Path, number: int) -> tuple[FloatArray, FloatArray]:
+    """Return neutral (V, 3) and shape offsets (S, V, 3) of the performer's skin [m]."""
+    mesh = ict(data).mesh
+    packed = np.load(data / "ict_identities" / "identity_offsets.npz")
+    modes = 0.01 * np.stack([packed[name][:SKIN] for name in sorted(packed)]).astype(np.float64)
+    rng = np.random.default_rng(number)
+    weights = rng.uniform(1, 3, len(modes)) * rng.choice([-1, 1], len(modes))
+    neutral = mesh.points[:SKIN] + np.tensordot(weights, modes, 1)
+    size = rng.uniform(0.9, 1.1)
+    offsets = mesh.offsets_at(np.arange(SKIN))
+    moved = transfer(mesh.points[:SKIN], neutral, _triangles(data), offsets)
+    return size * neutral, size * moved
+
+
+def _triangles(data: Path) -> IntArray:
+    mesh = ict(data).mesh
+    first = np.cumsum(mesh.face_counts) - mesh.face_counts
+    quads = first[mesh.face_counts == 4]
+    corners = np.concatenate([first[:, None] + [0, 1, 2], quads[:, None] + [0, 2, 3]])
+    triangles = mesh.face_indices[corners]
+    return np.asarray(triangles[(triangles < SKIN).all(axis=1)])
+
+
+def _graph(data: Path) -> "csr_matrix":
+    """Return the lengths of the skin's edges [m], so that lips and lids are no shortcut."""
+    from scipy.sparse import csr_matrix
+
+    points, triangles = ict(data).mesh.points[:SKIN], _triangles(data)
+    edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
+    lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+    return csr_matrix((lengths, edges.T), (SKIN, SKIN))
+
+
+def _beside(
+    graph: "csr_matrix", vertices: IntArray, distance: float, rng: np.random.Generator
+) -> IntArray:
+    """Return a vertex at that distance along the skin from each vertex, to a random side."""
+    from scipy.sparse.csgraph import dijkstra
+
+    lengths = dijkstra(graph, directed=False, indices=vertices, limit=1.5 * distance)
+    off = np.abs(lengths - distance)
+    near = [np.flatnonzero(row <= max(0.15 * distance, row.min())) for row in off]
+    return np.array([rng.choice(candidates) for candidates in near])

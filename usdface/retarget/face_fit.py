@@ -1,0 +1,117 @@
+"""Performer laid over character: the places of the markers and the space map between the two."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
+from usdface.options import MapOptions
+from usdface.retarget.map_choice import MapChoice, choose_map
+from usdface.retarget.motion_evidence import MotionEvidence
+from usdface.retarget.places import PlaceGuess, guess_at_rest
+from usdface.retarget.rbf import SpaceMap
+
+__all__ = ["FaceFit", "fit_face", "fit_places"]
+
+# Places that the resting face suggests are taken if they leave so much less of the motion open:
+# between two people the difference at rest is mostly the faces' own. Set by hand.
+_BETTER = 0.95
+# Markers are on their vertices if they err by less than this share of the face's size at rest.
+_EXACT = 1e-6
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FaceFit:
+    """The markers on the character, and the map of their displacements.
+
+    Attributes
+    ----------
+    points : (M, 3) float64 [m]
+        Neutral places on the character.
+    evaluator : BlendShapeEvaluator
+        Of displacements there, N = 3 M.
+    space : SpaceMap
+    choice : MapChoice
+    shifts : (M, 3) float64 [m]
+        From the vertices that the markers are bound to.
+    placed : PlacedMarkers or None
+        The same with slopes along the skin; None for markers on their vertices for good.
+    guess : PlaceGuess or None
+        The places' distribution before motion told more.
+    """
+
+    points: FloatArray
+    evaluator: BlendShapeEvaluator
+    space: SpaceMap
+    choice: MapChoice
+    shifts: FloatArray
+    placed: PlacedMarkers | None = None
+    guess: PlaceGuess | None = None
+
+
+def fit_face(
+    neutral: FloatArray,
+    points: FloatArray,
+    evaluator: BlendShapeEvaluator,
+    options: MapOptions,
+    evidence: MotionEvidence,
+    surface: MarkerSurface | None,
+) -> FaceFit:
+    """Lay a performer over a character, before any solve.
+
+    Parameters
+    ----------
+    neutral : (M, D) float64
+        The performer's resting markers.
+    points : (M, 3) float64 [m]
+        The vertices that they are bound to.
+    evaluator : BlendShapeEvaluator
+        Of displacements there.
+    options : MapOptions
+    evidence : MotionEvidence
+    surface : MarkerSurface or None
+        The skin around those vertices; None = markers sit on them.
+
+    Raises
+    ------
+    SolveError
+        If there are too few markers, or they coincide.
+    """
+
+    def share(space: SpaceMap) -> float:
+        return evidence.unexplained_share(space, points, evaluator)
+
+    space, choice = choose_map(neutral, points, options, share)
+    bound = FaceFit(points, evaluator, space, choice, np.zeros_like(points))
+    if surface is None or neutral.shape[1] != 3 or options.form == "paper":
+        return bound
+    guess = guess_at_rest(neutral, points)
+    if guess.spread <= _EXACT * surface.reach:
+        return bound
+    beside = fit_places(neutral, guess.mean, options, evidence, surface, guess)
+    there = evidence.unexplained_share(beside.space, beside.points, beside.evaluator)
+    if there < _BETTER * share(space):
+        return beside
+    return fit_places(neutral, bound.shifts, options, evidence, surface, guess.centred())
+
+
+def fit_places(
+    neutral: FloatArray,
+    shifts: FloatArray,
+    options: MapOptions,
+    evidence: MotionEvidence,
+    surface: MarkerSurface,
+    guess: PlaceGuess,
+) -> FaceFit:
+    """Lay a performer over a character with markers beside their vertices by `shifts` (M, 3)."""
+    far = np.linalg.norm(shifts, axis=1, keepdims=True)
+    shifts = shifts * np.minimum(1.0, surface.reach / np.maximum(far, 1e-30))
+    placed = surface.at(shifts)
+
+    def share(space: SpaceMap) -> float:
+        return evidence.unexplained_share(space, placed.points, placed.evaluator)
+
+    space, choice = choose_map(neutral, placed.points, options, share)
+    return FaceFit(placed.points, placed.evaluator, space, choice, shifts, placed, guess)

@@ -1,0 +1,77 @@
+"""Evidence of a take's motion for a space map and for the places of the markers.
+
+The right map is not the one that best predicts where resting markers lie, but the one with which
+the character's shapes explain how the markers move. The part of the displacements that no weight and
+no head motion explains is compared with their size: a share, so that a map gains nothing by making
+motions small. No solve is needed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.geometry.gap_interpolation import interpolate_gaps
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.noise import marker_noise, unexplained
+from usdface.retarget.rbf import SpaceMap
+from usdface.takes import visible
+
+__all__ = ["MotionEvidence"]
+
+# Numbers of a frame that shapes and head leave over, and noise variances of the motion's size, below
+# which the take has no say. Set by hand.
+_FEWEST_LEFT = 6
+_ABOVE_NOISE = 4.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MotionEvidence:
+    """The markers' motion in a take, the head's taken out.
+
+    Attributes
+    ----------
+    times : (F,) float64 [s]
+    markers : (F, M, D) float64
+        In the pose of the neutral frames; NaN where occluded.
+    """
+
+    times: FloatArray
+    markers: FloatArray
+
+    def unexplained_share(
+        self, space: SpaceMap, points: FloatArray, evaluator: BlendShapeEvaluator
+    ) -> float:
+        """Return the share of the displacements that shapes and head do not explain: RMS by RMS.
+
+        Noise is taken off both. NaN if the take has no say: where it does not move, or the shapes
+        can explain anything.
+
+        Parameters
+        ----------
+        space : SpaceMap
+        points : (M, 3) float64 [m]
+            Neutral places on the character.
+        evaluator : BlendShapeEvaluator
+            Of displacements there, N = 3 M.
+        """
+        axes = self.markers.shape[2]
+        displaced = space.displacements(self.markers)[..., :axes]
+        flat = displaced.reshape(len(displaced), -1)
+        hidden = np.isnan(flat)
+        if hidden.any():
+            flat = interpolate_gaps(flat, hidden, self.times)
+        coordinates = np.arange(3 * len(points)).reshape(-1, 3)[:, :axes].ravel()
+        rigid = motion_basis(points, axes)
+        moved = flat - (flat @ rigid) @ rigid.T
+        directions = evaluator.select(coordinates).directions
+        basis = unexplained(np.vstack([directions, rigid.T]))
+        if basis.shape[1] < _FEWEST_LEFT:
+            return np.nan
+        rest = flat @ basis
+        noise = marker_noise(rest, np.asarray(visible(self.markers).all(axis=1))) ** 2
+        size = float((moved**2).mean()) * moved.shape[1] / (moved.shape[1] - rigid.shape[1])
+        if size <= _ABOVE_NOISE * noise or size == 0.0:
+            return np.nan
+        return float(np.sqrt(max(float((rest**2).mean()) - noise, 0.0) / (size - noise)))

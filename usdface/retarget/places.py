@@ -1,0 +1,166 @@
+"""The places of the markers on the skin: where the performer's markers really sit.
+
+A marker is bound to a vertex by eye, some millimetres from where it sits. Two sources tell. At rest
+performer and character differ by a field that is smooth over the face, and a marker that lies beside
+its neighbours' field sits beside its vertex. In motion a marker moves as the skin does where it
+sits. Both are guesses with a known spread, so that they add up as Gaussian distributions.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.marker_surface import PlacedMarkers
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import similarity_fit
+from usdface.geometry.rigid_modes import small_motions
+from usdface.retarget.rbf import distances
+
+__all__ = ["PlaceGuess", "guess_at_rest", "guess_in_motion"]
+
+# Reach of the field between two faces, in RMS radii of the markers, and its variance by that of a
+# place: the grid on which the most likely pair is looked for. 0.3 to 1.2 radii are 2 to 7 cm.
+_REACHES = (0.33, 0.5, 0.75, 1.2)
+_RATIOS = 10.0 ** np.arange(-2.0, 4.1, 0.25)
+# Scale and head motion are free: their variance by that of a place. Any large number.
+_FREE = 1e6
+# Frames of a take repeat themselves: so many count as one. Of 3, 10 and 30, 30 was the best on the
+# performers of python -m benchmarks.performers that the solve was built with.
+_REPEATED = 30.0
+# A weight that never moves still may: a floor under the variance of weights.
+_STILL = 1e-6
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlaceGuess:
+    """A distribution of the shifts of M places from their vertices.
+
+    Attributes
+    ----------
+    mean : (M, 3) float64 [m]
+    covariance : (3 M, 3 M) float64 [m^2]
+    spread : float [m]
+        Standard deviation of a shift along an axis, before anything is known.
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    spread: float
+
+    def centred(self) -> "PlaceGuess":
+        """Return the guess that markers sit on their vertices, with the same spread."""
+        return PlaceGuess(
+            np.zeros_like(self.mean), self.spread**2 * np.eye(self.mean.size), self.spread
+        )
+
+
+def guess_at_rest(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
+    """Guess places from the resting markers.
+
+    After the best similarity, ``neutral - points`` is a smooth field plus each marker's shift: a
+    Gaussian process plus independent errors, whose reach and variances are the most likely ones
+    (restricted likelihood, scale and head motion left out).
+
+    Parameters
+    ----------
+    neutral : (M, 3) float64
+        The performer's markers.
+    points : (M, 3) float64 [m]
+        The vertices that they are bound to.
+    """
+    count = len(points)
+    linear, offset = similarity_fit(neutral, points)
+    error = (neutral @ linear + offset - points).ravel()
+    centred = points - points.mean(axis=0)
+    fixed = np.concatenate([small_motions(points, image=False).reshape(6, -1), centred.ravel()[None]])
+    free = np.linalg.qr(fixed.T, mode="complete")[0][:, 7:]
+    apart = (distances(points, points) / rms_radius(points)) ** 2
+    seen = free.T @ error
+    best, chosen = -np.inf, (np.zeros((count, count)), 0.0)
+    for reach in _REACHES:
+        field = np.kron(np.exp(-apart / (2.0 * reach**2)), np.eye(3))
+        values, vectors = np.linalg.eigh(free.T @ field @ free)
+        along = (vectors.T @ seen) ** 2
+        scale = np.outer(_RATIOS, values.clip(min=0.0)) + 1.0
+        variance = (along / scale).mean(axis=1)
+        likelihood = -0.5 * (len(seen) * np.log(variance + 1e-300) + np.log(scale).sum(axis=1))
+        place = int(likelihood.argmax())
+        if likelihood[place] > best:
+            best = float(likelihood[place])
+            chosen = _RATIOS[place] * field, float(variance[place])
+    field, variance = chosen
+    unit = fixed / np.linalg.norm(fixed, axis=1, keepdims=True)
+    whole = field + np.eye(3 * count) + _FREE * unit.T @ unit
+    kept = np.linalg.inv(whole)
+    covariance = variance * (np.eye(3 * count) - kept)
+    return PlaceGuess((kept @ error).reshape(-1, 3), covariance, float(np.sqrt(variance)))
+
+
+def guess_in_motion(
+    guess: PlaceGuess,
+    shifts: FloatArray,
+    placed: PlacedMarkers,
+    weights: FloatArray,
+    displaced: FloatArray,
+    rigid: FloatArray,
+    variance: float,
+) -> FloatArray:
+    """Return more likely shifts (M, 3) [m], from the motion of a solved take: a Gauss-Newton step.
+
+    What weights and head motion could explain themselves says nothing of the places; it is taken out
+    (variable projection, Golub and Pereyra 1973, in the approximation of Kaufman 1975).
+
+    Parameters
+    ----------
+    guess : PlaceGuess
+        Before the take was seen.
+    shifts : (M, 3) float64 [m]
+        Of `placed`.
+    placed : PlacedMarkers
+    weights : (F, S) float64
+        As solved with them.
+    displaced : (F, M, 3) float64 [m]
+        Of the markers on the character; NaN where occluded.
+    rigid : (3 M, 6) float64
+        Orthonormal small head motions; (3 M, 0) for a head that rests.
+    variance : float [m^2]
+        Of the error of a marker coordinate.
+    """
+    count = len(shifts)
+    predicted = placed.evaluator.displacements(weights)
+    residual = displaced.reshape(len(displaced), -1) - predicted
+    seen = ~np.isnan(residual)
+    residual = np.where(seen, residual, 0.0)
+    slopes = np.stack([one.displacements(weights) for one in placed.slopes], axis=2)
+    slopes = np.where(seen[..., None], slopes, 0.0)
+    kept = _not_explained(placed.evaluator, weights, rigid, variance)
+    flat = slopes.reshape(len(slopes), -1)
+    gram = (flat.T @ flat).reshape(count, 3, 2, count, 3, 2)
+    kept = kept.reshape(count, 3, count, 3)
+    share = 1.0 / (_REPEATED * variance)
+    normal = share * np.einsum("miankb,mink->manb", gram, kept, optimize=True)
+    right = share * np.einsum(
+        "fmia,mink,fnk->ma", slopes.reshape(-1, count, 3, 2), kept, residual.reshape(-1, count, 3),
+        optimize=True,
+    )  # fmt: skip
+    along = block_diag(*placed.tangents.transpose(0, 2, 1))
+    before = along.T @ guess.covariance @ along
+    before = np.linalg.inv(before + 1e-6 * guess.spread**2 * np.eye(2 * count))
+    expected = along.T @ (guess.mean - shifts).ravel()
+    step = np.linalg.solve(
+        normal.reshape(2 * count, -1) + before, right.ravel() + before @ expected
+    )
+    return np.asarray(shifts + (along @ step).reshape(-1, 3))
+
+
+def _not_explained(
+    evaluator: BlendShapeEvaluator, weights: FloatArray, rigid: FloatArray, variance: float
+) -> FloatArray:
+    """Return what is left of displacements without weights and head motion: (3 M, 3 M)."""
+    size = evaluator.offsets.shape[1]
+    expected = weights.T @ weights / len(weights) + _STILL * np.eye(weights.shape[1])
+    explained = evaluator.offsets.T @ expected @ evaluator.offsets / variance
+    return np.linalg.inv(np.eye(size) + explained + _FREE * rigid @ rigid.T)
