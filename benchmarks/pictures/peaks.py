@@ -8,6 +8,7 @@ from scipy.signal import find_peaks
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import evaluator_of
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import regions_of
 from usdface.rigs import Mesh
 from usdface.shot import ShotResult
@@ -106,7 +107,8 @@ def _corrections(
 
 def _blinks(result: ShotResult) -> Iterator[tuple[int, str]]:
     """Yield the largest dips of the gap between the lids that are over soon."""
-    mesh, lids, times = result.shot.mesh, result.shot.layout.lids, result.solved.times
+    mesh, times = result.shot.mesh, result.solved.times
+    lids = find_lip_lid_contacts(mesh).lids
     if not len(lids):
         return
     moved = displacements(result, mesh, lids.ravel(), result.solved.weights)

@@ -51,8 +51,9 @@ def draw_sheets(
             )
             axes[-2, column].imshow(raw[start + column])
             axes[-1, column].imshow(corrected[start + column])
-            emotion = _strongest(result, frame)
-            axes[-1, column].set_xlabel(f"changed by {change[frame]:.2f}{emotion}")
+            caption = f"changed by {change[frame]:.2f}{_strongest(result, frame)}"
+            none = "no expression layer"
+            axes[-1, column].set_xlabel(none if result.corrected is None else caption)
         labels = ("markers", "raw", "corrected")[-rows:]
         for axis, label in zip(axes[:, 0], labels, strict=True):
             axis.set_ylabel(label, fontsize=13)
