@@ -16,7 +16,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
-from usdface.retarget.exaggeration import Exaggeration, exaggerated
+from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.pins import faded_at_pins, with_pins
 from usdface.retarget.solution import Solution
@@ -80,7 +80,7 @@ def retarget(
         )
         weights = exaggerated(
             weights,
-            shot.exaggeration or Exaggeration.constant(shot.setup.exaggeration),
+            shot.factors,
             shot.mesh,
             shot.layout,
             pins=shot.setup.pins,
@@ -113,10 +113,7 @@ def retarget(
 
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
     """Return the shot with the options of this run."""
-    setup, exaggeration = shot.setup, shot.exaggeration
-    if options.exaggeration:
-        factors = exaggeration or Exaggeration.constant(setup.exaggeration)
-        exaggeration = factors.with_constant(options.exaggeration)
+    setup, exaggeration = shot.setup, shot.factors.with_constant(options.exaggeration)
     if not options.clean:
         setup = replace(setup, clean=CleanOptions(swaps=False, spikes=False, gaps=False))
     if options.solve is not None:

@@ -90,6 +90,11 @@ class Shot:
         return self.rig.mesh(self.setup.binding.mesh)
 
     @property
+    def factors(self) -> Exaggeration:
+        """The exaggeration over the take, or the constant one of the setup."""
+        return self.exaggeration or Exaggeration.constant(self.setup.exaggeration)
+
+    @property
     def face(self) -> BoundFace:
         """The bound mesh with its markers and its layout."""
         rig_shapes = self.rig.shape_names

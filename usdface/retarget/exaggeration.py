@@ -57,6 +57,10 @@ class Exaggeration:
         """Return the factors with those of some parts replaced."""
         return Exaggeration({**self.parts, **Exaggeration.constant(parts).parts})
 
+    def mean_of(self, part: str) -> float:
+        """Return the mean factor of a region over the take, without that of the face."""
+        return float(self.parts.get(part, _ONE).mean())
+
     @property
     def none(self) -> bool:
         """Whether every factor is 1."""
