@@ -22,11 +22,10 @@ from usdface.takes import MarkerTake
 __all__ = ["ShotReport", "report_of"]
 
 _NOT_DETERMINED = "not determined"
-# A region with a smaller travel ratio is reported. With a smaller correlation, or a ratio below the
-# least, a factor on its weights would enlarge something else. Set by hand: they only advise.
+# A region with a smaller travel ratio is reported, with a factor on its weights between these: more
+# would enlarge something else. Set by hand: they only advise.
 _MUTED = 0.7
-_FOLLOWS = 0.7
-_LEAST = 0.4
+_REMEDIES = (1.1, 2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,26 +142,27 @@ def _travel_details(travel: Travel) -> dict[str, Any]:
         "ratio": travel.ratio,
         "map_ratio": travel.map_ratio,
         "correlation": travel.correlation,
+        "best_factor": travel.best_factor,
     }
     return details | {
         name: None if np.isnan(value) else round(value, 3) for name, value in ratios.items()
     }
 
 
-def _muted(region: str, travel: Travel, factor: float) -> str:
+def _muted(region: str, travel: Travel, present: float) -> str:
     """Return the finding on a region that moves too little, and the remedy.
 
-    `factor` is that of its present exaggeration.
+    `present` is the factor of its exaggeration now.
     """
     message = f"the skin travels {travel.ratio:.2f} of the performer's markers"
-    if travel.correlation < _FOLLOWS or travel.ratio < _LEAST:
-        return (
-            f"{message}, too little for an exaggeration to make up for: check the places of the "
-            "markers, and whether the character has blend shapes for this motion"
-        )
+    low, high = _REMEDIES
+    factor = present * travel.best_factor
+    if low <= travel.best_factor <= high:
+        return f"{message}; --exaggeration {region}={factor:.1f} comes nearest to them"
+    why = f"only a factor of {factor:.1f} would do" if factor > high else "and hardly follows them"
     return (
-        f"{message}; --exaggeration {region}={factor / travel.ratio:.1f} plays it as large, "
-        "as far as the weights reach"
+        f"{message}, {why}: check the places of the markers, and whether the character has blend "
+        "shapes for this motion"
     )
 
 

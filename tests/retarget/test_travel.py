@@ -52,6 +52,7 @@ def test_an_exact_face_travels_as_far_as_its_weights_are_scaled(shot: Shot, fact
         assert travel.ratio == pytest.approx(factor, abs=0.005)
         assert travel.map_ratio == pytest.approx(1.0, abs=0.005)
         assert travel.correlation == pytest.approx(1.0, abs=0.005)
+        assert travel.best_factor == pytest.approx(1.0 / factor, rel=0.01)
         assert travel.peak > 0.0015
 
 
@@ -132,12 +133,12 @@ def test_regions_merge_into_those_of_the_gains(shot: Shot) -> None:
 
 
 def test_a_muted_region_is_reported_with_the_factor_that_makes_up_for_it(tmp_path: Path) -> None:
-    folder = make_world().write(tmp_path, exaggeration={"brows": 0.5})
+    folder = make_world().write(tmp_path, exaggeration={"brows": 0.6})
     files = (folder / "rig.usda", folder / "take.usda", folder / "shot.usda")
     usdface.make_shot(*files, bind=folder / "bind.json")
     result = usdface.process(folder / "shot.usda")
-    assert result.summary["travel_ratio_by_region"]["brows"] == pytest.approx(0.5, abs=0.01)
-    assert result.details["travel"]["brows"]["ratio"] == pytest.approx(0.5, abs=0.01)
+    assert result.summary["travel_ratio_by_region"]["brows"] == pytest.approx(0.6, abs=0.01)
+    assert result.details["travel"]["brows"]["ratio"] == pytest.approx(0.6, abs=0.01)
     muted = [found for found in result.findings if found.code == "REGION_MUTED"]
     assert [found.where for found in muted] == ["brows"]
     assert "--exaggeration brows=1.0 " in muted[0].message

@@ -64,6 +64,15 @@ class Travel:
     map_ratio: float
     correlation: float
 
+    @property
+    def best_factor(self) -> float:
+        """The factor on the skin's travel that comes nearest to the markers' [1]; NaN likewise.
+
+        In least squares: correlation^2 / ratio, so that motion that does not follow the markers is
+        not enlarged.
+        """
+        return self.correlation**2 / self.ratio if self.ratio > 0 else np.nan
+
 
 def region_travel(
     face: BoundFace,
