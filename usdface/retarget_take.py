@@ -13,8 +13,8 @@ from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
-from usdface.face.shape_names import rename_weights
 from usdface.face.marker_surface import MarkerSurface
+from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
 from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels

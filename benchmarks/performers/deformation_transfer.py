@@ -77,7 +77,9 @@ def _gradient(points: FloatArray, triangles: IntArray) -> sparse.csr_matrix:
     twice = (normal**2).sum(axis=1)[:, None]
     of_b, of_c = np.cross(c - a, normal) / twice, np.cross(normal, b - a) / twice
     values = np.stack([-of_b - of_c, of_b, of_c], axis=1)
-    rows = np.broadcast_to((3 * np.arange(len(triangles))[:, None] + np.arange(3))[:, None], values.shape)
+    rows = np.broadcast_to(
+        (3 * np.arange(len(triangles))[:, None] + np.arange(3))[:, None], values.shape
+    )
     columns = np.broadcast_to(triangles[:, :, None], values.shape)
     shape = (3 * len(triangles), len(points))
     return sparse.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape)

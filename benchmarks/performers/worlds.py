@@ -17,7 +17,7 @@ from benchmarks.solve.faces import ict
 from benchmarks.solve.worlds import nodding
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["BUILT_WITH", "JUDGED_ON", "NEUTRAL_FRAMES", "ROWS", "Row", "Performance", "perform"]
+__all__ = ["BUILT_WITH", "JUDGED_ON", "NEUTRAL_FRAMES", "ROWS", "Performance", "Row", "perform"]
 
 # Performers that were looked at while the solve was made, and those looked at once, at the end.
 BUILT_WITH, JUDGED_ON = (1, 2, 3, 4), (5, 6, 7, 8)

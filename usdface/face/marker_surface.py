@@ -74,12 +74,11 @@ class MarkerSurface:
     def at(self, shifts: FloatArray) -> PlacedMarkers:
         """Return the markers shifted from their vertices by `shifts` (B, 3) [m], along the skin."""
         wanted = self.mesh.points[self.vertices] + shifts
-        nearest, around, inner = [], [], 0.5 * self.reach
+        nearest, around, inner = [], [], _AROUND / _REACH * self.reach
         for vertex, place in zip(self.vertices, wanted, strict=True):
             near = self._near(int(vertex), self.reach)
             away = np.linalg.norm(self.mesh.points[near] - place, axis=1)
             nearest.append(int(near[away.argmin()]))
-            inner = _AROUND / _REACH * self.reach
             around.append(self._near(nearest[-1], inner))
         frames = [self._frame(v, n) for v, n in zip(nearest, around, strict=True)]
         tangents = np.stack([tangent for tangent, _ in frames])
@@ -101,6 +100,10 @@ class MarkerSurface:
             frozen(tangents),
             (evaluator.mapped(_interpolated(along[0])), evaluator.mapped(_interpolated(along[1]))),
         )
+
+    def vertices_near(self, marker: int) -> IntArray:
+        """Return the vertices within `reach` of a marker's own, along the skin: (n,)."""
+        return self._near(int(self.vertices[marker]), self.reach)
 
     def _near(self, vertex: int, reach: float) -> IntArray:
         """Return the vertices within `reach` along the skin, and those of its own faces."""

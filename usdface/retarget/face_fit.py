@@ -7,19 +7,28 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
+from usdface.geometry.rigid_modes import motion_basis
 from usdface.options import MapOptions
 from usdface.retarget.map_choice import MapChoice, choose_map
 from usdface.retarget.motion_evidence import MotionEvidence
-from usdface.retarget.places import PlaceGuess, guess_at_rest
+from usdface.retarget.places import (
+    PlaceGuess,
+    guess_at_rest,
+    guess_in_motion,
+    search_in_motion,
+)
+from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import SpaceMap
 
-__all__ = ["FaceFit", "fit_face", "fit_places"]
+__all__ = ["FaceFit", "fit_face", "fit_places", "refined_shifts"]
 
 # Places that the resting face suggests are taken if they leave so much less of the motion open:
 # between two people the difference at rest is mostly the faces' own. Set by hand.
 _BETTER = 0.95
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
+# A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
+_UNLIKE = 2.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -115,3 +124,27 @@ def fit_places(
 
     space, choice = choose_map(neutral, placed.points, options, share)
     return FaceFit(placed.points, placed.evaluator, space, choice, shifts, placed, guess)
+
+
+def refined_shifts(
+    fit: FaceFit, surface: MarkerSurface, joint: PoseAndWeights, head_moves: bool
+) -> FloatArray | None:
+    """Return shifts (M, 3) [m] that the solved take makes more likely than those of `fit`.
+
+    None where places are known.
+    """
+    if fit.placed is None or fit.guess is None:
+        return None
+    weights, displaced = joint.weights, joint.displaced
+    variance = joint.regularisation.variance
+    if variance == 0.0:
+        return None
+    rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
+    shifts = guess_in_motion(fit.guess, fit.shifts, fit.placed, weights, displaced, rigid, variance)
+    residual = displaced - fit.placed.evaluator.displacements(weights).reshape(displaced.shape)
+    away = np.sqrt(np.nanmean((residual**2).sum(axis=2), axis=0))
+    for marker in np.flatnonzero(away > _UNLIKE * np.median(away)):
+        shifts[marker] = search_in_motion(
+            fit.guess, surface, int(marker), weights, displaced, variance
+        )
+    return shifts

@@ -12,14 +12,14 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.face.marker_surface import PlacedMarkers
+from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.rbf import distances
 
-__all__ = ["PlaceGuess", "guess_at_rest", "guess_in_motion"]
+__all__ = ["PlaceGuess", "guess_at_rest", "guess_in_motion", "search_in_motion"]
 
 # Reach of the field between two faces, in RMS radii of the markers, and its variance by that of a
 # place: the grid on which the most likely pair is looked for. 0.3 to 1.2 radii are 2 to 7 cm.
@@ -30,6 +30,8 @@ _FREE = 1e6
 # Frames of a take repeat themselves: so many count as one. Of 3, 10 and 30, 30 was the best on the
 # performers of python -m benchmarks.performers that the solve was built with.
 _REPEATED = 30.0
+# Frames that a place is searched in: a bound on time.
+_SEARCHED = 300
 # A weight that never moves still may: a floor under the variance of weights.
 _STILL = 1e-6
 
@@ -75,7 +77,9 @@ def guess_at_rest(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
     linear, offset = similarity_fit(neutral, points)
     error = (neutral @ linear + offset - points).ravel()
     centred = points - points.mean(axis=0)
-    fixed = np.concatenate([small_motions(points, image=False).reshape(6, -1), centred.ravel()[None]])
+    fixed = np.concatenate(
+        [small_motions(points, image=False).reshape(6, -1), centred.ravel()[None]]
+    )
     free = np.linalg.qr(fixed.T, mode="complete")[0][:, 7:]
     apart = (distances(points, points) / rms_radius(points)) ** 2
     seen = free.T @ error
@@ -154,6 +158,34 @@ def guess_in_motion(
         normal.reshape(2 * count, -1) + before, right.ravel() + before @ expected
     )
     return np.asarray(shifts + (along @ step).reshape(-1, 3))
+
+
+def search_in_motion(
+    guess: PlaceGuess,
+    surface: MarkerSurface,
+    marker: int,
+    weights: FloatArray,
+    displaced: FloatArray,
+    variance: float,
+) -> FloatArray:
+    """Return the shift (3,) [m] of one marker to the vertex near by that moves most like it.
+
+    For a marker that moves unlike its place: slopes do not lead from one lip to the other.
+    Parameters are those of `guess_in_motion`; `marker` is its number.
+    """
+    near = surface.vertices_near(marker)
+    frames = np.flatnonzero(~np.isnan(displaced[:, marker, 0]))
+    frames = frames[:: max(1, len(frames) // _SEARCHED)]
+    evaluator, _ = evaluator_of(surface.mesh, near)
+    moved = evaluator.displacements(weights[frames]).reshape(len(frames), -1, 3)
+    error = ((moved - displaced[frames, marker][:, None]) ** 2).sum(axis=(0, 2))
+    error *= len(displaced) / max(len(frames), 1) / (_REPEATED * variance)
+    shifts = surface.mesh.points[near] - surface.mesh.points[surface.vertices[marker]]
+    own = guess.covariance.reshape(len(guess.mean), 3, -1, 3)[marker, :, marker]
+    own = own + 1e-6 * guess.spread**2 * np.eye(3)
+    off = shifts - guess.mean[marker]
+    error += np.einsum("ni,ni->n", off, np.linalg.solve(own, off.T).T)
+    return np.asarray(shifts[error.argmin()])
 
 
 def _not_explained(

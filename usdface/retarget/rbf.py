@@ -115,9 +115,7 @@ class SpaceMap:
         linear = np.repeat(self.linear[None], len(self.centres), axis=0)
         if self.coefficients.any():
             apart = self.centres[:, None] - self.centres
-            slopes = kernel_slopes(
-                self.kernel, distances(self.centres, self.centres), self.radius
-            )
+            slopes = kernel_slopes(self.kernel, distances(self.centres, self.centres), self.radius)
             linear = linear + np.einsum(
                 "mn,mni,nj->mij", slopes, apart, self.coefficients, optimize=True
             )

@@ -10,14 +10,12 @@ from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose, rigid_fit
-from usdface.geometry.rigid_modes import motion_basis
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import performed
-from usdface.retarget.face_fit import FaceFit, fit_face, fit_places
+from usdface.retarget.face_fit import FaceFit, fit_face, fit_places, refined_shifts
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
-from usdface.retarget.places import guess_in_motion
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
@@ -101,13 +99,10 @@ def solve_take(
         return joint, model
 
     joint, model = solved(fit, pose)
-    for _ in range(_PLACE_STEPS if around and fit.placed else 0):
-        assert around is not None and fit.placed is not None and fit.guess is not None
-        rigid = motion_basis(fit.points, 3)[:, : 6 if setup.head == "solve" else 0]
-        shifts = guess_in_motion(
-            fit.guess, fit.shifts, fit.placed, joint.weights, joint.displaced, rigid,
-            joint.regularisation.variance,
-        )  # fmt: skip
+    for _ in range(_PLACE_STEPS if around else 0):
+        shifts = refined_shifts(fit, around, joint, setup.head == "solve")
+        if shifts is None:
+            break
         refined = fit_places(neutral, shifts, setup.map, evidence, around, fit.guess)
         again, model_again = solved(refined, joint.pose)
         if again.regularisation.misfit >= joint.regularisation.misfit:

@@ -19,7 +19,16 @@ from usdface.retarget.curvature import curvature_bands
 if TYPE_CHECKING:
     from usdface.retarget.regularisation import Regularisation
 
-__all__ = ["TERMS", "Restraint", "Ridge", "Smoothness", "SolverTerm", "Sparsity", "Symmetry", "roughness"]
+__all__ = [
+    "TERMS",
+    "Restraint",
+    "Ridge",
+    "Smoothness",
+    "SolverTerm",
+    "Sparsity",
+    "Symmetry",
+    "roughness",
+]
 
 
 class SolverTerm:
@@ -75,8 +84,8 @@ class Ridge(SolverTerm):
     settings = ("spread",)
 
     def _factor(self, held: "Regularisation") -> float:
-        variance = held.variance if held.covariance is None else held.lasting_variance
-        return variance / held.options.spread**2
+        noise = held.noise**2 if held.covariance is None else 0.0
+        return (noise + held.misfit**2) / held.options.spread**2
 
     def matrix(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
         return self._factor(held) * np.eye(size)
