@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from benchmarks.performers.deformation_transfer import transfer
 from benchmarks.solve.faces import ict
@@ -70,6 +72,8 @@ class Performance:
         Of the performer, without noise.
     offsets : (S, M, 3) float64 [m]
         Of the performer's shapes at the markers.
+    neutral_frames : int
+        Before the performance.
     """
 
     positions: FloatArray
@@ -79,6 +83,7 @@ class Performance:
     worn: IntArray
     neutral: FloatArray
     offsets: FloatArray
+    neutral_frames: int
 
 
 def perform(
@@ -105,7 +110,14 @@ def perform(
     jitter = np.random.default_rng([number, part.start or 0]).normal(size=still.shape)
     positions = nodding(still, face.rate) + noise * jitter
     return Performance(
-        positions, still + noise * jitter, truth, face.points, worn, neutral[worn], moved
+        positions,
+        still + noise * jitter,
+        truth,
+        face.points,
+        worn,
+        neutral[worn],
+        moved,
+        neutral_frames,
     )
 
 
@@ -133,10 +145,8 @@ def _triangles(data: Path) -> IntArray:
     return np.asarray(triangles[(triangles < SKIN).all(axis=1)])
 
 
-def _graph(data: Path) -> "csr_matrix":
+def _graph(data: Path) -> csr_matrix:
     """Return the lengths of the skin's edges [m], so that lips and lids are no shortcut."""
-    from scipy.sparse import csr_matrix
-
     points, triangles = ict(data).mesh.points[:SKIN], _triangles(data)
     edges = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0)
     lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
@@ -144,11 +154,9 @@ def _graph(data: Path) -> "csr_matrix":
 
 
 def _beside(
-    graph: "csr_matrix", vertices: IntArray, distance: float, rng: np.random.Generator
+    graph: csr_matrix, vertices: IntArray, distance: float, rng: np.random.Generator
 ) -> IntArray:
     """Return a vertex at that distance along the skin from each vertex, to a random side."""
-    from scipy.sparse.csgraph import dijkstra
-
     lengths = dijkstra(graph, directed=False, indices=vertices, limit=1.5 * distance)
     off = np.abs(lengths - distance)
     near = [np.flatnonzero(row <= max(0.15 * distance, row.min())) for row in off]

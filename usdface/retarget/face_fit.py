@@ -1,5 +1,6 @@
 """Performer laid over character: the places of the markers and the space map between the two."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +20,9 @@ from usdface.retarget.places import (
 )
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import SpaceMap
+from usdface.takes import visible
 
-__all__ = ["FaceFit", "fit_face", "fit_places", "refined_shifts"]
+__all__ = ["FaceFit", "fit_face", "fit_places", "refine_places"]
 
 # Places that the resting face suggests are taken if they leave so much less of the motion open:
 # between two people the difference at rest is mostly the faces' own. Set by hand.
@@ -29,6 +31,9 @@ _BETTER = 0.95
 _EXACT = 1e-6
 # A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
 _UNLIKE = 2.0
+# Solves that follow better places. Of 1, 2 and 3, 2 was enough on the performers of
+# python -m benchmarks.performers that the solve was built with.
+_STEPS = 2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -126,23 +131,56 @@ def fit_places(
     return FaceFit(placed.points, placed.evaluator, space, choice, shifts, placed, guess)
 
 
-def refined_shifts(
-    fit: FaceFit, surface: MarkerSurface, joint: PoseAndWeights, head_moves: bool
-) -> FloatArray | None:
-    """Return shifts (M, 3) [m] that the solved take makes more likely than those of `fit`.
+def refine_places(
+    fit: FaceFit,
+    neutral: FloatArray,
+    options: MapOptions,
+    evidence: MotionEvidence,
+    surface: MarkerSurface,
+    *,
+    solve: Callable[[FaceFit], PoseAndWeights],
+    head_moves: bool,
+) -> FaceFit:
+    """Return the fit with places that better explain the motion of a take, if there are any.
 
-    None where places are known.
+    Parameters are those of `fit_face`.
+
+    Parameters
+    ----------
+    solve : callable
+        Solves frames of the take with a fit.
+    head_moves : bool
+        The head's pose is solved with the weights.
     """
-    if fit.placed is None or fit.guess is None:
-        return None
+    if fit.placed is None:
+        return fit
+    joint = solve(fit)
+    for _ in range(_STEPS):
+        if joint.regularisation.variance == 0.0:
+            break
+        assert fit.guess is not None
+        shifts = _refined_shifts(fit, surface, joint, head_moves)
+        refined = fit_places(neutral, shifts, options, evidence, surface, fit.guess)
+        again = solve(refined)
+        if again.regularisation.misfit >= joint.regularisation.misfit:
+            break
+        fit, joint = refined, again
+    return fit
+
+
+def _refined_shifts(
+    fit: FaceFit, surface: MarkerSurface, joint: PoseAndWeights, head_moves: bool
+) -> FloatArray:
+    """Return shifts (M, 3) [m] that the solved frames make more likely than those of `fit`."""
+    assert fit.placed is not None and fit.guess is not None
     weights, displaced = joint.weights, joint.displaced
     variance = joint.regularisation.variance
-    if variance == 0.0:
-        return None
     rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
     shifts = guess_in_motion(fit.guess, fit.shifts, fit.placed, weights, displaced, rigid, variance)
     residual = displaced - fit.placed.evaluator.displacements(weights).reshape(displaced.shape)
-    away = np.sqrt(np.nanmean((residual**2).sum(axis=2), axis=0))
+    seen = visible(displaced)
+    squares = np.where(seen, (residual**2).sum(axis=2), 0.0).sum(axis=0)
+    away = np.sqrt(squares / np.maximum(seen.sum(axis=0), 1))
     for marker in np.flatnonzero(away > _UNLIKE * np.median(away)):
         shifts[marker] = search_in_motion(
             fit.guess, surface, int(marker), weights, displaced, variance

@@ -91,6 +91,7 @@ def choose_map(
     if options.choice == "fixed" or not 5 <= len(source) <= _MOST:
         return fixed, MapChoice(_name(options))
     candidates = _candidates(source, target, options)
+    plain = candidates[0].error
     best = {c.settings.kernel: c.error for c in candidates if c.settings is not None}
     space = {c.name: c.fitted(source, target, fixed) for c in candidates}
     shares = {}
@@ -98,11 +99,11 @@ def choose_map(
         shares = {c.name: unexplained_share(space[c.name]) for c in candidates}
     if not shares or np.isnan(list(shares.values())).any():
         shares = {}
-    cost = shares or {c.name: c.error for c in candidates}
-    least = min(cost.values())
-    good = [c for c in candidates if cost[c.name] <= _AS_GOOD * least]
-    chosen = min(good, key=lambda c: c.freedom)
-    plain = candidates[0].error
+    if shares:
+        least = min(shares.values())
+        candidates = [c for c in candidates if shares[c.name] <= _AS_GOOD * least]
+    least = min(c.error for c in candidates)
+    chosen = min((c for c in candidates if c.error <= _AS_GOOD * least), key=lambda c: c.freedom)
     return space[chosen.name], MapChoice(chosen.name, chosen.error, plain, best, shares)
 
 

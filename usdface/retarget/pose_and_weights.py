@@ -5,13 +5,17 @@ expression: a rigid fit on face markers alone puts a tenth of a weight into the 
 Each round solves the weights with small head motions projected out of the problem (so that
 one normal matrix serves the whole take), then takes the residual as the pose's error.
 Occluded markers follow the same rounds: they are filled with the rig's prediction.
+
+The neutral is a mean of noisy frames, and the displacements of all frames share its error. Once the
+rest has settled it is estimated, too: weights of 0 or more are the envelope that shows it, since a
+face at rest that lies below them leaves a residual in most frames.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
@@ -34,6 +38,9 @@ __all__ = ["PoseAndWeights", "solve_pose_and_weights"]
 # A bound on time; and steps of a nonlinear solve in a round. Set by hand; docs/constants.md.
 _ROUNDS = 30
 _ROUGH = 4
+# Corrections of the neutral: with two its error is within 2 % of that with six (30 frames of 0.3 mm,
+# ICT face, python benchmarks/known_answer.py).
+_NEUTRAL_STEPS = 2
 # The rounds end when markers move by less than this share of their error, or this far [m]: further
 # rounds would change weights by a hundredth of their error.
 _SETTLED_SHARE = 0.01
@@ -95,6 +102,7 @@ def solve_pose_and_weights(
     setup: RetargetSetup,
     names: tuple[str, ...] = (),
     *,
+    neutral_frames: IntArray | None = None,
     progress: Progress | None = None,
 ) -> PoseAndWeights:
     """Solve the weights of a take, and the head pose if the setup requests it.
@@ -115,6 +123,8 @@ def solve_pose_and_weights(
     setup : RetargetSetup
     names : tuple of str, length S
         The blend shapes; needed where the setup has pins or asks for symmetry.
+    neutral_frames : (M,) int64, optional
+        Frames that each marker's neutral is the mean of; None where it is known exactly.
     progress : Progress, optional
         Announces each round of the step "solve".
     """
@@ -130,6 +140,10 @@ def solve_pose_and_weights(
 
     iterate: Iterate | None = None
     regularisation = Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
+    bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
+    to_correct = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
+    correction = np.zeros((len(target), 3))
+    start = correction if space.start is None else space.start
     for done in range(1, _ROUNDS + 1):
         if progress:  # at most so far: the rounds end when markers have settled
             progress(Step("solve", (done - 1) / _ROUNDS))
@@ -139,7 +153,7 @@ def solve_pose_and_weights(
         # A pose that is off in the first rounds looks like misfit.
         misfit = marker_misfit(rest, whole, noise)
         regularisation = replace(regularisation, noise=noise, misfit=misfit)
-        if not fit_pose and seen.all():
+        if not (fit_pose or to_correct) and seen.all():
             break
         iterate = _step(rows, observed, times, regularisation, iterate)
         leftover = (observed - rows.displacements(iterate.weights)).reshape(*seen.shape, -1)
@@ -149,15 +163,21 @@ def solve_pose_and_weights(
             before, here = here, pose.to_head(markers)
             moved = max(moved, _rms((here - before)[seen]))
         if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
-            if regularisation.covariance is not None:
-                break
-            regularisation = _learned(rows, observed, times, regularisation, iterate)
             if regularisation.covariance is None:
+                regularisation = _learned(rows, observed, times, regularisation, iterate)
+                if regularisation.covariance is not None:
+                    continue
+            if not (to_correct and neutral_frames is not None):
                 break
+            to_correct -= 1
+            correction = _neutral_correction(
+                correction, leftover, seen, neutral_frames, regularisation, rows.rigid
+            )
+            space = replace(space, start=start + correction)
+            regularisation = regularisation.unlearned()
     displaced, observed = _displaced(here, space, rows, iterate, times)
     if regularisation.covariance is None:
         regularisation = _learned(rows, observed, times, regularisation, iterate)
-    bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
     final = _step(rows, observed, times, regularisation, iterate, bounds)
     if setup.pins:
         bounds = pin_bounds(setup.pins, free, times, final.weights, rows.model.limit_rows)
@@ -216,6 +236,38 @@ def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArra
     """Return normal matrix (S, S) and right-hand sides (F, S), without the head's motion."""
     shapes = rows.model.offsets - (rows.model.offsets @ rows.rigid) @ rows.rigid.T
     return shapes @ shapes.T, observed @ shapes.T
+
+
+def _neutral_correction(
+    before: FloatArray,
+    leftover: FloatArray,
+    seen: BoolArray,
+    frames: IntArray,
+    regularisation: Regularisation,
+    rigid: FloatArray,
+) -> FloatArray:
+    """Return what to add to all displacements for the neutral's error: (M, 3) [m].
+
+    The neutral is as uncertain as the mean of noisy frames; the mean residual of the take shows its
+    error, but for the misfit, which lasts.
+
+    Parameters
+    ----------
+    before : (M, 3) float64 [m]
+        The correction that `leftover` has.
+    leftover : (F, M, 3) float64 [m]
+        Residuals; any value where `seen` is False.
+    frames : (M,) int64
+        That each marker's neutral is the mean of.
+    """
+    noise, misfit = regularisation.noise**2, regularisation.misfit**2
+    count = np.maximum(seen.sum(axis=0), 1)
+    expected = noise / np.maximum(frames, 1)
+    misfit = max(0.0, misfit - float(expected.mean()))  # the neutral's error looks like it
+    share = expected / np.maximum(expected + noise / count + misfit, 1e-300)
+    mean = np.where(seen[..., None], leftover, 0.0).sum(axis=0) / count[:, None]
+    correction = (share[:, None] * (before - mean)).ravel()
+    return np.asarray((correction - rigid @ (rigid.T @ correction)).reshape(-1, 3))
 
 
 def _displaced(

@@ -12,7 +12,7 @@ __all__ = ["Regularisation"]
 
 # How many markers err alike. Of 3, 6 and 12 (weight RMS 0.106, 0.103, 0.104 in the mean of five
 # performers with other movements than the rig's, python -m benchmarks.solve) a middle one.
-_ALIKE = 5.0
+_ALIKE = 2.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)

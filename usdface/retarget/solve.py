@@ -125,6 +125,6 @@ def with_learned_covariance(
         return regularisation
     if start is None:
         start = solve_weights(normal, right, times, regularisation, rough=True)
-    lasting = regularisation.misfit**2 / options.spread**2 * np.eye(len(normal))
+    lasting = regularisation.lasting_variance / options.spread**2 * np.eye(len(normal))
     found = learn_covariance(normal + lasting, right, times, noise**2, options.pace, start.weights)
     return replace(regularisation, covariance=found)

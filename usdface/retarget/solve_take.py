@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
@@ -12,7 +12,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import performed
-from usdface.retarget.face_fit import FaceFit, fit_face, fit_places, refined_shifts
+from usdface.retarget.face_fit import FaceFit, fit_face, refine_places
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
@@ -27,9 +27,9 @@ __all__ = ["solve_take"]
 # Markers are in a line if they reach no further to the side than this share of its length: 1 mm of
 # 50, where noise of 0.3 mm would turn the head by 17 degrees.
 _IN_LINE = 0.02
-# Solves that follow better places. Of 1, 2 and 3, 2 was enough on the performers of
-# python -m benchmarks.performers that the solve was built with.
-_PLACE_STEPS = 2
+# Frames that places are looked for in, evenly spread: a bound on time.
+_PLACE_FRAMES = 1000
+_ALL = slice(None)
 
 
 def solve_take(
@@ -90,24 +90,22 @@ def solve_take(
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
     fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
-    def solved(fit: FaceFit, pose: Pose) -> tuple[PoseAndWeights, BlendShapeEvaluator]:
+    def solved(fit: FaceFit, frames: slice = _ALL, **known: IntArray | None) -> PoseAndWeights:
         model, space = _as_performed(fit, shape_names, setup)
-        joint = solve_pose_and_weights(
-            take.times, positions, fit.points, model, space, pose, setup, shape_names,
-            progress=progress,
+        return solve_pose_and_weights(
+            take.times[frames], positions[frames], fit.points, model, space,
+            Pose(pose.rotations[frames], pose.translations[frames]), setup, shape_names,
+            progress=progress, **known,
         )  # fmt: skip
-        return joint, model
 
-    joint, model = solved(fit, pose)
-    for _ in range(_PLACE_STEPS if around else 0):
-        shifts = refined_shifts(fit, around, joint, setup.head == "solve")
-        if shifts is None:
-            break
-        refined = fit_places(neutral, shifts, setup.map, evidence, around, fit.guess)
-        again, model_again = solved(refined, joint.pose)
-        if again.regularisation.misfit >= joint.regularisation.misfit:
-            break
-        fit, joint, model = refined, again, model_again
+    some = slice(None, None, -(-len(take.times) // _PLACE_FRAMES))
+    if around is not None:
+        fit = refine_places(
+            fit, neutral, setup.map, evidence, around,
+            solve=lambda fit: solved(fit, some), head_moves=setup.head == "solve",
+        )  # fmt: skip
+    joint = solved(fit, neutral_frames=_neutral_frames(positions, setup))
+    model, _ = _as_performed(fit, shape_names, setup)
     target, choice = fit.points, fit.choice
     weights, displaced = joint.weights, joint.displaced
     predicted = model.displacements(weights).reshape(displaced.shape)
@@ -223,6 +221,14 @@ def _without_weights(
     weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
     shown = model.displacements(model.combined(weights)).reshape(target.shape)
     return without_weights(neutral, target, shown)
+
+
+def _neutral_frames(positions: FloatArray, setup: RetargetSetup) -> IntArray | None:
+    """Return the frames that each marker's neutral is the mean of: (M,); None for the rig's own."""
+    if setup.neutral is None:
+        return None
+    first, last = setup.neutral
+    return np.asarray(visible(positions[first : last + 1]).sum(axis=0))
 
 
 def _determined(

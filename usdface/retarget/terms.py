@@ -31,6 +31,9 @@ __all__ = [
 ]
 
 
+CAP = 0.003
+
+
 class SolverTerm:
     """A function of the weights w of a take that is added to half the sum of squares.
 
@@ -84,8 +87,8 @@ class Ridge(SolverTerm):
     settings = ("spread",)
 
     def _factor(self, held: "Regularisation") -> float:
-        noise = held.noise**2 if held.covariance is None else 0.0
-        return (noise + held.misfit**2) / held.options.spread**2
+        variance = held.variance if held.covariance is None else held.lasting_variance
+        return variance / held.options.spread**2
 
     def matrix(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
         return self._factor(held) * np.eye(size)
@@ -118,7 +121,7 @@ class Restraint(SolverTerm):
     settings = ("restraint",)
 
     def pull(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
-        strength = held.options.restraint * held.misfit * held.size
+        strength = held.options.restraint * min(held.misfit, CAP * held.size) * held.size
         return np.full(size, -strength) if strength else None
 
 

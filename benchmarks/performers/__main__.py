@@ -1,0 +1,66 @@
+"""Recovery of known weights of other people: `python -m benchmarks.performers`.
+
+Each solver's weight RMS error, and the RMS error of the character's skin [mm], in the mean of four
+performers. The solve was built with performers 1 to 4; 5 to 8 judge it. See README.md.
+"""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from benchmarks.performers.solvers import SOLVERS, write_character
+from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, SKIN, perform
+from benchmarks.solve.faces import ROOT, Face, has_real_data, ict
+from usdface.arrays import FloatArray
+
+DATA = ROOT.parent / "shared" / "data"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.performers", description=(__doc__ or "").split(":")[0]
+    )
+    parser.add_argument("--built-with", action="store_true", help="performers 1 to 4, not 5 to 8")
+    parser.add_argument("--data", type=Path, default=DATA, metavar="DIR")
+    parsed = parser.parse_args()
+    if not has_real_data(parsed.data):
+        sys.exit(f"{parsed.data} has no range-of-motion curves and no ICT face")
+    numbers = BUILT_WITH if parsed.built_with else JUDGED_ON
+    face = ict(parsed.data)
+    names = ", ".join(str(number) for number in numbers)
+    table = Table(title=f"weight RMS error / skin [mm], performers {names}")
+    for column in ("take", *SOLVERS):
+        table.add_column(column, justify="right")
+    with tempfile.TemporaryDirectory() as folder:
+        character = write_character(face, Path(folder))
+        for row in ROWS:
+            errors: dict[str, list[tuple[float, float]]] = {name: [] for name in SOLVERS}
+            for number in track(numbers, row.name, transient=True):
+                performance = perform(parsed.data, number, row)
+                for name, solve in SOLVERS.items():
+                    off = solve(performance, face, character) - performance.truth
+                    errors[name].append((rms(off), 1000 * skin_error(face, off)))
+            means = (np.mean(of, axis=0) for of in errors.values())
+            table.add_row(row.name, *(f"{weight:.4f} / {skin:.3f}" for weight, skin in means))
+    Console(width=150).print(table)
+
+
+def rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def skin_error(face: Face, off: FloatArray) -> float:
+    """Return the RMS distance [m] of the skin by weights that are off by `off` (F, S)."""
+    offsets = face.mesh.offsets_at(np.arange(SKIN)).reshape(len(face.mesh.shapes), -1)
+    squares = ((off @ (offsets @ offsets.T)) * off).sum(axis=1) / SKIN
+    return float(np.sqrt(squares.mean()))
+
+
+if __name__ == "__main__":
+    main()
