@@ -21,6 +21,10 @@ CODES: dict[str, tuple[Severity, str]] = {
         "a marker is occluded in all neutral frames and is left out",
     ),
     "MARKER_UNBOUND": ("info", "a marker of the take is bound to no vertex and is left out"),
+    "MARKER_BESIDE": (
+        "info",
+        "markers sit beside the vertices that they are bound to, as rest and motion show",
+    ),
     "MARKER_UNKNOWN": ("warning", "the binding names a marker that the take does not have"),
     "MARKER_SWAPPED": ("warning", "labels of markers were swapped, and corrected"),
     "MARKER_SPIKE": ("info", "a marker jumped away from the face; taken as occluded there"),

@@ -88,12 +88,23 @@ def _solution_summary(solution: Solution) -> dict[str, Any]:
     return {
         "markers_used": len(solution.markers),
         **_map_summary(solution.choice),
+        **_place_summary(solution),
         "marker_noise_mm": round(1000.0 * solution.noise, 4),
         "misfit_mm": round(1000.0 * solution.misfit, 3),
         "residual_mean_mm": round(float(residual.mean()), 3),
         "residual_p95_mm": round(float(np.percentile(residual, 95)), 3),
         "residual_max_mm": round(float(residual.max()), 3),
         "worst_frame": int(residual.argmax()),
+    }
+
+
+def _place_summary(solution: Solution) -> dict[str, Any]:
+    if solution.shifts is None or not solution.shifts.any():
+        return {}
+    away = 1000.0 * np.linalg.norm(solution.shifts, axis=1)
+    return {
+        "place_shift_median_mm": round(float(np.median(away)), 2),
+        "place_shift_max_mm": round(float(away.max()), 2),
     }
 
 
@@ -104,6 +115,17 @@ def _map_summary(choice: MapChoice) -> dict[str, Any]:
         "space_map": choice.name,
         "left_out_marker_mm": round(1000.0 * choice.error, 3),
         "left_out_marker_similarity_mm": round(1000.0 * choice.similarity_error, 3),
+        **{f"map_unexplained_{k}": v for k, v in _unexplained(choice).items()},
+    }
+
+
+def _unexplained(choice: MapChoice) -> dict[str, float]:
+    """Return the unexplained share of the motion with the map, and with the similarity."""
+    if not choice.unexplained:
+        return {}
+    return {
+        "share": round(choice.unexplained[choice.name], 4),
+        "similarity_share": round(choice.unexplained["similarity"], 4),
     }
 
 

@@ -6,10 +6,12 @@ points and blend shapes, fitted to the vertices near by. Neighbourhoods follow t
 that no place crosses from one lip or lid to the other.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from usdface.arrays import FloatArray, IntArray, frozen
@@ -128,17 +130,17 @@ class MarkerSurface:
         return tangents, slope
 
     @cached_property
-    def _graph(self):  # type: ignore[no-untyped-def]
+    def _graph(self) -> csr_array:
         graph = surface_graph(self.mesh)
-        return (graph + graph.T).tocsr()
+        return csr_array(graph + graph.T)
 
     @cached_property
     def _lengths(self) -> dict[int, tuple[IntArray, FloatArray, IntArray]]:
         return {}
 
 
-def _interpolated(weights: FloatArray):  # type: ignore[no-untyped-def]
-    """Return the function of coordinates (..., 3 n) of vertices to those of B places."""
+def _interpolated(weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Return the function of coordinates (K, 3 n) of vertices to those of B places (K, 3 B)."""
 
     def at_places(values: FloatArray) -> FloatArray:
         at = values.reshape(len(values), -1, 3)

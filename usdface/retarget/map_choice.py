@@ -92,7 +92,7 @@ def choose_map(
         return fixed, MapChoice(_name(options))
     candidates = _candidates(source, target, options)
     plain = candidates[0].error
-    best = {c.settings.kernel: c.error for c in candidates if c.settings is not None}
+    best: dict[str, float] = {c.settings.kernel: c.error for c in candidates if c.settings}
     space = {c.name: c.fitted(source, target, fixed) for c in candidates}
     shares = {}
     if unexplained_share is not None:

@@ -1,9 +1,9 @@
 """Evidence of a take's motion for a space map and for the places of the markers.
 
 The right map is not the one that best predicts where resting markers lie, but the one with which
-the character's shapes explain how the markers move. The part of the displacements that no weight and
-no head motion explains is compared with their size: a share, so that a map gains nothing by making
-motions small. No solve is needed.
+the character's shapes explain how the markers move. The part of the displacements that no weight
+and no head motion explains is compared with their size: a share, so that a map gains nothing by
+making motions small. No solve is needed.
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ from usdface.takes import visible
 
 __all__ = ["MotionEvidence"]
 
-# Numbers of a frame that shapes and head leave over, and noise variances of the motion's size, below
-# which the take has no say. Set by hand.
+# The take has no say where shapes and head leave fewer numbers of a frame over, or where its motion
+# is of less than so many noise variances. Set by hand.
 _FEWEST_LEFT = 6
 _ABOVE_NOISE = 4.0
 

@@ -1,9 +1,9 @@
 """The places of the markers on the skin: where the performer's markers really sit.
 
-A marker is bound to a vertex by eye, some millimetres from where it sits. Two sources tell. At rest
-performer and character differ by a field that is smooth over the face, and a marker that lies beside
-its neighbours' field sits beside its vertex. In motion a marker moves as the skin does where it
-sits. Both are guesses with a known spread, so that they add up as Gaussian distributions.
+A marker is bound to a vertex by eye, some millimetres from where it sits. Two sources show it. At
+rest performer and character differ by a field that is smooth over the face, and a marker that lies
+beside its neighbours' field sits beside its vertex. In motion a marker moves as the skin does where
+it sits. Both are guesses with a known spread, so that they add up as Gaussian distributions.
 """
 
 from dataclasses import dataclass
@@ -112,10 +112,10 @@ def guess_in_motion(
     rigid: FloatArray,
     variance: float,
 ) -> FloatArray:
-    """Return more likely shifts (M, 3) [m], from the motion of a solved take: a Gauss-Newton step.
+    """Return more likely shifts (M, 3) [m] by the motion of a solved take: a Gauss-Newton step.
 
-    What weights and head motion could explain themselves says nothing of the places; it is taken out
-    (variable projection, Golub and Pereyra 1973, in the approximation of Kaufman 1975).
+    The part of the residual that weights and head motion could explain says nothing of the places;
+    it is taken out (variable projection, Golub and Pereyra 1973, as approximated by Kaufman 1975).
 
     Parameters
     ----------
@@ -195,4 +195,4 @@ def _not_explained(
     size = evaluator.offsets.shape[1]
     expected = weights.T @ weights / len(weights) + _STILL * np.eye(weights.shape[1])
     explained = evaluator.offsets.T @ expected @ evaluator.offsets / variance
-    return np.linalg.inv(np.eye(size) + explained + _FREE * rigid @ rigid.T)
+    return np.asarray(np.linalg.inv(np.eye(size) + explained + _FREE * rigid @ rigid.T))

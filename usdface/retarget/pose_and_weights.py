@@ -38,8 +38,8 @@ __all__ = ["PoseAndWeights", "solve_pose_and_weights"]
 # A bound on time; and steps of a nonlinear solve in a round. Set by hand; docs/constants.md.
 _ROUNDS = 30
 _ROUGH = 4
-# Corrections of the neutral: with two its error is within 2 % of that with six (30 frames of 0.3 mm,
-# ICT face, python benchmarks/known_answer.py).
+# Corrections of the neutral: after two the weight error is within 2 % of that after six (30 frames
+# of 0.3 mm, ICT face, python benchmarks/known_answer.py).
 _NEUTRAL_STEPS = 2
 # The rounds end when markers move by less than this share of their error, or this far [m]: further
 # rounds would change weights by a hundredth of their error.

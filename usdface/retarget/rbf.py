@@ -104,7 +104,9 @@ class SpaceMap:
     def displacements(self, points: FloatArray) -> FloatArray:
         """Return how far mapped points (..., M, D) are from the mapped centres: (..., M, 3)."""
         if self.local:
-            moved = np.einsum("...mi,mij->...mj", points - self.centres, self.derivative)
+            moved: FloatArray = np.einsum(
+                "...mi,mij->...mj", points - self.centres, self.derivative
+            )
         else:
             moved = self(points) - self(self.centres)
         return moved if self.start is None else moved + self.start

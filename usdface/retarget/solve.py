@@ -1,7 +1,7 @@
 """Blend shape weights of a whole take: bounded least squares, smooth in time.
 
 The problem solved, for N = D'D of the marker offsets D, noise variance v and error variance
-e = v + 5 misfit^2 (misfit: the difference of face and rig), is::
+e = v + 2 misfit^2 (misfit: the difference of face and rig), is::
 
     min over 0 <= w <= 1 of   sum_t |D w_t - y_t|^2 / 2
                             + e / spread^2 * sum_t |w_t|^2 / 2
