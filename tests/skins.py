@@ -8,9 +8,9 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.face.marker_surface import MarkerSurface
 from usdface.rigs import BlendShape, Mesh
 
-__all__ = ["Head", "flat_skin", "grid", "joined_lips", "make_head"]
+__all__ = ["LIP", "STEP", "Head", "flat_skin", "grid", "joined_lips", "make_head"]
 
-STEP = 0.004
+STEP, LIP = 0.004, 31
 FRAMES = 120
 RATE = 30.0
 
@@ -65,11 +65,14 @@ def flat_skin(shapes: tuple[BlendShape, ...] = (), columns: int = 15, rows: int 
 
 
 def joined_lips(gap: float = 1e-4) -> Mesh:
-    """Return two lips of 1 cm, `gap` apart, joined at their left end; "open" moves the lower one."""
-    places, quads = grid(15, 6)
-    points = np.column_stack([0.002 * places[:, 0], 0.002 * (places[:, 1] - 2.5), np.zeros(90)])
-    points[:, 1] -= np.sign(points[:, 1]) * (0.001 - gap / 2)
-    between = (quads[:, 0] // 15 == 2) & (quads[:, 0] % 15 > 0)
+    """Return two lips, `gap` apart, joined at their left end; "open" moves the lower one.
+
+    Six rows of `LIP` vertices, every 2 mm; the upper three rows are the upper lip.
+    """
+    places, quads = grid(LIP, 6)
+    x, y = 0.002 * (places - [0.0, 2.5]).T
+    points = np.column_stack([x, y - np.sign(y) * (0.001 - gap / 2), np.zeros(len(x))])
+    between = (quads[:, 0] // LIP == 2) & (quads[:, 0] % LIP > 0)
     kept = quads[~between]
     below = points[:, 1] < 0
     opening = BlendShape.from_dense("open", below[:, None] * np.array([0.0, -0.01, 0.0]))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components, dijkstra
-from skins import flat_skin, grid, joined_lips
+from skins import LIP, flat_skin, grid, joined_lips
 
 from usdface.face.surface_graph import surface_graph
 from usdface.rigs import Mesh
@@ -55,7 +55,7 @@ def test_a_shell_that_touches_skin_is_not_joined() -> None:
 
 def test_lips_that_touch_are_far_apart_along_the_skin() -> None:
     mesh = joined_lips()
-    upper, lower = 3 * 15 + 10, 2 * 15 + 10
+    upper, lower = 3 * LIP + 10, 2 * LIP + 10
     assert np.linalg.norm(mesh.points[upper] - mesh.points[lower]) < 2e-4
     length = dijkstra(surface_graph(mesh), directed=False, indices=upper)[lower]
     # To the column of the corner, and back: 9 columns of 2 mm each way.

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -6,7 +7,7 @@ from scipy.interpolate import RBFInterpolator
 
 from usdface.errors import SolveError
 from usdface.options import Kernel, MapOptions
-from usdface.retarget.rbf import fit_map, fit_paper_map, kernel_values
+from usdface.retarget.rbf import fit_map, fit_paper_map, kernel_slopes, kernel_values
 
 RNG = np.random.default_rng(2)
 KERNELS = get_args(Kernel)
@@ -106,3 +107,62 @@ def test_kernels_are_the_papers() -> None:
     np.testing.assert_allclose(
         kernel_values("inverse_multiquadric", d, r), 1 / np.sqrt(1 + (d / r) ** 2)
     )
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_slopes_of_kernels_are_their_derivatives_over_distance(kernel: Kernel) -> None:
+    """Beside central differences; at 0 the limit."""
+    distances, radius, small = np.array([0.3, 1.0, 2.5, 9.0]), 1.7, 1e-5
+    ahead, behind = (kernel_values(kernel, distances + h, radius) for h in (small, -small))
+    slopes = kernel_slopes(kernel, distances, radius)
+    np.testing.assert_allclose(slopes * distances, (ahead - behind) / (2 * small), rtol=1e-7)
+    at_zero, near = (kernel_slopes(kernel, np.array([d]), radius) for d in (0.0, 1e-6))
+    np.testing.assert_allclose(at_zero, near, rtol=1e-9)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_derivative_is_that_of_the_map(kernel: Kernel, dimension: int) -> None:
+    source, small = SOURCE[:, :dimension], 1e-5
+    space = fit_map(source, TARGET, MapOptions(kernel=kernel, smoothing=0.01))
+    assert space.derivative.shape == (len(source), dimension, 3)
+    for axis in range(dimension):
+        step = small * np.eye(dimension)[axis]
+        numeric = (space(source + step) - space(source - step)) / (2 * small)
+        np.testing.assert_allclose(space.derivative[:, axis], numeric, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_displacements_are_carried_by_the_derivative_where_markers_rest(kernel: Kernel) -> None:
+    """Linear, so that a shape of half the size stays half; for small ones the mapped difference."""
+    space = fit_map(SOURCE, TARGET, MapOptions(kernel=kernel, smoothing=0.01))
+    moved = 0.3 * RNG.normal(size=(5, *SOURCE.shape))
+    carried = space.displacements(SOURCE + moved)
+    expected = np.einsum("fmi,mij->fmj", moved, space.derivative)
+    np.testing.assert_allclose(carried, expected, atol=1e-12)
+    np.testing.assert_allclose(space.displacements(SOURCE + 0.5 * moved), carried / 2, atol=1e-12)
+    small = space.displacements(SOURCE + 1e-5 * moved)
+    np.testing.assert_allclose(small, space(SOURCE + 1e-5 * moved) - space(SOURCE), atol=1e-8)
+    assert np.abs(carried - (space(SOURCE + moved) - space(SOURCE))).max() > 1e-3
+
+
+def test_the_papers_map_carries_mapped_places() -> None:
+    space = fit_paper_map(SOURCE, TARGET)
+    moved = SOURCE + 0.3 * RNG.normal(size=SOURCE.shape)
+    np.testing.assert_array_equal(space.displacements(moved), space(moved) - space(SOURCE))
+
+
+def test_where_the_centres_start_is_added() -> None:
+    space = fit_map(SOURCE, TARGET, MapOptions())
+    start = RNG.normal(size=TARGET.shape)
+    moved = SOURCE + 0.1
+    np.testing.assert_array_equal(
+        replace(space, start=start).displacements(moved), space.displacements(moved) + start
+    )
+
+
+def test_an_occluded_marker_has_no_displacement_and_hides_no_other() -> None:
+    points = np.repeat(SOURCE[None], 3, axis=0) + 0.1
+    points[1, 3] = np.nan
+    moved = fit_map(SOURCE, TARGET, MapOptions()).displacements(points)
+    assert np.isnan(moved[1, 3]).all() and np.isnan(moved).sum() == 3
