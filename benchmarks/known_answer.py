@@ -1,13 +1,15 @@
 """Recovery of known weights: `python benchmarks/known_answer.py`.
 
 Real range-of-motion weights (Live Link Face, 4,030 frames) drive the ICT face; its 68
-landmarks, with noise, are the take. Beside ours: an exact box-constrained solve of every frame
-alone, which is told the head pose. See README.md.
+landmarks, with noise, are the take, after neutral frames with the same noise or with the neutral
+given. Beside ours: an exact box-constrained solve of every frame alone, which is told the head pose
+and the neutral. See README.md.
 """
 
 import argparse
 import sys
 import time
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,7 @@ from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import MarkerTake
 
+NEUTRAL_FRAMES = (30, 5, 1)
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
@@ -52,14 +55,13 @@ def main() -> None:
     mesh, points = ict_mesh(SHARED), landmarks(SHARED)
     recorded, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
     truth = rename_weights(recorded, mesh.shape_names)[0].weights[:frames]
-    times = np.arange(len(truth)) / recorded.rate
     neutral, offsets = mesh.points[points], mesh.offsets_at(points)
     flat = offsets.reshape(len(offsets), -1)
     face = neutral + (truth @ flat).reshape(len(truth), *neutral.shape)
     names = tuple(f"landmark_{i}" for i in range(len(points)))
 
     table = Table(title=f"{len(truth)} frames, {len(points)} markers, {len(flat)} shapes")
-    columns = "noise mm,head,exact per frame,ours,share,noise found,roughness / true,seconds"
+    columns = "noise mm,neutral frames,head,exact per frame,ours,share,noise found,roughness / true,seconds"
     for column in columns.split(","):
         table.add_column(column, justify="right")
     rng = np.random.default_rng(0)
@@ -67,16 +69,24 @@ def main() -> None:
         jitter = noise * rng.standard_normal(face.shape)
         seen = (face + jitter - neutral).reshape(len(truth), -1)
         exact = rms(solve_bounded(flat @ flat.T, seen @ flat.T) - truth)
-        for head in ("stabilised", "solve"):
-            positions = (moved(times, face) if head == "solve" else face) + jitter
-            setup = RetargetSetup(Binding(names, points), head=head, neutral=None)
+        for head, count in product(
+            ("stabilised", "solve"), (0, *NEUTRAL_FRAMES) if noise else (0,)
+        ):
+            whole = np.concatenate([np.repeat(neutral[None], count, axis=0), face])
+            times = np.arange(len(whole)) / recorded.rate
+            still = noise * np.random.default_rng(1).standard_normal((count, *neutral.shape))
+            positions = moved(times, whole) if head == "solve" else whole
+            positions = positions + np.concatenate([still, jitter])
+            frames = (0, count - 1) if count else None
+            setup = RetargetSetup(Binding(names, points), head=head, neutral=frames)
             take = MarkerTake(names, times, positions, recorded.rate)
             begin = time.perf_counter()
             solution, _ = solve_take(take, neutral, offsets, mesh.shape_names, setup)
             seconds = time.perf_counter() - begin
-            ours = solution.weights.weights
+            ours = solution.weights.weights[count:]
             table.add_row(
                 f"{1000 * noise:g}",
+                str(count) if count else "given",
                 "known" if head == "stabilised" else "found",
                 f"{exact:.4f}" if noise else f"{exact:.0e}",
                 f"{rms(ours - truth):.4f}" if noise else f"{rms(ours - truth):.0e}",

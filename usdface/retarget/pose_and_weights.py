@@ -103,6 +103,7 @@ def solve_pose_and_weights(
     names: tuple[str, ...] = (),
     *,
     neutral_frames: IntArray | None = None,
+    rounds: int = _ROUNDS,
     progress: Progress | None = None,
 ) -> PoseAndWeights:
     """Solve the weights of a take, and the head pose if the setup requests it.
@@ -125,6 +126,8 @@ def solve_pose_and_weights(
         The blend shapes; needed where the setup has pins or asks for symmetry.
     neutral_frames : (M,) int64, optional
         Frames that each marker's neutral is the mean of; None where it is known exactly.
+    rounds : int
+        At most.
     progress : Progress, optional
         Announces each round of the step "solve".
     """
@@ -144,9 +147,9 @@ def solve_pose_and_weights(
     to_correct = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
     correction = np.zeros((len(target), 3))
     start = correction if space.start is None else space.start
-    for done in range(1, _ROUNDS + 1):
+    for done in range(1, rounds + 1):
         if progress:  # at most so far: the rounds end when markers have settled
-            progress(Step("solve", (done - 1) / _ROUNDS))
+            progress(Step("solve", (done - 1) / rounds))
         displaced, observed = _displaced(here, space, rows, iterate, times)
         rest = observed @ basis_of_rest
         noise = marker_noise(rest, whole) if done <= 2 else regularisation.noise

@@ -1,6 +1,7 @@
 """Solve of a marker take: usable markers, neutral, space map, weights."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -30,8 +31,10 @@ __all__ = ["solve_take"]
 _IN_LINE = 0.02
 # Reported where a marker is this share of the face's size off: 1.5 mm on the ICT face.
 _BESIDE = 0.025
-# Frames that places are looked for in, evenly spread: a bound on time.
+# Frames that places are looked for in, evenly spread, and rounds of a solve: bounds on time. With 30
+# rounds errors of the performers that the solve was built with are the same.
 _PLACE_FRAMES = 1000
+_PLACE_ROUNDS = 8
 _ALL = slice(None)
 
 
@@ -93,19 +96,20 @@ def solve_take(
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
     fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
-    def solved(fit: FaceFit, frames: slice = _ALL, **known: IntArray | None) -> PoseAndWeights:
+    def solved(fit: FaceFit, frames: slice = _ALL, **settings: Any) -> PoseAndWeights:
         model, space = _as_performed(fit, shape_names, setup)
         return solve_pose_and_weights(
             take.times[frames], positions[frames], fit.points, model, space,
             Pose(pose.rotations[frames], pose.translations[frames]), setup, shape_names,
-            progress=progress, **known,
+            progress=progress, **settings,
         )  # fmt: skip
 
     some = slice(None, None, -(-len(take.times) // _PLACE_FRAMES))
     if around is not None:
         fit = refine_places(
             fit, neutral, setup.map, evidence, around,
-            solve=lambda fit: solved(fit, some), head_moves=setup.head == "solve",
+            solve=lambda fit: solved(fit, some, rounds=_PLACE_ROUNDS),
+            head_moves=setup.head == "solve",
         )  # fmt: skip
     joint = solved(fit, neutral_frames=_neutral_frames(positions, setup))
     model, _ = _as_performed(fit, shape_names, setup)
