@@ -27,6 +27,8 @@ __all__ = ["FaceFit", "fit_face", "fit_places", "refine_places"]
 # Places that the resting face suggests are taken if they leave so much less of the motion open:
 # between two people the difference at rest is mostly the faces' own. Set by hand.
 _BETTER = 0.95
+# More points than this are a mesh, not markers: the time grows with their cube.
+_MOST = 200
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
 # A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
@@ -99,7 +101,8 @@ def fit_face(
 
     space, choice = choose_map(neutral, points, options, share)
     bound = FaceFit(points, evaluator, space, choice, np.zeros_like(points))
-    if surface is None or neutral.shape[1] != 3 or options.form == "paper":
+    flat = neutral.shape[1] != 3
+    if surface is None or flat or len(points) > _MOST or options.form == "paper":
         return bound
     guess = guess_at_rest(neutral, points)
     if guess.spread <= _EXACT * surface.reach:

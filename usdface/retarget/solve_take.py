@@ -31,8 +31,8 @@ __all__ = ["solve_take"]
 _IN_LINE = 0.02
 # Reported where a marker is this share of the face's size off: 1.5 mm on the ICT face.
 _BESIDE = 0.025
-# Frames that places are looked for in, evenly spread, and rounds of a solve: bounds on time. With 30
-# rounds errors of the performers that the solve was built with are the same.
+# Frames that places are looked for in, evenly spread, and rounds of a solve: bounds on time. With
+# 30 rounds errors of the performers that the solve was built with are the same.
 _PLACE_FRAMES = 1000
 _PLACE_ROUNDS = 8
 _ALL = slice(None)
