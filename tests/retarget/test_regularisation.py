@@ -23,7 +23,8 @@ def test_markers_that_do_not_err_leave_weights_free() -> None:
 def test_terms_are_of_the_unit_of_the_squares() -> None:
     """In millimetres the squares are a million times as large, and so is all beside them."""
     metres, millimetres = (
-        parts(Regularisation(3e-4 * k, 1e-3 * k, OPTIONS, NAMES)) for k in (1.0, 1000.0)
+        parts(Regularisation(3e-4 * k, 1e-3 * k, OPTIONS, NAMES, size=0.06 * k))
+        for k in (1.0, 1000.0)
     )
     for large, small in zip(millimetres, metres, strict=True):
         assert small.any()
@@ -39,7 +40,7 @@ def test_only_misfit_lasts() -> None:
 
 def test_a_learned_covariance_takes_the_place_of_the_ridge_for_noise() -> None:
     learned = Regularisation(0.3, 0.1, SolveOptions(), covariance=np.eye(3))
-    np.testing.assert_allclose(learned.added_to(np.zeros((3, 3))), 5 * 0.1**2 / 0.5**2 * np.eye(3))
+    np.testing.assert_allclose(learned.added_to(np.zeros((3, 3))), 2 * 0.1**2 / 0.5**2 * np.eye(3))
     np.testing.assert_allclose(
         learned.precision(3), np.eye(3) / 0.5**2, err_msg="what was expected before the take"
     )

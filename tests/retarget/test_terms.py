@@ -12,7 +12,15 @@ from usdface.options import SolveOptions
 from usdface.retarget.confidence import weight_deviations
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solve import solve_weights
-from usdface.retarget.terms import TERMS, Ridge, Smoothness, SolverTerm, Sparsity, Symmetry
+from usdface.retarget.terms import (
+    TERMS,
+    Restraint,
+    Ridge,
+    Smoothness,
+    SolverTerm,
+    Sparsity,
+    Symmetry,
+)
 
 GUIDE = Path(__file__).parents[2] / "docs" / "solver_terms.md"
 OPTIONS = SolveOptions(spread=0.5, agility=27.0, smoothness=2.0, sparsity=0.7, symmetry=30.0)
@@ -46,7 +54,7 @@ class Sluggish(SolverTerm):
 
 @pytest.mark.parametrize("term", [*TERMS, guide()["Restless"]()], ids=lambda t: type(t).__name__)
 def test_the_value_has_the_slope_of_matrix_and_pull(term: SolverTerm) -> None:
-    held = Regularisation(0.3, 0.1, OPTIONS, NAMES, terms=(term,))
+    held = Regularisation(0.3, 0.1, OPTIONS, NAMES, size=50.0, terms=(term,))
     weights, step = RNG.random((5, 4)), 1e-6 * np.eye(4)
     slope = np.stack([held.value(weights + h) - held.value(weights - h) for h in step], axis=1)
     np.testing.assert_allclose(slope / 2e-6, held.gradient(weights), atol=1e-7)
@@ -54,12 +62,51 @@ def test_the_value_has_the_slope_of_matrix_and_pull(term: SolverTerm) -> None:
 
 def test_the_terms_are_those_of_the_equation() -> None:
     held = Regularisation(0.3, 0.1, OPTIONS, NAMES)
-    error = 0.3**2 + 5 * 0.1**2
+    error = 0.3**2 + 2 * 0.1**2
     w, times = np.array([[0.2, 0.5, 0.6, 0.0]]), np.arange(5.0)
     assert Ridge().value(held, w) == pytest.approx(error * (w**2).sum() / 0.5**2 / 2)
     assert Sparsity().value(held, w) == pytest.approx(error * 0.7 * w.sum())
     assert Symmetry().value(held, w) == pytest.approx(error * 30 * 0.4**2 / 2)
     assert Smoothness().bands(held, times)[2, 2] == pytest.approx(6 * 0.3**2 * 2 / 27)
+
+
+def test_restraint_is_of_the_misfit_and_the_faces_size() -> None:
+    held = Regularisation(3e-4, 1e-4, replace(OPTIONS, restraint=0.05), size=0.06)
+    w = np.array([[0.2, 0.5, 0.6, 0.0]])
+    assert Restraint().value(held, w) == pytest.approx(0.05 * 1e-4 * 0.06 * w.sum())
+    noiseless = replace(held, noise=0.0)
+    assert Restraint().value(noiseless, w) == Restraint().value(held, w)
+
+
+def test_more_misfit_than_a_share_of_the_face_restrains_no_more() -> None:
+    of = [Regularisation(0.0, misfit, OPTIONS, size=0.06) for misfit in (1e-4, 1e-3, 1e-2)]
+    small, large, larger = (Restraint().pull(held, 4) for held in of)
+    assert (small > large).all()  # pulls are negative
+    np.testing.assert_array_equal(large, larger)
+
+
+@pytest.mark.parametrize("changes", [{"misfit": 0.0}, {"size": 0.0}, {"restraint": 0.0}])
+def test_without_misfit_size_or_the_setting_there_is_no_restraint(
+    changes: dict[str, float],
+) -> None:
+    settings = {"misfit": 1e-4, "size": 0.06, "restraint": 0.05} | changes
+    options = replace(OPTIONS, restraint=settings["restraint"])
+    held = Regularisation(3e-4, settings["misfit"], options, size=settings["size"])
+    assert Restraint().pull(held, 4) is None
+    alone = replace(held, terms=(Restraint(),))
+    assert not alone.pulled(np.zeros((1, 4))).any()
+
+
+def test_restraint_takes_the_same_motion_off_every_weight_down_to_rest() -> None:
+    """Soft thresholding, of shapes that share no motion; less misfit, less of it."""
+    options = SolveOptions(spread=1e6, restraint=0.067, iterations=5000, tolerance=1e-12)
+    basis = np.linalg.qr(RNG.normal(size=(24, 3)))[0].T * [[0.03], [0.03], [0.003]]
+    normal, truth = basis @ basis.T, np.array([[4e-4, 0.9, 0.5]])
+    for misfit in (1e-4, 1e-5, 0.0):
+        held = Regularisation(0.0, misfit, options, size=0.06)
+        found = solve_weights(normal, truth @ normal, np.zeros(1), held).weights
+        lost = 0.067 * misfit * 0.06 / np.diag(normal)
+        np.testing.assert_allclose(found, np.maximum(truth - lost, 0.0), atol=1e-6)
 
 
 def test_every_setting_that_a_term_obeys_is_an_option() -> None:
