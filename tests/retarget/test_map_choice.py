@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import RBFInterpolator
 
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.options import Kernel, MapOptions
 from usdface.retarget.map_choice import _rest_without, choose_map, left_out_errors
-from usdface.retarget.rbf import fit_map, spacing
+from usdface.retarget.motion_evidence import MotionEvidence
+from usdface.retarget.rbf import SpaceMap, fit_map, spacing
 
 RNG = np.random.default_rng(3)
 SOURCE = RNG.normal(size=(14, 3))
@@ -86,3 +88,81 @@ def test_coinciding_markers_are_no_obstacle() -> None:
     twice[1] = twice[0]
     space, choice = choose_map(twice, TARGET, MapOptions())
     assert np.isfinite(space(twice)).all() and np.isfinite(choice.error)
+
+
+def bent_world() -> tuple[np.ndarray, np.ndarray]:
+    """Return a performer's markers and the character's: a smooth bend, which rest shows well."""
+    face = np.random.default_rng(8).normal(size=(40, 3))
+    return face, face + 0.4 * np.sin(0.7 * face[:, [1, 2, 0]])
+
+
+def test_the_motion_decides_where_resting_markers_say_otherwise() -> None:
+    face, bent = bent_world()
+    at_rest, choice = choose_map(face, bent, MapOptions())
+    assert at_rest.coefficients.any() and choice.unexplained == {}
+    space, choice = choose_map(
+        face, bent, MapOptions(), lambda space: 0.5 if space.coefficients.any() else 0.1
+    )
+    assert choice.name == "similarity" and not space.coefficients.any()
+    assert choice.error == choice.similarity_error > min((choice.best or {}).values())
+    assert set(choice.unexplained) >= {"similarity", at_rest_name(face, bent)}
+    assert choice.unexplained["similarity"] == 0.1
+
+
+def at_rest_name(face: np.ndarray, bent: np.ndarray) -> str:
+    return choose_map(face, bent, MapOptions())[1].name
+
+
+def test_motion_may_ask_for_a_bend_that_rest_does_not_show() -> None:
+    face = np.random.default_rng(8).normal(size=(40, 3))
+    beside = face + 0.05 * np.random.default_rng(9).normal(size=face.shape)
+    assert choose_map(face, beside, MapOptions())[1].name == "similarity"
+    bent, choice = choose_map(
+        face, beside, MapOptions(), lambda space: 0.1 if space.coefficients.any() else 0.5
+    )
+    assert bent.coefficients.any() and choice.name != "similarity"
+    assert choice.unexplained[choice.name] == 0.1
+
+
+def test_of_maps_that_motion_likes_as_well_rest_chooses() -> None:
+    face, bent = bent_world()
+    chosen, choice = choose_map(face, bent, MapOptions(), lambda space: 0.3)
+    alone, at_rest = choose_map(face, bent, MapOptions())
+    assert choice.name == at_rest.name
+    np.testing.assert_array_equal(chosen.coefficients, alone.coefficients)
+
+
+def test_where_motion_has_no_say_rest_chooses() -> None:
+    face, bent = bent_world()
+    for share in (np.nan, None):
+        unknown = None if share is None else lambda space: np.nan
+        _, choice = choose_map(face, bent, MapOptions(), unknown)
+        assert choice.name == at_rest_name(face, bent) and choice.unexplained == {}
+
+
+def test_maps_that_are_fixed_equal_or_the_papers_are_not_asked_about() -> None:
+    def never(space: SpaceMap) -> float:
+        raise AssertionError
+
+    face, bent = bent_world()
+    for options in (MapOptions(choice="fixed"), MapOptions(form="paper")):
+        assert choose_map(face, bent, options, never)[1].unexplained == {}
+    assert choose_map(face, 2 * face, MapOptions(), never)[1].name == "similarity"
+
+
+def test_the_take_of_a_bent_performer_chooses_the_map_that_carries_it() -> None:
+    """Bent away from the character, the performer moves as the character's own skin does."""
+    face, bent = bent_world()
+    shapes = BlendShapeEvaluator(0.1 * np.random.default_rng(4).normal(size=(5, 120)))
+    times = np.arange(50) / 30
+    weights = 0.5 + 0.5 * np.sin(times[:, None] * [3.0, 4.0, 5.0, 6.0, 7.0])
+    moved = shapes.displacements(weights).reshape(50, 40, 3)
+    evidence = MotionEvidence(times, face + moved)
+
+    def share(space: SpaceMap) -> float:
+        return evidence.unexplained_share(space, bent, shapes)
+
+    space, choice = choose_map(face, bent, MapOptions(), share)
+    assert choice.name == "similarity" and at_rest_name(face, bent) != "similarity"
+    assert share(space) == choice.unexplained["similarity"] < 0.2
+    assert min(v for k, v in choice.unexplained.items() if k != "similarity") > 1.2 * share(space)
