@@ -1,5 +1,6 @@
 """Performer laid over character: places and map from rest and motion, also in a whole solve."""
 
+import importlib
 from dataclasses import replace
 
 import numpy as np
@@ -219,3 +220,23 @@ def test_places_are_found_of_a_moving_head_of_another_size() -> None:
     )
     assert moving.shifts is not None and rms(moving.shifts - SHIFTS) < 0.7 * rms(SHIFTS)
     assert error(moving) < 0.8 * error(kept)
+
+
+@pytest.mark.xfail(strict=True, raises=ValueError, reason="the graph of no faces")
+def test_a_rig_without_faces_keeps_markers_on_their_vertices() -> None:
+    none = np.zeros(0, np.int64)
+    mesh = replace(HEAD.mesh, face_counts=none, face_indices=none)
+    solution = solved(other_person(), surface=MarkerSurface(mesh, HEAD.vertices))
+    np.testing.assert_array_equal(solution.feature_points[0].shape, SHIFTS.shape)
+
+
+@pytest.mark.xfail(strict=True, raises=np.linalg.LinAlgError, reason="NaN in the solve of places")
+def test_a_marker_seen_in_frames_without_a_say_on_places_only_is_no_obstacle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Every other frame is looked at; the marker shows in three others."""
+    monkeypatch.setattr(importlib.import_module("usdface.retarget.solve_take"), "_PLACE_FRAMES", 60)
+    positions = other_person()
+    positions[:, 7] = np.nan
+    positions[[1, 3, 5], 7] = other_person()[[1, 3, 5], 7]
+    assert np.isfinite(solved(positions).weights.weights).all()
