@@ -29,7 +29,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
+from usdface.options import CleanOptions, ClosureOptions, HeadMode, MapOptions, SolveOptions
 from usdface.retarget_setup import Binding, RetargetSetup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
@@ -49,9 +49,11 @@ _KEYS = frozenset(
         "map",
         "solve",
         "clean",
+        "closure",
     )
 )
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
+_Switches = TypeVar("_Switches", CleanOptions, ClosureOptions)
 
 
 def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
@@ -116,7 +118,8 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         roles=roles,
         map=_map_options(document.get("map", {}), f'{where}: "map"'),
         solve=_solve_options(document.get("solve", {}), f'{where}: "solve"'),
-        clean=_clean_options(document.get("clean", {}), f'{where}: "clean"'),
+        clean=_switches(CleanOptions, document.get("clean", {}), f'{where}: "clean"'),
+        closure=_switches(ClosureOptions, document.get("closure", {}), f'{where}: "closure"'),
     )
 
 
@@ -241,11 +244,11 @@ def _options(kind: type[_Options], value: object, where: str) -> _Options:
         raise InputError(f"{where}: {error}", error.code) from error
 
 
-def _clean_options(value: object, where: str) -> CleanOptions:
-    """Read which steps of the clean-up are done; `true` and `false` are all and none."""
-    steps = [field.name for field in fields(CleanOptions)]
+def _switches(kind: type[_Switches], value: object, where: str) -> _Switches:
+    """Read which steps of the clean-up or the closure are done; `true` and `false`: all, none."""
+    steps = [field.name for field in fields(kind)]
     if isinstance(value, bool):
-        return CleanOptions(**dict.fromkeys(steps, value))
+        return kind(**dict.fromkeys(steps, value))
     good = isinstance(value, dict) and set(value) <= set(steps)
     if not good or not all(isinstance(step, bool) for step in value.values()):  # type: ignore[attr-defined]
         raise InputError(
@@ -253,7 +256,7 @@ def _clean_options(value: object, where: str) -> CleanOptions:
             f"{', '.join(steps)}",
             "SCHEMA_BROKEN",
         )
-    return CleanOptions(**value)  # type: ignore[arg-type]
+    return kind(**value)  # type: ignore[arg-type]
 
 
 def bind_json(setup: RetargetSetup) -> str:
@@ -282,5 +285,6 @@ def bind_json(setup: RetargetSetup) -> str:
         "map": asdict(setup.map),
         "solve": asdict(setup.solve),
         "clean": asdict(setup.clean),
+        "closure": asdict(setup.closure),
     }
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
