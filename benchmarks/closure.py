@@ -21,6 +21,7 @@ from scipy.ndimage import grey_closing, grey_opening
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.lip_contact import lip_gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
@@ -198,6 +199,17 @@ def main() -> None:
         before = min(float(own.least(solved).min()) for own in gaps.values())
         shut = np.concatenate(
             [end[1][result.closure.eyes[:, k] > 0.999] for k, end in enumerate(ends)]
+        )
+        lips = lip_gaps_of(face, mesh.shape_names)
+        lip_truth, lip_before, lip_after = (
+            1000 * lips.opened(each).max(axis=1) for each in (shown.weights, solved, final)
+        )
+        touch, parted = lip_truth < 0.5, lip_truth > 2.0
+        print(
+            f"  lips touch in {touch.sum()} frames: open by more than 1 mm in "
+            f"{(lip_before[touch] > 1).sum()} before, {(lip_after[touch] > 1).sum()} after; "
+            f"open in {parted.sum()}: nearer by "
+            f"{np.quantile((lip_before - lip_after)[parted], 0.99):.2f} mm (99 %)"
         )
         crossing = min(float(end[0].min()) for end in ends)
         table.add_row(

@@ -164,6 +164,8 @@ CODES: dict[str, tuple[Severity, str]] = {
     "BLINK_GUESSED": ("warning", "a blink was seen on one eye only and given to both"),
     "LIDS_UNSEEN": ("info", "no marker shows the lids of an eye; its blinks are not completed"),
     "LIDS_CROSS": ("warning", "pinned weights make the lids of an eye cross"),
+    "LIPS_CLOSED": ("info", "lips that touch on the performer were brought together"),
+    "LIPS_UNSEEN": ("info", "no markers show the touch of the lips; it is not completed"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
     # every job
     "ADVICE_FAILED": (

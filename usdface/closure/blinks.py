@@ -48,9 +48,9 @@ _SHARED = 0.25
 # Spontaneous blinks are of both eyes; a pulse of one eye that is narrower at half its height [s] is
 # no wink: the other lid was not seen.
 _FAST = 0.2
-# A pulse is a squint or a glance if its second half of closing takes longer [s], or if it is wider at
-# half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.10 and 0.09 to 0.30;
-# of other pulses 0.11 to 0.29.
+# A pulse is a squint or a glance if the second half of its closing takes longer [s], or if it is
+# wider at half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.10 and
+# 0.09 to 0.30; of other pulses 0.11 to 0.29 and more.
 _SLOW, _WIDEST = 0.105, 0.35
 # Closed at this share of the height of the blinks; open again, or not yet closing, at the second.
 _CLOSED, _OPEN = 0.85, 0.35

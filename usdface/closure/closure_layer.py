@@ -1,55 +1,27 @@
-"""The closure layer: blinks completed, lids that meet and do not cross."""
+"""The closure layer: eyes and lips that close on the performer close on the character.
 
-from collections.abc import Mapping, Sequence
+It comes after the correction, which therefore cannot open what it closes. A second run on its own
+weights changes nothing.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
-from usdface.closure.blinks import EyeClosing, closing_course, find_closings
-from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps, lid_gaps_of
-from usdface.closure.lid_signal import lid_signal
+from usdface.closure.closed_eyes import CompletedClosing, close_eyes
+from usdface.closure.closed_lips import close_lips
 from usdface.face.bound_face import BoundFace
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.options import ClosureOptions
 from usdface.retarget.pins import pin_nearness
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import Pin
 from usdface.takes import WeightsTake
 
-__all__ = ["Closure", "CompletedClosing", "close_eyes_and_lips"]
-
-# Least crossing that is told [m].
-_TOLD = 1e-4
-# Frames that a message lists.
-_NAMED = 8
-
-
-@dataclass(frozen=True, slots=True)
-class CompletedClosing:
-    """An eye closing, and how the character shows it.
-
-    Attributes
-    ----------
-    closing : EyeClosing
-    frames : (int, int)
-        First and last frame index that it changes.
-    peak : int
-        Frame index at which it is closed.
-    before, after : tuple of float, one for each eye
-        Weight of the blend shape that closes the eye, at the peak.
-    gaps : tuple of float, one for each eye [m]
-        What remains open at the widest place, at the peak.
-    """
-
-    closing: EyeClosing
-    frames: tuple[int, int]
-    peak: int
-    before: tuple[float, ...]
-    after: tuple[float, ...]
-    gaps: tuple[float, ...]
+__all__ = ["Closure", "close_eyes_and_lips"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,9 +46,8 @@ class Closure:
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "weights", frozen(self.weights))
-        object.__setattr__(self, "eyes", frozen(self.eyes))
-        object.__setattr__(self, "mouth", frozen(self.mouth))
+        for name in ("weights", "eyes", "mouth"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
 def close_eyes_and_lips(
@@ -88,7 +59,7 @@ def close_eyes_and_lips(
     pins: Sequence[Pin] = (),
     options: ClosureOptions = ClosureOptions(),
 ) -> Closure | None:
-    """Complete the blinks of a take, part lids that cross, and bring lips together that touch.
+    """Bring lips together that touch, complete the blinks of a take, and part lids that cross.
 
     Parameters
     ----------
@@ -98,7 +69,7 @@ def close_eyes_and_lips(
     weights : (F, T) float64
         The weights to close, corrected or not.
     solution : Solution or None
-        Of the markers; None of a take of weights.
+        Of the markers; None of a take of weights, whose lips stay as they are.
     pins : sequence of Pin
         Pinned weights stay, and the layer fades towards them.
     options : ClosureOptions
@@ -106,14 +77,33 @@ def close_eyes_and_lips(
     Returns
     -------
     Closure or None
-        None of a face without lids and lips, or where neither is to close.
+        None where nothing is to close, or the face has neither lids nor lips.
     """
     face = _with_contacts(face)
-    gaps = lid_gaps_of(face, solved.names) if options.lids else {}
-    if not gaps:
-        return None
     near_pins = pin_nearness(pins, solved.names, solved.times)
-    return _close_eyes(face, solved, weights, solution, gaps, near_pins)
+    lips, eyes = None, None
+    if options.lips and solution is not None:
+        lips = close_lips(face, solved, weights, solution, near_pins)
+    if options.lids:
+        # Last: a jaw that closes the lips may move the lower lids a little.
+        lower = weights if lips is None else lips.weights
+        eyes = close_eyes(face, solved, lower, solution, near_pins)
+    if lips is None and eyes is None:
+        return None
+    closure = Closure(weights, np.zeros((len(weights), 2)), np.zeros(len(weights)))
+    if lips is not None:
+        closure = replace(
+            closure, weights=lips.weights, mouth=lips.course, findings=tuple(lips.findings)
+        )
+    if eyes is not None:
+        closure = replace(
+            closure,
+            weights=eyes.weights,
+            eyes=eyes.course,
+            closings=eyes.closings,
+            findings=(*closure.findings, *eyes.findings),
+        )
+    return closure
 
 
 def _with_contacts(face: BoundFace) -> BoundFace:
@@ -123,114 +113,3 @@ def _with_contacts(face: BoundFace) -> BoundFace:
         return face
     contacts = find_lip_lid_contacts(face.mesh)
     return replace(face, layout=replace(layout, lips=contacts.lips, lids=contacts.lids))
-
-
-def _close_eyes(
-    face: BoundFace,
-    solved: WeightsTake,
-    weights: FloatArray,
-    solution: Solution | None,
-    gaps: Mapping[Eye, LidGaps],
-    near_pins: FloatArray,
-) -> Closure:
-    signal = lid_signal(face, gaps, solved, solution)
-    closings = find_closings(solved.times, signal)
-    eyes = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
-    findings = _unseen(gaps, signal)
-    closed = weights
-    for eye, own in gaps.items():
-        closed = close_lids(closed, eyes[:, EYES.index(eye)], own)
-    for eye, own in gaps.items():
-        closed = _without_crossing(closed, own, near_pins)
-        findings += _crossing(eye, own, closed)
-    completed = tuple(_completed(each, gaps, solved.times, weights, closed) for each in closings)
-    findings += _closed(completed)
-    return Closure(closed, eyes, np.zeros(len(weights)), completed, tuple(findings))
-
-
-def _eye_course(
-    course: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray
-) -> FloatArray:
-    """Return the course (F, 2) of the eyes that can close, away from pins of their shapes."""
-    result = np.zeros(course.shape)
-    for eye, own in gaps.items():
-        column = EYES.index(eye)
-        shapes = [own.closer, *own.tighteners, *own.raisers]
-        result[:, column] = course[:, column] * (1.0 - near_pins[:, shapes].max(axis=1))
-    if len(gaps) == 2 and gaps["left"].closer == gaps["right"].closer:
-        # One shape closes both eyes: not for a wink.
-        result[:] = result.min(axis=1, keepdims=True)
-    return result
-
-
-def _without_crossing(weights: FloatArray, gaps: LidGaps, near_pins: FloatArray) -> FloatArray:
-    """Return weights at which the lids do not cross; what is pinned stays."""
-    near = near_pins[:, gaps.movers].max(axis=1, initial=0.0)
-    free = np.ones(weights.shape[1], dtype=bool)
-    parted = part_crossed_lids(weights, gaps, free)
-    pinned = near > 0
-    if pinned.any():
-        held = near_pins[pinned].max(axis=0) > 0
-        kept = part_crossed_lids(weights[pinned], gaps, ~held)
-        parted[pinned] += near[pinned, None] * (kept - parted[pinned])
-    return parted
-
-
-def _unseen(gaps: Mapping[Eye, LidGaps], signal: FloatArray) -> list[Finding]:
-    message = "no marker moves with its lids, so its blinks are not seen"
-    return [
-        finding("LIDS_UNSEEN", f"{eye} eye", message)
-        for eye in gaps
-        if np.isnan(signal[:, EYES.index(eye)]).all()
-    ]
-
-
-def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
-    depth = crossing(weights, gaps)
-    frames = np.flatnonzero(depth > _TOLD)
-    if not len(frames):
-        return []
-    message = (
-        f"pinned weights make its lids cross in {len(frames)} frames ({frames[0]} to "
-        f"{frames[-1]}), by {1000 * depth.max():.1f} mm at most"
-    )
-    return [finding("LIDS_CROSS", f"{eye} eye", message)]
-
-
-def _completed(
-    closing: EyeClosing,
-    gaps: Mapping[Eye, LidGaps],
-    times: FloatArray,
-    before: FloatArray,
-    after: FloatArray,
-) -> CompletedClosing:
-    frames = np.flatnonzero((times > closing.start) & (times < closing.end))
-    peak = int(np.abs(times - closing.closed).argmin())
-    own = [gaps[EYES[eye]] for eye in closing.eyes if EYES[eye] in gaps]
-    return CompletedClosing(
-        closing,
-        (int(frames[0]), int(frames[-1])) if len(frames) else (peak, peak),
-        peak,
-        tuple(float(before[peak, eye.closer]) for eye in own),
-        tuple(float(after[peak, eye.closer]) for eye in own),
-        tuple(float(eye.ends(after[peak : peak + 1])[1][0]) for eye in own),
-    )
-
-
-def _closed(completed: Sequence[CompletedClosing]) -> list[Finding]:
-    findings = []
-    for kind, words in (("blink", "blinks were completed"), ("held", "eyes that stay shut closed")):
-        own = [each for each in completed if each.closing.kind == kind]
-        if own:
-            frames = ", ".join(str(each.peak) for each in own[:_NAMED])
-            more = f" and {len(own) - _NAMED} more" if len(own) > _NAMED else ""
-            message = f"{len(own)} {words}, at frames {frames}{more}"
-            findings.append(finding("EYES_CLOSED", "lids", message))
-    guessed = [str(each.peak) for each in completed if each.closing.guessed]
-    if guessed:
-        message = (
-            f"only one eye was seen to blink at frame{'s' if len(guessed) > 1 else ''} "
-            f"{', '.join(guessed[:_NAMED])}; both are closed, as a blink that fast is of both"
-        )
-        findings.append(finding("BLINK_GUESSED", "lids", message))
-    return findings
