@@ -7,7 +7,7 @@
      "head": "solve", "nose_tip": "NoseHead",
      "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30}, "peaks": [51, 204],
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
-     "clean": {"gaps": false}}
+     "clean": {"gaps": false}, "exaggeration": {"face": 1.2, "brows": 1.5}}
 
 Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do. `head`
 is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
@@ -16,7 +16,8 @@ take, or "rig" where the take's neutral is the rig's own neutral mesh, in the sa
 are frame indices of strong expressions, by which places are proposed; `map` and `solve` override
 `usdface.options`. A map whose kernel, radius or smoothing is named is not chosen, unless its
 `choice` says "auto"; a solve whose agility is named does not learn how weights move, unless its
-`prior` says "learned".
+`prior` says "learned". `exaggeration` has factors on the solved weights, of the face and of its
+regions "brows", "eyes" and "mouth", or is one number for the face.
 """
 
 import json
@@ -29,7 +30,14 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.options import CleanOptions, ClosureOptions, HeadMode, MapOptions, SolveOptions
+from usdface.options import (
+    EXAGGERATION_PARTS,
+    CleanOptions,
+    ClosureOptions,
+    HeadMode,
+    MapOptions,
+    SolveOptions,
+)
 from usdface.retarget_setup import Binding, RetargetSetup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
@@ -50,6 +58,7 @@ _KEYS = frozenset(
         "solve",
         "clean",
         "closure",
+        "exaggeration",
     )
 )
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
@@ -120,6 +129,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         solve=_solve_options(document.get("solve", {}), f'{where}: "solve"'),
         clean=_switches(CleanOptions, document.get("clean", {}), f'{where}: "clean"'),
         closure=_switches(ClosureOptions, document.get("closure", {}), f'{where}: "closure"'),
+        exaggeration=_exaggeration(document.get("exaggeration", {}), where),
     )
 
 
@@ -202,6 +212,18 @@ def _neutral_weights(value: object, where: str) -> dict[str, float]:
             "SCHEMA_BROKEN",
         )
     return {name: float(weight) for name, weight in weights.items()}
+
+
+def _exaggeration(value: object, where: str) -> dict[str, float]:
+    parts: dict[str, Any] = value if isinstance(value, dict) else {EXAGGERATION_PARTS[0]: value}
+    for factor in parts.values():
+        if not isinstance(factor, (int, float)) or isinstance(factor, bool):
+            raise InputError(
+                f'{where}: "exaggeration" is {value!r}; expected a number, or an object with '
+                f"numbers for {', '.join(EXAGGERATION_PARTS)}",
+                "SCHEMA_BROKEN",
+            )
+    return {part: float(factor) for part, factor in parts.items()}
 
 
 def _peaks(value: object, where: str) -> tuple[int, ...]:
@@ -287,4 +309,6 @@ def bind_json(setup: RetargetSetup) -> str:
         "clean": asdict(setup.clean),
         "closure": asdict(setup.closure),
     }
+    if setup.exaggeration:
+        document["exaggeration"] = dict(setup.exaggeration)
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
