@@ -19,14 +19,18 @@ from rich.console import Console
 from rich.table import Table
 from scipy.ndimage import grey_closing, grey_opening
 
+from usdface import assemble_shot, read_bind, read_rig
 from usdface.arrays import BoolArray, FloatArray
+from usdface.blend_shape_evaluator import evaluator_of
 from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.rims import rim_pairs
 from usdface.face.bound_face import BoundFace
+from usdface.face.layout import find_layout
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
 from usdface.shot import Shot, ShotResult
@@ -159,11 +163,84 @@ def score(truth: FloatArray, blink: FloatArray, course: FloatArray) -> Score:
     return Score(len(labels), len(labels) - len(missed), len(partial), len(false), missed, false)
 
 
+def crossing_by_pose(face: BoundFace, weights: FloatArray, frames: np.ndarray) -> float:
+    """Return by how much lids cross [mm], with rims that are paired in each pose anew."""
+    mesh, deepest = face.mesh, 0.0
+    lids = face.layout.lids
+    middle = (mesh.points[lids, 0].min() + mesh.points[lids, 0].max()) / 2
+    moves = evaluator_of(mesh, np.arange(len(mesh.points)))[0]
+    for frame in frames.tolist():
+        posed = mesh.points + moves.displacements(weights[[frame]]).reshape(-1, 3)
+        left = mesh.points[lids[:, 0], 0] > middle
+        for own in (lids[left], lids[~left]):
+            opening = np.linalg.norm(mesh.points[own[:, 0]] - mesh.points[own[:, 1]], axis=1).mean()
+            pairs = rim_pairs(mesh, own, posed, 0.25 * opening)
+            if pairs.points.shape[0]:
+                vertices = pairs.vertices
+                open_gap = pairs.gaps(vertices, mesh.points[vertices].reshape(-1))
+                gap = pairs.gaps(vertices, posed[vertices].reshape(-1))[open_gap > 0.5 * opening]
+                deepest = max(deepest, -1000 * float(gap.min(initial=0.0)))
+    return deepest
+
+
+def real_takes(mesh: Mesh) -> None:
+    """List every closing of the real takes, and of the example."""
+    bind, _ = read_bind(ROOT / "tests" / "data" / "animface_ict_bind.json")
+    rig = Rig("Face", (mesh,))
+    shots = {}
+    for name in ("Jaw", "Eyebrows"):
+        take, _ = read_take(SHARED / "animface" / f"{name}.c3d")
+        shots[name] = assemble_shot(rig, take, setup=bind)[0]
+    take, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
+    shots["Live Link Face"] = Shot(rig, take, unbound(take))
+    head, _ = read_rig(ROOT / "examples" / "head.usdc")
+    take, _ = read_take(ROOT / "examples" / "performance.trc")
+    setup, _ = read_bind(ROOT / "examples" / "bind.json")
+    shots["example"] = assemble_shot(head, take, setup=setup)[0]
+    for name, shot in shots.items():
+        result = retarget(shot)
+        layout = shot.layout if len(shot.layout.lids) else find_layout(shot.mesh, (), 0.0)
+        face = replace(shot.face, layout=layout)
+        gaps = lid_gaps_of(face, result.solved.names)
+        before = result.solved.weights if result.corrected is None else result.corrected
+        crossing = [
+            max(0.0, -1000 * min(float(own.least(weights).min()) for own in gaps.values()))
+            for weights in (before, result.closure.weights)
+        ]
+        closed = np.flatnonzero(result.closure.eyes.max(axis=1) > 0.9)
+        sample = closed[:: max(len(closed) // 40, 1)]
+        columns = [result.solved.names.index(shape) for shape in shot.mesh.shape_names]
+        deepest = crossing_by_pose(face, result.closure.weights[:, columns], sample)
+        table = Table(
+            title=f"{name}: lids cross by {crossing[0]:.2f} mm before, {crossing[1]:.2f} after; "
+            f"{deepest:.2f} with pairs of each pose"
+        )
+        for column in ("closing", "eyes", "frames", "closed", "seen", "weights", "after", "gap mm"):
+            table.add_column(column, justify="right")
+        for each in result.closure.closings:
+            table.add_row(
+                each.closing.kind,
+                " ".join("LR"[eye] for eye in each.closing.eyes),
+                "{} to {}".format(*each.frames),
+                str(each.peak),
+                f"{each.closing.height:.2f}",
+                " ".join(f"{weight:.2f}" for weight in each.before),
+                " ".join(f"{weight:.2f}" for weight in each.after),
+                " ".join(f"{1000 * gap:.2f}" for gap in each.gaps),
+            )
+        Console().print(table)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--held-out", action="store_true", help="score what was not looked at")
-    half = int(parser.parse_args().held_out)
+    parser.add_argument("--takes", action="store_true", help="list the closings of the real takes")
+    arguments = parser.parse_args()
+    half = int(arguments.held_out)
     mesh = ict_mesh(SHARED)
+    if arguments.takes:
+        real_takes(mesh)
+        return
     take = recorded(mesh, half)
     rng = np.random.default_rng(5 + half)
     places = layouts()

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_opening
 from scipy.signal import find_peaks
 
-from usdface.arrays import FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["EyeClosing", "closing_course", "find_closings"]
 
@@ -54,9 +54,8 @@ _FAST = 0.2
 _SLOW, _WIDEST = 0.105, 0.35
 # Closed at this share of the height of the blinks; open again, or not yet closing, at the second.
 _CLOSED, _OPEN = 0.85, 0.35
-# The level of closed eyes in a take without blinks, which cannot say it, in closed eyes of the
-# character: markers above the lids move as far where the eyes look down half closed.
-_UNKNOWN_LEVEL = 1.2
+# ... at this where the other eye stays open: one eye alone may be a twitch of its cheek.
+_CLOSED_ALONE = 0.95
 # Shortest time [s] at that level that is no blink.
 _HELD = 0.1
 # Limits of closing and opening [s] between open and closed: fastest 50 to slowest 150 of a blink
@@ -79,7 +78,8 @@ class EyeClosing:
     start, closed, opened, end : float [s]
         Times at which it begins, is closed, begins to open, and is over.
     height : float
-        How far the markers show it, as a share of the character's closed eye.
+        How far the markers show it: of a blink as a share of the character's closed eye, of an eye
+        that is held closed as a share of the take's blinks.
     guessed : bool
         One of the two eyes was not seen to close.
     """
@@ -123,12 +123,12 @@ def find_closings(times: FloatArray, closing: FloatArray) -> list[EyeClosing]:
     if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:
         scale[:] = np.nan
     blinks, peaks = _blinks(times, pulses, scale)
-    closings = list(blinks)
-    for eye in seen:
-        shown = np.isfinite(scale[eye]) and len(peaks)
-        level = float(np.median(smooth[peaks, eye])) if shown else _UNKNOWN_LEVEL
-        held = _held(times, smooth[:, eye], level, eye)
-        closings += [each for each in held if not _within(each, blinks)]
+    if not blinks:
+        return []
+    # Only blinks say at which level an eye is closed.
+    level = np.where(np.isfinite(scale), np.median(smooth[peaks], axis=0), np.nan)
+    held = _held(times, smooth / level)
+    closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed)
 
 
@@ -260,26 +260,33 @@ def _crossing(times: FloatArray, share: FloatArray, peak: int, way: int, level: 
     return float(at[k - 1] + (at[k] - at[k - 1]) * (high - level) / max(high - low, 1e-12))
 
 
-def _held(times: FloatArray, closing: FloatArray, level: float, eye: int) -> list[EyeClosing]:
-    """Return the times in which an eye stays closed."""
-    share = closing / level
-    closed = share >= _CLOSED
+def _held(times: FloatArray, levels: FloatArray) -> list[EyeClosing]:
+    """Return the times in which eyes stay closed, for levels (F, 2): 1 is that of blinks."""
+    held = []
+    for eye in (0, 1):
+        own, other = levels[:, eye], levels[:, 1 - eye]
+        # An eye that is not seen contradicts nothing.
+        alone = other < _OPEN
+        closed = own >= np.where(alone, _CLOSED_ALONE, _CLOSED)
+        held += _held_eye(times, own, closed, eye)
+    return held
+
+
+def _held_eye(
+    times: FloatArray, share: FloatArray, closed: BoolArray, eye: int
+) -> list[EyeClosing]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8)))
     held: list[EyeClosing] = []
     for first, stop in edges.reshape(-1, 2).tolist():
         last = stop - 1
         if times[last] - times[first] < _HELD:
             continue
-        start = _left(times, share, first, -1)
-        end = _left(times, share, last, 1)
-        height = float(closing[first:stop].max())
+        start, end = _left(times, share, first, -1), _left(times, share, last, 1)
         span = (start, float(times[first]), float(times[last]), end)
+        height = float(share[first:stop].max())
         # Between two that never opened the eye stays closed.
-        if (
-            held
-            and held[-1].end >= start
-            and share[_frame(times, held[-1].opened) : first].min() > _OPEN
-        ):
+        between = share[_frame(times, held[-1].opened) : first] if held else share[:0]
+        if held and between.min(initial=np.inf) > _OPEN:
             previous = held.pop()
             span = (previous.start, previous.closed, *span[2:])
             height = max(height, previous.height)
