@@ -77,16 +77,22 @@ def part_crossed_lids(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> Fl
 
 def crossing(weights: FloatArray, gaps: LidGaps) -> FloatArray:
     """Return by how much the lids cross beyond the little that skin gives way: (F,) [m]."""
-    return np.maximum(-_PRESSED * gaps.opening - gaps.least(weights), 0.0)
+    return _crossed(gaps.at(weights), gaps)
+
+
+def _crossed(distances: FloatArray, gaps: LidGaps) -> FloatArray:
+    return np.asarray(np.maximum(-_PRESSED * gaps.opening - distances.min(axis=1), 0.0))
 
 
 def _least_weight(weights: FloatArray, columns: list[int], gaps: LidGaps) -> FloatArray:
     """Return the least weight (F,) of some columns at which the lids meet; 1 if they never do."""
+    ends = weights.copy(), weights.copy()
+    for end, value in zip(ends, (0.0, 1.0), strict=True):
+        end[:, columns] = value
+    between = gaps.between(*ends)
 
     def met(weight: FloatArray) -> BoolArray:
-        posed = weights.copy()
-        posed[:, columns] = weight[:, None]
-        least, widest = gaps.ends(posed)
+        least, widest = gaps.ends_of(between(weight))
         return np.asarray((least <= -_PRESSED * gaps.opening) | (widest <= 0.0))
 
     return _bisected(met, len(weights))
@@ -94,13 +100,11 @@ def _least_weight(weights: FloatArray, columns: list[int], gaps: LidGaps) -> Flo
 
 def _scaled(weights: FloatArray, columns: IntArray, gaps: LidGaps) -> FloatArray:
     """Return weights of which some columns are scaled down until the lids do not cross."""
-
-    def scaled(share: FloatArray) -> FloatArray:
-        lower = weights.copy()
-        lower[:, columns] *= 1.0 - share[:, None]
-        return lower
-
-    return scaled(_bisected(lambda share: crossing(scaled(share), gaps) <= 0.0, len(weights)))
+    lowest = weights.copy()
+    lowest[:, columns] = 0.0
+    between = gaps.between(weights, lowest)
+    share = _bisected(lambda share: _crossed(between(share), gaps) <= 0.0, len(weights))
+    return np.asarray(weights + share[:, None] * (lowest - weights))
 
 
 def _bisected(reached: Callable[[FloatArray], BoolArray], count: int) -> FloatArray:

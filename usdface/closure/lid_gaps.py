@@ -6,7 +6,8 @@ gap of a pair is its distance along the normal there, negative where one lid is 
 Near contact that is their signed distance, and it is as linear in the weights as the vertices are.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -97,10 +98,21 @@ class LidGaps:
 
     def ends(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the least gap, and the gap at the widest place: (F,) each [m]."""
-        gaps = self.at(weights)
+        return self.ends_of(self.at(weights))
+
+    def ends_of(self, gaps: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the least of gaps (F, K), and that at the widest place: (F,) each [m]."""
         first = np.flatnonzero(np.diff(self.place, prepend=-1))
         places = np.minimum.reduceat(gaps, first, axis=1)
         return places.min(axis=1), places.max(axis=1)
+
+    def between(self, start: FloatArray, end: FloatArray) -> Callable[[FloatArray], FloatArray]:
+        """Return a function from shares (F,) of the way between weights (F, T) to gaps (F, K)."""
+        if self.evaluator.linear:
+            fixed = self.at(start)
+            way = self.at(end) - fixed
+            return lambda share: fixed + share[:, None] * way
+        return lambda share: self.at(start + share[:, None] * (end - start))
 
 
 def lid_gaps_of(face: BoundFace, names: tuple[str, ...]) -> dict[Eye, LidGaps]:
@@ -187,12 +199,10 @@ def _closing_shape(mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> tuple[
 
 
 def _posed(mesh: Mesh, shape: int, weight: float) -> FloatArray:
-    vertices = mesh.shapes[shape].indices
-    weights = np.zeros((1, len(mesh.shapes)))
-    weights[0, shape] = weight
+    own = replace(mesh.shapes[shape], combination=None)
+    evaluator = evaluator_of(replace(mesh, shapes=(own,)), own.indices)[0]
     posed = mesh.points.copy()
-    moved = evaluator_of(mesh, vertices)[0].displacements(weights)
-    posed[vertices] += moved.reshape(-1, 3)
+    posed[own.indices] += evaluator.displacements(np.array([[weight]])).reshape(-1, 3)
     return posed
 
 
