@@ -9,10 +9,11 @@ the blinks, the eye is held closed.
 How far an eye is closed comes from lids that markers see only in part, in units of the character's
 closed eye (`lid_signal`).
 
-Sources of the times: "endogenous blinks": about 100 ms to full closure, about 100 ms to reopen,
-500 ms the longest (J. Stern, L. Walrath, R. Goldstein, "The endogenous eyeblink", Psychophysiology
-21, 1984). Closing is 40 to 47 % faster than opening (C. Sforza et al., "Spontaneous blinking in
-healthy persons", Ophthalmic and Physiological Optics 28, 2008, by optical markers).
+Sources of the times: an endogenous blink takes about 100 ms to full closure, hides the view for at
+most 300 ms and takes about 100 ms to reopen, together 500 ms (J. Stern, L. Walrath, R. Goldstein,
+"The endogenous eyeblink", Psychophysiology 21, 1984). Closing is 40 to 47 % faster than opening
+(C. Sforza et al., "Spontaneous blinking in healthy persons", Ophthalmic and Physiological Optics
+28, 2008, by optical markers).
 """
 
 from collections.abc import Sequence
