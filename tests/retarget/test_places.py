@@ -1,5 +1,7 @@
 """Places of markers from rest and from motion: on a smooth head, and between two lips."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -7,7 +9,7 @@ from skins import LIP, joined_lips, make_head
 
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_modes import motion_basis
+from usdface.geometry.rigid_modes import motion_basis, small_motions
 from usdface.retarget.places import (
     PlaceGuess,
     guess_at_rest,
@@ -69,6 +71,17 @@ def test_the_guess_is_as_uncertain_as_it_errs() -> None:
         off = vectors.T @ (shifts - guess.mean).ravel()
         squares.append(np.mean(off[known] ** 2 / values[known]))
     assert np.mean(squares) == pytest.approx(1.2, abs=0.5)
+
+
+def test_rest_says_nothing_of_shifts_that_a_pose_or_size_of_the_head_explains() -> None:
+    guess = guess_at_rest(bend(WORN), HEAD.points)
+    centred = HEAD.points - HEAD.points.mean(axis=0)
+    motions = np.concatenate([small_motions(HEAD.points, image=False), centred[None]])
+    free = np.linalg.qr(motions.reshape(7, -1).T)[0]
+    np.testing.assert_allclose(free.T @ guess.mean.ravel(), 0.0, atol=1e-6)
+    np.testing.assert_allclose(
+        free.T @ guess.covariance @ free, guess.spread**2 * np.eye(7), atol=1e-4 * guess.spread**2
+    )
 
 
 def test_equal_faces_leave_markers_where_they_are() -> None:
@@ -133,6 +146,27 @@ def test_markers_that_are_in_place_stay_there() -> None:
     np.testing.assert_allclose(found, SHIFTS, atol=1e-12)
 
 
+def test_residuals_that_weights_or_the_head_could_explain_move_no_place() -> None:
+    """Left over from a pose and weights that are off, they look like places that are."""
+    zero = np.zeros_like(SHIFTS)
+    placed, rng = HEAD.surface.at(zero), np.random.default_rng(3)
+    moved = placed.evaluator.displacements(HEAD.weights)
+    # In the way of the take's own motion, so that they would not cancel over its frames.
+    sways = HEAD.weights @ rng.normal(size=(len(HEAD.weights[0]), 6))
+    swaying = 1e-3 * sways @ motion_basis(HEAD.points, 3).T
+    mixed = 0.02 * rng.normal(size=(HEAD.weights.shape[1],) * 2)
+    wrong = placed.evaluator.displacements(HEAD.weights @ mixed)
+    for off in (swaying, wrong):
+        performed = HEAD.performed(SHIFTS)[0] + (moved + off).reshape(-1, MARKERS, 3)
+        with_all = step(zero, alike(0.003), performed, 1e-5**2)
+        without = replace(placed.evaluator, offsets=0.0 * placed.evaluator.offsets)
+        naive = guess_in_motion(
+            alike(0.003), zero, replace(placed, evaluator=without), HEAD.weights,
+            off.reshape(-1, MARKERS, 3), np.zeros((3 * MARKERS, 0)), 1e-5**2,
+        )  # fmt: skip
+        assert rms(with_all) < 0.1 * rms(naive)
+
+
 def test_motion_that_is_mostly_error_leaves_the_guess() -> None:
     found = step(np.zeros_like(SHIFTS), alike(0.003), HEAD.performed(SHIFTS), 1.0)
     assert rms(found) < 1e-3 * rms(SHIFTS)
@@ -144,11 +178,14 @@ def test_motion_that_is_mostly_error_leaves_the_guess() -> None:
 
 
 def test_occluded_markers_are_found_from_what_is_seen_of_them() -> None:
+    """Nine markers are seen in every tenth frame only; what is hidden says nothing of places."""
     performed = HEAD.performed(SHIFTS)
-    performed[40:70, :9] = performed[90] = np.nan
-    performed[30:, 20] = np.nan
+    hidden = np.arange(len(performed)) % 10 > 0
+    performed[hidden, :9] = performed[90] = np.nan
     found = step(np.zeros_like(SHIFTS), alike(0.003), performed, 1e-6**2)
-    assert np.isfinite(found).all() and rms(found - SHIFTS) < 0.5 * rms(SHIFTS)
+    assert np.isfinite(found).all()
+    assert rms(found[:9] - SHIFTS[:9]) < 0.6 * rms(SHIFTS[:9])
+    assert rms(found[9:] - SHIFTS[9:]) < 0.5 * rms(SHIFTS[9:])
 
 
 def lips() -> tuple[MarkerSurface, np.ndarray, np.ndarray]:
