@@ -11,7 +11,9 @@ from usdface.arrays import BoolArray, IntArray
 from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
 from usdface.binding.face_surface import FaceSurface, face_surface
-from usdface.binding.marker_names import named_heights
+from usdface.binding.landmarks import find_landmarks
+from usdface.binding.name_priors import name_priors, named_heights
+from usdface.binding.named_search import NameCheck, register_markers
 from usdface.binding.neutral_frames import (
     FEWEST_MARKERS,
     MOST_PEAKS,
@@ -22,9 +24,9 @@ from usdface.binding.neutral_frames import (
     positions_3d,
     stabilised_take,
 )
-from usdface.binding.observations import observe
-from usdface.binding.pose_search import RegisteredMarkers, search_pose
-from usdface.binding.registration import squared_errors, unexplained_motion
+from usdface.binding.observations import Observations, observe
+from usdface.binding.pose_search import RegisteredMarkers
+from usdface.binding.registration import squared_errors, total_errors, unexplained_motion
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -37,8 +39,9 @@ __all__ = ["DuplicateMarker", "Proposal", "proposal_findings", "propose"]
 # `neutral_frames` are enough.
 _FEWEST, _ANCHORS = 8, 3
 # Held poses that are compared as neutral. Another than the most usual one is neutral if it leaves
-# less than this share of the motion unexplained; set by hand, docs/constants.md lists it.
-_NEUTRALS, _CLEARLY = 8, 0.8
+# less than this share of the motion unexplained: of those that leave least, within a tenth, the most
+# usual. Set by hand, docs/constants.md lists them.
+_NEUTRALS, _CLEARLY, _ALIKE = 8, 0.8, 0.1
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
 _OFF_FACE = 0.25
@@ -122,21 +125,26 @@ def propose(
     neutral = held[0] if find_neutral else setup.neutral or held[0]
     check_frames(take, neutral, setup.peaks)
     peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
+    landmarks = find_landmarks(surface)
     observations = observe(
         stabilised.positions,
         neutral,
         peaks,
         anchors=_anchors(names, given, surface),
         heights=named_heights(names),
+        named=name_priors(names, landmarks) if landmarks else None,
     )
-    registered = search_pose(surface, observations)
+    registered, check = register_markers(surface, observations)
     doubted = check_anchors(registered) if observations.anchored.any() else ()
     if doubted:
-        trusted = without_anchors(observations, [anchor.marker for anchor in doubted])
-        registered = search_pose(surface, trusted)
+        observations = without_anchors(observations, [anchor.marker for anchor in doubted])
+        registered, check = register_markers(surface, observations)
     if find_neutral:
         neutral = _explaining_neutral(registered, stabilised, held, peaks=peaks)
         setup = replace(setup, neutral=neutral)
+        if check.used and neutral != held[0]:
+            observations = _from_neutral(observations, stabilised, neutral, peaks=peaks)
+            registered, check = register_markers(surface, observations)
     chosen = _one_vertex_each(registered)
     confidence, failed = advice(
         "confidence of the proposed vertices",
@@ -273,24 +281,36 @@ def _explaining_neutral(
     peaks: IntArray,
 ) -> tuple[int, int]:
     """Return the held pose from which the rig explains the peak frames."""
-    observations = registered.observations
     left = np.array(
         [
             unexplained_motion(
                 registered.candidates,
-                observe(
-                    stabilised.positions,
-                    neutral,
-                    peaks,
-                    anchors=observations.anchors,
-                    heights=observations.heights,
-                ),
+                _from_neutral(registered.observations, stabilised, neutral, peaks=peaks),
                 registered.best,
             )
             for neutral in held
         ]
     )
-    return held[int(left.argmin())] if left.min() < _CLEARLY * left[0] else held[0]
+    alike = left <= (1.0 + _ALIKE) * left.min()
+    return held[int(alike.argmax())] if left.min() < _CLEARLY * left[0] else held[0]
+
+
+def _from_neutral(
+    observations: Observations,
+    stabilised: StabilisedTake,
+    neutral: tuple[int, int],
+    *,
+    peaks: IntArray,
+) -> Observations:
+    """Return the observations from other neutral frames."""
+    return observe(
+        stabilised.positions,
+        neutral,
+        peaks,
+        anchors=observations.anchors,
+        heights=observations.heights,
+        named=observations.named,
+    )
 
 
 def _one_vertex_each(registered: RegisteredMarkers) -> IntArray:
@@ -298,8 +318,7 @@ def _one_vertex_each(registered: RegisteredMarkers) -> IntArray:
     candidates, best = registered.candidates, registered.best
     if len(np.unique(best.assigned)) == len(best.assigned):
         return np.asarray(candidates.indices[best.assigned])
-    place, motion = squared_errors(candidates, registered.observations, best)
-    total = np.minimum(place + motion, _LARGEST_ERROR)
+    total = total_errors(candidates, registered.observations, best).clip(max=_LARGEST_ERROR)
     fixed = registered.observations.anchored
     total[fixed, registered.observations.anchors[fixed]] = -_LARGEST_ERROR
     _, chosen = linear_sum_assignment(total)

@@ -14,6 +14,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.candidates import CandidateVertices
+from usdface.binding.name_priors import name_errors
 from usdface.binding.observations import Observations
 from usdface.geometry.rigid_modes import infinitesimal_motions
 from usdface.retarget.bounded_least_squares import solve_bounded
@@ -26,7 +27,9 @@ __all__ = [
     "align",
     "expected_scale",
     "name_disagreement",
+    "predicted_by_others",
     "squared_errors",
+    "total_errors",
     "unexplained_motion",
 ]
 
@@ -154,10 +157,27 @@ def squared_errors(
     return place, _DEGREES_OF_FREEDOM * np.log1p(motion / _DEGREES_OF_FREEDOM)
 
 
+def total_errors(
+    candidates: CandidateVertices, observations: Observations, registration: Registration
+) -> FloatArray:
+    """Return the squared errors of place, motion and name of each marker at each candidate: (M, N).
+
+    In units of the expected errors.
+    """
+    place, motion = squared_errors(candidates, observations, registration)
+    return np.asarray(place + motion + _named_errors(candidates, observations))
+
+
+def _named_errors(candidates: CandidateVertices, observations: Observations) -> FloatArray | float:
+    if observations.named is None:
+        return 0.0
+    return name_errors(observations.named, candidates.points + candidates.centre)
+
+
 def unexplained_motion(
     candidates: CandidateVertices, observations: Observations, registration: Registration
 ) -> float:
-    """Return the median marker's squared motion that the rig cannot explain where it sits.
+    """Return the mean squared motion of the markers that the rig cannot explain where they sit.
 
     In units of the expected squared error. The rig's weights are 0 or more, so a false neutral,
     with an open mouth say, leaves more: the way back to the true one cannot be gone.
@@ -176,7 +196,7 @@ def unexplained_motion(
     squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2)
     frames = np.maximum(observations.visible.sum(axis=0), 1)
     each = (squared * observations.visible).sum(axis=0) / frames
-    return float(np.median(each)) / (MOTION_ERROR * candidates.size) ** 2
+    return float(each.mean()) / (MOTION_ERROR * candidates.size) ** 2
 
 
 def align(
@@ -210,7 +230,7 @@ def align(
         shape_error=shape_error,
         motion_error=motion_error,
     )
-    total = place + motion
+    total = place + motion + _named_errors(candidates, observations)
     fixed = observations.anchored
     rows = np.arange(len(total))
     assigned = total.argmin(axis=1)
@@ -223,9 +243,7 @@ def align(
         points, offsets = candidates.points[assigned], candidates.offsets[:, assigned]
     linear, offset = _similarity(observations.neutral, points, trust)
     carried = observations.neutral @ linear + offset
-    bends = (_BEND * candidates.size) ** 2 * np.exp(
-        -_squared_distances(carried, carried) / (2.0 * (_BEND_WIDTH * candidates.size) ** 2)
-    )
+    bends = _bends(carried, candidates)
     noise = (0.5 * candidates.size) ** 2 / trust
     pull = np.linalg.solve(bends + np.diag(shape_error**2 * noise), points - carried)
     weights, rigid = _peak_motion(
@@ -254,6 +272,33 @@ def align(
         assigned=assigned,
         marker_costs=costs,
         cost=float(cost),
+    )
+
+
+def predicted_by_others(
+    candidates: CandidateVertices, observations: Observations, registration: Registration
+) -> tuple[FloatArray, FloatArray]:
+    """Return where each marker is by the places of all others: (M, 3) [m] from the centre, (M,).
+
+    The second is the variance of a coordinate [m^2]. Leave-one-out residuals of the Gaussian
+    process of the bend (C. E. Rasmussen, C. K. I. Williams, "Gaussian Processes for Machine
+    Learning", 2006, eq. 5.12).
+    """
+    carried = observations.neutral @ registration.linear + registration.offset
+    trust = _trust(registration.marker_costs)
+    noise = SHAPE_ERROR**2 * (0.5 * candidates.size) ** 2 / trust
+    inverse = np.linalg.inv(_bends(carried, candidates) + np.diag(noise))
+    points = candidates.points[registration.assigned]
+    variance = 1.0 / np.diagonal(inverse)
+    return points - (inverse @ (points - carried)) * variance[:, None], variance
+
+
+def _bends(carried: FloatArray, candidates: CandidateVertices) -> FloatArray:
+    """Return the prior covariance of the bend at markers (M, 3) [m]: (M, M) [m^2]."""
+    width = _BEND_WIDTH * candidates.size
+    return np.asarray(
+        (_BEND * candidates.size) ** 2
+        * np.exp(-_squared_distances(carried, carried) / (2.0 * width**2))
     )
 
 
