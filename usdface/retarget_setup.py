@@ -238,6 +238,8 @@ class RetargetSetup:
         Weights that are fixed in some frames, one for a blend shape.
     calibration : Calibration or None
         Of the performer; None = movements are as large as the character's.
+    unsure : Binding
+        Proposed vertices that are too unsure to be bound, to be checked by a person.
 
     Examples
     --------
@@ -262,6 +264,7 @@ class RetargetSetup:
     clean: CleanOptions = field(default_factory=CleanOptions)
     pins: tuple[Pin, ...] = ()
     calibration: Calibration | None = None
+    unsure: Binding = field(default_factory=lambda: Binding((), np.zeros(0, dtype=np.int64)))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))

@@ -50,7 +50,7 @@ def check_anchors(registered: RegisteredMarkers) -> tuple[DoubtedAnchor, ...]:
     given = registered.observations.anchors
     free = without_anchors(registered.observations, range(len(given)))
     found = refine(registered, free)
-    if found.cost > _POOR_COST:
+    if found.cost > _POOR_COST and free.named is None:
         # Too wrong to find the way back from.
         others = search_pose(surface, free).registrations
         found = min((found, *others), key=lambda one: one.cost)

@@ -117,9 +117,7 @@ def _corner(surface: FaceSurface, pairs: IntArray, outwards: float) -> FloatArra
     points = surface.mesh.points
     ends = outwards * points[pairs, 0].mean(axis=1)
     first, second = pairs[ends.argmax()].tolist()
-    _, before = dijkstra(
-        surface.graph, directed=False, indices=first, return_predecessors=True
-    )
+    _, before = dijkstra(surface.graph, directed=False, indices=first, return_predecessors=True)
     way = [second]
     while before[way[-1]] >= 0:
         way.append(int(before[way[-1]]))

@@ -64,6 +64,17 @@ class NamePriors:
             sides=np.where(markers, 0, self.sides),
         )
 
+    def at(self, markers: BoolArray, points: FloatArray) -> "NamePriors":
+        """Return the priors with some markers (M,), without a side, at given points (M, 3) [m]."""
+        first = np.full_like(self.points, np.nan)
+        first[:, 0] = points
+        return replace(
+            self,
+            points=np.where(markers[:, None, None], first, self.points),
+            spreads=np.where(markers, np.nanmin(self.spreads), self.spreads),
+            sides=np.where(markers, 0, self.sides),
+        )
+
     def mirrored(self) -> "NamePriors":
         """Return the priors with left for right."""
         image = self.points * [-1.0, 1.0, 1.0] + [2.0 * self.middle, 0.0, 0.0]

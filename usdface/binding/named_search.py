@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, frozen
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.name_priors import FEWEST_NAMED, NamePriors, named_pose
 from usdface.binding.observations import Observations
@@ -28,24 +28,26 @@ _ROUNDS = 3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class NameCheck:
-    """Contradictions between the names of markers and where they lie.
+    """Contradictions between the names of M markers and where they lie.
 
     Attributes
     ----------
     contradicted : (M,) bool
         Markers that lie elsewhere than their name tells.
-    exchanged : bool
-        The names tell the other side on the whole face.
+    exchanged : (M,) bool
+        Markers whose name tells the other side, where all names do and no given vertex confirms it.
     used : bool
-        False where the names as a whole fit no face, and places were found without them.
+        False where the names as a whole fit no face, or tell nothing: places were found without
+        them.
     """
 
     contradicted: BoolArray
-    exchanged: bool = False
+    exchanged: BoolArray
     used: bool = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "contradicted", frozen(self.contradicted, np.bool_))
+        for name in ("contradicted", "exchanged"):
+            object.__setattr__(self, name, frozen(getattr(self, name), np.bool_))
 
 
 def register_markers(
@@ -55,66 +57,51 @@ def register_markers(
 
     Without such names by a search from all poses (`usdface.binding.pose_search`).
     """
-    count = len(observations.neutral)
-    nothing = NameCheck(np.zeros(count, dtype=bool), used=False)
+    nobody = np.zeros(len(observations.neutral), dtype=bool)
     if observations.named is None:
-        return search_pose(surface, observations), nothing
-    priors, exchanged = _sided(observations, _anchored(surface, observations))
-    pose = named_pose(observations.neutral, priors)
-    if (pose.squared < _WITHIN).mean() < _AGREEING:
-        anonymous = replace(observations, named=None, heights=np.full(count, np.nan))
-        registered = search_pose(surface, anonymous)
-        return registered, replace(nothing, contradicted=_contradicted(registered, priors))
-    contradicted = np.zeros(count, dtype=bool)
+        return search_pose(surface, observations), NameCheck(nobody, nobody, used=False)
+    fixed = observations.anchored
+    at = surface.points[observations.anchors]
+    priors, exchanged = _sided(observations.neutral, observations.named.at(fixed, at))
+    if (named_pose(observations.neutral, priors).squared < _WITHIN).mean() < _AGREEING:
+        heights = np.full(len(nobody), np.nan)
+        registered = search_pose(surface, replace(observations, named=None, heights=heights))
+        found = _contradicted(registered, observations.named) & ~fixed
+        return registered, NameCheck(found, nobody, used=False)
+    told = observations.named.mirrored() if exchanged else observations.named
+    contradicted = nobody
     for _ in range(_ROUNDS):
-        told = replace(observations, named=priors.without(contradicted))
-        pose = named_pose(told.neutral, priors.without(contradicted))
-        registered = register_from(surface, told, pose.linear, pose.offset)
-        now = _contradicted(registered, priors) & ~observations.anchored
-        if not (now & ~contradicted).any() or (priors.known & ~now).sum() < FEWEST_NAMED:
+        some = replace(observations, named=told.without(contradicted))
+        pose = named_pose(observations.neutral, priors.without(contradicted))
+        registered = register_from(surface, some, pose.linear, pose.offset)
+        found = contradicted | (_contradicted(registered, told) & ~fixed)
+        if (found == contradicted).all() or (told.known & ~found).sum() < FEWEST_NAMED:
             break
-        contradicted |= now
-    asked = exchanged and not observations.anchored.any()
-    sided = (priors.sides != 0) & asked
-    return registered, NameCheck(contradicted | sided, exchanged=asked)
+        contradicted = found
+    sided = observations.named.sides != 0
+    across = observations.named.sides * (at[:, 0] - observations.named.middle)
+    asked = exchanged and not (fixed & (across < 0.0)).any()
+    return registered, NameCheck(contradicted, sided & ~fixed & asked)
 
 
-def _anchored(surface: FaceSurface, observations: Observations) -> NamePriors:
-    """Return the priors, at the given vertex for an anchored marker."""
-    priors, fixed = observations.named, observations.anchored
-    assert priors is not None
-    points, spreads = np.array(priors.points), np.array(priors.spreads)
-    points[fixed] = np.nan
-    points[fixed, 0] = surface.points[observations.anchors[fixed]]
-    spreads[fixed] = np.nanmin(spreads)
-    return replace(priors, points=points, spreads=spreads)
-
-
-def _sided(observations: Observations, priors: NamePriors) -> tuple[NamePriors, bool]:
+def _sided(neutral: FloatArray, priors: NamePriors) -> tuple[NamePriors, bool]:
     """Return the priors with the sides that fit the markers, and whether they are exchanged.
 
-    Given vertices decide; else the pose that a face can have: its nose is in front.
+    A face is no mirror image of itself: its nose is in front.
     """
-    fixed = observations.anchored & (priors.sides != 0)
-    free = replace(priors, sides=np.where(observations.anchored, 0, priors.sides))
-    mirrored = replace(free.mirrored(), sides=-priors.sides)
-    if fixed.any():
-        across = priors.points[fixed, 0, 0] - priors.middle
-        exchanged = bool((across * priors.sides[fixed]).sum() < 0.0)
-    else:
-        usual, other = (
-            named_pose(observations.neutral, each).squared.clip(max=_MOST).mean()
-            for each in (priors, mirrored)
-        )
-        exchanged = bool(other < _EXCHANGED * usual)
-    return (mirrored, True) if exchanged else (priors, False)
+    mirrored = priors.mirrored()
+    usual, other = (
+        named_pose(neutral, each).squared.clip(max=_MOST).mean() for each in (priors, mirrored)
+    )
+    return (mirrored, True) if other < _EXCHANGED * usual else (priors, False)
 
 
 def _contradicted(registered: RegisteredMarkers, priors: NamePriors) -> BoolArray:
     """Return which markers lie elsewhere than their name tells, by the places of the others."""
-    candidates = registered.candidates
-    points, variance = predicted_by_others(candidates, registered.observations, registered.best)
-    flat = (priors.points - (points + candidates.centre)[:, None])[..., :2]
-    away = np.nan_to_num(np.linalg.norm(flat, axis=2), nan=np.inf).min(axis=1)
+    points, variance = predicted_by_others(
+        registered.candidates, registered.observations, registered.best
+    )
+    away = (priors.points - (points + registered.candidates.centre)[:, None])[..., :2]
+    nearest = np.nan_to_num(np.linalg.norm(away, axis=2), nan=np.inf).min(axis=1)
     limit = _CONTRADICTED * np.sqrt(priors.spreads**2 + variance)
-    return np.asarray(priors.known & (away > limit))
+    return np.asarray(priors.known & (nearest > limit))

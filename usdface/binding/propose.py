@@ -13,7 +13,7 @@ from usdface.binding.confidence import placement_confidence
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.name_priors import name_priors, named_heights
-from usdface.binding.named_search import NameCheck, register_markers
+from usdface.binding.named_search import register_markers
 from usdface.binding.neutral_frames import (
     FEWEST_MARKERS,
     MOST_PEAKS,
@@ -28,19 +28,22 @@ from usdface.binding.observations import Observations, observe
 from usdface.binding.pose_search import RegisteredMarkers
 from usdface.binding.registration import squared_errors, total_errors, unexplained_motion
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.face.named_places import named_places
+from usdface.face.place_names import place_names
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
 
-__all__ = ["DuplicateMarker", "Proposal", "proposal_findings", "propose"]
+__all__ = ["ContradictedName", "DuplicateMarker", "Proposal", "proposal_findings", "propose"]
 
 # Fewer markers fit any face. With three anchors, which determine its pose, those of
 # `neutral_frames` are enough.
 _FEWEST, _ANCHORS = 8, 3
 # Held poses that are compared as neutral. Another than the most usual one is neutral if it leaves
-# less than this share of the motion unexplained: of those that leave least, within a tenth, the most
-# usual. Set by hand, docs/constants.md lists them.
+# less than this share of the motion unexplained: the most usual of those that leave least, within a
+# tenth. Set by hand, docs/constants.md lists them.
 _NEUTRALS, _CLEARLY, _ALIKE = 8, 0.8, 0.1
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
@@ -48,8 +51,8 @@ _OFF_FACE = 0.25
 # Markers that stay this near to each other are one [share of their spread; ICT: 0.7 mm]: less than
 # a marker's own size.
 _SAME_MARKER = 0.01
-# Vertices that are more likely wrong than right are reported, one by one; where more than half of
-# them are, the proposal as a whole.
+# Vertices that are more likely wrong than right are not bound, and reported one by one; where more
+# than half of them are, the proposal as a whole.
 _UNSURE = 0.5
 # Squared errors beyond any real one, for the assignment of one vertex each.
 _LARGEST_ERROR = 1e6
@@ -63,6 +66,22 @@ class DuplicateMarker:
     original: str
 
 
+@dataclass(frozen=True, slots=True)
+class ContradictedName:
+    """A marker that lies elsewhere than its name tells.
+
+    Attributes
+    ----------
+    marker : str
+    told, found : str
+        Descriptions of both places.
+    """
+
+    marker: str
+    told: str
+    found: str
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Proposal:
     """A proposed binding.
@@ -70,9 +89,10 @@ class Proposal:
     Attributes
     ----------
     setup : RetargetSetup
-        The given one with the proposed vertices, their confidence, neutral and peak frames.
+        The given one with the proposed vertices, their confidence, neutral and peak frames; those
+        that are more likely wrong than right are not bound but in `unsure`.
     placed : tuple of str
-        Markers with a proposed vertex; the others of the binding were given.
+        Markers with a proposed vertex, bound or unsure; the others of the binding were given.
     never_seen : tuple of str
         Markers that are occluded in all frames, and left out.
     duplicates : tuple of DuplicateMarker
@@ -80,6 +100,12 @@ class Proposal:
         Markers whose given vertex does not fit the others. It is kept with a confidence of 0.
     off_face : tuple of str
         Markers off the face, which are left out.
+    contradicted : tuple of ContradictedName
+        Their vertices are unsure.
+    exchanged : tuple of str
+        Markers whose names tell left for right, as all do. Their vertices are unsure.
+    names_unused : bool
+        The names tell places, but as a whole fit no face.
     failed : tuple of Finding
         ADVICE_FAILED where the confidence is unknown (NaN).
     """
@@ -90,6 +116,9 @@ class Proposal:
     duplicates: tuple[DuplicateMarker, ...] = ()
     doubted: tuple[tuple[str, DoubtedAnchor], ...] = ()
     off_face: tuple[str, ...] = ()
+    contradicted: tuple[ContradictedName, ...] = ()
+    exchanged: tuple[str, ...] = ()
+    names_unused: bool = False
     failed: tuple[Finding, ...] = ()
 
 
@@ -152,29 +181,42 @@ def propose(
         np.full(len(chosen), np.nan),
     )
     off = _off_face(registered)
-    new = [i for i, name in enumerate(names) if name not in given and not off[i]]
+    asked = check.contradicted | check.exchanged
+    confidence = np.where(asked, np.minimum(confidence, 0.0), confidence)
+    new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
+    bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
     wrong = tuple((names[anchor.marker], anchor) for anchor in doubted)
     doubted_names = {name for name, _ in wrong}
+    vertices = surface.vertices[chosen]
     binding = Binding(
-        (*given, *(names[i] for i in new)),
-        np.array([*given.values(), *surface.vertices[chosen[new]]], dtype=np.int64),
+        (*given, *(names[i] for i in bound)),
+        np.array([*given.values(), *vertices[bound]], dtype=np.int64),
         setup.binding.mesh,
-        np.array([*(0.0 if n in doubted_names else 1.0 for n in given), *confidence[new]]),
+        np.array([*(0.0 if n in doubted_names else 1.0 for n in given), *confidence[bound]]),
+    )
+    left_out = Binding(
+        tuple(names[i] for i in unsure),
+        vertices[unsure],
+        setup.binding.mesh,
+        confidence[unsure],
     )
     return Proposal(
-        setup=replace(setup, binding=binding, peaks=tuple(peaks.tolist())),
+        setup=replace(setup, binding=binding, unsure=left_out, peaks=tuple(peaks.tolist())),
         placed=tuple(names[i] for i in new),
         never_seen=tuple(take.names[i] for i in np.flatnonzero(~take.visible.any(axis=0))),
         duplicates=duplicates,
         doubted=wrong,
         off_face=tuple(names[i] for i in np.flatnonzero(off)),
+        contradicted=_contradicted_names(mesh, names, vertices, check.contradicted),
+        exchanged=tuple(names[i] for i in np.flatnonzero(check.exchanged)),
+        names_unused=observations.named is not None and not check.used,
         failed=tuple(failed),
     )
 
 
 def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     """Report a proposal for the take `source`."""
-    binding, count = proposal.setup.binding, len(proposal.placed)
+    unsure, count = proposal.setup.unsure, len(proposal.placed)
     findings = [finding("MARKER_NEVER_SEEN", name) for name in proposal.never_seen]
     findings += [
         finding(
@@ -196,26 +238,64 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
         finding("MARKER_OFF_FACE", name, "it is off the face and is left out")
         for name in proposal.off_face
     ]
+    findings += _name_findings(proposal, source)
     findings += proposal.failed
     message = f"the vertices of {count} markers are proposed; check them before use"
     findings.append(finding("BIND_PROPOSED", source, message))
-    assert binding.confidence is not None
-    first = len(binding.markers) - count
-    uncertain = [
-        finding("PLACE_UNSURE", name, f"vertex {vertex} may be wrong: confidence {share:.2f}")
-        for name, vertex, share in zip(
-            proposal.placed, binding.points[first:], binding.confidence[first:], strict=True
+    assert unsure.confidence is not None
+    findings += [
+        finding(
+            "PLACE_UNSURE",
+            name,
+            f"vertex {vertex} is proposed with a confidence of {share:.2f}; left out",
         )
-        if share < _UNSURE
+        for name, vertex, share in zip(
+            unsure.markers, unsure.points, unsure.confidence, strict=True
+        )
     ]
-    findings += uncertain
-    if 2 * len(uncertain) > count:
+    if 2 * len(unsure.markers) > count:
         message = (
-            f"{len(uncertain)} of {count} proposed vertices have a low confidence: the markers fit "
-            "nowhere well; give a few of them in --bind bind.json, with --propose for the others"
+            f"{len(unsure.markers)} of {count} proposed vertices have a low confidence and are "
+            "left out; give a few of them in --bind bind.json, with --propose for the others"
         )
         findings.append(finding("BIND_UNSURE", source, message))
     return findings
+
+
+def _name_findings(proposal: Proposal, source: str) -> list[Finding]:
+    """Report contradictions between the names of markers and where they lie."""
+    findings = [
+        finding("NAME_CONTRADICTED", one.marker, f"named as {one.told}, but at {one.found}")
+        for one in proposal.contradicted
+        if not proposal.names_unused
+    ]
+    if proposal.names_unused:
+        message = (
+            f"the places that the names tell fit no face: {len(proposal.contradicted)} markers lie "
+            "elsewhere; places are found without names"
+        )
+        findings.append(finding("NAMES_UNUSED", source, message))
+    if proposal.exchanged:
+        message = (
+            f"{len(proposal.exchanged)} markers are named left for right: from the camera's side, "
+            "or the take is mirrored; give the vertex of one of them in --bind bind.json, with "
+            "--propose for the others"
+        )
+        findings.append(finding("SIDES_EXCHANGED", source, message))
+    return findings
+
+
+def _contradicted_names(
+    mesh: Mesh, names: Sequence[str], vertices: IntArray, contradicted: BoolArray
+) -> tuple[ContradictedName, ...]:
+    """Describe where some markers are by their names, and where they lie."""
+    some = np.flatnonzero(contradicted)
+    nobody = BoundFace(mesh, (), np.zeros(0, dtype=np.int64))
+    told = named_places(names)
+    return tuple(
+        ContradictedName(names[i], place.description if (place := told[i]) else "", found)
+        for i, found in zip(some.tolist(), place_names(nobody, vertices[some]), strict=True)
+    )
 
 
 def _usable(

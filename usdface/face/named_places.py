@@ -2,13 +2,15 @@
 
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from types import MappingProxyType
 
-from usdface.face.place_words import AMBIGUOUS, IGNORED, LETTERS, PARTS, WORDS
+import numpy as np
+
+from usdface.face.place_words import AMBIGUOUS, IGNORED, LETTERS, PARTS, TWOFOLD, WORDS
 
 __all__ = ["LANDMARKS", "NamedPlace", "named_place", "named_places", "words_of"]
 
@@ -17,6 +19,9 @@ _LONGEST = 120
 # So many names with a side make the others those of the middle.
 _FEWEST_SIDED = 2
 _SIDES = {"left": 1, "right": -1}
+
+# Cost of a single letter, and of a word that goes on over a capital letter, against 1 for a word.
+_LETTER, _OVER = 1.5, 2.0
 
 # The average face in millimetres: x from the midline to a side, y from the line of the eyes; after
 # L. G. Farkas, "Anthropometry of the Head and Face", 1994 (eye corners 33 and 90 apart, mouth 52
@@ -148,6 +153,11 @@ class NamedPlace:
     places: tuple[tuple[float, float], ...]
     spread: float
 
+    @property
+    def description(self) -> str:
+        """The place in words, such as "left brow"."""
+        return {1: "left ", -1: "right "}.get(self.side, "") + self.part
+
 
 def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
     """Return the place that each name of a set tells.
@@ -158,9 +168,7 @@ def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
     words = [words_of(name) for name in names]
     alike = Counter(words)
     sides = sum(bool(each & _SIDES.keys()) for each in words) >= _FEWEST_SIDED
-    return tuple(
-        _place(each, middle=sides and alike[each] == 1) for each in words
-    )
+    return tuple(_place(each, middle=sides and alike[each] == 1) for each in words)
 
 
 def named_place(name: str) -> NamedPlace | None:
@@ -231,14 +239,10 @@ def words_of(name: str) -> frozenset[str]:
     found: set[str] = set()
     loose: set[str] = set()
     for token in tokens:
-        pieces = _segmented(token)
-        if pieces is None:
-            camel = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", token)
-            split = [_segmented(piece) for piece in camel]
-            pieces = [piece for known in split if known for piece in known]
-        for piece in pieces:
-            found |= set(_meaning(piece))
-            loose.add(piece)
+        camel = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", token)
+        pieces = _segmented(token) or [p for each in camel for p in _segmented(each)]
+        loose |= set(pieces)
+        found |= {concept for piece in pieces for concept in _meaning(piece, token)}
     short = loose & set(AMBIGUOUS)
     if short and not found & set(PARTS):
         sided, numbered = bool(found & set(_SIDES)), any(c.isdigit() for c in plain)
@@ -247,36 +251,32 @@ def words_of(name: str) -> frozenset[str]:
     return frozenset(found)
 
 
-def _meaning(piece: str) -> tuple[str, ...]:
+def _meaning(piece: str, token: str) -> tuple[str, ...]:
+    if piece in TWOFOLD and piece == token.lower():
+        return TWOFOLD[piece]
     if piece in WORDS:
         return WORDS[piece]
     return (LETTERS[piece],) if piece in LETTERS else ()
 
 
-def _segmented(token: str) -> list[str] | None:
-    """Return the fewest known words that make up a token, the longest first; None if none do.
+def _segmented(token: str) -> list[str]:
+    """Return the fewest known words that make up a token of letters; [] if none do.
 
-    Single letters stand only before or behind the words.
+    Single letters stand only before or behind the words, and a word that goes on over a capital
+    letter counts as three: "UpR" is up and right, not "upr".
     """
     humps = [i for i in range(1, len(token)) if token[i - 1].islower() and token[i].isupper()]
-    token = token.lower()
-    whole = token in WORDS or token in LETTERS or token in AMBIGUOUS or token in IGNORED
-    if whole and not humps:
-        return [token]
-    size = len(token)
-    best: list[tuple[float, list[str]] | None] = [(0.0, []), *([None] * size)]
+    token, size = token.lower(), len(token)
+    best: list[tuple[float, list[str]]] = [(0.0, []), *([(np.inf, [])] * size)]
     for end in range(1, size + 1):
         for start in range(end):
-            piece, before = token[start:end], best[start]
-            known = piece in WORDS or piece in IGNORED
-            letter = piece in LETTERS and (
-                end == size or start == 0 or (before is not None and len(before[1][-1]) == 1)
-            )
-            if before is None or not (known or letter):
-                continue
-            cost = before[0] + (1.0 if len(piece) > 1 else 1.5) - 0.001 * len(piece) ** 2
-            cost += 2.0 * any(start < hump < end for hump in humps)
-            present = best[end]
-            if present is None or cost < present[0]:
-                best[end] = (cost, [*before[1], piece])
-    return best[size][1] if best[size] else None
+            cost, before = best[start]
+            piece = token[start:end]
+            letters = start == 0 or end == size or all(len(word) == 1 for word in before)
+            whole = piece == token and piece in AMBIGUOUS
+            if piece in WORDS or piece in IGNORED or whole or (piece in LETTERS and letters):
+                cost += 1.0 if len(piece) > 1 else _LETTER
+                cost += _OVER * any(start < hump < end for hump in humps)
+                if cost < best[end][0]:
+                    best[end] = (cost, [*before, piece])
+    return best[size][1]

@@ -9,7 +9,7 @@ landmarks, Daz and Biped face bones, MediaPipe-based rigs, Vicon's head markers.
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["AMBIGUOUS", "COMPOUNDS", "IGNORED", "LETTERS", "PARTS", "WORDS"]
+__all__ = ["AMBIGUOUS", "IGNORED", "LETTERS", "PARTS", "TWOFOLD", "WORDS"]
 
 # Parts of a face, the more specific first: an eyebrow is a brow, an eyelid a lid.
 PARTS = (
@@ -20,8 +20,8 @@ PARTS = (
 _TEXT = {
     # parts
     "forehead": "forehead fore frontalis fh fhd fhead frhd stirn fronte frente hitai odeko",
-    "brow": "brow brows eyebrow ebrow ebr brw bro corrugator braue augenbraue sourcil ceja cejas "
-    "sopracciglio sopracciglia sobrancelha mayu mayuge",
+    "brow": "brow brows eyebrow ebrow ebr brw bro corrugator braue augenbraue sourcil ceja "
+    "cejas sopracciglio sopracciglia sobrancelha mayu mayuge",
     "lid": "lid lids eyelid elid augenlid paupiere parpado palpebra mabuta",
     "eye": "eye eyes auge oeil yeux ojo occhio olho canthus exocanthion endocanthion orbit",
     "nose": "nose nase nasen nasal nez nariz naso hana nas",
@@ -42,37 +42,37 @@ _TEXT = {
     # not on the face's skin; without another part they tell no place
     "head": "head hd kopf tete cabeza testa cabeca atama",
     # sides, the performer's
-    "left": "left lft lt links linke linker linkes gauche izquierdo izquierda izq esquerdo esquerda "
-    "sinistro sinistra sx hidari",
+    "left": "left lft lt links linke linker linkes gauche izquierdo izquierda izq esquerdo "
+    "esquerda sinistro sinistra sx hidari",
     "right": "right rgt rt rechts rechte rechter rechtes droit droite derecho derecha direito "
     "direita destro destra dx migi",
-    "middle": "middle mid md mdl center centre central ctr cen median mitte mittig mittlere milieu "
-    "centro medio media mezzo meio naka glabella philtrum columella menton pogonion",
+    "middle": "middle mid md mdl center centre central ctr cen median mitte mittig mittlere "
+    "milieu centro medio media mezzo meio naka glabella philtrum columella menton pogonion",
     # directions
-    "upper": "upper up upr uppr top above over high superior superius sup raise oben ober obere "
-    "haut superieur superieure arriba alto superiore cima ue",
-    "lower": "lower low lo lwr lw down dn bottom bot btm below under inferior inferius inf unten "
-    "unter untere bas inferieur inferieure abajo bajo inferiore baixo shita",
-    "inner": "inner inn inside inr in int medial med innen innere innerer interieur interne interno "
-    "interna interior uchi endocanthion corrugator",
-    "outer": "outer out outside otr external ext lateral lat tail back rear aussen aussere ausserer "
-    "exterieur externe externo externa esterno esterna exterior soto exocanthion",
-    "corner": "corner crnr cnr crn corn winkel ecke coin commissure comisura comissura commissura "
-    "esquina angolo canto cheilion kokaku kado canthus exocanthion endocanthion angle",
+    "upper": "upper up upr uppr top above over high superior superius sup raise oben ober "
+    "obere haut superieur superieure arriba alto superiore cima ue",
+    "lower": "lower low lo lwr lw down dn bottom bot btm below under inferior inferius inf "
+    "unten unter untere bas inferieur inferieure abajo bajo inferiore baixo shita",
+    "inner": "inner inn inside inr in int medial med innen innere innerer interieur interne "
+    "interno interna interior uchi endocanthion corrugator",
+    "outer": "outer out outside otr external ext lateral lat tail back rear aussen aussere "
+    "ausserer exterieur externe externo externa esterno esterna exterior soto exocanthion",
+    "corner": "corner crnr cnr crn corn winkel ecke coin commissure comisura comissura "
+    "commissura esquina angolo canto cheilion kokaku kado canthus exocanthion endocanthion angle",
     "end": "end",
     "tip": "tip apex pronasale spitze pointe bout punta ponta",
-    "bridge": "bridge nasion sellion dorsum root radix ridge rucken ruecken wurzel racine arete "
-    "puente radice ponte",
+    "bridge": "bridge nasion sellion dorsum root radix ridge rucken ruecken wurzel racine "
+    "arete puente radice ponte",
     "base": "base columella subnasale",
     "front": "front",
 }
 
 # Words of more than one concept that their parts would not tell.
-COMPOUNDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+_COMPOUNDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "mc": ("mouth", "corner"),
         "ulip": ("upper", "lip"),
-        "llip": ("lower", "lip"),
+        "llip": ("lower", "lip"),  # behind a side
         "glabella": ("brow", "middle"),
         "nasion": ("nose", "bridge"),
         "sellion": ("nose", "bridge"),
@@ -80,15 +80,6 @@ COMPOUNDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "columella": ("nose", "base"),
         "pronasale": ("nose", "tip"),
         "tnose": ("nose", "tip"),
-        "nasenspitze": ("nose", "tip"),
-        "nasenwurzel": ("nose", "bridge"),
-        "nasenrucken": ("nose", "bridge"),
-        "nasenruecken": ("nose", "bridge"),
-        "mundwinkel": ("mouth", "corner"),
-        "oberlippe": ("upper", "lip"),
-        "unterlippe": ("lower", "lip"),
-        "oberlid": ("upper", "lid"),
-        "unterlid": ("lower", "lid"),
     }
 )
 
@@ -101,17 +92,21 @@ LETTERS: Mapping[str, str] = MappingProxyType(
 # "CH2" of IEMOCAP, "front_gauche". Of one letter only with a side: C7 is a vertebra.
 AMBIGUOUS: Mapping[str, str] = MappingProxyType({"c": "cheek", "ch": "chin", "front": "forehead"})
 
-# Words that tell no place.
-IGNORED = frozenset(
+# Labels that are read in two ways, and the concepts common to both: the left or the lower lip.
+TWOFOLD: Mapping[str, tuple[str, ...]] = MappingProxyType({"llip": ("lip",)})
+
+_NO_PLACE = (
     "marker markers mrk mkr mark face facial actor skin point pt trk track loc jnt joint bone ctrl "
-    "main geo null".split()
+    "main geo null"
 )
+# Words that tell no place.
+IGNORED = frozenset(_NO_PLACE.split())
 
 WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        word: COMPOUNDS.get(
+        word: _COMPOUNDS.get(
             word, tuple(concept for concept, words in _TEXT.items() if word in words.split())
         )
-        for word in sorted({w for text in _TEXT.values() for w in text.split()} | set(COMPOUNDS))
+        for word in sorted({w for text in _TEXT.values() for w in text.split()} | set(_COMPOUNDS))
     }
 )
