@@ -19,9 +19,12 @@ from usdface.face.regions import shape_regions
 
 __all__ = ["FaceLandmarks", "find_landmarks"]
 
-# The nose is within this share of the eye corners' distance from the midline, and above the mouth
-# by this share of the height between mouth and eyes.
-_NOSE_WIDTH, _NOSE_ABOVE = 0.1, 0.25
+# Shares of the eye corners' distance: the nose's tip and the chin are so near to the midline, the
+# columella is so narrow. The tip is above the mouth by a share of the height between mouth and eyes.
+_NOSE_WIDTH, _MIDDLE, _NOSE_ABOVE = 0.1, 0.01, 0.25
+# A brow is above this share of the way from the inner to the outer corner of the eye.
+_INNER, _OUTER = LANDMARKS["eye inner"][0], LANDMARKS["eye outer"][0]
+_BROW = (LANDMARKS["brow"][0] - _INNER) / (_OUTER - _INNER)
 # The chin ends where the midline is this far behind the lips, in heights between mouth and eyes.
 _CHIN_BACK = 0.35
 
@@ -82,19 +85,28 @@ def find_landmarks(surface: FaceSurface) -> FaceLandmarks | None:
         found["eye inner", side] = _corner(surface, lids, -side)
         found["eye outer", side] = _corner(surface, lids, side)
         found["mouth corner", side] = _corner(surface, contacts.lips, side)
-    eyes = float(np.mean([p[1] for (name, _), p in found.items() if name != "mouth corner"]))
+        widest = lids[(points[lids[:, 0], 1] - points[lids[:, 1], 1]).argmax()]
+        found["lid upper", side], found["lid lower", side] = points[widest]
+    eyes = float(np.mean([p[1] for (name, _), p in found.items() if name.startswith("eye")]))
     height = eyes - float(np.median(lips[:, 1]))
     if height <= 0.0:
         return None
     for side in (1, -1):
         brow = _brow(surface, shape_regions(mesh, contacts)["brows"], side, middle)
         if brow is not None and brow[1] > eyes:
-            found["brow", side] = brow
+            # How far out it is depends on which brow shapes there are; the eye tells that.
+            inner, outer = found["eye inner", side], found["eye outer", side]
+            found["brow", side] = np.array([inner[0] + _BROW * (outer - inner)[0], *brow[1:]])
     width = abs(float(found["eye outer", 1][0] - found["eye outer", -1][0]))
     on = surface.points[np.abs(surface.points[:, 0] - middle) < _NOSE_WIDTH * width]
     nose = on[(on[:, 1] < eyes) & (on[:, 1] > eyes - (1.0 - _NOSE_ABOVE) * height)]
     if len(nose):
-        found["nose tip", 0] = nose[nose[:, 2].argmax()] * [0, 1, 1] + [middle, 0, 0]
+        tip = nose[nose[:, 2].argmax()]
+        found["nose tip", 0] = tip * [0, 1, 1] + [middle, 0, 0]
+        base = on[(on[:, 1] < tip[1]) & (on[:, 1] > lips[:, 1].max())]
+        base = base[np.abs(base[:, 0] - middle) < _MIDDLE * width]
+        if len(base):
+            found["nose base", 0] = _deepest(base, tip, lips) * [0, 1, 1] + [middle, 0, 0]
     front = float(lips[:, 2].max()) - _CHIN_BACK * height
     chin = on[(on[:, 1] < lips[:, 1].min()) & (on[:, 2] > front)]
     if len(chin):
@@ -107,6 +119,14 @@ def find_landmarks(surface: FaceSurface) -> FaceLandmarks | None:
         height / -LANDMARKS["mouth corner"][1],
         middle,
     )
+
+
+def _deepest(profile: FloatArray, tip: FloatArray, lips: FloatArray) -> FloatArray:
+    """Return the point of a profile (N, 3) farthest behind the line from nose tip to lips."""
+    lip = lips[lips[:, 2].argmax()]
+    line = (lip - tip)[1:] / np.linalg.norm((lip - tip)[1:])
+    behind = (profile - tip)[:, 2] * line[0] - (profile - tip)[:, 1] * line[1]
+    return np.asarray(profile[behind.argmax()])
 
 
 def _corner(surface: FaceSurface, pairs: IntArray, outwards: float) -> FloatArray:

@@ -39,11 +39,14 @@ __all__ = [
 
 # Standard deviations of a marker's place once the face is carried over and bent, and of its motion.
 SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
+# Where names tell the places the motion need not find them: its error is so many times as large,
+# as that of real performers on other faces is; judge: `python benchmarks/binding.py named`.
+_NAMED_MOTION = 3.0
 # Cost of a registration to another face that fits well; a larger one says that the errors are.
 USUAL_COST = 3.0
 # Prior of the smooth difference of two faces beyond size and pose: a Gaussian process with this
-# deviation of a coordinate and this length scale.
-_BEND, _BEND_WIDTH = 0.055, 0.7
+# deviation of a coordinate and this length scale, shorter where names hold the markers.
+_BEND, _BEND_WIDTH, _NAMED_BEND_WIDTH = 0.055, 0.7, 0.5
 # Moving markers spread like the moving surface: bias and deviation of the logarithm of the ratio
 # (mean of three performers each of ICT's face and the example's: -0.20 to -0.04).
 _SPREAD_BIAS, _SPREAD = -0.14, 0.15
@@ -152,7 +155,8 @@ def squared_errors(
     theirs = visible @ np.einsum("nkd,nkd->kn", vertex, vertex)
     motion = (own[:, None] - 2.0 * both + theirs).clip(min=0.0)
     independent = _INDEPENDENT_PEAKS / np.maximum(visible.sum(axis=1), 1.0)
-    motion *= independent[:, None] / (motion_error * unit) ** 2
+    trusted = 1.0 if observations.named is None else _NAMED_MOTION
+    motion *= independent[:, None] / (trusted * motion_error * unit) ** 2
     # Heavy tails: a motion that no vertex has does not decide where its marker sits.
     return place, _DEGREES_OF_FREEDOM * np.log1p(motion / _DEGREES_OF_FREEDOM)
 
@@ -243,7 +247,7 @@ def align(
         points, offsets = candidates.points[assigned], candidates.offsets[:, assigned]
     linear, offset = _similarity(observations.neutral, points, trust)
     carried = observations.neutral @ linear + offset
-    bends = _bends(carried, candidates)
+    bends = _bends(carried, candidates, observations)
     noise = (0.5 * candidates.size) ** 2 / trust
     pull = np.linalg.solve(bends + np.diag(shape_error**2 * noise), points - carried)
     weights, rigid = _peak_motion(
@@ -287,15 +291,17 @@ def predicted_by_others(
     carried = observations.neutral @ registration.linear + registration.offset
     trust = _trust(registration.marker_costs)
     noise = SHAPE_ERROR**2 * (0.5 * candidates.size) ** 2 / trust
-    inverse = np.linalg.inv(_bends(carried, candidates) + np.diag(noise))
+    inverse = np.linalg.inv(_bends(carried, candidates, observations) + np.diag(noise))
     points = candidates.points[registration.assigned]
     variance = 1.0 / np.diagonal(inverse)
     return points - (inverse @ (points - carried)) * variance[:, None], variance
 
 
-def _bends(carried: FloatArray, candidates: CandidateVertices) -> FloatArray:
+def _bends(
+    carried: FloatArray, candidates: CandidateVertices, observations: Observations
+) -> FloatArray:
     """Return the prior covariance of the bend at markers (M, 3) [m]: (M, M) [m^2]."""
-    width = _BEND_WIDTH * candidates.size
+    width = candidates.size * (_BEND_WIDTH if observations.named is None else _NAMED_BEND_WIDTH)
     return np.asarray(
         (_BEND * candidates.size) ** 2
         * np.exp(-_squared_distances(carried, carried) / (2.0 * width**2))

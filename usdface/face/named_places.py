@@ -31,7 +31,10 @@ LANDMARKS: Mapping[str, tuple[float, float]] = MappingProxyType(
         "brow": (34.0, 23.0),
         "eye inner": (16.5, 0.0),
         "eye outer": (46.0, 0.0),
+        "lid upper": (31.0, 5.5),
+        "lid lower": (31.0, -5.5),
         "nose tip": (0.0, -36.0),
+        "nose base": (0.0, -47.0),
         "mouth corner": (25.0, -68.0),
         "menton": (0.0, -116.0),
     }
