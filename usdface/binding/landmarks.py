@@ -19,8 +19,8 @@ from usdface.face.regions import shape_regions
 
 __all__ = ["FaceLandmarks", "find_landmarks"]
 
-# Shares of the eye corners' distance: the nose's tip and the chin are so near to the midline, the
-# columella is so narrow. The tip is above the mouth by a share of the height between mouth and eyes.
+# Shares of the eye corners' distance: the nose's tip and the chin are so near to the midline, and
+# the columella nearer. The tip is above the mouth by a share of the height between mouth and eyes.
 _NOSE_WIDTH, _MIDDLE, _NOSE_ABOVE = 0.1, 0.01, 0.25
 # A brow is above this share of the way from the inner to the outer corner of the eye.
 _INNER, _OUTER = LANDMARKS["eye inner"][0], LANDMARKS["eye outer"][0]

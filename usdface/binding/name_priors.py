@@ -16,7 +16,7 @@ __all__ = ["NamePriors", "NamedPose", "name_errors", "name_priors", "named_heigh
 FEWEST_NAMED, _FEWEST_HEIGHTS = 5, 3
 # Degrees of freedom of the Student-t errors: one name that is wrong does not pull all.
 _DEGREES_OF_FREEDOM = 4.0
-# Places are those of a face seen from the front: how deep counts less. Set by hand.
+# Places are those of a face seen from the front: how deep a vertex is counts less. Set by hand.
 _AXES = np.array([1.0, 1.0, 0.4])
 # Rounds of fitting the pose and weighting the names, enough to settle.
 _ROUNDS = 12
@@ -162,9 +162,7 @@ def named_pose(neutral: FloatArray, priors: NamePriors) -> NamedPose:
     for _ in range(_ROUNDS):
         linear, offset = similarity_fit(source, target, weights / spreads**2)
         carried = source @ linear + offset
-        away = np.nan_to_num(
-            np.linalg.norm((places - carried[:, None]) * _AXES, axis=2), nan=np.inf
-        )
+        away = np.nan_to_num(np.linalg.norm(places - carried[:, None], axis=2), nan=np.inf)
         target = places[rows, away.argmin(axis=1)]
         squared = (away.min(axis=1) / spreads) ** 2
         weights = 1.0 / (1.0 + squared / _DEGREES_OF_FREEDOM)

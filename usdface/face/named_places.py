@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from usdface.face.place_words import AMBIGUOUS, IGNORED, LETTERS, PARTS, TWOFOLD, WORDS
+from usdface.face.place_words import AMBIGUOUS, IGNORED, IMPLIED, LETTERS, PARTS, TWOFOLD, WORDS
 
 __all__ = ["LANDMARKS", "NamedPlace", "named_place", "named_places", "words_of"]
 
@@ -251,6 +251,8 @@ def words_of(name: str) -> frozenset[str]:
         sided, numbered = bool(found & set(_SIDES)), any(c.isdigit() for c in plain)
         found -= {LETTERS[piece] for piece in short if piece in LETTERS}
         found |= {AMBIGUOUS[s] for s in short if sided or (numbered and len(s) > 1)}
+    if not found & set(PARTS):
+        found |= {IMPLIED[concept] for concept in found if concept in IMPLIED}
     return frozenset(found)
 
 

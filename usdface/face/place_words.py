@@ -9,7 +9,7 @@ landmarks, Daz and Biped face bones, MediaPipe-based rigs, Vicon's head markers.
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["AMBIGUOUS", "IGNORED", "LETTERS", "PARTS", "TWOFOLD", "WORDS"]
+__all__ = ["AMBIGUOUS", "IGNORED", "IMPLIED", "LETTERS", "PARTS", "TWOFOLD", "WORDS"]
 
 # Parts of a face, the more specific first: an eyebrow is a brow, an eyelid a lid.
 PARTS = (
@@ -23,7 +23,7 @@ _TEXT = {
     "brow": "brow brows eyebrow ebrow ebr brw bro corrugator braue augenbraue sourcil ceja "
     "cejas sopracciglio sopracciglia sobrancelha mayu mayuge",
     "lid": "lid lids eyelid elid augenlid paupiere parpado palpebra mabuta",
-    "eye": "eye eyes auge oeil yeux ojo occhio olho canthus exocanthion endocanthion orbit",
+    "eye": "eye eyes auge augen oeil yeux ojo occhio olho canthus exocanthion endocanthion orbit",
     "nose": "nose nase nasen nasal nez nariz naso hana nas",
     "nostril": "nostril nostrils nstrl nostr naris nares ala alar alare alae wing nasenflugel "
     "nasenfluegel narine aile narice narina kobana",
@@ -91,6 +91,9 @@ LETTERS: Mapping[str, str] = MappingProxyType(
 # Short labels that mean a part only where the name has no other, with a side or a number: "LC1",
 # "CH2" of IEMOCAP, "front_gauche". Of one letter only with a side: C7 is a vertebra.
 AMBIGUOUS: Mapping[str, str] = MappingProxyType({"c": "cheek", "ch": "chin", "front": "forehead"})
+
+# Parts that a direction tells where the name has no part.
+IMPLIED: Mapping[str, str] = MappingProxyType({"bridge": "nose", "corner": "mouth"})
 
 # Labels that are read in two ways, and the concepts common to both: the left or the lower lip.
 TWOFOLD: Mapping[str, tuple[str, ...]] = MappingProxyType({"llip": ("lip",)})
