@@ -10,7 +10,15 @@ from usdface.binding.landmarks import FaceLandmarks
 from usdface.face.named_places import named_places
 from usdface.geometry.rigid_fit import similarity_fit
 
-__all__ = ["NamePriors", "NamedPose", "name_errors", "name_priors", "named_heights", "named_pose"]
+__all__ = [
+    "FEWEST_NAMED",
+    "NamePriors",
+    "NamedPose",
+    "name_errors",
+    "name_priors",
+    "named_heights",
+    "named_pose",
+]
 
 # Fewer named markers or heights determine no direction: three heights, with two names to spare.
 FEWEST_NAMED, _FEWEST_HEIGHTS = 5, 3
