@@ -25,7 +25,8 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.neutral_frames import neutral_frames
-from usdface.binding.propose import proposal_findings, propose
+from usdface.binding.proposal import proposal_findings
+from usdface.binding.propose import propose
 from usdface.binding.resolve_binding import neutral_weights
 from usdface.errors import InputError
 from usdface.io.bind_file import read_bind

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from usdface.binding.propose import Proposal, proposal_findings, propose
+from usdface.binding.proposal import Proposal, proposal_findings
+from usdface.binding.propose import propose
 from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig

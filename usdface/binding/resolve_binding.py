@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
-from usdface.binding.propose import Proposal, proposal_findings, propose
+from usdface.binding.proposal import Proposal, proposal_findings
+from usdface.binding.propose import propose
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
