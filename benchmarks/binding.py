@@ -1,15 +1,17 @@
-"""Proposed vertices of anonymous markers: `python benchmarks/binding.py [named | rests | given]`.
+"""Proposed vertices: `python benchmarks/binding.py [named | neutral | rests | given]`.
 
 Performers are the faces of tests/faces.py bent at random, each shape 0.8 to 1.25 as strong, driven
 by recorded range-of-motion curves with head motion and 0.3 mm of noise; their markers are shuffled,
-turned, scaled and nameless. AnimFace's optical takes are put on the ICT face, judged by the
-binding that a person made for the tests. See README.md.
+turned, scaled and nameless. AnimFace's optical takes, nameless as well, are put on the ICT face,
+judged by the binding that a person made for the tests. `named` puts them on three heads, with their
+names and those that other marker sets would give them. See README.md.
 """
 
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -21,10 +23,13 @@ from stylised import bent
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import face_surface
+from usdface.binding.landmarks import find_landmarks
 from usdface.binding.neutral_frames import neutral_frames
+from usdface.binding.proposal import proposal_findings
 from usdface.binding.propose import propose
 from usdface.binding.resolve_binding import neutral_weights
 from usdface.errors import InputError
+from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -36,6 +41,7 @@ SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
 from face_answers import range_of_motion  # noqa: E402
 from faces import Face, make_face  # noqa: E402
+from marker_sets import MARKER_SETS, renamed  # noqa: E402
 
 KINDS = ("ict68", "ict41", "makehuman", "example")
 SEEDS, ANCHORS = (11, 12), (0, 3, 6)
@@ -108,13 +114,18 @@ def recorded(name: str) -> Case:
     face = make_face("ict41", SHARED)
     take, _ = read_take(SHARED / "animface" / f"{name}.c3d")
     positions = take.select(face.setup.binding.markers)
-    only = replace(take, names=face.setup.binding.markers, positions=positions)
+    names = tuple(f"m{i}" for i in range(positions.shape[1]))
+    only = replace(take, names=names, positions=positions)
     return Case(f"AnimFace {name}", face.mesh, only, face.setup.binding.points, None)
 
 
-def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
-    """Return for each marker: distance along the skin and straight, wrong side; inf if unbound."""
-    place = dict(zip(binding.markers, binding.points.tolist(), strict=True))
+def errors(case: Case, setup: RetargetSetup) -> dict[str, FloatArray]:
+    """Return for each marker: distance along the skin, wrong side; inf if it is left out.
+
+    Places that are unsure count like the others.
+    """
+    found_in = (setup.binding, setup.unsure)
+    place = {n: v for b in found_in for n, v in zip(b.markers, b.points.tolist(), strict=True)}
     points, skin = case.mesh.points, face_surface(case.mesh)
     found = np.array([place.get(name, -1) for name in case.take.names])
     column = np.searchsorted(skin.vertices, found).clip(max=len(skin.vertices) - 1)
@@ -122,7 +133,7 @@ def errors(case: Case, binding: Binding) -> dict[str, FloatArray]:
     straight = np.linalg.norm(points[found] - points[case.truth], axis=1)
     across = points[found, 0] * np.sign(points[case.truth, 0]) < -0.002
     side = across & (np.abs(points[case.truth, 0]) > 0.004)
-    sure = dict(zip(binding.markers, binding.confidence.tolist(), strict=True))
+    sure = {n: c for b in found_in for n, c in zip(b.markers, b.confidence.tolist(), strict=True)}
     return {
         "along": np.where(found >= 0, along, np.inf),
         "side": side & (found >= 0),
@@ -161,7 +172,7 @@ def proposal_figures(cases: Sequence[tuple[Case, int]]) -> dict[str, float]:
         chosen = order[there][:count]
         given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
         setup = RetargetSetup(given, neutral=neutral_frames(case.take))
-        off = errors(case, propose(case.take, case.mesh, setup).setup.binding)
+        off = errors(case, propose(case.take, case.mesh, setup).setup)
         rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
         found.append(1000 * off["along"][rest].clip(max=FAR))
         right.append(np.stack([off["sure"][rest], off["along"][rest] < 0.010]))
@@ -258,13 +269,82 @@ def named_neutral() -> None:
         table.add_column(column, justify="right")
     nothing = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, REST - 1))
     for case in (simulated(kind, seed) for kind in KINDS for seed in SEEDS):
-        found = errors(case, propose(case.take, case.mesh, nothing).setup.binding)
+        found = errors(case, propose(case.take, case.mesh, nothing).setup)
         near, close = found["along"] < 0.010, found["along"] < 0.005
         moved = np.linalg.norm(case.mesh.offsets_at(case.truth), axis=2).max(axis=0) > 0.003
         shares = (close.mean(), near.mean(), near[moved].mean())
         sure = f"{found['sure'].mean():.2f}"
         table.add_row(case.name, *(f"{100 * share:.0f} %" for share in shares), sure)
     Console(width=130).print(table)
+
+
+@cache
+def head_mesh(head: str) -> Mesh:
+    return make_face({"ict": "ict41"}.get(head, head), SHARED).mesh
+
+
+def named_case(head: str, take: str, marker_set: str) -> Case:
+    """Return AnimFace's take with the names of a marker set, and places set by hand on a head."""
+    mesh = head_mesh(head)
+    bind, _ = read_bind(ROOT / "tests" / "data" / f"animface_{head}_bind.json")
+    place = dict(zip(bind.binding.markers, bind.binding.points.tolist(), strict=True))
+    recorded, _ = read_take(SHARED / "animface" / f"{take}.c3d")
+    truth = np.array([place[name] for name in recorded.names])
+    return Case(f"{take} on {head}", mesh, renamed(recorded, marker_set), truth, None)
+
+
+def named_row(case: Case) -> tuple[FloatArray, FloatArray, int, int, str]:
+    """Return errors by the distance of the eyes' outer corners, confidences, wrong places, codes.
+
+    A place is wrong where it is nearer to the place of another marker than to its own.
+    """
+    nothing = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, 0))
+    proposal = propose(case.take, case.mesh, nothing, find_neutral=True)
+    found_in = (proposal.setup.binding, proposal.setup.unsure)
+    place = {n: v for b in found_in for n, v in zip(b.markers, b.points.tolist(), strict=True)}
+    points = case.mesh.points
+    found = points[[place[name] for name in case.take.names]]
+    landmarks = find_landmarks(face_surface(case.mesh))
+    outer = landmarks.points[np.abs(landmarks.average[:, 0]) == 46.0]
+    apart = np.linalg.norm(found[:, None] - points[case.truth], axis=2)
+    wrong = int((apart.argmin(axis=1) != np.arange(len(found))).sum())
+    codes = {f.code for f in proposal_findings(proposal, "")} - {"BIND_PROPOSED", "PLACE_UNSURE"}
+    sure = errors(case, proposal.setup)["sure"]
+    off = np.diagonal(apart) / np.linalg.norm(outer[0] - outer[1])
+    return off, sure, wrong, len(found_in[0].markers), " ".join(sorted(codes))
+
+
+def named() -> None:
+    """AnimFace's takes with names, on three heads, nothing given."""
+    table = Table(title="named takes: errors by the distance of the outer eye corners")
+    heads = ("take", "names", "bound", "median", "mean", "largest", "wrong", "confidence", "10 mm")
+    for column in (*heads, "findings"):
+        table.add_column(column, justify="right")
+    said = []
+    for head in ("ict", "makehuman", "example"):
+        sets = [name for name in MARKER_SETS if name != "anonymous"]
+        for take, marker_set in [("Eyebrows", "animface"), *(("Jaw", name) for name in sets)]:
+            case = named_case(head, take, marker_set)
+            off, sure, wrong, bound, codes = named_row(case)
+            near = off < 0.11  # 10 mm on a human face
+            said.append(np.stack([sure, near], axis=1))
+            figures = [f"{100 * f(off):.1f} %" for f in (np.median, np.mean, np.max)]
+            table.add_row(
+                *(case.name, marker_set, str(bound), *figures, str(wrong)),
+                *(f"{sure.mean():.2f}", f"{100 * near.mean():.0f} %", codes),
+            )
+    console = Console(width=150)
+    console.print(table)
+    print_confidence(console, np.concatenate(said))
+
+
+def print_confidence(console: Console, said: FloatArray) -> None:
+    """Print how many places of a confidence are right."""
+    sure, right = said.T
+    for low, high in pairwise((0.0, 0.2, 0.4, 0.6, 0.8, 0.95, 1.01)):
+        here = (sure >= low) & (sure < high)
+        share = f"{100 * right[here].mean():.0f} %" if here.any() else "-"
+        console.print(f"confidence {low:.2f} to {high:.2f}: {here.sum()} places, {share} right")
 
 
 def main() -> None:
@@ -284,7 +364,7 @@ def main() -> None:
             neutral = neutral_frames(case.take)
             setup = RetargetSetup(given, neutral=neutral)
             proposal = propose(case.take, case.mesh, setup).setup
-            found = errors(case, proposal.binding)
+            found = errors(case, proposal)
             rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
             near = found["along"][rest] < 0.010
             said.append(np.stack([found["sure"][rest], near], axis=1))
@@ -300,16 +380,14 @@ def main() -> None:
             table.add_row(case.name, str(count), *row)
     console = Console(width=130)
     console.print(table)
-    sure, right = np.concatenate(said).T
-    edges = (0.0, 0.2, 0.4, 0.6, 0.8, 0.95, 1.01)
-    for low, high in pairwise(edges):
-        here = (sure >= low) & (sure < high)
-        share = f"{100 * right[here].mean():.0f} %" if here.any() else "-"
-        console.print(f"confidence {low:.2f} to {high:.2f}: {here.sum()} places, {share} right")
+    print_confidence(console, np.concatenate(said))
 
 
 if __name__ == "__main__":
-    parts = {"all": main, "named": named_neutral, "rests": rests, "given": wrong_given}
+    parts = {
+        **{"all": main, "named": named, "neutral": named_neutral, "rests": rests},
+        "given": wrong_given,
+    }
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("part", nargs="?", choices=parts, default="all")
     parts[parser.parse_args().part]()

@@ -245,6 +245,8 @@ class RetargetSetup:
     exaggeration : mapping of "face", "brows", "eyes", "mouth" to float
         Factors on the solved weights (`usdface.retarget.exaggeration`), 0 to 4; those not named
         are 1.
+    unsure : Binding
+        Proposed vertices that are too unsure to be bound, to be checked by a person.
 
     Examples
     --------
@@ -271,6 +273,7 @@ class RetargetSetup:
     pins: tuple[Pin, ...] = ()
     calibration: Calibration | None = None
     exaggeration: Mapping[str, float] = field(default_factory=dict)
+    unsure: Binding = field(default_factory=lambda: Binding((), np.zeros(0, dtype=np.int64)))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))

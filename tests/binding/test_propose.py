@@ -5,7 +5,7 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.binding.neutral_frames import neutral_frames
-from usdface.binding.propose import proposal_findings
+from usdface.binding.proposal import proposal_findings
 from usdface.binding.propose import propose as proposed
 from usdface.errors import InputError
 from usdface.findings import Finding

@@ -13,7 +13,9 @@ from usdface.blend_shapes import Inbetween
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
+from usdface.io.usd.take import write_take
 from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.takes import MarkerTake
 
 
 @pytest.fixture(scope="module")
@@ -188,3 +190,29 @@ def test_wrong_options_are_one_line(
     error = capfd.readouterr().err
     assert said in error and error.count("\n") == 1
     assert (folder / "take.usda").read_bytes() == before
+
+
+@pytest.fixture
+def senseless(world: World, folder: Path) -> Path:
+    """A take whose markers fit no face."""
+    rng = np.random.default_rng(0)
+    rest, swing = 0.1 * rng.normal(size=(20, 3)), 0.01 * rng.normal(size=(3, 20, 3))
+    curves = rng.normal(size=(40, 3)).cumsum(axis=0)
+    positions = rest + np.einsum("fk,kmd->fmd", curves, swing)
+    names = tuple(f"m{i}" for i in range(20))
+    write_take(MarkerTake(names, np.arange(40) / 30, positions, 30.0), folder / "take.usda")
+    return folder
+
+
+def test_a_shot_of_mostly_unsure_places_is_refused_and_the_proposal_written(
+    senseless: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bind = senseless / "made.json"
+    assert shot(senseless, "--write-bind", bind, "--print-bind") != 0
+    assert not (senseless / "shot.usda").exists()
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") < 3 and "--bind" in printed.err
+    document = json.loads(bind.read_text())
+    assert json.loads(printed.out) == document
+    assert len(document["unsure"]) > len(document["markers"])
+    assert all(place["confidence"] < 0.5 for place in document["unsure"].values())

@@ -117,3 +117,17 @@ def test_how_sure_a_place_is_stays_in_the_file(tmp_path: Path) -> None:
 def test_a_confidence_is_a_share(wrong: object) -> None:
     with pytest.raises(InputError, match='"confidence"'):
         setup_of_json({"markers": {"a": {"point": 1, "confidence": wrong}}}, "bind.json")
+
+
+def test_unsure_places_are_kept_and_not_bound(tmp_path: Path) -> None:
+    unsure = Binding(("b", "c"), np.array([4, 5]), confidence=np.array([0.25, 0.0]))
+    setup = RetargetSetup(Binding(("a",), np.array([1])), unsure=unsure)
+    back = setup_of_json(json.loads(bind_json(setup)), "bind.json")
+    assert back.binding.markers == ("a",) and back.unsure.markers == ("b", "c")
+    np.testing.assert_array_equal(back.unsure.points, [4, 5])
+    assert bind_json(back) == bind_json(setup)
+    # A place that was checked and copied to the markers is bound.
+    checked = json.loads(bind_json(setup))
+    checked["markers"]["b"] = {"point": 7}
+    back = setup_of_json(checked, "bind.json")
+    assert back.binding.markers == ("a", "b") and back.unsure.markers == ("c",)

@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.binding.observations import Observations
 from usdface.binding.pose_search import RegisteredMarkers, refine, search_pose
-from usdface.binding.registration import USUAL_COST, squared_errors
+from usdface.binding.registration import USUAL_COST, total_errors
 
 __all__ = ["DoubtedAnchor", "check_anchors", "without_anchors"]
 
@@ -50,11 +50,11 @@ def check_anchors(registered: RegisteredMarkers) -> tuple[DoubtedAnchor, ...]:
     given = registered.observations.anchors
     free = without_anchors(registered.observations, range(len(given)))
     found = refine(registered, free)
-    if found.cost > _POOR_COST:
+    if found.cost > _POOR_COST and free.named is None:
         # Too wrong to find the way back from.
         others = search_pose(surface, free).registrations
         found = min((found, *others), key=lambda one: one.cost)
-    total = np.add(*squared_errors(candidates, free, found))
+    total = total_errors(candidates, free, found)
     best, rows = total.argmin(axis=1), np.arange(len(total))
     known = np.where(given >= 0, given, best)
     gap = (total[rows, known] - total[rows, best]) / max(1.0, found.cost / USUAL_COST)

@@ -30,6 +30,7 @@ class CandidateVertices:
         Into `surface.vertices`, rising.
     points : (N, 3) float64 [m]
         From the centre of the moving surface.
+    centre : (3,) float64 [m]
     offsets : (S, N, 3) float64 [m]
         Offsets of the blend shapes at the largest weight of a strong performer.
     rigid_motions : (6, N, 3) float64
@@ -41,6 +42,7 @@ class CandidateVertices:
     surface: FaceSurface
     indices: IntArray
     points: FloatArray
+    centre: FloatArray
     offsets: FloatArray
     rigid_motions: FloatArray
     size: float
@@ -74,6 +76,7 @@ def candidate_vertices(
         surface=surface,
         indices=indices,
         points=points,
+        centre=centre,
         offsets=_LARGEST_WEIGHT * surface.offsets_at(indices),
         rigid_motions=infinitesimal_motions(points),
         size=size,

@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding.pose_search import RegisteredMarkers
-from usdface.binding.registration import USUAL_COST, squared_errors
+from usdface.binding.registration import USUAL_COST, total_errors
 
 __all__ = ["placement_confidence"]
 
@@ -45,7 +45,7 @@ def placement_confidence(registered: RegisteredMarkers, chosen: IntArray) -> Flo
     near = surface.distances(surface.vertices[chosen], limit) <= limit
     probability = np.zeros(len(chosen))
     for one, weight in zip(registered.registrations, likelihood / likelihood.sum(), strict=True):
-        total = np.add(*squared_errors(candidates, observations, one))
+        total = total_errors(candidates, observations, one)
         share = np.exp(-0.5 / spread * (total - total.min(axis=1, keepdims=True)))
         probability += weight * (share * near).sum(axis=1) / share.sum(axis=1)
     return np.where(observations.anchored, 1.0, pose_right * probability)

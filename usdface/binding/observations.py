@@ -6,6 +6,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.face_surface import MOVING_SHARE
+from usdface.binding.name_priors import NamePriors
 from usdface.geometry.marker_spread import rms_radius
 
 __all__ = ["Observations", "observe"]
@@ -31,7 +32,9 @@ class Observations:
     anchors : (M,) int64
         Index into the face surface where the vertex of a marker is given, else -1.
     heights : (M,) float64
-        Height on the face by the marker's name (`usdface.binding.marker_names`), NaN = unknown.
+        Height on the face by the marker's name (`usdface.binding.name_priors`), NaN = unknown.
+    named : NamePriors or None
+        Places by the markers' names; None where they tell none.
     """
 
     neutral: FloatArray
@@ -39,6 +42,7 @@ class Observations:
     visible: BoolArray
     anchors: IntArray
     heights: FloatArray
+    named: NamePriors | None = None
 
     @property
     def anchored(self) -> BoolArray:
@@ -78,6 +82,7 @@ def observe(
     *,
     anchors: IntArray,
     heights: FloatArray,
+    named: NamePriors | None = None,
 ) -> Observations:
     """Measure neutral markers and their displacements in the peak frames.
 
@@ -91,6 +96,8 @@ def observe(
         Frame indices.
     anchors, heights : (M,)
         Of `Observations`.
+    named : NamePriors, optional
+        Of `Observations`.
     """
     window = stabilised[neutral[0] : neutral[1] + 1]
     count = (~np.isnan(window[..., 0])).sum(axis=0)[:, None]
@@ -99,4 +106,4 @@ def observe(
     mean = np.where(count > 0, mean, np.nanmedian(stabilised, axis=0))
     moves = stabilised[peaks] - mean
     visible = ~np.isnan(moves[..., 0])
-    return Observations(mean, np.nan_to_num(moves), visible, anchors, heights)
+    return Observations(mean, np.nan_to_num(moves), visible, anchors, heights, named)

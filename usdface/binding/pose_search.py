@@ -19,7 +19,7 @@ from usdface.binding.registration import (
 )
 from usdface.geometry.rigid_fit import similarity_fit
 
-__all__ = ["RegisteredMarkers", "refine", "search_pose"]
+__all__ = ["RegisteredMarkers", "refine", "register_from", "search_pose"]
 
 # Numbers without another source were set by hand; judge: `python benchmarks/binding.py`;
 # docs/constants.md lists them.
@@ -95,6 +95,18 @@ def search_pose(surface: FaceSurface, observations: Observations) -> RegisteredM
     full = candidate_vertices(surface)
     final = [_finish(full, observations, one) for one in _distinct(followed, _FINAL)]
     return RegisteredMarkers(full, observations, tuple(_distinct(final, _FINAL)))
+
+
+def register_from(
+    surface: FaceSurface, observations: Observations, linear: FloatArray, offset: FloatArray
+) -> RegisteredMarkers:
+    """Register markers to a face from one pose: neutral @ linear + offset is on the face."""
+    anchors = observations.anchors[observations.anchored]
+    full = candidate_vertices(surface)
+    middle = candidate_vertices(surface, _MIDDLE, anchors)
+    start = replace(_initial(linear, full, observations), offset=offset - full.centre)
+    found = _finish(full, observations, _follow(middle, observations, start))
+    return RegisteredMarkers(full, observations, (found,))
 
 
 def refine(registered: RegisteredMarkers, observations: Observations) -> Registration:

@@ -1,17 +1,19 @@
 """Proposed bindings: a vertex for each marker of a take, with its confidence."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from usdface.advice import advice
 from usdface.arrays import BoolArray, IntArray
-from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
+from usdface.binding.anchor_check import check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
 from usdface.binding.face_surface import FaceSurface, face_surface
-from usdface.binding.marker_names import named_heights
+from usdface.binding.landmarks import find_landmarks
+from usdface.binding.name_priors import name_priors, named_heights
+from usdface.binding.named_search import register_markers
 from usdface.binding.neutral_frames import (
     FEWEST_MARKERS,
     MOST_PEAKS,
@@ -22,72 +24,37 @@ from usdface.binding.neutral_frames import (
     positions_3d,
     stabilised_take,
 )
-from usdface.binding.observations import observe
-from usdface.binding.pose_search import RegisteredMarkers, search_pose
-from usdface.binding.registration import squared_errors, unexplained_motion
+from usdface.binding.observations import Observations, observe
+from usdface.binding.pose_search import RegisteredMarkers
+from usdface.binding.proposal import ContradictedName, DuplicateMarker, Proposal
+from usdface.binding.registration import squared_errors, total_errors, unexplained_motion
 from usdface.errors import InputError
-from usdface.findings import Finding, finding
+from usdface.face.bound_face import BoundFace
+from usdface.face.named_places import named_places
+from usdface.face.place_names import place_names
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
 
-__all__ = ["DuplicateMarker", "Proposal", "proposal_findings", "propose"]
+__all__ = ["propose"]
 
 # Fewer markers fit any face. With three anchors, which determine its pose, those of
 # `neutral_frames` are enough.
 _FEWEST, _ANCHORS = 8, 3
 # Held poses that are compared as neutral. Another than the most usual one is neutral if it leaves
-# less than this share of the motion unexplained; set by hand, docs/constants.md lists it.
-_NEUTRALS, _CLEARLY = 8, 0.8
+# less than this share of the motion unexplained: the most usual of those that leave least, within a
+# tenth. Set by hand, docs/constants.md lists them.
+_NEUTRALS, _CLEARLY, _ALIKE = 8, 0.8, 0.1
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
 _OFF_FACE = 0.25
 # Markers that stay this near to each other are one [share of their spread; ICT: 0.7 mm]: less than
 # a marker's own size.
 _SAME_MARKER = 0.01
-# Vertices that are more likely wrong than right are reported, one by one; where more than half of
-# them are, the proposal as a whole.
+# Vertices that are more likely wrong than right are not bound.
 _UNSURE = 0.5
 # Squared errors beyond any real one, for the assignment of one vertex each.
 _LARGEST_ERROR = 1e6
-
-
-@dataclass(frozen=True, slots=True)
-class DuplicateMarker:
-    """A marker that is always at the position of another and is left out."""
-
-    marker: str
-    original: str
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Proposal:
-    """A proposed binding.
-
-    Attributes
-    ----------
-    setup : RetargetSetup
-        The given one with the proposed vertices, their confidence, neutral and peak frames.
-    placed : tuple of str
-        Markers with a proposed vertex; the others of the binding were given.
-    never_seen : tuple of str
-        Markers that are occluded in all frames, and left out.
-    duplicates : tuple of DuplicateMarker
-    doubted : tuple of (str, DoubtedAnchor)
-        Markers whose given vertex does not fit the others. It is kept with a confidence of 0.
-    off_face : tuple of str
-        Markers off the face, which are left out.
-    failed : tuple of Finding
-        ADVICE_FAILED where the confidence is unknown (NaN).
-    """
-
-    setup: RetargetSetup
-    placed: tuple[str, ...]
-    never_seen: tuple[str, ...] = ()
-    duplicates: tuple[DuplicateMarker, ...] = ()
-    doubted: tuple[tuple[str, DoubtedAnchor], ...] = ()
-    off_face: tuple[str, ...] = ()
-    failed: tuple[Finding, ...] = ()
 
 
 def propose(
@@ -122,21 +89,26 @@ def propose(
     neutral = held[0] if find_neutral else setup.neutral or held[0]
     check_frames(take, neutral, setup.peaks)
     peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
+    landmarks = find_landmarks(surface)
     observations = observe(
         stabilised.positions,
         neutral,
         peaks,
         anchors=_anchors(names, given, surface),
         heights=named_heights(names),
+        named=name_priors(names, landmarks) if landmarks else None,
     )
-    registered = search_pose(surface, observations)
+    registered, check = register_markers(surface, observations)
     doubted = check_anchors(registered) if observations.anchored.any() else ()
     if doubted:
-        trusted = without_anchors(observations, [anchor.marker for anchor in doubted])
-        registered = search_pose(surface, trusted)
+        observations = without_anchors(observations, [anchor.marker for anchor in doubted])
+        registered, check = register_markers(surface, observations)
     if find_neutral:
         neutral = _explaining_neutral(registered, stabilised, held, peaks=peaks)
         setup = replace(setup, neutral=neutral)
+        if check.used and neutral != held[0]:
+            observations = _from_neutral(observations, stabilised, neutral, peaks=peaks)
+            registered, check = register_markers(surface, observations)
     chosen = _one_vertex_each(registered)
     confidence, failed = advice(
         "confidence of the proposed vertices",
@@ -144,70 +116,50 @@ def propose(
         np.full(len(chosen), np.nan),
     )
     off = _off_face(registered)
-    new = [i for i, name in enumerate(names) if name not in given and not off[i]]
+    asked = check.contradicted | check.exchanged
+    confidence = np.where(asked, np.minimum(confidence, 0.0), confidence)
+    new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
+    bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
     wrong = tuple((names[anchor.marker], anchor) for anchor in doubted)
     doubted_names = {name for name, _ in wrong}
+    vertices = surface.vertices[chosen]
     binding = Binding(
-        (*given, *(names[i] for i in new)),
-        np.array([*given.values(), *surface.vertices[chosen[new]]], dtype=np.int64),
+        (*given, *(names[i] for i in bound)),
+        np.array([*given.values(), *vertices[bound]], dtype=np.int64),
         setup.binding.mesh,
-        np.array([*(0.0 if n in doubted_names else 1.0 for n in given), *confidence[new]]),
+        np.array([*(0.0 if n in doubted_names else 1.0 for n in given), *confidence[bound]]),
+    )
+    left_out = Binding(
+        tuple(names[i] for i in unsure),
+        vertices[unsure],
+        setup.binding.mesh,
+        confidence[unsure],
     )
     return Proposal(
-        setup=replace(setup, binding=binding, peaks=tuple(peaks.tolist())),
+        setup=replace(setup, binding=binding, unsure=left_out, peaks=tuple(peaks.tolist())),
         placed=tuple(names[i] for i in new),
         never_seen=tuple(take.names[i] for i in np.flatnonzero(~take.visible.any(axis=0))),
         duplicates=duplicates,
         doubted=wrong,
         off_face=tuple(names[i] for i in np.flatnonzero(off)),
+        contradicted=_contradicted_names(mesh, names, vertices, check.contradicted),
+        exchanged=tuple(names[i] for i in np.flatnonzero(check.exchanged)),
+        names_unused=observations.named is not None and not check.used,
         failed=tuple(failed),
     )
 
 
-def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
-    """Report a proposal for the take `source`."""
-    binding, count = proposal.setup.binding, len(proposal.placed)
-    findings = [finding("MARKER_NEVER_SEEN", name) for name in proposal.never_seen]
-    findings += [
-        finding(
-            "MARKER_DUPLICATE", one.marker, f"always at the position of {one.original!r}; left out"
-        )
-        for one in proposal.duplicates
-    ]
-    findings += [
-        finding(
-            "PLACE_DOUBTED",
-            name,
-            f"given at vertex {anchor.given}, but it fits vertex {anchor.better}, "
-            f"{1000.0 * anchor.distance:.0f} mm away along the skin; kept there, and not used to "
-            "place the others",
-        )
-        for name, anchor in proposal.doubted
-    ]
-    findings += [
-        finding("MARKER_OFF_FACE", name, "it is off the face and is left out")
-        for name in proposal.off_face
-    ]
-    findings += proposal.failed
-    message = f"the vertices of {count} markers are proposed; check them before use"
-    findings.append(finding("BIND_PROPOSED", source, message))
-    assert binding.confidence is not None
-    first = len(binding.markers) - count
-    uncertain = [
-        finding("PLACE_UNSURE", name, f"vertex {vertex} may be wrong: confidence {share:.2f}")
-        for name, vertex, share in zip(
-            proposal.placed, binding.points[first:], binding.confidence[first:], strict=True
-        )
-        if share < _UNSURE
-    ]
-    findings += uncertain
-    if 2 * len(uncertain) > count:
-        message = (
-            f"{len(uncertain)} of {count} proposed vertices have a low confidence: the markers fit "
-            "nowhere well; give a few of them in --bind bind.json, with --propose for the others"
-        )
-        findings.append(finding("BIND_UNSURE", source, message))
-    return findings
+def _contradicted_names(
+    mesh: Mesh, names: Sequence[str], vertices: IntArray, contradicted: BoolArray
+) -> tuple[ContradictedName, ...]:
+    """Describe where some markers are by their names, and where they lie."""
+    some = np.flatnonzero(contradicted)
+    nobody = BoundFace(mesh, (), np.zeros(0, dtype=np.int64))
+    told = named_places(names)
+    return tuple(
+        ContradictedName(names[i], place.description if (place := told[i]) else "", found)
+        for i, found in zip(some.tolist(), place_names(nobody, vertices[some]), strict=True)
+    )
 
 
 def _usable(
@@ -273,24 +225,36 @@ def _explaining_neutral(
     peaks: IntArray,
 ) -> tuple[int, int]:
     """Return the held pose from which the rig explains the peak frames."""
-    observations = registered.observations
     left = np.array(
         [
             unexplained_motion(
                 registered.candidates,
-                observe(
-                    stabilised.positions,
-                    neutral,
-                    peaks,
-                    anchors=observations.anchors,
-                    heights=observations.heights,
-                ),
+                _from_neutral(registered.observations, stabilised, neutral, peaks=peaks),
                 registered.best,
             )
             for neutral in held
         ]
     )
-    return held[int(left.argmin())] if left.min() < _CLEARLY * left[0] else held[0]
+    alike = left <= (1.0 + _ALIKE) * left.min()
+    return held[int(alike.argmax())] if left.min() < _CLEARLY * left[0] else held[0]
+
+
+def _from_neutral(
+    observations: Observations,
+    stabilised: StabilisedTake,
+    neutral: tuple[int, int],
+    *,
+    peaks: IntArray,
+) -> Observations:
+    """Return the observations from other neutral frames."""
+    return observe(
+        stabilised.positions,
+        neutral,
+        peaks,
+        anchors=observations.anchors,
+        heights=observations.heights,
+        named=observations.named,
+    )
 
 
 def _one_vertex_each(registered: RegisteredMarkers) -> IntArray:
@@ -298,8 +262,7 @@ def _one_vertex_each(registered: RegisteredMarkers) -> IntArray:
     candidates, best = registered.candidates, registered.best
     if len(np.unique(best.assigned)) == len(best.assigned):
         return np.asarray(candidates.indices[best.assigned])
-    place, motion = squared_errors(candidates, registered.observations, best)
-    total = np.minimum(place + motion, _LARGEST_ERROR)
+    total = total_errors(candidates, registered.observations, best).clip(max=_LARGEST_ERROR)
     fixed = registered.observations.anchored
     total[fixed, registered.observations.anchors[fixed]] = -_LARGEST_ERROR
     _, chosen = linear_sum_assignment(total)

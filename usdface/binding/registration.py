@@ -14,6 +14,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.candidates import CandidateVertices
+from usdface.binding.name_priors import name_errors
 from usdface.binding.observations import Observations
 from usdface.geometry.rigid_modes import infinitesimal_motions
 from usdface.retarget.bounded_least_squares import solve_bounded
@@ -26,7 +27,9 @@ __all__ = [
     "align",
     "expected_scale",
     "name_disagreement",
+    "predicted_by_others",
     "squared_errors",
+    "total_errors",
     "unexplained_motion",
 ]
 
@@ -36,11 +39,14 @@ __all__ = [
 
 # Standard deviations of a marker's place once the face is carried over and bent, and of its motion.
 SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
+# Where names tell the places the motion need not find them: its error is so many times as large,
+# as that of real performers on other faces is; judge: `python benchmarks/binding.py named`.
+_NAMED_MOTION = 3.0
 # Cost of a registration to another face that fits well; a larger one says that the errors are.
 USUAL_COST = 3.0
 # Prior of the smooth difference of two faces beyond size and pose: a Gaussian process with this
-# deviation of a coordinate and this length scale.
-_BEND, _BEND_WIDTH = 0.055, 0.7
+# deviation of a coordinate and this length scale, shorter where names hold the markers.
+_BEND, _BEND_WIDTH, _NAMED_BEND_WIDTH = 0.055, 0.7, 0.5
 # Moving markers spread like the moving surface: bias and deviation of the logarithm of the ratio
 # (mean of three performers each of ICT's face and the example's: -0.20 to -0.04).
 _SPREAD_BIAS, _SPREAD = -0.14, 0.15
@@ -149,15 +155,33 @@ def squared_errors(
     theirs = visible @ np.einsum("nkd,nkd->kn", vertex, vertex)
     motion = (own[:, None] - 2.0 * both + theirs).clip(min=0.0)
     independent = _INDEPENDENT_PEAKS / np.maximum(visible.sum(axis=1), 1.0)
-    motion *= independent[:, None] / (motion_error * unit) ** 2
+    trusted = 1.0 if observations.named is None else _NAMED_MOTION
+    motion *= independent[:, None] / (trusted * motion_error * unit) ** 2
     # Heavy tails: a motion that no vertex has does not decide where its marker sits.
     return place, _DEGREES_OF_FREEDOM * np.log1p(motion / _DEGREES_OF_FREEDOM)
+
+
+def total_errors(
+    candidates: CandidateVertices, observations: Observations, registration: Registration
+) -> FloatArray:
+    """Return the squared errors of place, motion and name of each marker at each candidate: (M, N).
+
+    In units of the expected errors.
+    """
+    place, motion = squared_errors(candidates, observations, registration)
+    return np.asarray(place + motion + _named_errors(candidates, observations))
+
+
+def _named_errors(candidates: CandidateVertices, observations: Observations) -> FloatArray | float:
+    if observations.named is None:
+        return 0.0
+    return name_errors(observations.named, candidates.points + candidates.centre)
 
 
 def unexplained_motion(
     candidates: CandidateVertices, observations: Observations, registration: Registration
 ) -> float:
-    """Return the median marker's squared motion that the rig cannot explain where it sits.
+    """Return the mean squared motion of the markers that the rig cannot explain where they sit.
 
     In units of the expected squared error. The rig's weights are 0 or more, so a false neutral,
     with an open mouth say, leaves more: the way back to the true one cannot be gone.
@@ -176,7 +200,7 @@ def unexplained_motion(
     squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2)
     frames = np.maximum(observations.visible.sum(axis=0), 1)
     each = (squared * observations.visible).sum(axis=0) / frames
-    return float(np.median(each)) / (MOTION_ERROR * candidates.size) ** 2
+    return float(each.mean()) / (MOTION_ERROR * candidates.size) ** 2
 
 
 def align(
@@ -210,7 +234,7 @@ def align(
         shape_error=shape_error,
         motion_error=motion_error,
     )
-    total = place + motion
+    total = place + motion + _named_errors(candidates, observations)
     fixed = observations.anchored
     rows = np.arange(len(total))
     assigned = total.argmin(axis=1)
@@ -223,9 +247,7 @@ def align(
         points, offsets = candidates.points[assigned], candidates.offsets[:, assigned]
     linear, offset = _similarity(observations.neutral, points, trust)
     carried = observations.neutral @ linear + offset
-    bends = (_BEND * candidates.size) ** 2 * np.exp(
-        -_squared_distances(carried, carried) / (2.0 * (_BEND_WIDTH * candidates.size) ** 2)
-    )
+    bends = _bends(carried, candidates, observations)
     noise = (0.5 * candidates.size) ** 2 / trust
     pull = np.linalg.solve(bends + np.diag(shape_error**2 * noise), points - carried)
     weights, rigid = _peak_motion(
@@ -254,6 +276,35 @@ def align(
         assigned=assigned,
         marker_costs=costs,
         cost=float(cost),
+    )
+
+
+def predicted_by_others(
+    candidates: CandidateVertices, observations: Observations, registration: Registration
+) -> tuple[FloatArray, FloatArray]:
+    """Return where each marker is by the places of all others: (M, 3) [m] from the centre, (M,).
+
+    The second is the variance of a coordinate [m^2]. Leave-one-out residuals of the Gaussian
+    process of the bend (C. E. Rasmussen, C. K. I. Williams, "Gaussian Processes for Machine
+    Learning", 2006, eq. 5.12).
+    """
+    carried = observations.neutral @ registration.linear + registration.offset
+    trust = _trust(registration.marker_costs)
+    noise = SHAPE_ERROR**2 * (0.5 * candidates.size) ** 2 / trust
+    inverse = np.linalg.inv(_bends(carried, candidates, observations) + np.diag(noise))
+    points = candidates.points[registration.assigned]
+    variance = 1.0 / np.diagonal(inverse)
+    return points - (inverse @ (points - carried)) * variance[:, None], variance
+
+
+def _bends(
+    carried: FloatArray, candidates: CandidateVertices, observations: Observations
+) -> FloatArray:
+    """Return the prior covariance of the bend at markers (M, 3) [m]: (M, M) [m^2]."""
+    width = candidates.size * (_BEND_WIDTH if observations.named is None else _NAMED_BEND_WIDTH)
+    return np.asarray(
+        (_BEND * candidates.size) ** 2
+        * np.exp(-_squared_distances(carried, carried) / (2.0 * width**2))
     )
 
 

@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 
 from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
-from usdface.binding.propose import Proposal, proposal_findings, propose
+from usdface.binding.proposal import Proposal, proposal_findings
+from usdface.binding.propose import propose
+from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
@@ -19,11 +21,16 @@ from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
     "ResolvedBinding",
+    "UnsureBindingError",
     "binding_findings",
     "neutral_weights",
     "proposal_summary",
     "resolve_binding",
 ]
+
+
+# Findings that tell why most places are unsure.
+_REASONS = ("SIDES_EXCHANGED", "NAMES_UNUSED")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,6 +61,22 @@ class ResolvedBinding:
     neutral_found: bool = False
 
 
+class UnsureBindingError(InputError):
+    """More proposed vertices are unsure than markers are bound.
+
+    Parameters
+    ----------
+    message : str
+    mesh : Mesh
+    setup : RetargetSetup
+        The proposal, for a person to check.
+    """
+
+    def __init__(self, message: str, mesh: Mesh, setup: RetargetSetup) -> None:
+        super().__init__(message, "BINDING_UNSURE")
+        self.mesh, self.setup = mesh, setup
+
+
 def resolve_binding(
     character: Rig,
     take: MarkerTake | WeightsTake,
@@ -75,6 +98,8 @@ def resolve_binding(
     ------
     InputError
         If no vertices can be proposed, or no curve of a take of weights has a shape's name.
+    UnsureBindingError
+        If more of them are unsure than markers are bound.
     """
     mesh = character.mesh(given.binding.mesh) if given else character.face()
     if not isinstance(take, MarkerTake):
@@ -90,6 +115,7 @@ def resolve_binding(
     if proposing:
         proposal = propose(take, mesh, setup, find_neutral=find_neutral)
         setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
+        _check_sure(proposal, mesh, take)
     else:
         resolved = _compared(resolved, take)
         if find_neutral:
@@ -151,6 +177,24 @@ def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:
         summary["confidence_mean"] = round(float(np.nanmean(confidence)), 3)
         summary["confidence_min"] = round(float(np.nanmin(confidence)), 3)
     return summary
+
+
+def _check_sure(proposal: Proposal, mesh: Mesh, take: MarkerTake) -> None:
+    """Refuse a proposal that leaves out more markers than it binds."""
+    setup = proposal.setup
+    unsure, bound = len(setup.unsure.markers), len(setup.binding.markers)
+    if unsure <= bound:
+        return
+    reasons = [f.message for f in proposal_findings(proposal, take.source) if f.code in _REASONS]
+    reason = f" ({reasons[0].split(';')[0]})" if reasons else ""
+    raise UnsureBindingError(
+        f"the places of {unsure} of {unsure + bound} markers of {take.source} on mesh "
+        f"{mesh.name!r} are unsure{reason}; check the proposal of --write-bind bind.json and "
+        "--bind-figure bind.png, then give a few places in --bind bind.json, with --propose for "
+        "the others",
+        mesh,
+        setup,
+    )
 
 
 def _requested(setup: RetargetSetup, options: BindOptions) -> RetargetSetup:

@@ -116,27 +116,36 @@ def _shot(parsed: argparse.Namespace) -> int:
     if isinstance(neutral, tuple):
         neutral = neutral[0], neutral[-1]
     binding = BindOptions(propose=parsed.propose, neutral=neutral, peaks=peaks)
-    with progress(parsed.format == "text") as step:
-        result = pipeline.make_shot(
-            parsed.rig,
-            parsed.take,
-            parsed.output,
-            bind=parsed.bind,
-            binding=binding,
-            calibration=parsed.calibration,
-            expressions=parsed.expressions,
-            fuzzy=parsed.fuzzy,
-            correction=overrides,
-            write_bind=parsed.write_bind,
-            figure=parsed.bind_figure,
-            on_progress=step,
-        )
+    try:
+        with progress(parsed.format == "text") as step:
+            result = pipeline.make_shot(
+                parsed.rig,
+                parsed.take,
+                parsed.output,
+                bind=parsed.bind,
+                binding=binding,
+                calibration=parsed.calibration,
+                expressions=parsed.expressions,
+                fuzzy=parsed.fuzzy,
+                correction=overrides,
+                write_bind=parsed.write_bind,
+                figure=parsed.bind_figure,
+                on_progress=step,
+            )
+    except InputError as error:
+        if parsed.print_bind and error.code == "BINDING_UNSURE":
+            _print_bind(error.setup)  # type: ignore[attr-defined]
+        raise
     status = report(parsed, result, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
-        from usdface.io.bind_file import bind_json
-
-        print(bind_json(result.value.setup), end="")
+        _print_bind(result.value.setup)
     return status
+
+
+def _print_bind(setup: Any) -> None:
+    from usdface.io.bind_file import bind_json
+
+    print(bind_json(setup), end="")
 
 
 def _frames(option: str, words: list[str] | None, expected: str, most: int = 1000) -> Any:

@@ -24,8 +24,12 @@ _POINTS = 72.0
 _FONT, _DOT = 6.5, 6.0
 
 
-def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
+def write_bind_figure(
+    mesh: Mesh, binding: Binding, path: Path, *, unsure: Binding | None = None
+) -> None:
     """Draw the bound markers from the front and the side, coloured by their confidence if any.
+
+    So are `unsure` ones, whose vertices are proposed and not bound.
 
     Raises
     ------
@@ -36,6 +40,8 @@ def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
     OutputError
         If the file cannot be written.
     """
+    if unsure is not None and unsure.markers:
+        binding = _joined(binding, unsure)
     edges, points = _edges(mesh, face_surface(mesh).vertices), mesh.points[binding.points]
     framed = points if len(points) else edges.reshape(-1, 3)
     low, high = framed.min(axis=0), framed.max(axis=0)
@@ -62,6 +68,20 @@ def write_bind_figure(mesh: Mesh, binding: Binding, path: Path) -> None:
             figure.colorbar(drawn, ax=places, label="confidence", shrink=0.6)
 
     save_figure(draw, path)
+
+
+def _joined(binding: Binding, unsure: Binding) -> Binding:
+    """Return the markers of both bindings, without a confidence as sure."""
+    shares = [
+        np.ones(len(each.markers)) if each.confidence is None else each.confidence
+        for each in (binding, unsure)
+    ]
+    return Binding(
+        binding.markers + unsure.markers,
+        np.concatenate([binding.points, unsure.points]),
+        binding.mesh,
+        np.concatenate(shares),
+    )
 
 
 def _edges(mesh: Mesh, vertices: IntArray) -> FloatArray:

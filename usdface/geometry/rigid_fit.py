@@ -97,12 +97,16 @@ def _rotation(covariance: FloatArray) -> FloatArray:
     return rotation
 
 
-def similarity_fit(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+def similarity_fit(
+    source: FloatArray, target: FloatArray, weights: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Fit ``target = source @ linear + offset`` with linear = scale * rotation.
 
     Parameters
     ----------
     source, target : (M, 3) float64
+    weights : (M,) float64, optional
+        Of the squared distances; equal, if left out.
 
     Returns
     -------
@@ -114,12 +118,13 @@ def similarity_fit(source: FloatArray, target: FloatArray) -> tuple[FloatArray, 
     SolveError
         If all source points coincide.
     """
-    centre_a, centre_b = source.mean(axis=0), target.mean(axis=0)
+    share = np.full(len(source), 1.0) if weights is None else weights
+    centre_a, centre_b = (np.average(p, axis=0, weights=share) for p in (source, target))
     a, b = source - centre_a, target - centre_b
-    size = float((a**2).sum())
+    size = float(share @ (a**2).sum(axis=1))
     if size == 0.0:
         raise SolveError("all markers are at the same neutral place")
-    covariance = b.T @ a
+    covariance = (b * share[:, None]).T @ a
     rotation = _rotation(covariance[None])[0]
     scale = float((rotation * covariance).sum()) / size
     linear = scale * rotation.T

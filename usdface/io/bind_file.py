@@ -5,11 +5,13 @@
     {"mesh": "/Asset/Face/Head",
      "markers": {"NoseHead": {"point": 3124}, "ForeHead": {"point": 877}},
      "head": "solve", "nose_tip": "NoseHead",
+     "unsure": {"Chin": {"point": 640, "confidence": 0.31}},
      "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30}, "peaks": [51, 204],
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
      "clean": {"gaps": false}, "exaggeration": {"face": 1.2, "brows": 1.5}}
 
-Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do. `head`
+Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do; those that
+are "unsure" are not bound. `head`
 is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
 take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; its
 "weights" are those of blend shapes that the performer shows in the neutral frames; `peaks`
@@ -47,6 +49,7 @@ _KEYS = frozenset(
     (
         "mesh",
         "markers",
+        "unsure",
         "head",
         "move_head",
         "head_joint",
@@ -108,7 +111,8 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
             f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(_KEYS))}",
             "SCHEMA_BROKEN",
         )
-    binding = _binding(document, where)
+    binding = _binding(document, "markers", where)
+    unsure = _binding({"unsure": {}} | document, "unsure", where)
     head, rigid = _head(document, where)
     roles = expect(document.get("roles", {}), dict, '"roles" as an object')
     for role, marker in roles.items():
@@ -130,12 +134,17 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         clean=_switches(CleanOptions, document.get("clean", {}), f'{where}: "clean"'),
         closure=_switches(ClosureOptions, document.get("closure", {}), f'{where}: "closure"'),
         exaggeration=_exaggeration(document.get("exaggeration", {}), where),
+        unsure=unsure,
     )
 
 
-def _binding(document: dict[str, Any], where: str) -> Binding:
+def _binding(document: dict[str, Any], key: str, where: str) -> Binding:
     expect = _expecter(where)
-    markers = expect(document.get("markers"), dict, '"markers" as an object')
+    markers = expect(document.get(key), dict, f'"{key}" as an object')
+    if key == "unsure":  # a place that was checked may have been copied instead of moved
+        markers = {
+            name: place for name, place in markers.items() if name not in document["markers"]
+        }
     points, confidences = [], []
     for name, place in markers.items():
         vertex = place.get("point") if isinstance(place, dict) else None
@@ -285,15 +294,9 @@ def bind_json(setup: RetargetSetup) -> str:
     """Return the binding file of a setup; reading it gives the same setup."""
     binding = setup.binding
     document: dict[str, Any] = {"mesh": binding.mesh} if binding.mesh else {}
-    confidences = np.full(len(binding.markers), np.nan)
-    if binding.confidence is not None:
-        confidences = binding.confidence
+    document |= {"markers": _places(binding)}
+    document |= {"unsure": _places(setup.unsure)} if setup.unsure.markers else {}
     document |= {
-        "markers": {
-            name: {"point": int(point)}
-            | ({} if np.isnan(share) else {"confidence": round(float(share), 3)})
-            for name, point, share in zip(binding.markers, binding.points, confidences, strict=True)
-        },
         "head": list(setup.head_markers) if setup.head == "markers" else setup.head,
         "move_head": setup.move_head,
         "head_joint": setup.head_joint,
@@ -312,3 +315,14 @@ def bind_json(setup: RetargetSetup) -> str:
     if setup.exaggeration:
         document["exaggeration"] = dict(setup.exaggeration)
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def _places(binding: Binding) -> dict[str, Any]:
+    confidences = np.full(len(binding.markers), np.nan)
+    if binding.confidence is not None:
+        confidences = binding.confidence
+    return {
+        name: {"point": int(point)}
+        | ({} if np.isnan(share) else {"confidence": round(float(share), 3)})
+        for name, point, share in zip(binding.markers, binding.points, confidences, strict=True)
+    }

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.resolve_binding import proposal_summary
+from usdface.binding.resolve_binding import UnsureBindingError, proposal_summary
 from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind
@@ -20,6 +20,8 @@ from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
+from usdface.retarget_setup import RetargetSetup
+from usdface.rigs import Mesh
 from usdface.shot import Shot
 from usdface.shot_assembly import assemble_shot
 
@@ -62,7 +64,8 @@ def make_shot(
     correction : mapping, optional
         Fields of `CorrectionOptions` that go before those of the system.
     write_bind : path, optional
-        Also write the binding as it is used, JSON.
+        Also write the binding as it is used, and the places that are too unsure to be, JSON;
+        also where most of them are, and no shot is written.
     figure : path, optional
         Also draw the markers on the face: .png, .svg or .pdf.
     on_progress : callable, optional
@@ -78,7 +81,8 @@ def make_shot(
     Raises
     ------
     InputError
-        If the binding does not fit rig and take, or no places can be proposed.
+        If the binding does not fit rig and take, or no places can be proposed; with the code
+        BINDING_UNSURE if most of them are unsure.
 
     Examples
     --------
@@ -106,30 +110,42 @@ def make_shot(
         findings += new_findings
         system, new_findings = read_fuzzy_file(Path(fuzzy)) if fuzzy else (None, [])
         findings += new_findings
-    with progress.step("bind"):
-        shot, new_findings = assemble_shot(
-            character,
-            recorded,
-            setup=setup,
-            binding=binding,
-            calibration=read_calibration_file(Path(calibration)) if calibration else None,
-            poses=read_expressions_file(Path(expressions)) if expressions else None,
-            system=system,
-            system_source=str(fuzzy or ""),
-            correction=correction,
-        )
-        findings += new_findings
+    try:
+        with progress.step("bind"):
+            shot, new_findings = assemble_shot(
+                character,
+                recorded,
+                setup=setup,
+                binding=binding,
+                calibration=read_calibration_file(Path(calibration)) if calibration else None,
+                poses=read_expressions_file(Path(expressions)) if expressions else None,
+                system=system,
+                system_source=str(fuzzy or ""),
+                correction=correction,
+            )
+            findings += new_findings
+    except UnsureBindingError as error:
+        with all_or_none():
+            _write_binding(error.mesh, error.setup, write_bind, figure)
+        raise
     with progress.step("write"), all_or_none():
         write_shot(shot_path, rig, take, shot)
-        if write_bind:
-            write_text(Path(write_bind), bind_json(shot.setup))
-        if figure:
-            from usdface.figures.binding import write_bind_figure
-
-            write_bind_figure(shot.mesh, shot.setup.binding, Path(figure))
+        _write_binding(shot.mesh, shot.setup, write_bind, figure)
     return Result(
         shot, (shot_path, *others), tuple(findings), _summary(shot), seconds=progress.seconds
     )
+
+
+def _write_binding(
+    mesh: Mesh, setup: RetargetSetup, path: StrPath | None, figure: StrPath | None
+) -> None:
+    """Write the binding of a setup, and draw it with its unsure places."""
+    if path:
+        write_text(Path(path), bind_json(setup))
+    if figure:
+        from usdface.figures.binding import write_bind_figure
+
+        write_bind_figure(mesh, setup.binding, Path(figure), unsure=setup.unsure)
 
 
 def _summary(shot: Shot) -> dict[str, Any]:

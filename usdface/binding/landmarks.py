@@ -1,0 +1,157 @@
+"""Landmarks of a rig's face, as its own blend shapes and surface reveal them.
+
+Eyes are where lids close, the mouth where lips part, brows what brow shapes move; the tip of the
+nose is foremost between them, and the chin ends where the midline turns back below the mouth.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import RBFInterpolator
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.binding.face_surface import FaceSurface
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
+from usdface.face.named_places import LANDMARKS
+from usdface.face.regions import shape_regions
+
+__all__ = ["FaceLandmarks", "find_landmarks"]
+
+# Shares of the eye corners' distance: the nose's tip and the chin are so near to the midline, and
+# the columella nearer. The tip is above the mouth by a share of the height between mouth and eyes.
+_NOSE_WIDTH, _MIDDLE, _NOSE_ABOVE = 0.1, 0.01, 0.25
+# A brow is above this share of the way from the inner to the outer corner of the eye.
+_INNER, _OUTER = LANDMARKS["eye inner"][0], LANDMARKS["eye outer"][0]
+_BROW = (LANDMARKS["brow"][0] - _INNER) / (_OUTER - _INNER)
+# The chin ends where the midline is this far behind the lips, in heights between mouth and eyes.
+_CHIN_BACK = 0.35
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FaceLandmarks:
+    """Landmarks of a face, and the map from the average face through them.
+
+    Attributes
+    ----------
+    surface : FaceSurface
+    average : (L, 2) float64 [mm]
+        On the average face (`usdface.face.named_places.LANDMARKS`), left and right.
+    points : (L, 3) float64 [m]
+        On the rig.
+    unit : float [m]
+        Length on the rig of a millimetre on the average face.
+    middle : float [m]
+        x of the midline.
+    """
+
+    surface: FaceSurface
+    average: FloatArray
+    points: FloatArray
+    unit: float
+    middle: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "average", frozen(self.average))
+        object.__setattr__(self, "points", frozen(self.points))
+
+    def vertices_at(self, places: FloatArray) -> IntArray:
+        """Return the vertices of the surface at places (N, 2) on the average face [mm]: (N,).
+
+        A thin plate spline through the landmarks carries them over, as seen from the front.
+        """
+        flat = RBFInterpolator(
+            self.average, self.points[:, :2], kernel="thin_plate_spline", degree=1
+        )(places)
+        front = np.flatnonzero(self.surface.level & (self.surface.normals[:, 2] > 0.0))
+        return np.asarray(front[cKDTree(self.surface.points[front, :2]).query(flat)[1]])
+
+
+def find_landmarks(surface: FaceSurface) -> FaceLandmarks | None:
+    """Find the landmarks of a face; None where its blend shapes reveal no lips or no lids."""
+    mesh, points = surface.mesh, surface.mesh.points
+    contacts = find_lip_lid_contacts(mesh)
+    if not len(contacts.lips) or not len(contacts.lids):
+        return None
+    lips = points[contacts.lips].mean(axis=1)
+    middle = 0.5 * float(lips[:, 0].min() + lips[:, 0].max())
+    found: dict[tuple[str, int], FloatArray] = {}
+    for side in (1, -1):
+        across = points[contacts.lids, 0].mean(axis=1) - middle
+        lids = contacts.lids[side * across > 0.0]
+        if not len(lids):
+            return None
+        found["eye inner", side] = _corner(surface, lids, -side)
+        found["eye outer", side] = _corner(surface, lids, side)
+        found["mouth corner", side] = _corner(surface, contacts.lips, side)
+        widest = lids[(points[lids[:, 0], 1] - points[lids[:, 1], 1]).argmax()]
+        found["lid upper", side], found["lid lower", side] = points[widest]
+    eyes = float(np.mean([p[1] for (name, _), p in found.items() if name.startswith("eye")]))
+    height = eyes - float(np.median(lips[:, 1]))
+    if height <= 0.0:
+        return None
+    for side in (1, -1):
+        brow = _brow(surface, shape_regions(mesh, contacts)["brows"], side, middle)
+        if brow is not None and brow[1] > eyes:
+            # How far out it is depends on which brow shapes there are; the eye tells that.
+            inner, outer = found["eye inner", side], found["eye outer", side]
+            found["brow", side] = np.array([inner[0] + _BROW * (outer - inner)[0], *brow[1:]])
+    width = abs(float(found["eye outer", 1][0] - found["eye outer", -1][0]))
+    on = surface.points[np.abs(surface.points[:, 0] - middle) < _NOSE_WIDTH * width]
+    nose = on[(on[:, 1] < eyes) & (on[:, 1] > eyes - (1.0 - _NOSE_ABOVE) * height)]
+    if len(nose):
+        tip = nose[nose[:, 2].argmax()]
+        found["nose tip", 0] = tip * [0, 1, 1] + [middle, 0, 0]
+        base = on[(on[:, 1] < tip[1]) & (on[:, 1] > lips[:, 1].max())]
+        base = base[np.abs(base[:, 0] - middle) < _MIDDLE * width]
+        if len(base):
+            found["nose base", 0] = _deepest(base, tip, lips) * [0, 1, 1] + [middle, 0, 0]
+    front = float(lips[:, 2].max()) - _CHIN_BACK * height
+    chin = on[(on[:, 1] < lips[:, 1].min()) & (on[:, 2] > front)]
+    if len(chin):
+        found["menton", 0] = chin[chin[:, 1].argmin()] * [0, 1, 1] + [middle, 0, 0]
+    average = [np.multiply(LANDMARKS[name], (side, 1)) for name, side in found]
+    return FaceLandmarks(
+        surface,
+        np.array(average, dtype=np.float64),
+        np.array(list(found.values())),
+        height / -LANDMARKS["mouth corner"][1],
+        middle,
+    )
+
+
+def _deepest(profile: FloatArray, tip: FloatArray, lips: FloatArray) -> FloatArray:
+    """Return the point of a profile (N, 3) farthest behind the line from nose tip to lips."""
+    lip = lips[lips[:, 2].argmax()]
+    line = (lip - tip)[1:] / np.linalg.norm((lip - tip)[1:])
+    behind = (profile - tip)[:, 2] * line[0] - (profile - tip)[:, 1] * line[1]
+    return np.asarray(profile[behind.argmax()])
+
+
+def _corner(surface: FaceSurface, pairs: IntArray, outwards: float) -> FloatArray:
+    """Return the corner of a slit on the side of rising `outwards` x: (3,) [m].
+
+    The way along the surface between its last two lips leads around it.
+    """
+    points = surface.mesh.points
+    ends = outwards * points[pairs, 0].mean(axis=1)
+    first, second = pairs[ends.argmax()].tolist()
+    _, before = dijkstra(surface.graph, directed=False, indices=first, return_predecessors=True)
+    way = [second]
+    while before[way[-1]] >= 0:
+        way.append(int(before[way[-1]]))
+    return np.asarray(points[way[int((outwards * points[way, 0]).argmax())]])
+
+
+def _brow(
+    surface: FaceSurface, shapes: tuple[str, ...], side: int, middle: float
+) -> FloatArray | None:
+    """Return the centre of a side's skin that brow shapes move; None where they move none."""
+    energy = np.zeros(len(surface.torn))
+    for shape in surface.mesh.shapes:
+        squares = (shape.offsets**2).sum(axis=1)
+        if shape.name in shapes and squares.any():
+            np.maximum.at(energy, shape.indices, squares / squares.max())
+    own = np.where(side * (surface.points[:, 0] - middle) > 0.0, energy[surface.vertices], 0.0)
+    return np.average(surface.points, axis=0, weights=own) if own.any() else None

@@ -1,0 +1,144 @@
+"""A proposal of vertices for markers, and its report."""
+
+from dataclasses import dataclass
+
+from usdface.binding.anchor_check import DoubtedAnchor
+from usdface.findings import Finding, finding
+from usdface.retarget_setup import RetargetSetup
+
+__all__ = ["ContradictedName", "DuplicateMarker", "Proposal", "proposal_findings"]
+
+
+@dataclass(frozen=True, slots=True)
+class DuplicateMarker:
+    """A marker that is always at the position of another and is left out."""
+
+    marker: str
+    original: str
+
+
+@dataclass(frozen=True, slots=True)
+class ContradictedName:
+    """A marker that lies elsewhere than its name tells.
+
+    Attributes
+    ----------
+    marker : str
+    told, found : str
+        Descriptions of both places.
+    """
+
+    marker: str
+    told: str
+    found: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Proposal:
+    """A proposed binding.
+
+    Attributes
+    ----------
+    setup : RetargetSetup
+        The given one with the proposed vertices, their confidence, neutral and peak frames; those
+        that are more likely wrong than right are not bound but in `unsure`.
+    placed : tuple of str
+        Markers with a proposed vertex, bound or unsure; the others of the binding were given.
+    never_seen : tuple of str
+        Markers that are occluded in all frames, and left out.
+    duplicates : tuple of DuplicateMarker
+    doubted : tuple of (str, DoubtedAnchor)
+        Markers whose given vertex does not fit the others. It is kept with a confidence of 0.
+    off_face : tuple of str
+        Markers off the face, which are left out.
+    contradicted : tuple of ContradictedName
+        Their vertices are unsure.
+    exchanged : tuple of str
+        Markers whose names tell left for right, as all do. Their vertices are unsure.
+    names_unused : bool
+        The names tell places, but as a whole fit no face.
+    failed : tuple of Finding
+        ADVICE_FAILED where the confidence is unknown (NaN).
+    """
+
+    setup: RetargetSetup
+    placed: tuple[str, ...]
+    never_seen: tuple[str, ...] = ()
+    duplicates: tuple[DuplicateMarker, ...] = ()
+    doubted: tuple[tuple[str, DoubtedAnchor], ...] = ()
+    off_face: tuple[str, ...] = ()
+    contradicted: tuple[ContradictedName, ...] = ()
+    exchanged: tuple[str, ...] = ()
+    names_unused: bool = False
+    failed: tuple[Finding, ...] = ()
+
+
+def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
+    """Report a proposal for the take `source`."""
+    unsure, count = proposal.setup.unsure, len(proposal.placed)
+    findings = [finding("MARKER_NEVER_SEEN", name) for name in proposal.never_seen]
+    findings += [
+        finding(
+            "MARKER_DUPLICATE", one.marker, f"always at the position of {one.original!r}; left out"
+        )
+        for one in proposal.duplicates
+    ]
+    findings += [
+        finding(
+            "PLACE_DOUBTED",
+            name,
+            f"given at vertex {anchor.given}, but it fits vertex {anchor.better}, "
+            f"{1000.0 * anchor.distance:.0f} mm away along the skin; kept there, and not used to "
+            "place the others",
+        )
+        for name, anchor in proposal.doubted
+    ]
+    findings += [
+        finding("MARKER_OFF_FACE", name, "it is off the face and is left out")
+        for name in proposal.off_face
+    ]
+    findings += _name_findings(proposal, source)
+    findings += proposal.failed
+    message = f"the vertices of {count} markers are proposed; check them before use"
+    findings.append(finding("BIND_PROPOSED", source, message))
+    assert unsure.confidence is not None
+    findings += [
+        finding(
+            "PLACE_UNSURE",
+            name,
+            f"vertex {vertex} is proposed with a confidence of {share:.2f}; left out",
+        )
+        for name, vertex, share in zip(
+            unsure.markers, unsure.points, unsure.confidence, strict=True
+        )
+    ]
+    if 2 * len(unsure.markers) > count:
+        message = (
+            f"{len(unsure.markers)} of {count} proposed vertices have a low confidence and are "
+            "left out; give a few of them in --bind bind.json, with --propose for the others"
+        )
+        findings.append(finding("BIND_UNSURE", source, message))
+    return findings
+
+
+def _name_findings(proposal: Proposal, source: str) -> list[Finding]:
+    """Report contradictions between the names of markers and where they lie."""
+    findings = [
+        finding("NAME_CONTRADICTED", one.marker, f"named as {one.told}, but at {one.found}")
+        for one in proposal.contradicted
+        if not proposal.names_unused
+    ]
+    if proposal.names_unused:
+        message = (
+            f"the places that the names tell fit no face: {len(proposal.contradicted)} markers lie "
+            "elsewhere; places are found without names"
+        )
+        findings.append(finding("NAMES_UNUSED", source, message))
+    if proposal.exchanged:
+        message = (
+            f"{len(proposal.exchanged)} markers are named left for right: from the camera's side, "
+            "or the take is mirrored; give the vertex of one of them in --bind bind.json, with "
+            "--propose for the others"
+        )
+        findings.append(finding("SIDES_EXCHANGED", source, message))
+    return findings
