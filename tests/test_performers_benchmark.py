@@ -92,3 +92,14 @@ def test_what_rests_rests() -> None:
     held = np.argsort(np.linalg.norm(SHAPES, axis=2).max(axis=0), kind="stable")[:300]
     assert not moved[:, held].any()
     assert np.abs(moved[:, still]).max() < 0.1 * np.abs(moved).max()
+
+
+def test_a_shape_that_turns_and_grows_a_whole_face_does_so_with_another() -> None:
+    """About one vertex; vertices of no triangle are the others that are held."""
+    middle, none = 15 * 31 + 15, np.zeros((299, 3))
+    grow = 1.1 * TURN - np.eye(3)
+    source, target = np.vstack([POINTS, none]), np.vstack([OTHER, none])
+    shape = np.vstack([(POINTS - POINTS[middle]) @ grow.T, none])
+    (moved,) = transfer(source, target, shape[None])
+    expected = (OTHER - OTHER[middle]) @ grow.T
+    np.testing.assert_allclose(moved[: len(OTHER)], expected, atol=1e-10)
