@@ -17,6 +17,8 @@ def surface_graph(mesh: Mesh) -> csr_array:
     (V, V) sparse float64 [m]
         Each edge once.
     """
+    if not len(mesh.face_counts):
+        return csr_array((len(mesh.points), len(mesh.points)))
     pairs, edges = [], []
     counts, first = mesh.face_counts, np.cumsum(mesh.face_counts) - mesh.face_counts
     for size in np.unique(counts).tolist():

@@ -127,7 +127,13 @@ def calibrate_take(
         )
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     solution, findings = solve_take(
-        take, points, offsets, shape_names, replace(setup, calibration=None), model
+        take,
+        points,
+        offsets,
+        shape_names,
+        replace(setup, calibration=None),
+        model,
+        correct_neutral=False,  # the offsets are its error
     )
     used = [setup.binding.markers.index(name) for name in solution.markers]
     free = model.free

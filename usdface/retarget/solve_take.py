@@ -21,6 +21,7 @@ from usdface.retarget.neutral_weights import without_weights
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
+from usdface.retarget.solve import FEWEST_FRAMES
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
@@ -47,6 +48,7 @@ def solve_take(
     model: BlendShapeEvaluator | None = None,
     *,
     surface: MarkerSurface | None = None,
+    correct_neutral: bool = True,
     progress: Progress | None = None,
 ) -> tuple[Solution, list[Finding]]:
     """Retarget a marker take onto a face.
@@ -65,6 +67,8 @@ def solve_take(
         out.
     surface : MarkerSurface, optional
         The skin around the B vertices: markers may sit beside them.
+    correct_neutral : bool
+        Correct the error of noisy neutral frames by the whole take.
     progress : Progress, optional
         Announces each round of the step "solve".
 
@@ -96,7 +100,7 @@ def solve_take(
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
     fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
-    def solved(fit: FaceFit, frames: slice = _ALL, **settings: Any) -> PoseAndWeights:
+    def solved(fit: FaceFit, frames: IntArray | slice = _ALL, **settings: Any) -> PoseAndWeights:
         model, space = _as_performed(fit, shape_names, setup)
         return solve_pose_and_weights(
             take.times[frames], positions[frames], fit.points, model, space,
@@ -104,14 +108,15 @@ def solve_take(
             progress=progress, **settings,
         )  # fmt: skip
 
-    some = slice(None, None, -(-len(take.times) // _PLACE_FRAMES))
+    some = _some_frames(visible(positions))
     if around is not None:
         fit = refine_places(
             fit, neutral, setup.map, evidence, around,
             solve=lambda fit: solved(fit, some, rounds=_PLACE_ROUNDS),
             head_moves=setup.head == "solve",
         )  # fmt: skip
-    joint = solved(fit, neutral_frames=_neutral_frames(positions, setup))
+    frames = _neutral_frames(positions, setup) if correct_neutral else None
+    joint = solved(fit, neutral_frames=frames)
     model, _ = _as_performed(fit, shape_names, setup)
     findings += _beside(fit, names, take.source)
     target, choice = fit.points, fit.choice
@@ -229,6 +234,14 @@ def _without_weights(
     weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
     shown = model.displacements(model.combined(weights)).reshape(target.shape)
     return without_weights(neutral, target, shown)
+
+
+def _some_frames(seen: BoolArray) -> IntArray:
+    """Return `_PLACE_FRAMES` frames of a take, and some of each marker (F, M) that these hide."""
+    frames = np.arange(0, len(seen), -(-len(seen) // _PLACE_FRAMES))
+    hidden = np.flatnonzero(~seen[frames].any(axis=0))
+    more = [np.flatnonzero(seen[:, marker])[:FEWEST_FRAMES] for marker in hidden]
+    return np.asarray(np.unique(np.concatenate([frames, *more])))
 
 
 def _beside(fit: FaceFit, names: tuple[str, ...], source: str) -> list[Finding]:
