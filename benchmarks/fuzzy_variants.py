@@ -21,7 +21,7 @@ from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
 from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
-from usdface.rule_design.feature_selection import single_movements  # noqa: E402
+from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.rule_design.marker_roles import (  # noqa: E402
     direction_names,
     known_roles,
