@@ -21,10 +21,10 @@ __all__ = ["Evidence", "evidence_of"]
 # 0.71 in one of the two (benchmarks/expression_takes.py).
 _LIKE = 0.78
 # A blend shape takes part if it has this share of the size of the expression.
-_TAKES_PART = 0.3
+_TAKES_PART = 0.5
 # Error of a marker on another person's face [m]: a shape that moves the markers by less is hardly
 # seen.
-_FACE_ERROR = 0.001
+_FACE_ERROR = 0.0005
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,6 +59,9 @@ class Evidence:
 
         One that the markers do not see is believed to be as strong as the expression.
         """
+        wanted = self.seen * pose
+        shown = float(wanted @ (self.seen * weights)) / max(float(wanted @ wanted), 1e-12)
+        size = max(size, shown)
         share = np.divide(weights, pose, out=np.zeros(len(pose)), where=pose > 0)
         believed = self.seen * share + (1.0 - self.seen) * size
         return np.asarray((pose > 0) & (believed >= _TAKES_PART * size))

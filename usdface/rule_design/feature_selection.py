@@ -38,7 +38,7 @@ _DEAD_ZONE = 0.02
 _TOP = 0.94
 # Features of a group move at least by this share of the largest motion in their half of the face,
 # and where the halves are one group, a half by this share of the other.
-_STRONG = 0.4
+_STRONG = 0.25
 _HALF_MOVES = 0.3
 # Error of a feature on another person's face [m]: what the solve leaves of a bend of the space map.
 _FACE_ERROR = 0.0005
@@ -56,7 +56,7 @@ _SAME, _PART, _RIVAL = 0.85, 0.8, 0.6
 _POSE, _LIKE, _WITHOUT, _WITH = 6.0, 3.0, 2.0, 4.0
 # Costs of firing: at another pose, at half and whole; and, all together, at other poses with one
 # more movement, at movements alone, and at several; at the worst of all.
-_OTHER_POSE, _VARIED, _ALONE, _MIXED, _WORST = 60.0, 40.0, 60.0, 120.0, 3.0
+_OTHER_POSE, _VARIED, _ALONE, _MIXED, _WORST = 250.0, 40.0, 60.0, 120.0, 3.0
 _MORE, _HALF = 0.6, 0.5
 # A change of the selection has to take away this share of the cost.
 _LEAST_GAIN = 0.005
