@@ -64,7 +64,7 @@ HoldOut = Literal["auto", "recording", "variant"]
 
 # Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
 # expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
-RESPONSE = (0.15, 0.45)
+RESPONSE = (0.15, 0.4)
 # Time [s] before and after it is asked for in which a raised pose comes and goes, most of it in
 # half of that.
 BLEND_TIME = 0.2

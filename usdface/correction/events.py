@@ -17,7 +17,7 @@ __all__ = ["Event", "events_of", "frame_events"]
 # trigger", 1938), and of the size of an event from which it counts as held, tuned by
 # benchmarks/expression_takes.py.
 _RELEASE = 0.5
-_HELD = 0.75
+_HELD = 0.6
 # Frames in which the output reaches this share of the size are the peak of an event.
 _PEAK = 0.85
 

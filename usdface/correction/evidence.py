@@ -21,7 +21,7 @@ __all__ = ["Evidence", "evidence_of"]
 # 0.71 in one of the two (benchmarks/expression_takes.py).
 _LIKE = 0.78
 # A blend shape takes part if it has this share of the size of the expression.
-_TAKES_PART = 0.5
+_TAKES_PART = 0.6
 # Error of a marker on another person's face [m]: a shape that moves the markers by less is hardly
 # seen.
 _FACE_ERROR = 0.0005

@@ -39,15 +39,19 @@ _TOP = 0.94
 # Features of a group move at least by this share of the largest motion in their half of the face,
 # and where the halves are one group, a half by this share of the other.
 _STRONG = 0.25
+# A feature and its twin are one candidate where the weaker moves by this share of the other.
+_EVEN = 0.5
 _HALF_MOVES = 0.3
 # Error of a feature on another person's face [m]: what the solve leaves of a bend of the space map.
 _FACE_ERROR = 0.0005
 # Cost of a feature whose motion is as small as its error.
 _ERROR_COST = 10.0
-# Pairs of features in a group: at least, unless there are not as many, and at most. A group of both
-# halves may have more.
-_FEWEST_PAIRS, _MOST_PAIRS, _MORE_PAIRS = 3, 4, 2
-_MISSING_PAIR_COST, _SAME_MARKER_COST = 3.0, 0.3
+# Most pairs of features in a group; a group of both halves may have more. Fewer conditions than
+# `_ENOUGH` cost something each: of five one may be wrong.
+_MOST_PAIRS, _MORE_PAIRS = 4, 2
+_ENOUGH, _MISSING_COST, _SAME_MARKER_COST = 5, 12.0, 0.3
+# Fewer than `FEWEST` only where there are no more.
+_TOO_FEW_COST = 1000.0
 # Likeness to the pose (cosine; either half of the face counts alike) from which a movement
 # is the expression, or a part of it, and up to which it is a rival.
 _SAME, _PART, _RIVAL = 0.85, 0.8, 0.6
@@ -180,22 +184,38 @@ class _Pair:
 def _candidates(
     own: FloatArray, noise: FloatArray, upper: BoolArray, twins: IntArray, apart: bool
 ) -> list[_Pair]:
-    """Return the features that move clearly and strongly in the expression, with their twins."""
+    """Return the features that move clearly and strongly in the expression, with their twins.
+
+    Where those are too few for a group, the strongest of the others that move clearly.
+    """
     size = np.abs(own)
     clear = exceeds_noise(size, noise, _LEAST_SIGNAL)
     largest = {half: size[upper == half].max(initial=0.0) for half in (True, False)}
-    found: list[_Pair] = []
+    if not apart:
+        still = [h for h, s in largest.items() if s < _HALF_MOVES * max(largest.values())]
+        clear &= ~np.isin(upper, still)
+    pairs: dict[int, list[tuple[float, _Pair]]] = {}
     for feature in np.flatnonzero(clear).tolist():
         twin, half = int(twins[feature]), bool(upper[feature])
-        least = _STRONG * largest[half]
-        weak_half = largest[half] < _HALF_MOVES * max(largest.values())
-        if size[feature] < least or (weak_half and not apart):
-            continue
-        both = twin != feature and clear[twin] and size[twin] >= least
+        both = twin != feature and clear[twin] and size[twin] >= _EVEN * size[feature]
         if both and twin < feature:
             continue
-        group = int(half) if apart else 0
-        found.append(_Pair((feature, twin) if both else (feature,), group))
+        pair = _Pair((feature, twin) if both else (feature,), int(half) if apart else 0)
+        share = float(size[list(pair.features)].min() / largest[half])
+        pairs.setdefault(pair.group, []).append((share, pair))
+    found: list[_Pair] = []
+    for _, listed in sorted(pairs.items()):
+        conditions, taken = 0, set()
+        for share, pair in sorted(
+            listed, key=lambda each: (-round(each[0], _DIGITS), each[1].features)
+        ):
+            if share >= _STRONG or conditions < _ENOUGH:
+                conditions += len(pair.features)
+                taken.add(pair)
+        found += [pair for _, pair in listed if pair in taken]
+    by_group = [sum(len(p.features) for p in found if p.group == g) for g in pairs]
+    if min(by_group, default=FEWEST) < FEWEST:
+        return [_Pair(pair.features, 0) for pair in found]
     return found
 
 
@@ -280,6 +300,7 @@ class _Cost:
     ) -> None:
         self._scene = scene
         self._groups = np.array([pair.group for pair in candidates])
+        self._counts = np.array([len(pair.features) for pair in candidates])
         self._markers = [pair.features[0] // 3 for pair in candidates]
         error = np.sqrt(noise**2 + _FACE_ERROR**2) / np.maximum(np.abs(own), _FACE_ERROR)
         self._error = np.array([(error[list(p.features)] ** 2).max() for p in candidates])
@@ -299,9 +320,11 @@ class _Cost:
         cost = self._scene.rival_costs @ squares + _WORST * squares.max(initial=0.0)
         cost += self._scene.wanted_costs @ missed**2
         cost += _ERROR_COST * self._error[list(chosen)].mean()
-        own = self._groups[list(chosen)]
+        own, counts = self._groups[list(chosen)], self._counts[list(chosen)]
         for group in np.unique(self._groups):
-            cost += _MISSING_PAIR_COST * max(0, _FEWEST_PAIRS - int((own == group).sum()))
+            conditions = int(counts[own == group].sum())
+            cost += _MISSING_COST * max(0, _ENOUGH - conditions)
+            cost += _TOO_FEW_COST * max(0, FEWEST - conditions)
         cost += _SAME_MARKER_COST * (len(chosen) - len({self._markers[k] for k in chosen}))
         return round(float(cost), _DIGITS)
 
