@@ -31,12 +31,12 @@ from makehuman_face import landmarks_on, posable_face, published_expressions  # 
 from benchmarks.solve.faces import Face as Performer  # noqa: E402
 from benchmarks.solve.faces import bent  # noqa: E402
 from usdface.arrays import FloatArray  # noqa: E402
-from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.retarget.solve_take import solve_take  # noqa: E402
+from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
 RIGS = ("ict68", "ict41", "makehuman68", "makehuman41", "example", "example68")
-# Seeds of performers: identity modes of the ICT model with weights of so much, or a bend of so much.
+# Seeds of performers: identity modes of the ICT model, weighted by so much, or a bend of so much.
 BUILDING, END = (1, 2), (11, 12, 13)
 MODES, BEND = 3.0, 0.005
 MISPLACED = 0.004
@@ -340,15 +340,12 @@ def published() -> Table:
         marked = replace(body, points=body.points[places], weights=body.weights[places])
         curve = course(0.6)
         levels, inverse = np.unique(curve, return_inverse=True)
-
-        def take(name: str) -> FloatArray:
-            steps = [
-                marked.posed({u: level * w for u, w in known[name].items()}) for level in levels
-            ]
-            return np.array(steps)[inverse]
-
-        shown = [(e, name, take(name)) for e, names in PUBLISHED.items() for name in names]
-        spoken = performed(face, take("vocalize01")).emotions.max()
+        takes = {}
+        for name in ("vocalize01", *(n for names in PUBLISHED.values() for n in names)):
+            steps = [marked.posed({u: a * w for u, w in known[name].items()}) for a in levels]
+            takes[name] = np.array(steps)[inverse]
+        shown = [(e, name, takes[name]) for e, names in PUBLISHED.items() for name in names]
+        spoken = performed(face, takes["vocalize01"]).emotions.max()
         table.add_row(kind, *heard(face, shown), f"{spoken:.2f}")
     return table
 

@@ -18,6 +18,8 @@ __all__ = ["Event", "events_of", "frame_events"]
 # benchmarks/expression_takes.py.
 _RELEASE = 0.5
 _HELD = 0.6
+# Ups and downs of less than this share of the size are noise: an expression that rises, rises.
+_PLAY = 0.06
 # Frames in which the output reaches this share of the size are the peak of an event.
 _PEAK = 0.85
 
@@ -44,7 +46,10 @@ class Event:
 
 
 def events_of(output: FloatArray, onset: float) -> list[Event]:
-    """Return the events of a curve (F,): they reach the onset, and last while half of it is reached."""
+    """Return the events of a curve (F,).
+
+    They reach the onset, and last as long as the curve is above half of it.
+    """
     release = _RELEASE * onset
     labels, count = label(output > release)
     found = []
@@ -55,7 +60,7 @@ def events_of(output: FloatArray, onset: float) -> list[Event]:
         if size > onset:
             frames = slice(int(at[0]), int(at[-1]) + 1)
             held = max(_HELD * size, release + 1e-9)
-            envelope = _smooth_step((own - release) / (held - release))
+            envelope = _smooth_step((_settled(own, _PLAY * size) - release) / (held - release))
             found.append(Event(frames, size, envelope, own >= _PEAK * size))
     return found
 
@@ -67,6 +72,21 @@ def frame_events(output: FloatArray, onset: float) -> list[Event]:
         Event(slice(f, f + 1), float(output[f]), one, one > 0)
         for f in np.flatnonzero(output > onset).tolist()
     ]
+
+
+def _settled(curve: FloatArray, play: float) -> FloatArray:
+    """Return a curve (N,) without its ups and downs of less than twice `play`: hysteresis.
+
+    The mean of a forward and a backward pass, so that it does not lag.
+    """
+    passes = []
+    for course in (curve, curve[::-1]):
+        at, settled = float(course[0]), np.empty(len(course))
+        for k, value in enumerate(course.tolist()):
+            at = min(max(at, value - play), value + play)
+            settled[k] = at
+        passes.append(settled)
+    return np.asarray((passes[0] + passes[1][::-1]) / 2)
 
 
 def _smooth_step(x: FloatArray) -> FloatArray:

@@ -16,11 +16,8 @@ from usdface.options import SolveOptions
 
 __all__ = ["Evidence", "evidence_of"]
 
-# Least likeness of the weights of a region to those of the pose (cosine). Expressions that another
-# person shows at 40 % have 0.85 and more in brows and mouth, a recorded range of motion at most
-# 0.71 in one of the two (benchmarks/expression_takes.py).
-_LIKE = 0.78
-# A blend shape takes part if it has this share of the size of the expression.
+# A blend shape takes part if it has this share of the size of the expression; set by
+# benchmarks/expression_takes.py.
 _TAKES_PART = 0.6
 # Error of a marker on another person's face [m]: a shape that moves the markers by less is hardly
 # seen.
@@ -36,21 +33,27 @@ class Evidence:
     seen : (T,) float64
         How far the markers determine the weight of each blend shape, 0 to 1. Weights that are not
         determined say nothing, for or against.
+    least : float
+        Least likeness of the weights of a region to those of a pose (cosine); 0 = any weights show
+        any pose.
     regions : mapping of str to (T,) bool
         The regions that an expression has to be shown in, if it has blend shapes there. The eyes
         are not among them: markers hardly see lids.
     """
 
     seen: FloatArray
+    least: float
     regions: dict[GainRegion, BoolArray]
 
     def missing(self, weights: FloatArray, pose: FloatArray) -> tuple[GainRegion, ...]:
         """Return the regions in which weights (T,) do not show a pose (T,)."""
         found: list[GainRegion] = []
+        if self.least == 0:
+            return ()
         for region, own in self.regions.items():
             wanted, there = (self.seen * np.where(own, w, 0.0) for w in (pose, weights))
             lengths = float(np.linalg.norm(wanted) * np.linalg.norm(there))
-            if wanted.any() and not wanted @ there > _LIKE * lengths:
+            if wanted.any() and not wanted @ there > self.least * lengths:
                 found.append(region)
         return tuple(found)
 
@@ -59,6 +62,8 @@ class Evidence:
 
         One that the markers do not see is believed to be as strong as the expression.
         """
+        if self.least == 0:
+            return np.asarray(pose > 0)
         wanted = self.seen * pose
         shown = float(wanted @ (self.seen * weights)) / max(float(wanted @ wanted), 1e-12)
         size = max(size, shown)
@@ -67,7 +72,7 @@ class Evidence:
         return np.asarray((pose > 0) & (believed >= _TAKES_PART * size))
 
 
-def evidence_of(face: BoundFace, names: Sequence[str]) -> Evidence:
+def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence:
     """Return the evidence that the bound markers of a face give for the weights `names`."""
     index = {name: i for i, name in enumerate(face.shape_names)}
     known = _seen(face)
@@ -78,7 +83,7 @@ def evidence_of(face: BoundFace, names: Sequence[str]) -> Evidence:
         "brows": np.isin(names, layout.get("brows", ())),
         "mouth": np.array([n not in eyes and n not in layout.get("brows", ()) for n in names]),
     }
-    return Evidence(seen, regions)
+    return Evidence(seen, least, regions)
 
 
 def _seen(face: BoundFace) -> FloatArray:

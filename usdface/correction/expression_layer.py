@@ -12,13 +12,13 @@ from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
 from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
-from usdface.correction.rule_check import check_rules
 from usdface.correction.raised_events import (
     JudgedEvent,
     judged_events,
     raise_part,
     shown_shares,
 )
+from usdface.correction.rule_check import check_rules
 from usdface.correction.temporal_blend import blend_frames, blend_out, blended
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
@@ -220,9 +220,8 @@ def express(
         for side, inputs in features.sides.items()
     }
     gains = gains or Gains.constant(system.gain, expressions)
-    blending = _Blending(
-        system, poses, names, layout, gains, evidence_of(face, names), weights, times
-    )
+    evidence = evidence_of(face, names, system.evidence)
+    blending = _Blending(system, poses, names, layout, gains, evidence, weights, times)
     outputs = {side: evaluation.outputs for side, evaluation in evaluations.items()}
     if system.mode == "add":
         corrected, shown = blending.add(outputs)
@@ -261,21 +260,19 @@ class _Blending:
 
     def add(self, outputs: _Outputs) -> tuple[FloatArray, _Outputs]:
         """Return weights with the paper's addition, and the share of each pose by side."""
-        parts = self._parts()
-        drives = _driving(outputs)
-        strengths = [drives[side][:, row] for row, side, _, _ in parts]
-        settings = (self.system.mode, self.gains.system, self.system.response)
-        added = [
-            np.array(strengths).reshape(len(parts), len(self.weights)).T,
-            np.array([pose for *_, pose in parts]).reshape(len(parts), len(self.names)),
-            self.gains.of(
-                [(self.system.emotions[r], g) for r, _, g, _ in parts], len(self.weights)
-            ),
-        ]
-        own = self.gains.of_emotions(self.system.emotions, len(self.weights))
-        eased = self._eased(correct(np.zeros(self.weights.shape), *added, *settings))
-        shown = {side: pose_shares(given, own, *settings) for side, given in outputs.items()}
-        return correct(eased, *added, *settings), shown
+        parts, frames = self._parts(), len(self.weights)
+        drives, emotions = _driving(outputs), self.system.emotions
+        strengths = np.array([drives[side][:, row] for row, side, _, _ in parts])
+        strengths = strengths.reshape(len(parts), frames).T
+        poses = np.array([pose for *_, pose in parts]).reshape(len(parts), len(self.names))
+        regional = self.gains.of([(emotions[row], region) for row, _, region, _ in parts], frames)
+        gain = self.gains.system
+        from_rest = correct(np.zeros(self.weights.shape), strengths, poses, regional, "add", gain)
+        corrected = correct(self._eased(from_rest), strengths, poses, regional, "add", gain)
+        own = self.gains.of_emotions(emotions, frames)
+        response = self.system.response
+        shown = {s: pose_shares(given, own, "add", gain, response) for s, given in outputs.items()}
+        return corrected, shown
 
     def raise_up(self, outputs: _Outputs) -> tuple[FloatArray, _Outputs]:
         """Return weights that are raised event by event, and the share of each pose by side."""

@@ -1,6 +1,6 @@
 """Raising: weak expressions are brought up to their poses, one event at a time.
 
-In an event (`usdface.correction.events`) of size L every blend shape that takes part in the expression
+In an event (`usdface.correction.events`) every blend shape that takes part in the expression
 (`usdface.correction.evidence`) gets what its mean at the peak lacks of the pose, in each frame as
 far as the expression is shown there. So the correction rises, holds and falls with the performance,
 a whole expression gets none, and raising by the same outputs twice is doing it once.
@@ -84,7 +84,7 @@ def raise_part(
     added: FloatArray,
     reached: FloatArray,
 ) -> None:
-    """Raise `added` (F, T) to what the events add to a part of a pose, `reached` to where they lead.
+    """Raise `added` to what the events add to a part of a pose, and `reached` to where they lead.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def raise_part(
         frames, envelope = judged.event.frames, judged.event.envelope[:, None]
         mean = weights[frames][judged.event.peak][:, shapes].mean(axis=0)
         target = np.minimum(judged.level * gain[frames, None] * part[shapes], 1.0)
-        block = np.ix_(range(frames.start, frames.stop), shapes)
+        block = np.ix_(np.arange(frames.start, frames.stop), shapes)
         added[block] = np.maximum(added[block], envelope * np.maximum(target - mean, 0.0))
         reached[block] = np.maximum(reached[block], envelope * target)
 

@@ -55,8 +55,8 @@ _TOO_FEW_COST = 1000.0
 # Likeness to the pose (cosine; either half of the face counts alike) from which a movement
 # is the expression, or a part of it, and up to which it is a rival.
 _SAME, _PART, _RIVAL = 0.85, 0.8, 0.6
-# Costs of silence: at the pose, at a movement that is the expression, at the pose without a movement
-# of its own, and at all poses with one more movement at half.
+# Costs of silence: at the pose, at a movement that is the expression, at the pose without a part,
+# and at all poses with one more movement at half.
 _POSE, _LIKE, _WITHOUT, _WITH = 6.0, 3.0, 2.0, 4.0
 # Costs of firing: at another pose, at half and whole; and, all together, at other poses with one
 # more movement, at movements alone, and at several; at the worst of all.
@@ -285,11 +285,11 @@ def _likeness(moved: FloatArray, own: FloatArray, upper: BoolArray) -> FloatArra
     """
     scale = np.ones(len(own))
     for half in (upper, ~upper):
-        largest = np.abs(own[half]).max(initial=0.0)
+        largest = float(np.abs(own[half]).max(initial=0.0))
         scale[half] = np.sqrt(max(half.sum(), 1)) * max(largest, _STILL)
     a, b = moved / scale, own / scale
     lengths = np.linalg.norm(a, axis=1) * np.linalg.norm(b)
-    return np.divide(a @ b, lengths, out=np.zeros(len(a)), where=lengths > 0)
+    return np.asarray(np.divide(a @ b, lengths, out=np.zeros(len(a)), where=lengths > 0))
 
 
 class _Cost:

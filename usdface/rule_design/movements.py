@@ -1,4 +1,4 @@
-"""Movements of a face that rules are designed against: blend shapes alone, and several at a time."""
+"""Movements that rules are designed against: blend shapes alone, and several at a time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

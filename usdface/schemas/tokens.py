@@ -34,6 +34,7 @@ __all__ = [
     "EASE",
     "EMOTION_PREFIX",
     "ENABLED",
+    "EVIDENCE",
     "EXPRESSION",
     "EXPRESSIONS",
     "EYES_GAIN",
@@ -208,6 +209,7 @@ RESPONSE: Final = "usdface:response"
 FEATURE_SMOOTHING: Final = "usdface:smoothing"
 BLEND_TIME: Final = "usdface:blendTime"
 EASE: Final = "usdface:ease"
+EVIDENCE: Final = "usdface:evidence"
 BROWS_GAIN: Final = "usdface:brows:gain"
 EYES_GAIN: Final = "usdface:eyes:gain"
 MOUTH_GAIN: Final = "usdface:mouth:gain"
