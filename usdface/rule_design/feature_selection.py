@@ -8,7 +8,7 @@ mouth. A rule asks for most of each group, so one wrong condition does not silen
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -213,9 +213,6 @@ def _candidates(
                 conditions += len(pair.features)
                 taken.add(pair)
         found += [pair for _, pair in listed if pair in taken]
-    by_group = [sum(len(p.features) for p in found if p.group == g) for g in pairs]
-    if min(by_group, default=FEWEST) < FEWEST:
-        return [_Pair(pair.features, 0) for pair in found]
     return found
 
 
@@ -296,10 +293,15 @@ class _Cost:
     """The cost of a selection of candidates: silence and false firing, error, and missing pairs."""
 
     def __init__(
-        self, candidates: Sequence[_Pair], scene: _Scene, own: FloatArray, noise: FloatArray
+        self,
+        candidates: Sequence[_Pair],
+        scene: _Scene,
+        own: FloatArray,
+        noise: FloatArray,
+        joined: bool,
     ) -> None:
         self._scene = scene
-        self._groups = np.array([pair.group for pair in candidates])
+        self._groups = np.array([0 if joined else pair.group for pair in candidates])
         self._counts = np.array([len(pair.features) for pair in candidates])
         self._markers = [pair.features[0] // 3 for pair in candidates]
         error = np.sqrt(noise**2 + _FACE_ERROR**2) / np.maximum(np.abs(own), _FACE_ERROR)
@@ -338,43 +340,48 @@ class _Cost:
 
 
 def _search(
-    candidates: Sequence[_Pair],
-    scene: _Scene,
-    own: FloatArray,
-    noise: FloatArray,
-    apart: bool,
+    candidates: Sequence[_Pair], scene: _Scene, own: FloatArray, noise: FloatArray, apart: bool
 ) -> list[_Pair]:
-    """Return the candidates of the least cost: adding, replacing and dropping one at a time."""
-    cost = _Cost(candidates, scene, own, noise)
-    groups = [pair.group for pair in candidates]
-    most = _MOST_PAIRS if apart else _MOST_PAIRS + _MORE_PAIRS
+    """Return the candidates of the least cost: adding, replacing and dropping one at a time.
+
+    A half of the face with too few of them for a group of its own is joined with the other, which
+    then has no more: brows that two markers show weigh as much as the mouth.
+    """
+    sizes = {p.group: 0 for p in candidates}
+    for pair in candidates:
+        sizes[pair.group] += len(pair.features)
+    most, joined = 2 * (_MOST_PAIRS if apart else _MOST_PAIRS + _MORE_PAIRS), False
+    if len(sizes) > 1 and min(sizes.values()) < FEWEST:
+        most, joined = max(min(sizes.values()), 2), True
+    cost = _Cost(candidates, scene, own, noise, joined)
     chosen = [
-        min((k for k, g in enumerate(groups) if g == group), key=lambda k: cost([k]))
-        for group in sorted(set(groups))
+        min((k for k, p in enumerate(candidates) if p.group == group), key=lambda k: cost([k]))
+        for group in sorted(sizes)
     ]
     total = cost(chosen)
     for _ in range(_STEPS):
-        changed = [(cost(change), change) for change in _changes(chosen, groups, most)]
+        changed = [(cost(change), change) for change in _changes(chosen, candidates, most)]
         if not changed:
             break
         least, best = min(changed, key=lambda each: each[0])
         if not least < (1 - _LEAST_GAIN) * total:
             break
         total, chosen = least, best
-    return [candidates[k] for k in chosen]
+    return [replace(candidates[k], group=0) if joined else candidates[k] for k in chosen]
 
 
-def _changes(chosen: list[int], groups: Sequence[int], most: int) -> Iterator[list[int]]:
-    """Yield selections that differ by one candidate; no group is left empty."""
-    own = [groups[k] for k in chosen]
-    for k, group in enumerate(groups):
+def _changes(chosen: list[int], candidates: Sequence[_Pair], most: int) -> Iterator[list[int]]:
+    """Yield selections that differ by one candidate; no group is left empty or has too many."""
+    for k, pair in enumerate(candidates):
         if k in chosen:
             continue
-        if own.count(group) < most:
+        fellows = [c for c in chosen if candidates[c].group == pair.group]
+        conditions = sum(len(candidates[c].features) for c in fellows) + len(pair.features)
+        if conditions <= most:
             yield [*chosen, k]
-        for i, other in enumerate(chosen):
-            if groups[other] == group:
-                yield [*chosen[:i], k, *chosen[i + 1 :]]
-    for i, group in enumerate(own):
-        if own.count(group) > 1:
+        for other in fellows:
+            if conditions - len(candidates[other].features) <= most:
+                yield [k if c == other else c for c in chosen]
+    for i, pair in enumerate([candidates[c] for c in chosen]):
+        if sum(candidates[c].group == pair.group for c in chosen) > 1:
             yield [*chosen[:i], *chosen[i + 1 :]]
