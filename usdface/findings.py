@@ -135,6 +135,10 @@ CODES: dict[str, tuple[Severity, str]] = {
         "warning",
         "a pin has an unknown blend shape, a frame outside the take or a weight outside 0 to 1",
     ),
+    "REGION_MUTED": (
+        "warning",
+        "a region of the character moves less than the performer's",
+    ),
     "GAIN_UNSEEN": ("info", "a blend shape never moves in the calibration take; its gain stays 1"),
     "GAIN_UNKNOWN": (
         "info",

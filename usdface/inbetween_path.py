@@ -79,6 +79,15 @@ class InbetweenPath:
         along = self.displacements @ whole / size
         return np.interp(shares, np.maximum.accumulate(along), self.weights)
 
+    def shares_of(self, weights: FloatArray) -> FloatArray:
+        """Return how far along the whole shape the path is at some weights (F,): (F,) [1].
+
+        The weights themselves, if the whole shape moves nothing.
+        """
+        whole = self.displacements[self.weights == 1][0]
+        size = float(whole @ whole)
+        return np.asarray(self.at(weights) @ whole / size) if size > 0 else weights
+
     @property
     def slopes(self) -> FloatArray:
         """Slope of each stretch: (K - 1, N) [m]."""

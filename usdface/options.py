@@ -5,6 +5,7 @@ Settings that belong to a shot are authored on its prims (see ``usdface/schemas`
 dataclasses here are the values that `usdface shot` writes, and those of missing attributes.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from math import isfinite
 from typing import Any, Literal, get_args
@@ -17,6 +18,8 @@ __all__ = [
     "BLEND_TIME",
     "CONTACT_TOLERANCE",
     "EVIDENCE",
+    "EXAGGERATION_PARTS",
+    "EXAGGERATION_RANGE",
     "EXTREME_REACHED",
     "FEATURE_SMOOTHING",
     "LARGEST_OFFSET",
@@ -47,6 +50,7 @@ __all__ = [
     "SolveOptions",
     "SolvePrior",
     "TakeOptions",
+    "check_exaggeration",
     "solve_settings",
 ]
 
@@ -102,6 +106,9 @@ MARKER_NOISE = 3e-4
 
 # Within this time [s] of a pin a weight bends towards it.
 PIN_REACH = 0.2
+# Parts of the performance with an exaggeration: the whole face, and its regions.
+EXAGGERATION_PARTS = ("face", "brows", "eyes", "mouth")
+EXAGGERATION_RANGE = (0.0, 4.0)
 
 
 def _check_choice(name: str, value: object, choices: Any, code: str = "SETTING_WRONG") -> None:
@@ -113,6 +120,20 @@ def _check_number(name: str, value: float, above_zero: bool = False) -> None:
     if not (isfinite(value) and value >= 0) or (above_zero and value == 0):
         wanted = "a number above 0" if above_zero else "a number, 0 or more"
         raise InputError(f"{name!r} is {value}; expected {wanted}", "SETTING_WRONG")
+
+
+def check_exaggeration(part: str, factor: float) -> None:
+    """Raise InputError if there is no such part, or the factor is out of range."""
+    low, high = EXAGGERATION_RANGE
+    if part not in EXAGGERATION_PARTS:
+        raise InputError(
+            f"exaggeration of {part!r}; expected {', '.join(EXAGGERATION_PARTS)}", "SETTING_WRONG"
+        )
+    if not low <= factor <= high:
+        raise InputError(
+            f"the exaggeration of {part!r} is {factor:g}; expected {low:g} to {high:g}",
+            "SETTING_WRONG",
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -545,6 +566,8 @@ class ProcessOptions:
         Clean the markers as the shot says; False solves them as recorded.
     solve : {"take", "frame"} or None
         In place of the shot's `SolveOptions.mode`.
+    exaggeration : mapping of "face", "brows", "eyes", "mouth" to float
+        Factors on the solved weights, in place of the shot's; those not named stay.
     trace : bool
         Keep the memberships of all terms in `ShotResult.trace`, for an explanation.
 
@@ -558,8 +581,11 @@ class ProcessOptions:
     head: bool = True
     clean: bool = True
     solve: SolveMode | None = None
+    exaggeration: Mapping[str, float] = field(default_factory=dict)
     trace: bool = False
 
     def __post_init__(self) -> None:
         if self.solve is not None:
             _check_choice("solve", self.solve, SolveMode)
+        for part, factor in self.exaggeration.items():
+            check_exaggeration(part, factor)

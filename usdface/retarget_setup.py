@@ -16,6 +16,7 @@ from usdface.options import (
     HeadMode,
     MapOptions,
     SolveOptions,
+    check_exaggeration,
 )
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake
@@ -238,6 +239,9 @@ class RetargetSetup:
         Weights that are fixed in some frames, one for a blend shape.
     calibration : Calibration or None
         Of the performer; None = movements are as large as the character's.
+    exaggeration : mapping of "face", "brows", "eyes", "mouth" to float
+        Factors on the solved weights (`usdface.retarget.exaggeration`), 0 to 4; those not named
+        are 1.
 
     Examples
     --------
@@ -262,6 +266,7 @@ class RetargetSetup:
     clean: CleanOptions = field(default_factory=CleanOptions)
     pins: tuple[Pin, ...] = ()
     calibration: Calibration | None = None
+    exaggeration: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
@@ -272,6 +277,10 @@ class RetargetSetup:
                 raise InputError(
                     f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
                 )
+        parts = MappingProxyType(dict(self.exaggeration))
+        object.__setattr__(self, "exaggeration", parts)
+        for part, factor in parts.items():
+            check_exaggeration(part, factor)
         if weights and self.neutral is None:
             raise InputError(
                 'the neutral "rig" has no weights; name neutral frames', "SETTING_WRONG"

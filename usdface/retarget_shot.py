@@ -16,10 +16,10 @@ from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
+from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.pins import faded_at_pins, with_pins
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
 from usdface.takes import MarkerTake, WeightsTake, visible
@@ -69,7 +69,7 @@ def retarget(
     'sadness'
     """
     progress = Progress.of(on_progress)
-    shot = replace(shot, setup=_with_overrides(shot.setup, options))
+    shot = _with_overrides(shot, options)
     with progress.step("clean"):
         take, cleaned, findings = clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
@@ -77,6 +77,14 @@ def retarget(
     with progress.step("solve"):
         weights, solution, new_findings = solve(
             take, face, shot.setup, cleaned=cleaned, progress=progress
+        )
+        weights = exaggerated(
+            weights,
+            shot.factors,
+            shot.mesh,
+            shot.layout,
+            pins=shot.setup.pins,
+            limits=shot.setup.solve.limits,
         )
         regions, failed = _region_residuals(face, solution)
         findings += new_findings + failed
@@ -103,13 +111,14 @@ def retarget(
     return replace(result, corrected=corrected, trace=expressed.trace, findings=tuple(findings))
 
 
-def _with_overrides(setup: RetargetSetup, options: ProcessOptions) -> RetargetSetup:
-    """Return the setup with the options of this run."""
+def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
+    """Return the shot with the options of this run."""
+    setup, exaggeration = shot.setup, shot.factors.with_constant(options.exaggeration)
     if not options.clean:
         setup = replace(setup, clean=CleanOptions(swaps=False, spikes=False, gaps=False))
     if options.solve is not None:
         setup = replace(setup, solve=replace(setup.solve, mode=options.solve))
-    return setup
+    return replace(shot, setup=setup, exaggeration=exaggeration)
 
 
 def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:

@@ -19,6 +19,7 @@ from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.layout import FaceLayout
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.exaggeration import Exaggeration
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh, Rig
@@ -45,6 +46,8 @@ class Shot:
         Sides, regions, antagonists and contacts of the face.
     gains : Gains or None
         Strength of the correction over the take; None: that of the system and the expressions.
+    exaggeration : Exaggeration or None
+        Factors on the solved weights over the take; None: those of the setup.
     base : WeightsTake or None
         Weights of the character's own animation at the times of the take. Blend shapes that the
         retarget does not solve keep them.
@@ -71,6 +74,7 @@ class Shot:
     layout: FaceLayout = field(default_factory=FaceLayout)
     gains: Gains | None = None
     base: WeightsTake | None = None
+    exaggeration: Exaggeration | None = None
 
     def __post_init__(self) -> None:
         if self.base is not None and len(self.base.times) != len(self.take.times):
@@ -84,6 +88,11 @@ class Shot:
     def mesh(self) -> Mesh:
         """The bound mesh."""
         return self.rig.mesh(self.setup.binding.mesh)
+
+    @property
+    def factors(self) -> Exaggeration:
+        """The exaggeration over the take, or the constant one of the setup."""
+        return self.exaggeration or Exaggeration.constant(self.setup.exaggeration)
 
     @property
     def face(self) -> BoundFace:
@@ -115,7 +124,8 @@ class ShotResult:
     shot : Shot
         As solved, with cleaned markers.
     solved : WeightsTake
-        (F, T) weights before the correction, in [0, 1]; blend shapes in the order of `Shot.base`.
+        (F, T) weights before the correction, exaggerated, in [0, 1]; blend shapes in the order of
+        `Shot.base`.
     corrected : (F, T) float64 or None
         Weights after it; None without an expression layer.
     solution : Solution or None

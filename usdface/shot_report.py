@@ -1,6 +1,7 @@
 """The report of a retargeted shot: residuals, deviations, emotions, where markers would help."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,22 @@ from usdface.advice import advice
 from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.findings import Finding
+from usdface.face.regions import gain_region
+from usdface.findings import Finding, finding
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
+from usdface.retarget.travel import Travel, region_travel
 from usdface.shot import ShotResult
+from usdface.takes import MarkerTake
 
 __all__ = ["ShotReport", "report_of"]
+
+_NOT_DETERMINED = "not determined"
+# A region with a smaller travel ratio is reported, with a factor on its weights between these: more
+# would enlarge something else. Set by hand: they only advise.
+_MUTED = 0.7
+_REMEDIES = (1.1, 2.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +37,10 @@ class ShotReport:
     summary : mapping of str to value
         A few numbers, see `usdface.Result`.
     details : mapping of str to value
-        ``residual`` and ``confidence``; empty of a weights take.
+        ``residual``, ``confidence`` and ``travel``; empty of a weights take.
     findings : tuple of Finding
-        Blend shapes that the markers hardly see; ADVICE_FAILED for a part that is left out.
+        Blend shapes that the markers hardly see, regions that are muted; ADVICE_FAILED for a part
+        that is left out.
     """
 
     summary: dict[str, Any]
@@ -43,8 +54,9 @@ def report_of(result: ShotResult) -> ShotReport:
     Keys of the summary: ``frames``, ``rate_hz``, ``blend_shapes``; of a marker take
     ``markers_used``, ``space_map``, ``left_out_marker_mm`` (error of predicting a marker from the
     others), ``marker_noise_mm``, ``misfit_mm``, ``residual_mean_mm``, ``residual_p95_mm``,
-    ``residual_max_mm``, ``worst_frame``, and those of `usdface.retarget.solve_report`; of a
-    corrected one ``emotion_peaks`` and ``correction_max``.
+    ``residual_max_mm``, ``worst_frame``, ``travel_ratio_by_region`` (of the skin by that of the
+    performer's markers, `usdface.retarget.travel`; before the correction), and those of
+    `usdface.retarget.solve_report`; of a corrected one ``emotion_peaks`` and ``correction_max``.
     """
     shot, solution = result.shot, result.solution
     summary: dict[str, Any] = {
@@ -58,8 +70,10 @@ def report_of(result: ShotResult) -> ShotReport:
         face = shot.face
         free, failed = _free_places(face, solution)
         report = solve_report(face, shot.setup, solution, free=free.vertices, room=free.room)
-        details, findings = report.details, (*report.findings, *failed)
-        summary |= _solution_summary(solution) | report.summary
+        travel = _travel_report(result, solution, face)
+        details = report.details | travel.details
+        findings = (*report.findings, *failed, *travel.findings)
+        summary |= _solution_summary(solution) | report.summary | travel.summary
     if result.corrected is not None:
         change = np.abs(result.corrected - result.solved.weights)
         summary["emotion_peaks"] = {
@@ -91,6 +105,65 @@ def _map_summary(choice: MapChoice) -> dict[str, Any]:
         "left_out_marker_mm": round(1000.0 * choice.error, 3),
         "left_out_marker_similarity_mm": round(1000.0 * choice.similarity_error, 3),
     }
+
+
+def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> ShotReport:
+    take, weights = result.shot.take, result.solved.reordered(face.shape_names).weights
+    assert isinstance(take, MarkerTake)
+
+    def measured() -> tuple[dict[str, Travel], dict[str, Travel]]:
+        measure = partial(region_travel, face, take, solution, weights)
+        return measure(), measure(gain_region)
+
+    nothing: tuple[dict[str, Travel], dict[str, Travel]] = ({}, {})
+    (travels, merged), failed = advice("travel", measured, nothing)
+    if not travels:
+        return ShotReport({}, {}, tuple(failed))
+    ratios = {
+        region: _NOT_DETERMINED if np.isnan(travel.ratio) else round(travel.ratio, 2)
+        for region, travel in travels.items()
+    }
+    details = {region: _travel_details(travel) for region, travel in travels.items()}
+    exaggeration = result.shot.factors
+    muted = [
+        finding("REGION_MUTED", region, _muted(region, travel, exaggeration.mean_of(region)))
+        for region, travel in merged.items()
+        if travel.ratio < _MUTED
+    ]
+    return ShotReport({"travel_ratio_by_region": ratios}, {"travel": details}, (*failed, *muted))
+
+
+def _travel_details(travel: Travel) -> dict[str, Any]:
+    details: dict[str, Any] = {
+        "markers": travel.markers,
+        "peak_mm": round(1000.0 * travel.peak, 3),
+    }
+    ratios = {
+        "ratio": travel.ratio,
+        "map_ratio": travel.map_ratio,
+        "correlation": travel.correlation,
+        "best_factor": travel.best_factor,
+    }
+    return details | {
+        name: None if np.isnan(value) else round(value, 3) for name, value in ratios.items()
+    }
+
+
+def _muted(region: str, travel: Travel, present: float) -> str:
+    """Return the finding on a region that moves too little, and the remedy.
+
+    `present` is the factor of its exaggeration now.
+    """
+    message = f"the skin travels {travel.ratio:.2f} of the performer's markers"
+    low, high = _REMEDIES
+    factor = present * travel.best_factor
+    if low <= travel.best_factor <= high:
+        return f"{message}; --exaggeration {region}={factor:.1f} comes nearest to them"
+    why = f"only a factor of {factor:.1f} would do" if factor > high else "and hardly follows them"
+    return (
+        f"{message}, {why}: check the places of the markers, and whether the character has blend "
+        "shapes for this motion"
+    )
 
 
 def _free_places(face: BoundFace, solution: Solution) -> tuple[FreePlaces, list[Finding]]:

@@ -7,7 +7,8 @@ from typing import Any
 from usdface import pipeline
 from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
-from usdface.options import ProcessOptions
+from usdface.errors import InputError
+from usdface.options import EXAGGERATION_PARTS, ProcessOptions
 
 __all__ = ["add_calibrate", "add_process"]
 
@@ -41,6 +42,12 @@ def add_process(commands: Any, summary: str) -> None:
         choices=("take", "frame"),
         help="all frames together or each alone (default: as the shot says)",
     )
+    command.add_argument(
+        "--exaggeration",
+        default="",
+        metavar="FACTORS",
+        help="play the solve larger or smaller, 1 = as solved: 1.2, or brows=1.5,eyes=1.3",
+    )
     add_asset_root(command)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
@@ -52,7 +59,8 @@ def add_process(commands: Any, summary: str) -> None:
 
 
 def _process(parsed: argparse.Namespace) -> int:
-    options = ProcessOptions(**settings(parsed, ProcessOptions))
+    given = settings(parsed, ProcessOptions)
+    options = ProcessOptions(**given | {"exaggeration": _factors(parsed.exaggeration)})
     with progress(parsed.format == "text") as step:
         result = pipeline.process(
             parsed.shot,
@@ -65,6 +73,21 @@ def _process(parsed: argparse.Namespace) -> int:
             on_progress=step,
         )
     return report(parsed, result)
+
+
+def _factors(text: str) -> dict[str, float]:
+    """Return the factors of a list such as 1.2,brows=1.5; without a region, that of the face."""
+    factors = {}
+    for word in text.split(",") if text else ():
+        part, _, number = word.rpartition("=")
+        try:
+            factors[part or EXAGGERATION_PARTS[0]] = float(number)
+        except ValueError as error:
+            raise InputError(
+                f"--exaggeration {word}: expected a number, or a region and a number: brows=1.5",
+                "SETTING_WRONG",
+            ) from error
+    return factors
 
 
 def add_calibrate(commands: Any, summary: str) -> None:

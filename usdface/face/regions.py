@@ -16,7 +16,15 @@ from usdface.face.expression_poses import units_of
 from usdface.face.lip_lid_contacts import LipLidContacts
 from usdface.rigs import BlendShape, Mesh
 
-__all__ = ["GAIN_REGIONS", "REGIONS", "GainRegion", "Region", "regions_of", "shape_regions"]
+__all__ = [
+    "GAIN_REGIONS",
+    "REGIONS",
+    "GainRegion",
+    "Region",
+    "gain_region",
+    "regions_of",
+    "shape_regions",
+]
 
 Region = Literal["brows", "eyes", "nose", "mouth", "jaw", "cheeks"]
 GainRegion = Literal["brows", "eyes", "mouth"]
@@ -76,6 +84,11 @@ def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tupl
             height = float(np.average(mesh.points[shape.indices, 1], weights=energy))
             found[_at_height((height - eyes) / max(eyes - mouth, 1e-12))].append(shape.name)
     return {region: tuple(names) for region, names in found.items()}
+
+
+def gain_region(region: str) -> GainRegion:
+    """Return the region of the gains that the blend shapes of a region mostly follow."""
+    return "brows" if region == "brows" else "eyes" if region == "eyes" else "mouth"
 
 
 def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:

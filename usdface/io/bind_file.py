@@ -7,7 +7,7 @@
      "head": "solve", "nose_tip": "NoseHead",
      "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30}, "peaks": [51, 204],
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
-     "clean": {"gaps": false}}
+     "clean": {"gaps": false}, "exaggeration": {"face": 1.2, "brows": 1.5}}
 
 Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do. `head`
 is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
@@ -16,7 +16,8 @@ take, or "rig" where the take's neutral is the rig's own neutral mesh, in the sa
 are frame indices of strong expressions, by which places are proposed; `map` and `solve` override
 `usdface.options`. A map whose kernel, radius or smoothing is named is not chosen, unless its
 `choice` says "auto"; a solve whose agility is named does not learn how weights move, unless its
-`prior` says "learned".
+`prior` says "learned". `exaggeration` has factors on the solved weights, of the face and of its
+regions "brows", "eyes" and "mouth", or is one number for the face.
 """
 
 import json
@@ -29,7 +30,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.options import CleanOptions, HeadMode, MapOptions, SolveOptions
+from usdface.options import EXAGGERATION_PARTS, CleanOptions, HeadMode, MapOptions, SolveOptions
 from usdface.retarget_setup import Binding, RetargetSetup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
@@ -49,6 +50,7 @@ _KEYS = frozenset(
         "map",
         "solve",
         "clean",
+        "exaggeration",
     )
 )
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
@@ -117,6 +119,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         map=_map_options(document.get("map", {}), f'{where}: "map"'),
         solve=_solve_options(document.get("solve", {}), f'{where}: "solve"'),
         clean=_clean_options(document.get("clean", {}), f'{where}: "clean"'),
+        exaggeration=_exaggeration(document.get("exaggeration", {}), where),
     )
 
 
@@ -201,6 +204,18 @@ def _neutral_weights(value: object, where: str) -> dict[str, float]:
     return {name: float(weight) for name, weight in weights.items()}
 
 
+def _exaggeration(value: object, where: str) -> dict[str, float]:
+    parts: dict[str, Any] = value if isinstance(value, dict) else {EXAGGERATION_PARTS[0]: value}
+    for factor in parts.values():
+        if not isinstance(factor, (int, float)) or isinstance(factor, bool):
+            raise InputError(
+                f'{where}: "exaggeration" is {value!r}; expected a number, or an object with '
+                f"numbers for {', '.join(EXAGGERATION_PARTS)}",
+                "SCHEMA_BROKEN",
+            )
+    return {part: float(factor) for part, factor in parts.items()}
+
+
 def _peaks(value: object, where: str) -> tuple[int, ...]:
     good = isinstance(value, list) and all(
         isinstance(frame, int) and not isinstance(frame, bool) and 0 <= frame < 2**31
@@ -283,4 +298,6 @@ def bind_json(setup: RetargetSetup) -> str:
         "solve": asdict(setup.solve),
         "clean": asdict(setup.clean),
     }
+    if setup.exaggeration:
+        document["exaggeration"] = dict(setup.exaggeration)
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"

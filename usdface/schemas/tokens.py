@@ -15,6 +15,7 @@ __all__ = [
     "BIND_MESH",
     "BIND_POINTS",
     "BLEND_TIME",
+    "BROWS_EXAGGERATION",
     "BROWS_GAIN",
     "BROWS_SHAPES",
     "CALIBRATION_GAINS",
@@ -35,8 +36,10 @@ __all__ = [
     "EMOTION_PREFIX",
     "ENABLED",
     "EVIDENCE",
+    "EXAGGERATION",
     "EXPRESSION",
     "EXPRESSIONS",
+    "EYES_EXAGGERATION",
     "EYES_GAIN",
     "EYES_SHAPES",
     "FACE_UNIT",
@@ -66,6 +69,7 @@ __all__ = [
     "MARKERS_VISIBLE",
     "MARKER_TAKE",
     "MODE",
+    "MOUTH_EXAGGERATION",
     "MOUTH_GAIN",
     "MOUTH_SHAPES",
     "NEUTRAL_MODE",
@@ -172,6 +176,10 @@ SOLVE_PREFIX: Final = "usdface:solve:"  # then a name of usdface.options.solve_s
 CALIBRATION_SHAPES: Final = "usdface:calibration:shapes"
 CALIBRATION_GAINS: Final = "usdface:calibration:gains"
 CALIBRATION_OFFSETS: Final = "usdface:calibration:offsets"
+EXAGGERATION: Final = "usdface:exaggeration"
+BROWS_EXAGGERATION: Final = "usdface:brows:exaggeration"
+EYES_EXAGGERATION: Final = "usdface:eyes:exaggeration"
+MOUTH_EXAGGERATION: Final = "usdface:mouth:exaggeration"
 CLEAN_SWAPS: Final = "usdface:clean:swaps"
 CLEAN_SPIKES: Final = "usdface:clean:spikes"
 CLEAN_GAPS: Final = "usdface:clean:gaps"

@@ -1,4 +1,4 @@
-"""The layout of a face, and the gains over a take, as USD attributes (`docs/architecture.md`)."""
+"""The layout of a face, gains and exaggeration over a take, as USD attributes."""
 
 from collections.abc import Sequence
 
@@ -12,9 +12,10 @@ from usdface.face.layout import FaceLayout
 from usdface.face.regions import GainRegion
 from usdface.io.usd.attributes import author, value_of
 from usdface.options import CONTACT_TOLERANCE
+from usdface.retarget.exaggeration import Exaggeration
 from usdface.schemas import tokens
 
-__all__ = ["read_gains", "read_layout", "write_layout"]
+__all__ = ["EXAGGERATION", "read_exaggeration", "read_gains", "read_layout", "write_layout"]
 
 _NAMES = Sdf.ValueTypeNames
 _REGION_SHAPES: dict[GainRegion, str] = {
@@ -26,6 +27,12 @@ _REGION_GAINS: dict[GainRegion, str] = {
     "brows": tokens.BROWS_GAIN,
     "eyes": tokens.EYES_GAIN,
     "mouth": tokens.MOUTH_GAIN,
+}
+EXAGGERATION: dict[str, str] = {
+    "face": tokens.EXAGGERATION,
+    "brows": tokens.BROWS_EXAGGERATION,
+    "eyes": tokens.EYES_EXAGGERATION,
+    "mouth": tokens.MOUTH_EXAGGERATION,
 }
 
 
@@ -86,6 +93,21 @@ def read_gains(
         regions = {r: _curve(system, token, codes) for r, token in _REGION_GAINS.items()}
     emotions = {prim.GetName(): _curve(prim, tokens.GAIN, codes) for prim in expressions}
     return Gains(overall, emotions, regions)
+
+
+def read_exaggeration(prim: Usd.Prim, codes: FloatArray) -> Exaggeration:
+    """Read the exaggeration at the time codes of a take from its `UsdFaceRetarget` prim.
+
+    Raises
+    ------
+    InputError
+        If a factor is not a number, or out of its range; the message names the prim.
+    """
+    curves = {part: _curve(prim, token, codes) for part, token in EXAGGERATION.items()}
+    try:
+        return Exaggeration(curves)
+    except InputError as error:
+        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
 
 
 def _curve(prim: Usd.Prim, name: str, codes: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
+from usdface.io.usd.face_layout import EXAGGERATION
 from usdface.options import CleanOptions, MapOptions, SolveOptions, solve_settings
 from usdface.retarget_setup import Binding, Calibration, Expression, RetargetSetup
 from usdface.schemas import tokens
@@ -72,6 +73,8 @@ def write_setup(
         author(prim, name, kind, getattr(setup.solve, field))
     for name, (field, kind) in _CLEAN.items():
         author(prim, name, kind, getattr(setup.clean, field))
+    for part, factor in setup.exaggeration.items():
+        prim.CreateAttribute(EXAGGERATION[part], _NAMES.Float, False).Set(factor)
     if setup.calibration is not None:
         _author_calibration(prim, setup.calibration)
 

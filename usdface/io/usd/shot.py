@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.face_layout import read_gains, read_layout
+from usdface.io.usd.face_layout import read_exaggeration, read_gains, read_layout
 from usdface.io.usd.fuzzy import read_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import ignored_attributes
@@ -126,7 +126,8 @@ def _read(
     scopes = dict.fromkeys(each.GetParent() for each in posed)
     findings += ignored_attributes([*usdface_prims, *scopes])
     base = _base_weights(stage, prims, take, codes)
-    shot = Shot(rig, take, setup, system, expressions, layout, gains, base)
+    exaggeration = read_exaggeration(prim, codes)
+    shot = Shot(rig, take, setup, system, expressions, layout, gains, base, exaggeration)
     return StagedShot(shot, prims, codes, metrics), findings
 
 

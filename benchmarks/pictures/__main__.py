@@ -1,0 +1,54 @@
+"""Contact sheets of real takes on heads: `python -m benchmarks.pictures OUT --help`."""
+
+import argparse
+import tempfile
+import time
+from pathlib import Path
+
+from benchmarks.pictures.peaks import peak_frames
+from benchmarks.pictures.rendering import pictures
+from benchmarks.pictures.sheet import draw_sheets
+from benchmarks.pictures.shots import HEADS, TAKES, played
+
+__all__ = ["main"]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.pictures",
+        description="Real takes at their peaks: markers, raw solve, corrected face.",
+    )
+    parser.add_argument("output", type=Path, metavar="OUT", help="folder for the sheets")
+    parser.add_argument("--takes", nargs="+", choices=TAKES, default=list(TAKES))
+    parser.add_argument("--heads", nargs="+", choices=HEADS, default=list(HEADS))
+    parser.add_argument(
+        "--blender", type=Path, metavar="PYTHON", help="a Python with bpy renders the faces"
+    )
+    parser.add_argument(
+        "--frames",
+        type=int,
+        nargs="+",
+        metavar="N",
+        help="frame indices in place of the peaks that are found",
+    )
+    parsed = parser.parse_args()
+    parsed.output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        for take, head, result in played(parsed.takes, parsed.heads, Path(folder)):
+            begin = time.perf_counter()
+            frames = {n: "asked for" for n in parsed.frames or ()} or peak_frames(result)
+            rows, shot = list(frames), result.shot
+            raw, corrected = (
+                pictures(shot.rig, weights.names, weights.weights[rows], parsed.blender)
+                for weights in (result.solved, result.weights)
+            )
+            path = parsed.output / f"{take}_{head}"
+            written = draw_sheets(f"{take} on {head}", result, frames, raw, corrected, path)
+            seconds = time.perf_counter() - begin
+            print(f"{take} on {head}: {len(frames)} frames, {seconds:.0f} s")
+            for sheet in written:
+                print(f"wrote {sheet}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""Real takes on heads, retargeted through files as a user does it."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import usdface
+from usdface.shot import ShotResult
+
+__all__ = ["HEADS", "TAKES", "played"]
+
+ROOT = Path(__file__).resolve().parents[2]
+DATA = ROOT.parent / "shared" / "data"
+EXAMPLES = ROOT / "examples"
+sys.path.insert(0, str(ROOT / "tests"))
+from ict_face import write_meshes  # noqa: E402
+
+HEADS = ("ict", "makehuman", "example")
+# Marker takes need a bind file for each head, weights none; the example's take is bound to its own.
+TAKES = {
+    "jaw": DATA / "animface" / "Jaw.c3d",
+    "eyebrows": DATA / "animface" / "Eyebrows.c3d",
+    "live": DATA / "livelinkface" / "alex_rom_3.csv",
+    "example": EXAMPLES / "performance.trc",
+}
+
+
+def played(
+    takes: Sequence[str], heads: Sequence[str], folder: Path
+) -> Iterator[tuple[str, str, ShotResult]]:
+    """Yield the name of each take, of the head, and the result; files go to `folder`."""
+    for head in heads:
+        rig = None
+        for take in takes:
+            known, bind = _bind_file(take, head)
+            if not known:
+                print(f"{take} on {head}, left out: no bind file")
+                continue
+            rig = rig or _rig(head, folder)
+            place = folder / f"{take}_{head}"
+            recorded, shot = place.with_suffix(".usdc"), place.with_suffix(".usda")
+            usdface.make_take(TAKES[take], recorded)
+            try:
+                usdface.make_shot(rig, recorded, shot, bind=bind)
+            except usdface.InputError as error:
+                print(f"{take} on {head}, left out: {error}")
+                continue
+            yield take, head, usdface.process(shot).value
+
+
+def _bind_file(take: str, head: str) -> tuple[bool, Path | None]:
+    """Return whether a take can be shown on a head, and the bind file it needs."""
+    if take == "live":
+        return True, None
+    if take == "example":
+        return head == "example", EXAMPLES / "bind.json"
+    path = ROOT / "tests" / "data" / f"animface_{head}_bind.json"
+    return path.is_file(), path
+
+
+def _rig(head: str, folder: Path) -> Path:
+    rig = folder / f"{head}.usdc"
+    if head == "ict":
+        meshes = folder / "ict"
+        write_meshes(DATA, meshes)
+        source = meshes
+    else:
+        source = DATA / "makehuman_cc0" if head == "makehuman" else EXAMPLES / "head.usdc"
+    usdface.make_rig(source, rig)
+    return rig

@@ -1,0 +1,158 @@
+"""The travel ratio of worlds whose motion is known."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from worlds import World, camera_pixels, make_world
+
+import usdface
+from usdface import ProcessOptions, Shot
+from usdface.cli import main
+from usdface.face.regions import gain_region
+from usdface.io.bind_file import setup_of_json
+from usdface.retarget.travel import Travel, region_travel
+from usdface.shot_report import report_of
+from usdface.takes import MarkerTake
+
+
+def shot_of(world: World) -> Shot:
+    return usdface.assemble_shot(
+        world.rig, world.take, setup=setup_of_json(world.bind, "bind.json")
+    )[0]
+
+
+def travels(
+    shot: Shot, factor: float = 1.0, region_of: Callable[[str], str] = str
+) -> dict[str, Travel]:
+    result = usdface.retarget(shot, options=ProcessOptions(express=False, clean=False))
+    assert result.solution is not None and isinstance(result.shot.take, MarkerTake)
+    weights = factor * result.solution.weights.weights
+    return region_travel(shot.face, result.shot.take, result.solution, weights, region_of)
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+@pytest.fixture(scope="module")
+def shot(world: World) -> Shot:
+    return shot_of(world)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.6, 1.3])
+def test_an_exact_face_travels_as_far_as_its_weights_are_scaled(shot: Shot, factor: float) -> None:
+    found = travels(shot, factor)
+    assert {"brows", "eyes", "mouth"} <= set(found)
+    for travel in found.values():
+        assert travel.ratio == pytest.approx(factor, abs=0.005)
+        assert travel.map_ratio == pytest.approx(1.0, abs=0.005)
+        assert travel.correlation == pytest.approx(1.0, abs=0.005)
+        assert travel.best_factor == pytest.approx(1.0 / factor, rel=0.01)
+        assert travel.peak > 0.0015
+
+
+def test_the_size_and_the_stance_of_the_performer_do_not_count(world: World, shot: Shot) -> None:
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    larger = 1.25 * world.take.positions @ turn + [0.3, 1.2, -0.4]
+    other = replace(shot, take=replace(world.take, positions=larger))
+    for region, travel in travels(other).items():
+        assert travel.ratio == pytest.approx(1.0, abs=0.005), region
+
+
+def test_noise_does_not_look_like_a_muted_performance(world: World) -> None:
+    """The weights are the true ones, so that only the measure sees the noise."""
+    rng = np.random.default_rng(3)
+    repeats = 12
+    still = np.tile(make_world(head_moves=False).take.positions, (repeats, 1, 1))
+    take = MarkerTake(
+        world.take.names,
+        np.arange(len(still)) / 30.0,
+        still + 0.0006 * rng.normal(size=still.shape),
+        30.0,
+    )
+    noisy = shot_of(replace(world, take=take))
+    noisy = replace(noisy, setup=replace(noisy.setup, head="stabilised"))
+    result = usdface.retarget(noisy, options=ProcessOptions(express=False, clean=False))
+    assert result.solution is not None
+    assert result.solution.noise == pytest.approx(0.0006, rel=0.2)
+    true = np.tile(world.weights, (repeats, 1))
+    for region, travel in region_travel(noisy.face, take, result.solution, true).items():
+        assert travel.ratio == pytest.approx(1.0, abs=0.04), region
+
+
+def test_a_region_at_rest_is_not_determined(world: World) -> None:
+    brows = np.array([name.startswith("brow") for name in world.rig.shape_names])
+    mesh, at = world.rig.meshes[0], np.array(list(world.points.values()))
+    rng = np.random.default_rng(4)
+    moved = np.einsum("fs,smd->fmd", world.weights * brows, mesh.offsets_at(at))
+    positions = mesh.points[at] + moved + 1e-4 * rng.normal(size=moved.shape)
+    found = travels(shot_of(replace(world, take=replace(world.take, positions=positions))))
+    assert found["brows"].ratio == pytest.approx(1.0, abs=0.1)
+    assert np.isnan([found["mouth"].ratio, found["mouth"].correlation]).all()
+    assert found["mouth"].peak < 0.001
+
+
+def test_frames_in_which_a_marker_is_hidden_do_not_count(world: World, shot: Shot) -> None:
+    positions = world.take.positions.copy()
+    corner = world.take.names.index("corner_l")
+    positions[8:30, corner] = np.nan
+    hidden = replace(shot, take=replace(world.take, positions=positions))
+    for travel in travels(hidden).values():
+        assert travel.ratio == pytest.approx(1.0, abs=0.03)
+
+
+def test_skin_that_no_blend_shape_moves_does_not_count(world: World, shot: Shot) -> None:
+    """The forehead of a character need not move; the brows below it are not muted for that."""
+    mesh = world.rig.meshes[0]
+    vertex = world.points["forehead"]
+    stiff = tuple(
+        replace(s, indices=s.indices[keep], offsets=s.offsets[keep])
+        for s in mesh.shapes
+        for keep in [s.indices != vertex]
+    )
+    rig = replace(world.rig, meshes=(replace(mesh, shapes=stiff),))
+    before, after = travels(shot), travels(shot_of(replace(world, rig=rig)))
+    assert sum(t.markers for t in after.values()) == sum(t.markers for t in before.values()) - 1
+
+
+def test_an_image_has_two_axes(world: World, shot: Shot) -> None:
+    flat = shot_of(replace(world, take=camera_pixels(make_world(head_moves=False).take)))
+    for region, travel in travels(flat).items():
+        assert travel.ratio == pytest.approx(1.0, abs=0.05), region
+
+
+def test_regions_merge_into_those_of_the_gains(shot: Shot) -> None:
+    single, merged = travels(shot), travels(shot, region_of=gain_region)
+    assert set(merged) <= {"brows", "eyes", "mouth"}
+    assert sum(t.markers for t in merged.values()) == sum(t.markers for t in single.values())
+
+
+def test_a_muted_region_is_reported_with_the_factor_that_makes_up_for_it(tmp_path: Path) -> None:
+    folder = make_world().write(tmp_path, exaggeration={"brows": 0.6})
+    files = (folder / "rig.usda", folder / "take.usda", folder / "shot.usda")
+    usdface.make_shot(*files, bind=folder / "bind.json")
+    result = usdface.process(folder / "shot.usda")
+    assert result.summary["travel_ratio_by_region"]["brows"] == pytest.approx(0.6, abs=0.01)
+    assert result.details["travel"]["brows"]["ratio"] == pytest.approx(0.6, abs=0.01)
+    muted = [found for found in result.findings if found.code == "REGION_MUTED"]
+    assert [found.where for found in muted] == ["brows"]
+    assert "--exaggeration brows=1.0 " in muted[0].message
+    report = tmp_path / "report.json"
+    command = ["process", str(folder / "shot.usda"), "--exaggeration", "brows=1.0"]
+    assert main([*command, "--report", str(report)]) == 0
+    written = json.loads(report.read_text())
+    assert written["travel"]["brows"]["ratio"] == pytest.approx(1.0, abs=0.01)
+    assert "REGION_MUTED" not in {found["code"] for found in written["findings"]}
+
+
+def test_a_face_that_does_not_follow_is_not_to_be_exaggerated(shot: Shot) -> None:
+    result = usdface.retarget(shot, options=ProcessOptions(express=False))
+    shuffled = np.random.default_rng(5).permutation(result.solved.weights)
+    lost = replace(result, solved=replace(result.solved, weights=shuffled))
+    messages = [f.message for f in report_of(lost).findings if f.code == "REGION_MUTED"]
+    assert messages and all("check the places" in message for message in messages)
