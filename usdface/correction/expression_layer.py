@@ -299,11 +299,13 @@ class _Blending:
         return split_poses(self.poses, self.names, self.layout)
 
     def _judged(self, output: FloatArray, row: int, side: Side) -> list[JudgedEvent]:
-        weights = self.weights
+        """Return the events of an emotion on a side, whose weights and pose the other side gets."""
+        weights, pose = self.weights, self.poses[row]
         if side != "both":
-            weights = half_weights(weights, symmetric_pairs(self.names), side)
+            pairs = symmetric_pairs(self.names)
+            weights, (pose,) = (half_weights(w, pairs, side) for w in (weights, pose[None]))
         whole_take, response = self.times is not None, self.system.response
-        return judged_events(output, weights, self.poses[row], self.evidence, response, whole_take)
+        return judged_events(output, weights, pose, self.evidence, response, whole_take)
 
     def _gain(self, row: int, region: GainRegion | None) -> FloatArray:
         own = self.gains.of([(self.system.emotions[row], region)], len(self.weights))[:, 0]
