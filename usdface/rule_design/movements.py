@@ -10,8 +10,7 @@ from usdface.face.symmetry import mirrored_pairs
 
 __all__ = ["Movements", "movements", "single_movements"]
 
-# Several at a time: so many draws of two to five movements. Twice as many change the rules of
-# benchmarks/expressions.py little, half as many let more of a range of motion through.
+# Several at a time: so many draws of two to five movements; a limit of time.
 _DRAWS = 400
 _AT_A_TIME = (2, 5)
 # Weights of a drawn movement.
