@@ -39,11 +39,11 @@ LINES = tuple(
 )
 
 
-def curves(root: Path, mute: str = "") -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the shape names and weights (F, S) that a result plays, with a layer muted."""
+def curves(root: Path, *mute: str) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the shape names and weights (F, S) that a result plays, with layers muted."""
     stage = Usd.Stage.Open(str(root))
-    if mute:
-        stage.MuteLayer(stage.GetRootLayer().ComputeAbsolutePath(mute))
+    for layer in mute:
+        stage.MuteLayer(stage.GetRootLayer().ComputeAbsolutePath(layer))
     animation = next(UsdSkel.Animation(p) for p in stage.Traverse() if p.IsA(UsdSkel.Animation))
     weights = animation.GetBlendShapeWeightsAttr()
     samples = [weights.Get(code) for code in weights.GetTimeSamples()]
@@ -54,7 +54,7 @@ def main() -> None:
     """Write result.png to this folder."""
     root = FOLDER / "shot.usdface.usda"
     names, corrected = curves(root)
-    _, solved = curves(root, "./shot.usdface/express.usdc")
+    _, solved = curves(root, "./shot.usdface/express.usdc", "./shot.usdface/closure.usdc")
     show, rig = perform(), build_head()
     emotions = ("joy", "sadness", "anger", "fear", "disgust", "surprise")
     frames = [NEUTRAL_FRAME, *(int(show.amounts[:, e].argmax()) for e in range(6))]

@@ -182,5 +182,5 @@ def test_bytes_do_not_depend_on_the_number_of_cores_nor_on_the_door(tmp_path: Pa
         subprocess.run(words, env=free, check=True, capture_output=True)
         layers = (tmp_path / "shot.usdface").iterdir()
         written.append({layer.name: layer.read_bytes() for layer in layers})
-    assert written[0].keys() == {"solve.usdc", "express.usdc"}
+    assert written[0].keys() == {"solve.usdc", "express.usdc", "closure.usdc"}
     assert written[0] == written[1] == written[2]

@@ -87,7 +87,8 @@ def test_the_retarget_gives_what_was_performed(folder: Path) -> None:
 def test_the_corrector_brings_a_weak_performance_to_its_expression(
     folder: Path, shown: dict[str, int]
 ) -> None:
-    corrected, solved = result(folder), result(folder, muted="express.usdc")
+    corrected = result(folder, muted="closure.usdc")
+    solved = result(folder, muted="express.usdc")
     assert (corrected.weights >= solved.weights).all() and corrected.weights.max() <= 1
     missing = np.array(
         [
@@ -102,6 +103,35 @@ def test_the_corrector_brings_a_weak_performance_to_its_expression(
     )
     assert (missing[:, 1] < missing[:, 0]).all()
     assert missing[:, 1].mean() < 0.5 * missing[:, 0].mean()
+
+
+def test_every_blink_that_was_performed_closes_both_eyes(folder: Path) -> None:
+    truth = performance.perform().weights.column("eyeBlinkLeft")
+    peaks = np.flatnonzero((truth[1:-1] > 0.9) & (truth[1:-1] >= truth[:-2])) + 1
+    peaks = peaks[np.diff(peaks, prepend=-100) > 10]
+    stage = Usd.Stage.Open(str(folder / "shot.usdface.usda"))
+    retarget = stage.GetPrimAtPath("/Shot/Retarget")
+    final, corrected = result(folder), result(folder, muted="closure.usdc")
+    for side in ("Left", "Right"):
+        attribute = retarget.GetAttribute(f"usdface:closure:{side.lower()}Eye")
+        curve = np.array([attribute.Get(code) for code in attribute.GetTimeSamples()])
+        starts = np.flatnonzero(np.diff((curve == 1).astype(int)) == 1) + 1
+        assert len(starts) == len(peaks) and np.abs(starts - peaks).max() <= 4
+        blink = final.column(f"eyeBlink{side}")
+        assert blink[starts].min() > 0.8
+        # Elsewhere only lids that cross are parted.
+        other = curve == 0
+        assert (blink[other] <= corrected.column(f"eyeBlink{side}")[other]).all()
+
+
+def test_without_the_closure_layer_the_correction_plays(folder: Path, tmp_path: Path) -> None:
+    for name in FILES:
+        shutil.copy(folder / name, tmp_path)
+    assert main(["process", str(tmp_path / "shot.usda"), "--no-closure"]) == 0
+    assert not (tmp_path / "shot.usdface" / "closure.usdc").exists()
+    np.testing.assert_array_equal(
+        result(tmp_path).weights, result(folder, muted="closure.usdc").weights
+    )
 
 
 def test_the_glb_is_valid(folder: Path, validate_gltf: Callable[[Path], Any]) -> None:

@@ -42,6 +42,7 @@ class Performance:
         assert isinstance(recorded, MarkerTake)
         self.take = recorded
         self.played = animation_of(self.result)
+        self.corrected = animation_of(self.result, muted="closure.usdc")
         self.solved = animation_of(self.result, muted="express.usdc")
 
     def moved(self, marker: str) -> np.ndarray:
@@ -152,7 +153,31 @@ def test_the_brows_go_up_and_down_with_their_markers(eyebrows: Performance, side
 
 
 def test_the_corrector_only_raises(jaw: Performance) -> None:
-    assert (jaw.played.weights >= jaw.solved.weights - 1e-6).all()
+    assert (jaw.corrected.weights >= jaw.solved.weights - 1e-6).all()
+
+
+def test_every_blink_closes_both_eyes_and_the_eye_that_is_held_shut_stays_shut(
+    jaw: Performance, eyebrows: Performance
+) -> None:
+    """Frames of the blinks by eye, in the pictures of the markers' curves."""
+    for performance, blinks in ((jaw, (59, 323, 999, 1568)), (eyebrows, (24, 101))):
+        closings = performance.report["closings"]
+        own = [each for each in closings if each["kind"] == "blink"]
+        assert len(own) == len(blinks)
+        for each, frame in zip(own, blinks, strict=True):
+            assert abs(each["peak"] - frame) <= 2 and each["eyes"] == ["left", "right"]
+            assert min(each["weight_after"]) > 0.78 and max(each["gap_mm"]) < 1.1
+            assert max(each["weight_before"]) < 0.3
+    (held,) = [each for each in eyebrows.report["closings"] if each["kind"] == "held"]
+    assert held["eyes"] == ["left"]
+    assert held["frames"][0] < 560 and held["frames"][1] > 709
+
+
+def test_lips_that_touch_are_not_left_open(jaw: Performance) -> None:
+    """The jaw goes sideways with the lips closed; solved they part by up to 7 mm."""
+    opened = jaw.played.column("jawOpen")[700:1500]
+    assert (opened <= jaw.solved.column("jawOpen")[700:1500] + 1e-6).all()
+    assert jaw.report["summary"]["frames_with_closed_lips"] > 300
 
 
 def test_the_binding_is_symmetric_and_lies_on_the_skin_where_the_performer_has_markers(

@@ -218,11 +218,13 @@ def write_live_link(world: World, path: Path) -> None:
 def animation_of(source: Path | Usd.Stage, *, muted: str = "") -> WeightsTake:
     """Return what UsdSkel plays on the first skeleton; the times are time codes.
 
-    `muted` is the name of a layer file to mute first.
+    `muted` is the name of a layer file to mute first, with those of the result that lie over it.
     """
     stage = Usd.Stage.Open(str(source)) if isinstance(source, Path) else source
+    ours = ("solve.usdc", "express.usdc", "closure.usdc")
+    over = ours[ours.index(muted) :] if muted in ours else (muted,)
     for layer in stage.GetUsedLayers():
-        if muted and layer.realPath.endswith(muted):
+        if muted and layer.realPath.endswith(over):
             stage.MuteLayer(layer.identifier)
     skeleton = next(p for p in stage.Traverse() if p.IsA(UsdSkel.Skeleton))
     query = UsdSkel.Cache().GetSkelQuery(UsdSkel.Skeleton(skeleton)).GetAnimQuery()

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from usdface.options import (
         BindOptions,
         CleanOptions,
+        ClosureOptions,
         CorrectionOptions,
         ExportOptions,
         FitOptions,
@@ -96,6 +97,7 @@ __all__ = [
     "Calibration",
     "Cancelled",
     "CleanOptions",
+    "ClosureOptions",
     "CorrectionOptions",
     "Explanation",
     "ExportOptions",
@@ -188,6 +190,7 @@ _HOMES = {
     "options": (
         "BindOptions",
         "CleanOptions",
+        "ClosureOptions",
         "CorrectionOptions",
         "ExportOptions",
         "FitOptions",

@@ -114,8 +114,18 @@ class Explanation:
                 if np.abs(half.shown[index] - shown).max(initial=0.0) >= HALF_SHOWN_APART
             },
             "features": [self._feature(index, i) for i in range(len(self.system.fuzzy.inputs))],
+            "closed": self._closed(index),
             "weights": self._weights(index),
         }
+
+    def _closed(self, index: int) -> dict[str, float]:
+        """Return how far the closure layer closes each eye and the mouth; without those at 0."""
+        closure = self.result.closure
+        if closure is None:
+            return {}
+        left, right = closure.eyes[index].tolist()
+        parts = {"left eye": left, "right eye": right, "mouth": float(closure.mouth[index])}
+        return {name: round(share, 4) for name, share in parts.items() if share >= _VISIBLE}
 
     def _side(self, traced: SideTrace, index: int) -> dict[str, Any]:
         """Return emotions, shares of their poses, and rules of the whole face or of a half."""
@@ -126,15 +136,20 @@ class Explanation:
         }
 
     def _weights(self, index: int) -> dict[str, dict[str, Any]]:
-        """Return the weights that the correction moves, the largest change first."""
+        """Return the weights that correction and closure move, the largest change first."""
         solved, corrected = self.result.solved, self.result.weights
         change = corrected.weights[index] - solved.weights[index]
+        closing = np.zeros(len(change))
+        if self.result.corrected is not None:
+            closing = corrected.weights[index] - self.result.corrected[index]
         moved = sorted(np.flatnonzero(np.abs(change) >= _VISIBLE), key=lambda s: -abs(change[s]))
         return {
             solved.names[s]: {
                 "solved": round(float(solved.weights[index, s]), 4),
                 "corrected": round(float(corrected.weights[index, s]), 4),
-                "by": self._cause(index, int(s)),
+                "by": "closure"
+                if abs(closing[s]) > abs(change[s]) / 2
+                else self._cause(index, int(s)),
             }
             for s in moved
         }

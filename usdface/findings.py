@@ -163,6 +163,13 @@ CODES: dict[str, tuple[Severity, str]] = {
     "ROLE_ASSUMED": ("info", "the file names no marker for an input; the input's name was taken"),
     "MEANING_DIFFERS": ("warning", "another program evaluates the file differently"),
     "CONTACT_KEPT": ("info", "a correction was limited to keep lips or lids in contact"),
+    # closure
+    "EYES_CLOSED": ("info", "eyes that blink or stay shut were closed on the character"),
+    "BLINK_GUESSED": ("warning", "a blink was seen on one eye only and given to both"),
+    "LIDS_UNSEEN": ("info", "no marker shows the lids of an eye; its blinks are not completed"),
+    "LIDS_CROSS": ("warning", "pinned weights make the lids of an eye cross"),
+    "LIPS_CLOSED": ("info", "lips that touch on the performer were brought together"),
+    "LIPS_UNSEEN": ("info", "no markers show the touch of the lips; it is not completed"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
     # every job
     "ADVICE_FAILED": (

@@ -31,6 +31,7 @@ __all__ = [
     "RESPONSE",
     "BindOptions",
     "CleanOptions",
+    "ClosureOptions",
     "CorrectionMode",
     "CorrectionOptions",
     "ExportOptions",
@@ -273,6 +274,27 @@ class CleanOptions:
     swaps: bool = True
     spikes: bool = True
     gaps: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClosureOptions:
+    """The closure layer (`usdface.closure`), which comes after the correction.
+
+    Attributes
+    ----------
+    lids : bool
+        Blinks and eyes that are held shut close on the character, and its lids do not cross.
+    lips : bool
+        Lips that touch on the performer touch on the character.
+
+    Examples
+    --------
+    >>> usdface.ClosureOptions(lips=False).lids
+    True
+    """
+
+    lids: bool = True
+    lips: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -560,6 +582,8 @@ class ProcessOptions:
     ----------
     express : bool
         Correct the solved weights by the expression layer.
+    closure : bool
+        Close eyes and lips as the shot says; False leaves them as solved and corrected.
     head : bool
         Move the character's head as the performer's moves, if the shot says so.
     clean : bool
@@ -578,6 +602,7 @@ class ProcessOptions:
     """
 
     express: bool = True
+    closure: bool = True
     head: bool = True
     clean: bool = True
     solve: SolveMode | None = None

@@ -13,6 +13,7 @@ from usdface.options import (
     AMPLITUDE_RANGE,
     LARGEST_OFFSET,
     CleanOptions,
+    ClosureOptions,
     HeadMode,
     MapOptions,
     SolveOptions,
@@ -235,6 +236,8 @@ class RetargetSetup:
     solve : SolveOptions
     clean : CleanOptions
         Steps of the marker clean-up.
+    closure : ClosureOptions
+        Eyes and lips that close on the character.
     pins : tuple of Pin
         Weights that are fixed in some frames, one for a blend shape.
     calibration : Calibration or None
@@ -264,6 +267,7 @@ class RetargetSetup:
     map: MapOptions = field(default_factory=MapOptions)
     solve: SolveOptions = field(default_factory=SolveOptions)
     clean: CleanOptions = field(default_factory=CleanOptions)
+    closure: ClosureOptions = field(default_factory=ClosureOptions)
     pins: tuple[Pin, ...] = ()
     calibration: Calibration | None = None
     exaggeration: Mapping[str, float] = field(default_factory=dict)

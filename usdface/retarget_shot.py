@@ -8,6 +8,7 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
+from usdface.closure.closure_layer import Closure, close_eyes_and_lips
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.face.bound_face import BoundFace
@@ -96,19 +97,24 @@ def retarget(
             repairs=cleaned.repairs if cleaned else (),
             region_residuals=regions,
         )
-    if not options.express:
-        return replace(result, findings=tuple(findings))
-    if shot.system is None or not shot.expressions:
-        return replace(result, findings=(*findings, finding("EXPRESS_SKIPPED", "")))
-    with progress.step("express"):
-        expressed = _express(face, weights, result, trace=options.trace)
-        findings += expressed.findings
-        solved = result.solved
-        corrected = faded_at_pins(
-            shot.setup.pins, solved.names, take.times, solved.weights, expressed.weights
-        )
-        corrected = with_combinations(shot.mesh, solved.names, corrected)
-    return replace(result, corrected=corrected, trace=expressed.trace, findings=tuple(findings))
+    if options.express and (shot.system is None or not shot.expressions):
+        findings.append(finding("EXPRESS_SKIPPED", ""))
+    elif options.express:
+        with progress.step("express"):
+            expressed = _express(face, weights, result, trace=options.trace)
+            findings += expressed.findings
+            solved = result.solved
+            corrected = faded_at_pins(
+                shot.setup.pins, solved.names, take.times, solved.weights, expressed.weights
+            )
+            corrected = with_combinations(shot.mesh, solved.names, corrected)
+            result = replace(result, corrected=corrected, trace=expressed.trace)
+    if options.closure:
+        with progress.step("closure"):
+            closure = _close(face, result)
+            findings += closure.findings if closure else ()
+            result = replace(result, closure=closure)
+    return replace(result, findings=tuple(findings))
 
 
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
@@ -166,6 +172,21 @@ def _express(
         times=shot.take.times,
         trace=trace,
     )
+
+
+def _close(face: BoundFace, result: ShotResult) -> Closure | None:
+    closure = close_eyes_and_lips(
+        face,
+        result.solved,
+        result.weights.weights,
+        solution=result.solution,
+        pins=result.shot.setup.pins,
+        options=result.shot.setup.closure,
+    )
+    if closure is None:
+        return None
+    complete = with_combinations(face.mesh, result.solved.names, closure.weights)
+    return replace(closure, weights=complete)
 
 
 def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:

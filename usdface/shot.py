@@ -5,12 +5,13 @@ and `usdface.io.usd.layers` writes that back. No step between them needs a stage
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
 from usdface.cleanup.repairs import Repair
+from usdface.closure.closure_layer import Closure
 from usdface.correction.expression_layer import ExpressionTrace
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
@@ -136,6 +137,8 @@ class ShotResult:
         Changes of the marker clean-up.
     region_residuals : mapping of str to (F,) float64 [m]
         RMS distance of the markers of each region from the solved face; empty of a weights take.
+    closure : Closure or None
+        Weights with closed eyes and lips, and where they close; None without a closure layer.
     trace : ExpressionTrace or None
         Features, firing strengths and emotions of the expression layer; None without one.
     findings : tuple of Finding
@@ -150,6 +153,7 @@ class ShotResult:
     shot: Shot
     solved: WeightsTake
     corrected: FloatArray | None = None
+    closure: Closure | None = None
     solution: Solution | None = None
     head_motion: Pose | None = None
     repairs: tuple[Repair, ...] = ()
@@ -163,10 +167,9 @@ class ShotResult:
 
     @property
     def weights(self) -> WeightsTake:
-        """The final weights (F, T): corrected where there is an expression layer."""
-        if self.corrected is None:
-            return self.solved
-        return WeightsTake(self.solved.names, self.solved.times, self.corrected, self.solved.rate)
+        """The final weights (F, T): those of the closure, expression or solve layer."""
+        final = self.corrected if self.closure is None else self.closure.weights
+        return self.solved if final is None else replace(self.solved, weights=final)
 
     @property
     def emotions(self) -> Mapping[str, FloatArray]:

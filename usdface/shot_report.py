@@ -8,6 +8,8 @@ import numpy as np
 
 from usdface.advice import advice
 from usdface.binding.marker_places import FreePlaces, free_places
+from usdface.closure.closed_eyes import CompletedClosing
+from usdface.closure.lid_gaps import EYES
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import gain_region
@@ -37,7 +39,7 @@ class ShotReport:
     summary : mapping of str to value
         A few numbers, see `usdface.Result`.
     details : mapping of str to value
-        ``residual``, ``confidence`` and ``travel``; empty of a weights take.
+        ``residual``, ``confidence`` and ``travel`` of a marker take; ``closings`` of its eyes.
     findings : tuple of Finding
         Blend shapes that the markers hardly see, regions that are muted; ADVICE_FAILED for a part
         that is left out.
@@ -56,7 +58,8 @@ def report_of(result: ShotResult) -> ShotReport:
     others), ``marker_noise_mm``, ``misfit_mm``, ``residual_mean_mm``, ``residual_p95_mm``,
     ``residual_max_mm``, ``worst_frame``, ``travel_ratio_by_region`` (of the skin by that of the
     performer's markers, `usdface.retarget.travel`; before the correction), and those of
-    `usdface.retarget.solve_report`; of a corrected one ``emotion_peaks`` and ``correction_max``.
+    `usdface.retarget.solve_report`; of a corrected one ``emotion_peaks`` and ``correction_max``;
+    with a closure layer ``blinks``, ``eyes_held_closed`` and ``frames_with_closed_lips``.
     """
     shot, solution = result.shot, result.solution
     summary: dict[str, Any] = {
@@ -80,7 +83,30 @@ def report_of(result: ShotResult) -> ShotReport:
             name: round(float(curve.max()), 3) for name, curve in result.emotions.items()
         }
         summary["correction_max"] = round(float(change.max()), 3)
+    if result.closure is not None:
+        closings = result.closure.closings
+        kinds = [each.closing.kind for each in closings]
+        summary["blinks"], summary["eyes_held_closed"] = kinds.count("blink"), kinds.count("held")
+        summary["frames_with_closed_lips"] = int((result.closure.mouth > 0).sum())
+        details = details | {"closings": [_closing(each) for each in closings]}
     return ShotReport(summary, details, findings)
+
+
+def _closing(completed: CompletedClosing) -> dict[str, Any]:
+    """Return a closing of the eyes as plain values."""
+    closing = completed.closing
+    return {
+        "kind": closing.kind,
+        "eyes": [EYES[eye] for eye in closing.eyes],
+        "frames": list(completed.frames),
+        "closed_s": [round(closing.closed, 4), round(closing.opened, 4)],
+        "peak": completed.peak,
+        "seen": round(closing.height, 3),
+        "one_eye_guessed": closing.guessed,
+        "weight_before": [round(weight, 4) for weight in completed.before],
+        "weight_after": [round(weight, 4) for weight in completed.after],
+        "gap_mm": [round(1000.0 * gap, 3) for gap in completed.gaps],
+    }
 
 
 def _solution_summary(solution: Solution) -> dict[str, Any]:

@@ -72,6 +72,9 @@ def print_explanation(facts: dict[str, Any]) -> None:
             table.add_row(_distance(feature), escape(feature["name"]), escape(terms))
     if table.row_count:
         console.print(table)
+    if facts["closed"]:
+        parts = "  ".join(f"{name} {share:.2f}" for name, share in facts["closed"].items())
+        console.print(escape(f"\nclosed: {parts}"))
     if facts["weights"]:
         console.print("\nweights, solved and corrected", style="bold")
     for shape, weight in facts["weights"].items():

@@ -29,6 +29,12 @@ def add_process(commands: Any, summary: str) -> None:
     )
     command.add_argument("--no-express", dest="express", action="store_false")
     command.add_argument(
+        "--no-closure",
+        dest="closure",
+        action="store_false",
+        help="eyes and lips stay as solved and corrected",
+    )
+    command.add_argument(
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
     )
     command.add_argument(

@@ -30,7 +30,14 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.options import EXAGGERATION_PARTS, CleanOptions, HeadMode, MapOptions, SolveOptions
+from usdface.options import (
+    EXAGGERATION_PARTS,
+    CleanOptions,
+    ClosureOptions,
+    HeadMode,
+    MapOptions,
+    SolveOptions,
+)
 from usdface.retarget_setup import Binding, RetargetSetup
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
@@ -50,10 +57,12 @@ _KEYS = frozenset(
         "map",
         "solve",
         "clean",
+        "closure",
         "exaggeration",
     )
 )
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
+_Switches = TypeVar("_Switches", CleanOptions, ClosureOptions)
 
 
 def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
@@ -118,7 +127,8 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         roles=roles,
         map=_map_options(document.get("map", {}), f'{where}: "map"'),
         solve=_solve_options(document.get("solve", {}), f'{where}: "solve"'),
-        clean=_clean_options(document.get("clean", {}), f'{where}: "clean"'),
+        clean=_switches(CleanOptions, document.get("clean", {}), f'{where}: "clean"'),
+        closure=_switches(ClosureOptions, document.get("closure", {}), f'{where}: "closure"'),
         exaggeration=_exaggeration(document.get("exaggeration", {}), where),
     )
 
@@ -256,11 +266,11 @@ def _options(kind: type[_Options], value: object, where: str) -> _Options:
         raise InputError(f"{where}: {error}", error.code) from error
 
 
-def _clean_options(value: object, where: str) -> CleanOptions:
-    """Read which steps of the clean-up are done; `true` and `false` are all and none."""
-    steps = [field.name for field in fields(CleanOptions)]
+def _switches(kind: type[_Switches], value: object, where: str) -> _Switches:
+    """Read which steps of the clean-up or the closure are done; `true` and `false`: all, none."""
+    steps = [field.name for field in fields(kind)]
     if isinstance(value, bool):
-        return CleanOptions(**dict.fromkeys(steps, value))
+        return kind(**dict.fromkeys(steps, value))
     good = isinstance(value, dict) and set(value) <= set(steps)
     if not good or not all(isinstance(step, bool) for step in value.values()):  # type: ignore[attr-defined]
         raise InputError(
@@ -268,7 +278,7 @@ def _clean_options(value: object, where: str) -> CleanOptions:
             f"{', '.join(steps)}",
             "SCHEMA_BROKEN",
         )
-    return CleanOptions(**value)  # type: ignore[arg-type]
+    return kind(**value)  # type: ignore[arg-type]
 
 
 def bind_json(setup: RetargetSetup) -> str:
@@ -297,6 +307,7 @@ def bind_json(setup: RetargetSetup) -> str:
         "map": asdict(setup.map),
         "solve": asdict(setup.solve),
         "clean": asdict(setup.clean),
+        "closure": asdict(setup.closure),
     }
     if setup.exaggeration:
         document["exaggeration"] = dict(setup.exaggeration)

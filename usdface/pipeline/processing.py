@@ -10,7 +10,12 @@ from usdface.findings import Finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.inputs import check_outputs, files_read, files_written
-from usdface.io.usd.animation import apply_animation, express_animation, solve_animation
+from usdface.io.usd.animation import (
+    apply_animation,
+    closure_animation,
+    express_animation,
+    solve_animation,
+)
 from usdface.io.usd.layers import layer_paths, open_shot, write_layers
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
@@ -90,9 +95,9 @@ def process(
         ours = layer_paths(path, root)
         stage = open_shot(path, root)
         # Layers that an earlier run put into the shot itself are written anew.
-        read = files_read(path, apart=(ours.solve, ours.express))
+        read = files_read(path, apart=ours.layers)
         new_root = None if in_place else ours.root
-        check_outputs([new_root, ours.solve, ours.express, glb, picture], read)
+        check_outputs([new_root, *ours.layers, glb, picture], read)
         staged, findings = read_shot(stage, str(path), folder)
     solved, reported = _retarget(staged, findings, options, progress)
     with all_or_none():
@@ -151,15 +156,12 @@ def apply(
     solved, reported = _retarget(staged, findings, options, progress)
     with progress.step("write"):
         content = solve_animation(solved)
-        expressed = express_animation(solved)
+        expressed, closed = express_animation(solved), closure_animation(solved)
         if expressed is not None:
-            content = replace(
-                content,
-                weights=expressed.weights,
-                emotions=expressed.emotions,
-                firing=expressed.firing,
-            )
-        apply_animation(stage, staged, content)
+            content = replace(content, emotions=expressed.emotions, firing=expressed.firing)
+        if closed is not None:
+            content = replace(content, closure=closed.closure)
+        apply_animation(stage, staged, replace(content, weights=solved.weights.weights))
     return replace(reported, seconds=progress.seconds)
 
 

@@ -9,7 +9,7 @@ from usdface.options import PIN_REACH
 from usdface.retarget.bounds import Bounds
 from usdface.retarget_setup import Pin
 
-__all__ = ["faded_at_pins", "pin_bounds", "with_pins"]
+__all__ = ["faded_at_pins", "pin_bounds", "pin_nearness", "with_pins"]
 
 
 def pin_bounds(
@@ -55,6 +55,17 @@ def faded_at_pins(
             result[:, column] = solved[:, column] + (1.0 - nearness) * change
             result[pin.frames, column] = solved[pin.frames, column]
     return result
+
+
+def pin_nearness(pins: Sequence[Pin], names: tuple[str, ...], times: FloatArray) -> FloatArray:
+    """Return how near each frame is to the pins of each blend shape: (F, T), 1 at a pin."""
+    near = np.zeros((len(times), len(names)))
+    for pin in pins:
+        if pin.shape in names and len(pin.frames):
+            column = names.index(pin.shape)
+            near[:, column] = np.maximum(near[:, column], _nearness(times, times[pin.frames]))
+            near[pin.frames, column] = 1.0
+    return near
 
 
 def _pinned(

@@ -27,6 +27,11 @@ __all__ = [
     "CLEAN_REPAIRS_MARKERS",
     "CLEAN_SPIKES",
     "CLEAN_SWAPS",
+    "CLOSURE_LEFT_EYE",
+    "CLOSURE_LIDS",
+    "CLOSURE_LIPS",
+    "CLOSURE_MOUTH",
+    "CLOSURE_RIGHT_EYE",
     "CONTACT_LIDS",
     "CONTACT_LIPS",
     "CONTACT_TOLERANCE",
@@ -183,6 +188,11 @@ MOUTH_EXAGGERATION: Final = "usdface:mouth:exaggeration"
 CLEAN_SWAPS: Final = "usdface:clean:swaps"
 CLEAN_SPIKES: Final = "usdface:clean:spikes"
 CLEAN_GAPS: Final = "usdface:clean:gaps"
+CLOSURE_LIDS: Final = "usdface:closure:lids"
+CLOSURE_LIPS: Final = "usdface:closure:lips"
+CLOSURE_LEFT_EYE: Final = "usdface:closure:leftEye"
+CLOSURE_RIGHT_EYE: Final = "usdface:closure:rightEye"
+CLOSURE_MOUTH: Final = "usdface:closure:mouth"
 CLEAN_REPAIRS_MARKERS: Final = "usdface:clean:repairs:markers"
 CLEAN_REPAIRS_FRAMES: Final = "usdface:clean:repairs:frames"
 CLEAN_REPAIRS_KINDS: Final = "usdface:clean:repairs:kinds"

@@ -25,6 +25,7 @@ __all__ = [
     "Animation",
     "apply_animation",
     "author",
+    "closure_animation",
     "editable_layer",
     "express_animation",
     "solve_animation",
@@ -52,6 +53,8 @@ class Animation:
         Residual of each region of the face, for the solve layer.
     repairs : tuple of Repair
         Changes of the marker clean-up, for the solve layer.
+    closure : mapping of str to (F,) float64
+        How far each eye and the mouth are closed, by attribute, for the closure layer.
     motion : Pose or None
         Motion of the character's head, if any, for the solve layer.
     """
@@ -64,6 +67,7 @@ class Animation:
     motion: Pose | None = None
     firing: FloatArray | None = None
     regions: Mapping[str, FloatArray] = field(default_factory=dict)
+    closure: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def solve_animation(result: ShotResult) -> Animation:
@@ -86,6 +90,19 @@ def express_animation(result: ShotResult) -> Animation | None:
     return Animation(
         result.solved.names, result.corrected, None, result.emotions, firing=result.trace.firing
     )
+
+
+def closure_animation(result: ShotResult) -> Animation | None:
+    """Return the content of the closure layer; None where nothing closes."""
+    closure = result.closure
+    if closure is None:
+        return None
+    curves = {
+        tokens.CLOSURE_LEFT_EYE: closure.eyes[:, 0],
+        tokens.CLOSURE_RIGHT_EYE: closure.eyes[:, 1],
+        tokens.CLOSURE_MOUTH: closure.mouth,
+    }
+    return Animation(result.solved.names, closure.weights, None, closure=curves)
 
 
 def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) -> None:
@@ -155,6 +172,10 @@ def author(
                 codes,
                 stage_codes or codes,
             )
+        for name, curve in animation.closure.items():
+            prim = Sdf.CreatePrimInLayer(layer, prims.retarget)
+            _attribute(prim, name, Sdf.ValueTypeNames.Float)
+            _samples(layer, prim, name, codes, _floats(curve))
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:

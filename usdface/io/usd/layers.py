@@ -1,4 +1,4 @@
-"""The layers that `process` writes: the solve and express layers, and the root that sublayers them.
+"""The layers that `process` writes: the solve, express and closure layers, and the root over them.
 
 Samples of a stronger layer hide all samples of weaker ones, so each layer holds complete arrays
 over all frames. Each has its own timeCodesPerSecond: without it, USD scales the time codes of a
@@ -11,7 +11,12 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from usdface.errors import InputError
-from usdface.io.usd.animation import author, express_animation, solve_animation
+from usdface.io.usd.animation import (
+    author,
+    closure_animation,
+    express_animation,
+    solve_animation,
+)
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import (
     Metrics,
@@ -31,6 +36,12 @@ class _Paths:
     root: Path
     solve: Path
     express: Path
+    closure: Path
+
+    @property
+    def layers(self) -> tuple[Path, ...]:
+        """All but the root, the weakest first."""
+        return (self.solve, self.express, self.closure)
 
 
 def layer_paths(shot: Path, root: Path | None) -> _Paths:
@@ -49,7 +60,7 @@ def layer_paths(shot: Path, root: Path | None) -> _Paths:
         )
     stem = root.stem if root.stem.endswith(".usdface") else f"{root.stem}.usdface"
     folder = root.with_name(stem)
-    return _Paths(root, folder / "solve.usdc", folder / "express.usdc")
+    return _Paths(root, folder / "solve.usdc", folder / "express.usdc", folder / "closure.usdc")
 
 
 def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
@@ -61,7 +72,7 @@ def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
         If it cannot be opened.
     """
     own_layers = layer_paths(shot, root)
-    return open_stage(shot, without=(own_layers.solve, own_layers.express))
+    return open_stage(shot, without=own_layers.layers)
 
 
 def write_layers(
@@ -72,9 +83,9 @@ def write_layers(
     root: Path | None,
     in_place: bool,
 ) -> list[Path]:
-    """Write solve and express layers and the root over them; all of them or none.
+    """Write the solve, express and closure layers and the root over them; all of them or none.
 
-    With `in_place` the two layers are added to the shot's own subLayers instead of a new root;
+    With `in_place` the layers are added to the shot's own subLayers instead of a new root;
     that is idempotent.
 
     Returns
@@ -95,6 +106,7 @@ def write_layers(
     contents = (
         (paths.solve, solve_animation(result)),
         (paths.express, express_animation(result)),
+        (paths.closure, closure_animation(result)),
     )
     for path, animation in contents:
         if animation is not None:
@@ -106,7 +118,7 @@ def write_layers(
         top = Sdf.Layer.CreateAnonymous(".usda")
         top.TransferContent(stage.GetRootLayer())
         added = [relative_asset(path, shot_path) for path in stronger_first]
-        previous = {relative_asset(path, shot_path) for path in (paths.solve, paths.express)}
+        previous = {relative_asset(path, shot_path) for path in paths.layers}
         top.subLayerPaths = added + [p for p in top.subLayerPaths if p not in previous]
         layers.append((shot_path, top))
     else:

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, Vt
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
 from usdface.io.usd.face_layout import EXAGGERATION
-from usdface.options import CleanOptions, MapOptions, SolveOptions, solve_settings
+from usdface.options import CleanOptions, ClosureOptions, MapOptions, SolveOptions, solve_settings
 from usdface.retarget_setup import Binding, Calibration, Expression, RetargetSetup
 from usdface.schemas import tokens
 
@@ -34,6 +34,11 @@ _CLEAN = {
     tokens.CLEAN_SWAPS: ("swaps", _NAMES.Bool),
     tokens.CLEAN_SPIKES: ("spikes", _NAMES.Bool),
     tokens.CLEAN_GAPS: ("gaps", _NAMES.Bool),
+}
+
+_CLOSURE = {
+    tokens.CLOSURE_LIDS: ("lids", _NAMES.Bool),
+    tokens.CLOSURE_LIPS: ("lips", _NAMES.Bool),
 }
 
 
@@ -73,6 +78,8 @@ def write_setup(
         author(prim, name, kind, getattr(setup.solve, field))
     for name, (field, kind) in _CLEAN.items():
         author(prim, name, kind, getattr(setup.clean, field))
+    for name, (field, kind) in _CLOSURE.items():
+        author(prim, name, kind, getattr(setup.closure, field))
     for part, factor in setup.exaggeration.items():
         prim.CreateAttribute(EXAGGERATION[part], _NAMES.Float, False).Set(factor)
     if setup.calibration is not None:
@@ -141,6 +148,7 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             map=MapOptions(**_fields(prim, _MAP)),
             solve=SolveOptions(**_fields(prim, _SOLVE)),
             clean=CleanOptions(**_fields(prim, _CLEAN)),
+            closure=ClosureOptions(**_fields(prim, _CLOSURE)),
             calibration=_read_calibration(prim),
         )
     except InputError as error:

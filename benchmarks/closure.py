@@ -1,0 +1,307 @@
+"""Blinks, lids and lips: `python benchmarks/closure.py`.
+
+Labelled worlds: recorded weights (Live Link Face, with real blinks) drive a person of the ICT model
+who is not the character; markers on that face, with noise and a moving head, are the take, which is
+retargeted to the ICT face. An eye counts as closed where the recorded weights, looks and squints
+included, leave less than 15 % of the opening between its lids and its blink is above 0.8; as open
+above 35 %. The first half of the recording was looked at while the closure layer
+was built; `--held-out` scores the second half, with another person. See README.md.
+"""
+
+import argparse
+import json
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from scipy.ndimage import grey_closing, grey_opening
+
+from usdface import assemble_shot, read_bind, read_rig
+from usdface.arrays import BoolArray, FloatArray
+from usdface.blend_shape_evaluator import evaluator_of
+from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.rims import rim_pairs
+from usdface.face.bound_face import BoundFace
+from usdface.face.layout import find_layout
+from usdface.face.shape_names import rename_weights
+from usdface.io.takes.files import read_take
+from usdface.options import ProcessOptions
+from usdface.retarget_setup import Binding, RetargetSetup, unbound
+from usdface.retarget_shot import retarget
+from usdface.rigs import Mesh, Rig
+from usdface.shot import Shot, ShotResult
+from usdface.takes import MarkerTake, WeightsTake
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = ROOT.parent / "shared" / "data"
+sys.path.insert(0, str(ROOT / "tests"))
+from ict_face import ict_mesh, landmarks  # noqa: E402
+from known_answer import moved  # noqa: E402
+
+NEUTRAL = 30
+CLOSED, BLINK, OPEN = 0.15, 0.8, 0.35
+# Most that a blink may be in a take without blinks.
+HALF = 0.6
+# Share of the opening that a pulse of the lids takes which is no noise.
+PULSE = 0.15
+# Within this many frames a closing belongs to a label.
+REACH = 3
+# Modes of the ICT model and their weights: the persons while building, and held out.
+PERSONS = (
+    {"identity020": 1.5, "identity022": -1.0, "identity025": 2.0},
+    {"identity021": 1.2, "identity023": -2.0, "identity027": 1.5},
+)
+
+
+@dataclass(frozen=True)
+class World:
+    name: str
+    points: np.ndarray
+    noise: float = 3e-4
+    strength: float = 1.0
+    misplaced: float = 0.0
+    pulses: str = "recorded"
+
+
+def layouts() -> dict[str, np.ndarray]:
+    bind = json.loads((ROOT / "tests" / "data" / "animface_ict_bind.json").read_text())
+    animface = np.array([place["point"] for place in bind["markers"].values()])
+    return {"41 markers": animface, "68 landmarks": landmarks(SHARED)}
+
+
+def recorded(mesh: Mesh, half: int) -> WeightsTake:
+    take, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
+    weights = rename_weights(take, mesh.shape_names)[0].weights
+    middle = len(weights) // 2
+    own = weights[:middle] if half == 0 else weights[middle:]
+    own = np.concatenate([np.zeros((NEUTRAL, own.shape[1])), own])
+    return WeightsTake(mesh.shape_names, np.arange(len(own)) / take.rate, own, take.rate)
+
+
+def without_blinks(take: WeightsTake, rng: np.random.Generator) -> WeightsTake:
+    """Take the blinks out, and put in fast squints and smiles that raise the cheeks."""
+    weights = take.weights.copy()
+    for side in "LR":
+        column = take.names.index(f"eyeBlink_{side}")
+        weights[:, column] = np.minimum(grey_opening(weights[:, column], 21), HALF)
+    for start in rng.choice(np.arange(60, len(weights) - 60, 40), 25, replace=False):
+        rise = 0.5 - 0.5 * np.cos(np.linspace(0, 2 * np.pi, int(rng.integers(15, 36))))
+        kinds = (("eyeSquint",), ("cheekSquint", "mouthSmile"), ("eyeLookDown",))
+        for kind in kinds[int(rng.integers(3))]:
+            for side in "LR":
+                column = take.names.index(f"{kind}_{side}")
+                part = weights[start : start + len(rise), column]
+                part[:] = np.maximum(part, rng.uniform(0.5, 0.9) * rise)
+    return replace(take, weights=weights)
+
+
+def performed(mesh: Mesh, take: WeightsTake, world: World, half: int, seed: int) -> MarkerTake:
+    packed = np.load(SHARED / "ict_identities" / "identity_offsets.npz")
+    person = mesh.points + 0.01 * sum(w * packed[name] for name, w in PERSONS[half].items())
+    rng = np.random.default_rng(seed)
+    offsets = mesh.offsets_at(world.points)
+    strength = np.full(len(offsets), world.strength)
+    places = person[world.points]
+    moves = np.einsum("fs,smd->fmd", take.weights * strength, offsets)
+    face = moved(take.times, places + moves)
+    face += world.noise * rng.standard_normal(face.shape)
+    names = tuple(f"m{k}" for k in range(len(world.points)))
+    return MarkerTake(names, take.times, face, take.rate)
+
+
+def bound_points(mesh: Mesh, world: World, seed: int) -> np.ndarray:
+    """Return the vertices that the markers are bound to: the right ones, or some way off."""
+    if not world.misplaced:
+        return world.points
+    rng = np.random.default_rng(seed)
+    result = []
+    for vertex in world.points:
+        away = np.linalg.norm(mesh.points - mesh.points[vertex], axis=1)
+        near = np.flatnonzero((away > 0.7 * world.misplaced) & (away < 1.3 * world.misplaced))
+        near = near[near < 9409]  # the skin of the face
+        result.append(int(rng.choice(near)) if len(near) else int(vertex))
+    return np.array(result)
+
+
+def run(mesh: Mesh, take: WeightsTake, world: World, half: int) -> ShotResult:
+    markers = performed(mesh, take, world, half, 7)
+    binding = Binding(markers.names, bound_points(mesh, world, 11), mesh.name)
+    setup = RetargetSetup(binding, neutral=(0, NEUTRAL - 1), nose_tip="m0")
+    shot = Shot(Rig("Face", (mesh,)), markers, setup)
+    return retarget(shot, options=ProcessOptions(express=False))
+
+
+def segments(where: BoolArray) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+@dataclass
+class Score:
+    closed: int
+    heard: int
+    partial: int
+    false: int
+    missed_frames: list[int]
+    false_frames: list[int]
+
+
+def score(truth: FloatArray, blink: FloatArray, course: FloatArray) -> Score:
+    """Compare a person's eye, its share of the opening (F,), with the closure layer's (F,)."""
+    labels = segments((truth <= CLOSED) & (blink >= BLINK))
+    ours = segments(course >= 0.95)
+    missed = [a for a, b in labels if course[max(a - REACH, 0) : b + REACH].max() < 0.95]
+    pulse = grey_closing(truth, 18) - truth
+    near = [slice(max(a - REACH, 0), b + REACH) for a, b in ours]
+    wide = [where for where in near if truth[where].min() > OPEN]
+    partial = [where.start for where in wide if pulse[where].max() >= PULSE]
+    false = [where.start for where in wide if pulse[where].max() < PULSE]
+    return Score(len(labels), len(labels) - len(missed), len(partial), len(false), missed, false)
+
+
+def crossing_by_pose(face: BoundFace, weights: FloatArray, frames: np.ndarray) -> float:
+    """Return by how much lids cross [mm], with rims that are paired in each pose anew."""
+    mesh, deepest = face.mesh, 0.0
+    lids = face.layout.lids
+    middle = (mesh.points[lids, 0].min() + mesh.points[lids, 0].max()) / 2
+    moves = evaluator_of(mesh, np.arange(len(mesh.points)))[0]
+    for frame in frames.tolist():
+        posed = mesh.points + moves.displacements(weights[[frame]]).reshape(-1, 3)
+        left = mesh.points[lids[:, 0], 0] > middle
+        for own in (lids[left], lids[~left]):
+            opening = np.linalg.norm(mesh.points[own[:, 0]] - mesh.points[own[:, 1]], axis=1).mean()
+            pairs = rim_pairs(mesh, own, posed, 0.25 * opening)
+            if pairs.points.shape[0]:
+                vertices = pairs.vertices
+                open_gap = pairs.gaps(vertices, mesh.points[vertices].reshape(-1))
+                gap = pairs.gaps(vertices, posed[vertices].reshape(-1))[open_gap > 0.5 * opening]
+                deepest = max(deepest, -1000 * float(gap.min(initial=0.0)))
+    return deepest
+
+
+def real_takes(mesh: Mesh) -> None:
+    """List every closing of the real takes, and of the example."""
+    bind, _ = read_bind(ROOT / "tests" / "data" / "animface_ict_bind.json")
+    rig = Rig("Face", (mesh,))
+    shots = {}
+    for name in ("Jaw", "Eyebrows"):
+        take, _ = read_take(SHARED / "animface" / f"{name}.c3d")
+        shots[name] = assemble_shot(rig, take, setup=bind)[0]
+    take, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
+    shots["Live Link Face"] = Shot(rig, take, unbound(take))
+    head, _ = read_rig(ROOT / "examples" / "head.usdc")
+    take, _ = read_take(ROOT / "examples" / "performance.trc")
+    setup, _ = read_bind(ROOT / "examples" / "bind.json")
+    shots["example"] = assemble_shot(head, take, setup=setup)[0]
+    for name, shot in shots.items():
+        result = retarget(shot)
+        layout = shot.layout if len(shot.layout.lids) else find_layout(shot.mesh, (), 0.0)
+        face = replace(shot.face, layout=layout)
+        gaps = lid_gaps_of(face, result.solved.names)
+        before = result.solved.weights if result.corrected is None else result.corrected
+        crossing = [
+            max(0.0, -1000 * min(float(own.least(weights).min()) for own in gaps.values()))
+            for weights in (before, result.closure.weights)
+        ]
+        closed = np.flatnonzero(result.closure.eyes.max(axis=1) > 0.9)
+        sample = closed[:: max(len(closed) // 40, 1)]
+        columns = [result.solved.names.index(shape) for shape in shot.mesh.shape_names]
+        deepest = crossing_by_pose(face, result.closure.weights[:, columns], sample)
+        table = Table(
+            title=f"{name}: lids cross by {crossing[0]:.2f} mm before, {crossing[1]:.2f} after; "
+            f"{deepest:.2f} with pairs of each pose"
+        )
+        for column in ("closing", "eyes", "frames", "closed", "seen", "weights", "after", "gap mm"):
+            table.add_column(column, justify="right")
+        for each in result.closure.closings:
+            table.add_row(
+                each.closing.kind,
+                " ".join("LR"[eye] for eye in each.closing.eyes),
+                "{} to {}".format(*each.frames),
+                str(each.peak),
+                f"{each.closing.height:.2f}",
+                " ".join(f"{weight:.2f}" for weight in each.before),
+                " ".join(f"{weight:.2f}" for weight in each.after),
+                " ".join(f"{1000 * gap:.2f}" for gap in each.gaps),
+            )
+        Console().print(table)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--held-out", action="store_true", help="score what was not looked at")
+    parser.add_argument("--takes", action="store_true", help="list the closings of the real takes")
+    arguments = parser.parse_args()
+    half = int(arguments.held_out)
+    mesh = ict_mesh(SHARED)
+    if arguments.takes:
+        real_takes(mesh)
+        return
+    take = recorded(mesh, half)
+    rng = np.random.default_rng(5 + half)
+    places = layouts()
+    worlds = [World(name, points) for name, points in places.items()]
+    worlds += [World(f"{name}, 1 mm", points, noise=1e-3) for name, points in places.items()]
+    worlds += [World(f"{n}, strength 0.6", p, strength=0.6) for n, p in places.items()]
+    worlds += [World(f"{n}, 4 mm off", p, misplaced=0.004) for n, p in places.items()]
+    worlds += [World(f"{n}, no blinks", p, pulses="none") for n, p in places.items()]
+    table = Table(title=f"{'second' if half else 'first'} half of the recording")
+    for column in (
+        "world",
+        "closed",
+        "found",
+        "partial",
+        "false",
+        "lids cross mm",
+        "before mm",
+        "open mm",
+    ):
+        table.add_column(column, justify="left" if column == "world" else "right")
+    face = BoundFace(mesh, (), np.zeros(0, int)).with_layout(())
+    gaps = lid_gaps_of(face, mesh.shape_names)
+    for world in worlds:
+        shown = take if world.pulses == "recorded" else without_blinks(take, rng)
+        result = run(mesh, shown, world, half)
+        scores = []
+        for column, own in enumerate(gaps.values()):
+            truth = own.ends(shown.weights)[1] / own.ends(np.zeros((1, len(shown.names))))[1]
+            blink = shown.weights[:, own.closer]
+            scores.append(score(truth, blink, result.closure.eyes[:, column]))
+        final, solved = result.weights.weights, result.solved.weights
+        ends = [own.ends(final) for own in gaps.values()]
+        before = min(float(own.least(solved).min()) for own in gaps.values())
+        shut = np.concatenate(
+            [end[1][result.closure.eyes[:, k] > 0.999] for k, end in enumerate(ends)]
+        )
+        lips = lip_gaps_of(face, mesh.shape_names)
+        lip_truth, lip_before, lip_after = (
+            1000 * lips.opened(each).max(axis=1) for each in (shown.weights, solved, final)
+        )
+        touch, parted = lip_truth < 0.5, lip_truth > 2.0
+        print(
+            f"  lips touch in {touch.sum()} frames: open by more than 1 mm in "
+            f"{(lip_before[touch] > 1).sum()} before, {(lip_after[touch] > 1).sum()} after; "
+            f"open in {parted.sum()}: nearer by "
+            f"{np.quantile((lip_before - lip_after)[parted], 0.99):.2f} mm (99 %)"
+        )
+        crossing = min(float(end[0].min()) for end in ends)
+        table.add_row(
+            world.name,
+            str(sum(s.closed for s in scores)),
+            str(sum(s.heard for s in scores)),
+            str(sum(s.partial for s in scores)),
+            str(sum(s.false for s in scores)),
+            f"{max(-1000 * crossing, 0):.2f}",
+            f"{max(-1000 * before, 0):.2f}",
+            f"{1000 * np.median(shut):.2f}" if len(shut) else "",
+        )
+        print(world.name, [(s.missed_frames, s.false_frames) for s in scores])
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,95 @@
+"""A performer with markers beside eyes and mouth of the face of slits, who blinks and speaks."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from slits import slit_face
+
+from usdface.arrays import FloatArray
+from usdface.face.bound_face import BoundFace
+from usdface.options import ProcessOptions
+from usdface.retarget_setup import Binding, Pin, RetargetSetup
+from usdface.retarget_shot import retarget
+from usdface.rigs import Mesh, Rig
+from usdface.shot import Shot, ShotResult
+from usdface.takes import MarkerTake
+
+__all__ = ["BLINKS", "TIMES", "markers", "performance", "result", "slit_markers"]
+
+BLINKS = (1.0, 2.5)
+TIMES = np.arange(0, 4, 1 / 60)
+_NEUTRAL = 20
+
+
+def slit_markers(mesh: Mesh) -> dict[str, int]:
+    """Return the vertices of the markers: above and below each slit, and at the brows."""
+    places = {
+        "mouth_up": (0.0, 0.010, 0.010),
+        "mouth_down": (0.0, -0.010, 0.010),
+        "mouth_left": (0.025, 0.0, 0.004),
+        "mouth_right": (-0.025, 0.0, 0.004),
+        "brow_left": (0.035, 0.1, 0.01),
+        "brow_right": (-0.035, 0.1, 0.01),
+    }
+    for side, x in (("left", 0.035), ("right", -0.035)):
+        places[f"eye_{side}_up"] = (x, 0.078, 0.012)
+        places[f"eye_{side}_down"] = (x, 0.062, 0.012)
+        places[f"eye_{side}_in"] = (0.6 * x, 0.085, 0.01)
+    found = {}
+    for name, place in places.items():
+        away = np.linalg.norm(mesh.points - np.array(place), axis=1)
+        away[list(found.values())] = np.inf
+        found[name] = int(away.argmin())
+    return found
+
+
+def performance(names: Sequence[str], **curves: FloatArray) -> FloatArray:
+    """Return the weights (F, S) of a performer who blinks; other curves by name."""
+    weights = np.zeros((len(TIMES), len(names)))
+    for start in BLINKS:
+        rise = np.clip(np.minimum((TIMES - start) / 0.08, (start + 0.26 - TIMES) / 0.16), 0, 1)
+        for side in ("Left", "Right"):
+            column = names.index(f"eyeBlink{side}")
+            weights[:, column] = np.maximum(weights[:, column], 0.5 - 0.5 * np.cos(np.pi * rise))
+    for name, curve in curves.items():
+        weights[:, names.index(name)] = curve
+    return weights
+
+
+def markers(
+    mesh: Mesh, weights: FloatArray, without: Sequence[str] = (), share: float = 1.0
+) -> MarkerTake:
+    """Return the take (without some markers) of lids that move by a share of the mesh's."""
+    own = {n: v for n, v in slit_markers(mesh).items() if not n.startswith(tuple(without) or "-")}
+    offsets = mesh.offsets_at(np.array(list(own.values())))
+    lids = np.array([name.startswith("eyeBlink") for name in mesh.shape_names])
+    scaled = weights * np.where(lids, share, 1.0)
+    scaled[:_NEUTRAL] = 0.0
+    moved = mesh.points[list(own.values())] + np.einsum("fs,smd->fmd", scaled, offsets)
+    moved += 5e-5 * np.random.default_rng(0).standard_normal(moved.shape)
+    return MarkerTake(tuple(own), TIMES, moved, 60.0)
+
+
+def result(
+    take: MarkerTake,
+    *,
+    mesh: Mesh | None = None,
+    pins: Sequence[Pin] = (),
+    options: ProcessOptions = ProcessOptions(express=False),
+    **settings: object,
+) -> ShotResult:
+    """Retarget a take to the face of slits, without an expression layer."""
+    mesh = mesh or slit_face()
+    places: Mapping[str, int] = slit_markers(mesh)
+    binding = Binding(take.names, np.array([places[name] for name in take.names]), "Face")
+    setup = RetargetSetup(
+        binding,
+        head="stabilised",
+        neutral=(0, _NEUTRAL - 1),
+        nose_tip=take.names[0],
+        pins=tuple(pins),
+    )
+    setup = replace(setup, **settings)
+    face = BoundFace(mesh, (), np.zeros(0, int)).with_layout(())
+    return retarget(Shot(Rig("Face", (mesh,)), take, setup, layout=face.layout), options=options)

@@ -1,0 +1,133 @@
+"""Blinks and closed eyes, by the course of curves that are made of known ones."""
+
+import numpy as np
+import pytest
+
+from usdface.arrays import FloatArray
+from usdface.closure.blinks import EyeClosing, closing_course, find_closings
+
+RATES = (24.0, 30.0, 60.0, 120.0)
+BLINKS = (1.0, 2.3, 3.1, 5.0)
+
+
+def blink(times: FloatArray, start: float, height: float = 1.0) -> FloatArray:
+    """80 ms down, 20 ms closed, 160 ms up."""
+    rise = np.clip((times - start) / 0.08, 0, 1)
+    fall = np.clip((start + 0.26 - times) / 0.16, 0, 1)
+    return height * (0.5 - 0.5 * np.cos(np.pi * np.minimum(rise, fall)))
+
+
+def swell(times: FloatArray, start: float, length: float, height: float) -> FloatArray:
+    share = np.clip((times - start) / length, 0, 1)
+    return height * (0.5 - 0.5 * np.cos(2 * np.pi * share))
+
+
+def world(rate: float = 60.0, scale: float = 1.0, noise: float = 0.0) -> tuple[FloatArray, ...]:
+    times = np.arange(0, 8, 1 / rate)
+    eye = sum(blink(times, start) for start in BLINKS)
+    both = scale * np.stack([eye, eye], axis=1)
+    both += noise * np.random.default_rng(0).standard_normal(both.shape)
+    return times, both
+
+
+def blinks(closings: list[EyeClosing]) -> list[EyeClosing]:
+    return [each for each in closings if each.kind == "blink"]
+
+
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("scale", [0.4, 1.0, 2.0])
+def test_blinks_are_found_whatever_the_rate_and_the_reach_of_the_markers(
+    rate: float, scale: float
+) -> None:
+    times, eyes = world(rate, scale)
+    found = find_closings(times, eyes)
+    assert [each.kind for each in found] == ["blink"] * len(BLINKS)
+    for each, start in zip(found, BLINKS, strict=True):
+        assert each.eyes == (0, 1)
+        assert abs(each.closed - (start + 0.08)) < 0.04
+        assert 0.05 <= each.closed - each.start <= 0.15
+        assert each.end - each.opened > each.closed - each.start
+
+
+def test_blinks_are_found_in_noise() -> None:
+    times, eyes = world(noise=0.05)
+    assert len(find_closings(times, eyes)) == len(BLINKS)
+
+
+def test_noise_alone_has_no_blinks() -> None:
+    times, eyes = world(scale=0.0, noise=0.2)
+    assert not find_closings(times, eyes)
+
+
+@pytest.mark.parametrize("length", [0.5, 0.8, 1.5, 3.0])
+def test_a_squint_is_no_blink(length: float) -> None:
+    times, eyes = world()
+    squint = swell(times, 6.0, length, 0.7)[:, None]
+    found = find_closings(times, eyes + squint)
+    assert [round(each.closed, 1) for each in found] == [1.1, 2.4, 3.2, 5.1]
+
+
+def test_a_small_pulse_among_blinks_is_none() -> None:
+    times, eyes = world()
+    found = find_closings(times, eyes + blink(times, 6.5, 0.25)[:, None])
+    assert len(found) == len(BLINKS)
+
+
+def test_slow_drift_and_a_held_squint_change_no_blink() -> None:
+    times, eyes = world()
+    drift = 0.3 * np.sin(times)[:, None] + swell(times, 0.5, 6.0, 0.4)[:, None]
+    found = blinks(find_closings(times, eyes + drift))
+    assert [round(each.closed, 1) for each in found] == [1.1, 2.4, 3.2, 5.1]
+
+
+def test_an_eye_that_stays_shut_is_held() -> None:
+    times, eyes = world()
+    shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
+    found = find_closings(times, eyes + shut[:, None] * [1.0, 0.0])
+    held = [each for each in found if each.kind == "held"]
+    assert [each.eyes for each in held] == [(0,)]
+    assert held[0].closed < 6.25 and held[0].opened > 7.25
+    assert len(blinks(found)) == len(BLINKS)
+
+
+def test_a_wink_is_of_one_eye_and_a_fast_pulse_of_both() -> None:
+    times, eyes = world()
+    wink = np.clip(np.minimum((times - 6.0) / 0.08, (6.4 - times) / 0.16), 0, 1)
+    one = np.array([1.0, 0.0])
+    slow = find_closings(times, eyes + wink[:, None] * one)[-1]
+    assert slow.eyes == (0,) and not slow.guessed
+    fast = blinks(find_closings(times, eyes + blink(times, 6.0)[:, None] * one))[-1]
+    assert fast.eyes == (0, 1) and fast.guessed
+
+
+def test_an_eye_without_markers_blinks_with_the_other() -> None:
+    times, eyes = world()
+    eyes[:, 1] = np.nan
+    found = find_closings(times, eyes)
+    assert [each.eyes for each in found] == [(0, 1)] * len(BLINKS)
+    assert all(each.guessed for each in found)
+
+
+def test_left_and_right_are_alike() -> None:
+    times, eyes = world(noise=0.03)
+    eyes[:, 0] *= 0.7
+    mirrored = find_closings(times, eyes[:, ::-1])
+    for a, b in zip(find_closings(times, eyes), mirrored, strict=True):
+        assert a.closed == b.closed and a.eyes == tuple(sorted(1 - eye for eye in b.eyes))
+
+
+def test_the_course_rises_and_falls_once_and_is_smooth() -> None:
+    times, eyes = world(rate=120.0)
+    course = closing_course(times, find_closings(times, eyes))[:, 0]
+    for start in BLINKS:
+        own = course[(times > start - 0.2) & (times < start + 0.5)]
+        top = int(own.argmax())
+        assert own[top] == 1.0
+        assert (np.diff(own[: top + 1]) >= 0).all() and (np.diff(own[top:]) <= 0).all()
+    # 50 ms is the fastest closing: a raised cosine's slope there.
+    assert np.abs(np.diff(course)).max() <= np.pi / 2 / 0.05 / 120 + 1e-9
+
+
+def test_short_takes_and_takes_without_eyes_have_none() -> None:
+    assert not find_closings(np.zeros(1), np.zeros((1, 2)))
+    assert not find_closings(np.arange(90) / 30, np.full((90, 2), np.nan))

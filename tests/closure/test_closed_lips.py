@@ -1,0 +1,74 @@
+"""Lips that touch on the performer and were solved open."""
+
+from dataclasses import replace
+
+import numpy as np
+from closing_world import TIMES, markers, performance, result
+from slits import slit_face
+
+from usdface.closure.closed_lips import close_lips
+from usdface.closure.lip_contact import lip_gaps_of
+from usdface.options import ProcessOptions
+
+MESH = slit_face()
+NAMES = MESH.shape_names
+OPEN = 0.3 * np.clip(np.sin(2 * np.pi * TIMES), 0, None)
+SPEAKING = result(
+    markers(MESH, performance(NAMES, jawOpen=OPEN)),
+    options=ProcessOptions(express=False, closure=False),
+)
+FREE = np.zeros((len(TIMES), len(NAMES)))
+
+
+def left_open(by: float) -> np.ndarray:
+    """Return the solved weights with a jaw that is open too far."""
+    weights = SPEAKING.solved.weights.copy()
+    weights[:, NAMES.index("jawOpen")] += by
+    return weights
+
+
+def test_lips_that_touch_are_brought_together_and_open_ones_are_left() -> None:
+    face, solution = SPEAKING.shot.face, SPEAKING.solution
+    wrong = replace(SPEAKING.solved, weights=left_open(0.12))
+    assert solution is not None
+    closed = close_lips(face, wrong, wrong.weights, solution, FREE)
+    gaps = lip_gaps_of(face, NAMES)
+    assert closed is not None and gaps is not None
+    touching = OPEN == 0
+    touching[:25] = False
+    inside = touching & np.roll(touching, 5) & np.roll(touching, -5)
+    before, after = gaps.opened(wrong.weights).max(axis=1), gaps.opened(closed.weights).max(axis=1)
+    assert before[inside].min() > 0.0015
+    assert after[inside].max() < 0.0006
+    wide = (OPEN > 0.25) & (TIMES > 0.5)
+    np.testing.assert_array_equal(closed.weights[wide], wrong.weights[wide])
+    assert closed.course[inside].min() > 0.6 and not closed.course[wide].any()
+    assert [finding.code for finding in closed.findings] == ["LIPS_CLOSED"]
+
+
+def test_a_solve_that_the_markers_agree_with_stays() -> None:
+    solution = SPEAKING.solution
+    assert solution is not None
+    solved = SPEAKING.solved
+    closed = close_lips(SPEAKING.shot.face, solved, solved.weights, solution, FREE)
+    assert closed is not None and not closed.findings
+    np.testing.assert_array_equal(closed.weights, solved.weights)
+
+
+def test_pinned_frames_stay() -> None:
+    face, solution = SPEAKING.shot.face, SPEAKING.solution
+    wrong = replace(SPEAKING.solved, weights=left_open(0.12))
+    pinned = FREE.copy()
+    pinned[40:60, NAMES.index("jawOpen")] = 1.0
+    assert solution is not None
+    closed = close_lips(face, wrong, wrong.weights, solution, pinned)
+    assert closed is not None
+    np.testing.assert_array_equal(closed.weights[40:60], wrong.weights[40:60])
+
+
+def test_without_lip_markers_it_is_told() -> None:
+    shot = result(
+        markers(MESH, performance(NAMES, jawOpen=OPEN), without=("mouth_up",)),
+        options=ProcessOptions(express=False),
+    )
+    assert "LIPS_UNSEEN" in {finding.code for finding in shot.findings}

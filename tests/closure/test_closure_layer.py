@@ -1,0 +1,117 @@
+"""The closure layer on a performer whose markers show a part of each blink."""
+
+import numpy as np
+import pytest
+from closing_world import BLINKS, TIMES, markers, performance, result
+from slits import slit_face
+
+from usdface.closure.closure_layer import Closure, close_eyes_and_lips
+from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.face.bound_face import BoundFace
+from usdface.options import ClosureOptions, ProcessOptions
+from usdface.retarget_setup import Pin
+from usdface.shot import ShotResult
+
+MESH = slit_face()
+NAMES = MESH.shape_names
+FACE = BoundFace(MESH, (), np.zeros(0, int)).with_layout(())
+GAPS = lid_gaps_of(FACE, NAMES)
+
+
+@pytest.fixture(scope="module", name="weak")
+def _weak() -> ShotResult:
+    """Of a performer whose lid markers move by 40 % of the character's."""
+    return result(markers(MESH, performance(NAMES), share=0.4))
+
+
+def closure_of(shot: ShotResult) -> Closure:
+    assert shot.closure is not None
+    return shot.closure
+
+
+def codes(shot: ShotResult) -> set[str]:
+    return {finding.code for finding in shot.findings}
+
+
+def test_blinks_that_the_markers_show_in_part_close_the_eyes(weak: ShotResult) -> None:
+    closings = closure_of(weak).closings
+    assert [each.closing.kind for each in closings] == ["blink"] * len(BLINKS)
+    for each, start in zip(closings, BLINKS, strict=True):
+        assert abs(TIMES[each.peak] - start - 0.08) < 0.05
+        assert max(each.before) < 0.6 and min(each.after) > 0.95
+        assert max(each.gaps) < 1e-4
+    assert "EYES_CLOSED" in codes(weak)
+
+
+def test_between_the_blinks_the_eyes_stay_as_solved(weak: ShotResult) -> None:
+    closure = closure_of(weak)
+    still = closure.eyes.max(axis=1) == 0
+    assert still.mean() > 0.7
+    np.testing.assert_array_equal(closure.weights[still], weak.solved.weights[still])
+    assert weak.weights.weights is closure.weights
+
+
+def test_a_second_run_on_its_own_result_changes_nothing(weak: ShotResult) -> None:
+    again = close_eyes_and_lips(
+        weak.shot.face, weak.solved, closure_of(weak).weights, solution=weak.solution
+    )
+    assert again is not None
+    np.testing.assert_allclose(again.weights, closure_of(weak).weights, atol=2e-5)
+
+
+def test_left_out_by_option_or_by_setting() -> None:
+    take = markers(MESH, performance(NAMES))
+    off = ProcessOptions(express=False, closure=False)
+    assert result(take, options=off).closure is None
+    assert result(take, closure=ClosureOptions(lids=False, lips=False)).closure is None
+    lips_only = closure_of(result(take, closure=ClosureOptions(lids=False)))
+    assert not lips_only.eyes.any()
+
+
+def test_a_squint_stays_open() -> None:
+    squint = 0.6 * np.clip(np.minimum(TIMES - 3.2, 3.9 - TIMES) / 0.35, 0, 1)
+    both = {f"eyeSquint{side}": squint for side in ("Left", "Right")}
+    shot = result(markers(MESH, performance(NAMES, **both)))
+    assert not closure_of(shot).eyes[TIMES > 3.1].any()
+
+
+def test_a_pin_stays_and_lids_that_it_makes_cross_are_told() -> None:
+    frame = int(3.3 * 60)
+    pinned = {"eyeBlinkLeft": 1.0, "eyeSquintLeft": 1.0, "eyeWideLeft": 0.0}
+    pins = [Pin(name, np.array([frame]), np.array([weight])) for name, weight in pinned.items()]
+    shot = result(markers(MESH, performance(NAMES)), pins=pins)
+    final = shot.weights.weights[frame]
+    assert final[NAMES.index("eyeBlinkLeft")] == final[NAMES.index("eyeSquintLeft")] == 1.0
+    assert "LIDS_CROSS" in codes(shot)
+
+
+def test_beside_one_pin_other_shapes_give_way() -> None:
+    frame = int(3.3 * 60)
+    squint = np.where(np.abs(TIMES - 3.3) < 0.6, 0.8, 0.0)
+    pins = [Pin("eyeBlinkLeft", np.array([frame]), np.array([1.0]))]
+    shot = result(markers(MESH, performance(NAMES, eyeSquintLeft=squint)), pins=pins)
+    final = shot.weights.weights
+    assert final[frame, NAMES.index("eyeBlinkLeft")] == 1.0
+    assert GAPS["left"].least(final).min() > -0.0003
+    assert "LIDS_CROSS" not in codes(shot)
+
+
+def test_a_pin_at_0_keeps_an_eye_open_in_a_blink() -> None:
+    frame = int((BLINKS[0] + 0.09) * 60)
+    pins = [Pin("eyeBlinkLeft", np.array([frame]), np.array([0.0]))]
+    shot = result(markers(MESH, performance(NAMES)), pins=pins)
+    final = shot.weights.weights[frame]
+    assert final[NAMES.index("eyeBlinkLeft")] == 0.0
+    assert final[NAMES.index("eyeBlinkRight")] > 0.95
+
+
+def test_without_markers_at_the_lids_it_is_told() -> None:
+    shot = result(markers(MESH, performance(NAMES), without=("eye",)))
+    assert "LIDS_UNSEEN" in codes(shot)
+    assert not closure_of(shot).closings
+
+
+def test_one_eye_without_markers_blinks_with_the_other() -> None:
+    shot = result(markers(MESH, performance(NAMES), without=("eye_left",)))
+    assert {"LIDS_UNSEEN", "BLINK_GUESSED"} <= codes(shot)
+    assert GAPS["left"].widest(shot.weights.weights).min() < 1e-4

@@ -1,0 +1,104 @@
+"""Lids that meet and lids that do not cross, on lids known to the millimetre."""
+
+import numpy as np
+import pytest
+from slits import LID_GAP, bent_slit_face, slit_face
+
+from usdface.arrays import FloatArray
+from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
+from usdface.closure.lid_gaps import LidGaps, lid_gaps_of
+from usdface.face.bound_face import BoundFace
+from usdface.rigs import Mesh
+
+MESHES = {"linear": slit_face(), "bent": bent_slit_face()}
+# Twice the pressing of 0.02 openings that is allowed: rims have slanted corners.
+PRESSED = 0.03 * LID_GAP
+
+
+@pytest.fixture(params=MESHES, name="mesh")
+def _mesh(request: pytest.FixtureRequest) -> Mesh:
+    return MESHES[request.param]
+
+
+@pytest.fixture(name="gaps")
+def _gaps(mesh: Mesh) -> LidGaps:
+    face = BoundFace(mesh, (), np.zeros(0, int)).with_layout(())
+    return lid_gaps_of(face, mesh.shape_names)["left"]
+
+
+def random_weights(mesh: Mesh, count: int = 60) -> FloatArray:
+    return np.random.default_rng(0).random((count, len(mesh.shapes)))
+
+
+def test_a_closed_eye_is_closed_whatever_else_the_face_does(mesh: Mesh, gaps: LidGaps) -> None:
+    weights = random_weights(mesh)
+    closed = close_lids(weights, np.ones(len(weights)), gaps)
+    parted = part_crossed_lids(closed, gaps, np.ones(len(mesh.shapes), bool))
+    least, widest = gaps.ends(parted)
+    assert least.min() >= -PRESSED
+    assert widest.max() <= 1e-4
+    assert (parted >= 0).all() and (parted <= 1).all()
+
+
+def test_no_frame_crosses_and_frames_that_do_not_stay(mesh: Mesh, gaps: LidGaps) -> None:
+    weights = random_weights(mesh)
+    parted = part_crossed_lids(weights, gaps, np.ones(len(mesh.shapes), bool))
+    assert crossing(weights, gaps).max() > 0.001
+    assert crossing(parted, gaps).max() <= 1e-6
+    still = crossing(weights, gaps) <= 0
+    assert still.any()
+    np.testing.assert_array_equal(parted[still], weights[still])
+    assert (parted <= weights).all()
+
+
+def test_a_second_run_changes_nothing(mesh: Mesh, gaps: LidGaps) -> None:
+    weights = random_weights(mesh)
+    course = np.random.default_rng(1).random(len(weights)).round(1)
+    free = np.ones(len(mesh.shapes), bool)
+    once = part_crossed_lids(close_lids(weights, course, gaps), gaps, free)
+    again = part_crossed_lids(close_lids(once, course, gaps), gaps, free)
+    np.testing.assert_allclose(again, once, atol=2e-5)
+
+
+def test_where_nothing_closes_nothing_changes(mesh: Mesh, gaps: LidGaps) -> None:
+    weights = random_weights(mesh)
+    np.testing.assert_array_equal(close_lids(weights, np.zeros(len(weights)), gaps), weights)
+    course = (np.arange(len(weights)) % 2).astype(float)
+    closed = close_lids(weights, course, gaps)
+    np.testing.assert_array_equal(closed[::2], weights[::2])
+
+
+def test_the_lid_comes_down_steadily(mesh: Mesh, gaps: LidGaps) -> None:
+    weights = np.zeros((21, len(mesh.shapes)))
+    weights[:, list(gaps.raisers)] = 0.7
+    closed = close_lids(weights, np.linspace(0, 1, 21), gaps)
+    assert (np.diff(gaps.widest(closed)) < 0).all()
+
+
+def test_a_weak_closer_gets_help_from_the_lower_lid() -> None:
+    mesh = slit_face()
+    blends = tuple(
+        type(shape)(shape.name, shape.indices, 0.8 * shape.offsets)
+        if "Blink" in shape.name
+        else shape
+        for shape in mesh.shapes
+    )
+    weak = Mesh("Face", mesh.points, mesh.face_counts, mesh.face_indices, shapes=blends)
+    face = BoundFace(weak, (), np.zeros(0, int)).with_layout(())
+    gaps = lid_gaps_of(face, weak.shape_names)["left"]
+    closed = close_lids(np.zeros((1, len(blends))), np.ones(1), gaps)[0]
+    assert closed[gaps.closer] == pytest.approx(1.0)
+    assert closed[gaps.tighteners[0]] == pytest.approx(0.2 * 8 / 3, abs=0.05)
+    assert gaps.widest(closed[None]) <= 1e-4
+
+
+def test_weights_that_may_not_change_stay(mesh: Mesh, gaps: LidGaps) -> None:
+    weights = np.zeros((1, len(mesh.shapes)))
+    weights[0, [gaps.closer, *gaps.tighteners]] = 1.0
+    free = np.ones(len(mesh.shapes), bool)
+    free[gaps.closer] = False
+    parted = part_crossed_lids(weights, gaps, free)
+    assert parted[0, gaps.closer] == 1.0
+    assert parted[0, gaps.tighteners[0]] < 0.2
+    free[list(gaps.tighteners)] = False
+    np.testing.assert_array_equal(part_crossed_lids(weights, gaps, free), weights)

@@ -1,0 +1,46 @@
+"""How far apart markers show the performer's lips."""
+
+import numpy as np
+from closing_world import TIMES, markers, performance, result, slit_markers
+from slits import slit_face
+
+from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lip_signal import LipDistances, lip_distances, lip_pairs
+from usdface.face.bound_face import BoundFace
+from usdface.shot import ShotResult
+
+MESH = slit_face()
+NAMES = MESH.shape_names
+OPEN = 0.3 * np.clip(np.sin(2 * np.pi * TIMES), 0, None)
+
+
+def distances_of(shot: ShotResult) -> LipDistances | None:
+    face = shot.shot.face
+    gaps = lip_gaps_of(face, NAMES)
+    assert gaps is not None and shot.solution is not None
+    return lip_distances(face, shot.solved, shot.solution, gaps.across, gaps.x)
+
+
+def test_markers_above_and_below_the_mouth_are_a_pair_and_others_are_none() -> None:
+    own = slit_markers(MESH)
+    face = BoundFace(MESH, tuple(own), np.array(list(own.values()))).with_layout(())
+    pairs = [[face.markers[k] for k in pair] for pair in lip_pairs(face, face.markers)]
+    assert pairs == [["mouth_up", "mouth_down"]]
+    assert not len(lip_pairs(face, ("brow_left", "mouth_up")))
+
+
+def test_they_are_as_far_apart_as_the_jaw_opens() -> None:
+    shot = result(markers(MESH, performance(NAMES, jawOpen=OPEN)))
+    distances = distances_of(shot)
+    assert distances is not None
+    np.testing.assert_allclose(distances.seen[30:, 0], 0.02 * OPEN[30:], atol=0.0006)
+    np.testing.assert_allclose(distances.seen, distances.shown, atol=0.0006)
+
+
+def test_a_pair_that_does_not_open_with_the_mouth_is_not_believed() -> None:
+    take = markers(MESH, performance(NAMES, jawOpen=OPEN))
+    positions = take.positions.copy()
+    down, up = take.names.index("mouth_down"), take.names.index("mouth_up")
+    positions[:, down, 1] = positions[0, down, 1] + positions[:, up, 1] - positions[0, up, 1]
+    frozen = type(take)(take.names, take.times, positions, take.rate)
+    assert distances_of(result(frozen)) is None

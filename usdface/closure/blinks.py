@@ -1,0 +1,311 @@
+"""Blinks and closed eyes, recognised by the course of the lids over time.
+
+A blink is a pulse: the lid comes down fast, hardly rests and goes up again. A morphological opening
+takes away every pulse that is shorter than a blink can last; the difference (white top-hat) leaves
+only pulses, whatever the level that the lids have between them: squints, glances down and raised
+brows stay out. The take itself says how high its blinks are. Where the lids stay at the level of
+the blinks, the eye is held closed.
+
+How far an eye is closed comes from lids that markers see only in part, in units of the character's
+closed eye (`lid_signal`).
+
+Sources of the times: an endogenous blink takes about 100 ms to full closure, hides the view for at
+most 300 ms and takes about 100 ms to reopen, together 500 ms (J. Stern, L. Walrath, R. Goldstein,
+"The endogenous eyeblink", Psychophysiology 21, 1984). Closing is 40 to 47 % faster than opening
+(C. Sforza et al., "Spontaneous blinking in healthy persons", Ophthalmic and Physiological Optics
+28, 2008, by optical markers).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, grey_opening
+from scipy.signal import find_peaks
+
+from usdface.arrays import BoolArray, FloatArray, IntArray
+
+__all__ = ["EyeClosing", "closing_course", "find_closings"]
+
+# Longest blink [s], with a margin for the smoothing that recordings come with.
+_LONGEST = 0.6
+# Standard deviation [s] of the smoothing: a third of the fastest closing; of noisy markers half the
+# width of a blink.
+_SMOOTHING = (0.02, 0.05)
+# Least height of a pulse in deviations of the smoothed noise, of which the opening alone takes two.
+_ABOVE_NOISE = 6.0
+# Two pulses closer than this [s] are one, and those of two eyes belong together.
+_APART = 0.12
+# Least height of an eye's blinks, and of those of the eye that shows them better, in closed eyes of
+# the character: in a take with less no blink is seen. Those of two real takes: 0.44 to 1.15.
+_SEEN, _BETTER_SEEN = 0.15, 0.3
+# Pulses, in heights of the take's own blinks: always a blink above the second, never below the
+# first; between them the widest step between the heights decides. Of one eye alone only above the
+# third.
+_DOUBTED, _SURE, _ALONE = 0.35, 0.6, 0.6
+# The other eye takes part from this share on.
+_SHARED = 0.25
+# Spontaneous blinks are of both eyes; a pulse of one eye that is narrower at half its height [s] is
+# no wink: the other lid was not seen.
+_FAST = 0.2
+# A pulse is a squint or a glance if the second half of its closing takes longer [s], or if it is
+# wider at half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.10 and
+# 0.09 to 0.30; of other pulses 0.11 to 0.29 and more.
+_SLOW, _WIDEST = 0.105, 0.35
+# Closed at this share of the height of the blinks; open again, or not yet closing, at the second.
+_CLOSED, _OPEN = 0.85, 0.35
+# ... at this where the other eye stays open: one eye alone may be a twitch of its cheek.
+_CLOSED_ALONE = 0.95
+# Shortest time [s] at that level that is no blink.
+_HELD = 0.1
+# Limits of closing and opening [s] between open and closed: fastest 50 to slowest 150 of a blink
+# that closes, twice that where it opens; an eye that is held closed may take its time.
+_CLOSING, _OPENING = (0.05, 0.15), (0.08, 0.3)
+_SLOWEST = 0.5
+# A raised cosine is at 10 and 90 % after these shares of its length.
+_TEN, _NINETY = np.arccos(0.8) / np.pi, 1.0 - np.arccos(0.8) / np.pi
+
+
+@dataclass(frozen=True, slots=True)
+class EyeClosing:
+    """One closing of an eye, or of both.
+
+    Attributes
+    ----------
+    kind : {"blink", "held"}
+    eyes : tuple of int
+        0 = left, 1 = right.
+    start, closed, opened, end : float [s]
+        Times at which it begins, is closed, begins to open, and is over.
+    height : float
+        How far the markers show it: of a blink as a share of the character's closed eye, of an eye
+        that is held closed as a share of the take's blinks.
+    guessed : bool
+        One of the two eyes was not seen to close.
+    """
+
+    kind: Literal["blink", "held"]
+    eyes: tuple[int, ...]
+    start: float
+    closed: float
+    opened: float
+    end: float
+    height: float
+    guessed: bool = False
+
+
+def find_closings(times: FloatArray, closing: FloatArray) -> list[EyeClosing]:
+    """Find blinks and closed eyes.
+
+    Parameters
+    ----------
+    times : (F,) float64 [s]
+    closing : (F, 2) float64
+        How far the left and the right eye are closed: 0 as in the neutral frames, 1 as the
+        character's closed eye; NaN in all frames of an eye that is not seen.
+
+    Returns
+    -------
+    list of EyeClosing
+        In order of time.
+    """
+    if len(times) < 3:
+        return []
+    step = float(np.median(np.diff(times)))
+    seen = [eye for eye in (0, 1) if np.isfinite(closing[:, eye]).all()]
+    smooth, pulses, floor = closing.copy(), np.zeros(closing.shape), np.zeros(2)
+    for eye in seen:
+        smooth[:, eye], floor[eye] = _smoothed(closing[:, eye], step)
+        width = max(round(_LONGEST / step), 3)
+        pulses[:, eye] = smooth[:, eye] - grey_opening(smooth[:, eye], width, mode="nearest")
+        pulses[pulses[:, eye] < floor[eye], eye] = 0.0
+    scale = np.array([_blink_height(pulses[:, eye], step) for eye in (0, 1)])
+    if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:
+        scale[:] = np.nan
+    blinks, peaks = _blinks(times, pulses, scale)
+    if not blinks:
+        return []
+    # Only blinks say at which level an eye is closed.
+    level = np.where(np.isfinite(scale), np.median(smooth[peaks], axis=0), np.nan)
+    held = _held(times, smooth / level)
+    closings = [*blinks, *(each for each in held if not _within(each, blinks))]
+    return sorted(closings, key=lambda each: each.closed)
+
+
+def closing_course(times: FloatArray, closings: Sequence[EyeClosing]) -> FloatArray:
+    """Return how far each eye is closed over time: (F, 2), 0 as solved, 1 closed.
+
+    Each closing rises and falls once, as a raised cosine.
+    """
+    course = np.zeros((len(times), 2))
+    for each in closings:
+        rise = _raised_cosine((times - each.start) / max(each.closed - each.start, 1e-9))
+        fall = _raised_cosine((each.end - times) / max(each.end - each.opened, 1e-9))
+        for eye in each.eyes:
+            course[:, eye] = np.maximum(course[:, eye], np.minimum(rise, fall))
+    return course
+
+
+def _raised_cosine(share: FloatArray) -> FloatArray:
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)))
+
+
+def _smoothed(closing: FloatArray, step: float) -> tuple[FloatArray, float]:
+    """Return the smoothed curve of an eye, and the least height of a pulse that is no noise."""
+    # Third differences of white noise have 20 times its variance; blinks are rare.
+    noise = 1.4826 * float(np.median(np.abs(np.diff(closing, 3)))) / np.sqrt(20.0)
+    smooth, floor = closing, _ABOVE_NOISE * noise
+    for width in _SMOOTHING:
+        sigma = width / step
+        smooth = gaussian_filter1d(closing, sigma, mode="nearest")
+        floor = _ABOVE_NOISE * noise / max(np.sqrt(2.0 * np.sqrt(np.pi) * sigma), 1.0)
+        if floor < _SEEN:
+            break
+    return smooth, floor
+
+
+def _blink_height(pulses: FloatArray, step: float) -> float:
+    """Return the height of an eye's blinks; NaN if none is seen."""
+    peaks, _ = find_peaks(pulses, height=_SEEN, distance=max(int(_APART / step), 1))
+    if not len(peaks):
+        return float("nan")
+    heights = np.sort(pulses[peaks])[::-1]
+    # The upper quartile: the highest alone may be a squeeze, or noise.
+    return float(np.quantile(heights, 0.75))
+
+
+def _blinks(
+    times: FloatArray, pulses: FloatArray, scale: FloatArray
+) -> tuple[list[EyeClosing], IntArray]:
+    """Return the blinks, and the frame of each one's peak."""
+    step = float(np.median(np.diff(times)))
+    known = np.isfinite(scale)
+    if not known.any():
+        return [], np.zeros(0, np.int64)
+    relative = np.where(known, pulses / np.where(known, scale, 1.0), 0.0)
+    strongest = relative.max(axis=1)
+    peaks, _ = find_peaks(
+        np.pad(strongest, 1), height=_DOUBTED, distance=max(int(_APART / step), 1)
+    )
+    peaks = peaks - 1
+    reach = round(_APART / step)
+    shares = np.array(
+        [relative[max(peak - reach, 0) : peak + reach + 1].max(axis=0) for peak in peaks]
+    ).reshape(-1, 2)
+    threshold = _threshold(shares.max(axis=1, initial=0.0))
+    blinks, kept = [], []
+    for peak, share in zip(peaks.tolist(), shares, strict=True):
+        both = bool((share >= _SHARED).all())
+        if share.max() < (threshold if both or not known.all() else _ALONE):
+            continue
+        # The mean course of the eyes that show it: they move together.
+        shown = np.flatnonzero(share >= _SHARED)
+        course = (relative[:, shown] / share[shown]).mean(axis=1)
+        peak = _top(course, peak, reach)
+        if peak in kept:
+            continue
+        start, closed, opened, end, halfway, width = _times(times, course, peak)
+        if width > _WIDEST or times[peak] - halfway > _SLOW:
+            continue
+        wink = known.all() and not both and width > _FAST
+        eyes = tuple(shown.tolist()) if wink else (0, 1)
+        height = float((pulses[peak, shown]).max())
+        guessed = len(shown) < 2 and not wink
+        blinks.append(EyeClosing("blink", eyes, start, closed, opened, end, height, guessed))
+        kept.append(peak)
+    return blinks, np.array(kept, dtype=np.int64)
+
+
+def _threshold(heights: FloatArray) -> float:
+    """Return the height between blinks and other pulses: within the widest step in doubt."""
+    doubted = heights[(heights > _DOUBTED) & (heights < _SURE)]
+    steps = np.sort(np.concatenate([[_DOUBTED, _SURE], doubted]))
+    widest = int(np.argmax(np.diff(np.log(steps))))
+    return float(np.sqrt(steps[widest] * steps[widest + 1]))
+
+
+def _top(course: FloatArray, peak: int, reach: int) -> int:
+    first = max(peak - reach, 0)
+    return first + int(np.argmax(course[first : peak + reach + 1]))
+
+
+def _times(
+    times: FloatArray, course: FloatArray, peak: int
+) -> tuple[float, float, float, float, float, float]:
+    """Return start, closed, opened and end of a pulse: [s].
+
+    Then the time at which it is half closed, and its width there.
+    """
+    share = course / course[peak]
+    before = {level: _crossing(times, share, peak, -1, level) for level in (0.1, 0.5, 0.9)}
+    after = {level: _crossing(times, share, peak, 1, level) for level in (0.1, 0.5, 0.9)}
+    closing = np.clip((before[0.9] - before[0.1]) / (_NINETY - _TEN), *_CLOSING)
+    opening = np.clip((after[0.1] - after[0.9]) / (_NINETY - _TEN), *_OPENING)
+    # Closed by the peak, in a frame of the take.
+    closed = min(before[0.5] + 0.5 * closing, times[peak])
+    opened = max(after[0.5] - 0.5 * opening, times[peak])
+    width = after[0.5] - before[0.5]
+    return closed - closing, closed, opened, opened + opening, before[0.5], float(width)
+
+
+def _crossing(times: FloatArray, share: FloatArray, peak: int, way: int, level: float) -> float:
+    """Return the time at which a pulse passes a level, going away from its peak: [s]."""
+    side = share[peak:] if way > 0 else share[: peak + 1][::-1]
+    at = times[peak:] if way > 0 else times[: peak + 1][::-1]
+    below = np.flatnonzero(side < level)
+    if not len(below):
+        return float(at[-1])
+    k = int(below[0])
+    high, low = side[k - 1], side[k]
+    return float(at[k - 1] + (at[k] - at[k - 1]) * (high - level) / max(high - low, 1e-12))
+
+
+def _held(times: FloatArray, levels: FloatArray) -> list[EyeClosing]:
+    """Return the times in which eyes stay closed, for levels (F, 2): 1 is that of blinks."""
+    held = []
+    for eye in (0, 1):
+        own, other = levels[:, eye], levels[:, 1 - eye]
+        # An eye that is not seen contradicts nothing.
+        alone = other < _OPEN
+        closed = own >= np.where(alone, _CLOSED_ALONE, _CLOSED)
+        held += _held_eye(times, own, closed, eye)
+    return held
+
+
+def _held_eye(
+    times: FloatArray, share: FloatArray, closed: BoolArray, eye: int
+) -> list[EyeClosing]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8)))
+    held: list[EyeClosing] = []
+    for first, stop in edges.reshape(-1, 2).tolist():
+        last = stop - 1
+        if times[last] - times[first] < _HELD:
+            continue
+        start, end = _left(times, share, first, -1), _left(times, share, last, 1)
+        span = (start, float(times[first]), float(times[last]), end)
+        height = float(share[first:stop].max())
+        # Between two that never opened the eye stays closed.
+        between = share[_frame(times, held[-1].opened) : first] if held else share[:0]
+        if held and between.min(initial=np.inf) > _OPEN:
+            previous = held.pop()
+            span = (previous.start, previous.closed, *span[2:])
+            height = max(height, previous.height)
+        held.append(EyeClosing("held", (eye,), *span, height))
+    return held
+
+
+def _frame(times: FloatArray, time: float) -> int:
+    return int(np.abs(times - time).argmin())
+
+
+def _within(held: EyeClosing, blinks: Sequence[EyeClosing]) -> bool:
+    """Whether a closed eye is the top of a blink."""
+    return any(each.start <= held.closed and held.opened <= each.end for each in blinks)
+
+
+def _left(times: FloatArray, share: FloatArray, frame: int, way: int) -> float:
+    """Return the time at which the way to, or from, a closed eye begins, or ends: [s]."""
+    time = _crossing(times, share / share[frame], frame, way, _OPEN / float(share[frame]))
+    away = np.clip(abs(time - times[frame]), _CLOSING[0], _SLOWEST)
+    return float(times[frame] + way * away)

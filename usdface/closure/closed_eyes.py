@@ -1,0 +1,189 @@
+"""Eyes that blink or stay shut, closed on the character; lids that cross, parted."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.closure.blinks import EyeClosing, closing_course, find_closings
+from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
+from usdface.closure.lid_gaps import EYES, Eye, LidGaps, lid_gaps_of
+from usdface.closure.lid_signal import lid_signal
+from usdface.face.bound_face import BoundFace
+from usdface.findings import Finding, finding
+from usdface.retarget.solution import Solution
+from usdface.takes import WeightsTake
+
+__all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
+
+# Least crossing that is told [m].
+_TOLD = 1e-4
+# Frames that a message lists.
+_NAMED = 8
+
+
+@dataclass(frozen=True, slots=True)
+class CompletedClosing:
+    """An eye closing, and how the character shows it.
+
+    Attributes
+    ----------
+    closing : EyeClosing
+    frames : (int, int)
+        First and last frame index that it changes.
+    peak : int
+        Frame index at which it is closed.
+    before, after : tuple of float, one for each eye
+        Weight of the blend shape that closes the eye, at the peak.
+    gaps : tuple of float, one for each eye [m]
+        What remains open at the widest place, at the peak.
+    """
+
+    closing: EyeClosing
+    frames: tuple[int, int]
+    peak: int
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+    gaps: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosedEyes:
+    """Weights (F, T), the course (F, 2) of the two eyes, their closings, and findings."""
+
+    weights: FloatArray
+    course: FloatArray
+    closings: tuple[CompletedClosing, ...]
+    findings: list[Finding]
+
+
+def close_eyes(
+    face: BoundFace,
+    solved: WeightsTake,
+    weights: FloatArray,
+    solution: Solution | None,
+    near_pins: FloatArray,
+) -> ClosedEyes | None:
+    """Complete the blinks of a take, and part lids that cross.
+
+    Parameters
+    ----------
+    face : BoundFace
+    solved : WeightsTake
+        Weights of T blend shapes before any correction.
+    weights : (F, T) float64
+        The weights to close, corrected or not.
+    solution : Solution or None
+        Of the markers; None of a take of weights.
+    near_pins : (F, T) float64
+        `usdface.retarget.pins.pin_nearness`.
+
+    Returns
+    -------
+    ClosedEyes or None
+        None of a face without lids.
+    """
+    gaps = lid_gaps_of(face, solved.names)
+    if not gaps:
+        return None
+    signal = lid_signal(face, gaps, solved, solution)
+    closings = find_closings(solved.times, signal)
+    course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
+    findings = _unseen(gaps, signal)
+    closed = weights
+    for eye, own in gaps.items():
+        closed = close_lids(closed, course[:, EYES.index(eye)], own)
+    for eye, own in gaps.items():
+        closed = _without_crossing(closed, own, near_pins)
+        findings += _crossing(eye, own, closed)
+    completed = tuple(_completed(each, gaps, solved.times, weights, closed) for each in closings)
+    return ClosedEyes(closed, course, completed, findings + _closed(completed))
+
+
+def _eye_course(
+    course: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray
+) -> FloatArray:
+    """Return the course (F, 2) of the eyes that can close, away from pins of their shapes."""
+    result = np.zeros(course.shape)
+    for eye, own in gaps.items():
+        column = EYES.index(eye)
+        shapes = [own.closer, *own.tighteners, *own.raisers]
+        result[:, column] = course[:, column] * (1.0 - near_pins[:, shapes].max(axis=1))
+    if len(gaps) == 2 and gaps["left"].closer == gaps["right"].closer:
+        # One shape closes both eyes: not for a wink.
+        result[:] = result.min(axis=1, keepdims=True)
+    return result
+
+
+def _without_crossing(weights: FloatArray, gaps: LidGaps, near_pins: FloatArray) -> FloatArray:
+    """Return weights at which the lids do not cross; what is pinned stays."""
+    near = near_pins[:, gaps.movers].max(axis=1, initial=0.0)
+    free = np.ones(weights.shape[1], dtype=bool)
+    parted = part_crossed_lids(weights, gaps, free)
+    pinned = near > 0
+    if pinned.any():
+        held = near_pins[pinned].max(axis=0) > 0
+        kept = part_crossed_lids(weights[pinned], gaps, ~held)
+        parted[pinned] += near[pinned, None] * (kept - parted[pinned])
+    return parted
+
+
+def _unseen(gaps: Mapping[Eye, LidGaps], signal: FloatArray) -> list[Finding]:
+    message = "no marker moves with its lids, so its blinks are not seen"
+    return [
+        finding("LIDS_UNSEEN", f"{eye} eye", message)
+        for eye in gaps
+        if np.isnan(signal[:, EYES.index(eye)]).all()
+    ]
+
+
+def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
+    depth = crossing(weights, gaps)
+    frames = np.flatnonzero(depth > _TOLD)
+    if not len(frames):
+        return []
+    message = (
+        f"pinned weights make its lids cross in {len(frames)} frames ({frames[0]} to "
+        f"{frames[-1]}), by {1000 * depth.max():.1f} mm at most"
+    )
+    return [finding("LIDS_CROSS", f"{eye} eye", message)]
+
+
+def _completed(
+    closing: EyeClosing,
+    gaps: Mapping[Eye, LidGaps],
+    times: FloatArray,
+    before: FloatArray,
+    after: FloatArray,
+) -> CompletedClosing:
+    frames = np.flatnonzero((times > closing.start) & (times < closing.end))
+    peak = int(np.abs(times - closing.closed).argmin())
+    own = [gaps[EYES[eye]] for eye in closing.eyes if EYES[eye] in gaps]
+    return CompletedClosing(
+        closing,
+        (int(frames[0]), int(frames[-1])) if len(frames) else (peak, peak),
+        peak,
+        tuple(float(before[peak, eye.closer]) for eye in own),
+        tuple(float(after[peak, eye.closer]) for eye in own),
+        tuple(float(eye.ends(after[peak : peak + 1])[1][0]) for eye in own),
+    )
+
+
+def _closed(completed: Sequence[CompletedClosing]) -> list[Finding]:
+    findings = []
+    for kind, words in (("blink", "blinks were completed"), ("held", "eyes that stay shut closed")):
+        own = [each for each in completed if each.closing.kind == kind]
+        if own:
+            frames = ", ".join(str(each.peak) for each in own[:_NAMED])
+            more = f" and {len(own) - _NAMED} more" if len(own) > _NAMED else ""
+            message = f"{len(own)} {words}, at frames {frames}{more}"
+            findings.append(finding("EYES_CLOSED", "lids", message))
+    guessed = [str(each.peak) for each in completed if each.closing.guessed]
+    if guessed:
+        message = (
+            f"only one eye was seen to blink at frame{'s' if len(guessed) > 1 else ''} "
+            f"{', '.join(guessed[:_NAMED])}; both are closed, as a blink that fast is of both"
+        )
+        findings.append(finding("BLINK_GUESSED", "lids", message))
+    return findings

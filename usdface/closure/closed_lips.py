@@ -1,0 +1,80 @@
+"""Lips that touch on the performer, brought together on the character."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.closure.lip_contact import largest_gaps, lip_gaps_of, touching_lips
+from usdface.closure.lip_signal import lip_distances
+from usdface.face.bound_face import BoundFace
+from usdface.findings import Finding, finding
+from usdface.retarget.solution import Solution
+from usdface.takes import WeightsTake
+
+__all__ = ["ClosedLips", "close_lips"]
+
+# Least movement that is told [m].
+_TOLD = 1e-4
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosedLips:
+    """Weights (F, T), the course (F,) of the lips, and findings."""
+
+    weights: FloatArray
+    course: FloatArray
+    findings: list[Finding]
+
+
+def close_lips(
+    face: BoundFace,
+    solved: WeightsTake,
+    weights: FloatArray,
+    solution: Solution,
+    near_pins: FloatArray,
+) -> ClosedLips | None:
+    """Bring the character's lips together where the markers show that the performer's touch.
+
+    Parameters
+    ----------
+    face : BoundFace
+    solved : WeightsTake
+        Weights of T blend shapes before any correction.
+    weights : (F, T) float64
+        The weights to close, corrected or not.
+    solution : Solution
+    near_pins : (F, T) float64
+        `usdface.retarget.pins.pin_nearness`.
+
+    Returns
+    -------
+    ClosedLips or None
+        None of a face without lips.
+    """
+    gaps = lip_gaps_of(face, solved.names)
+    if gaps is None:
+        return None
+    distances = lip_distances(face, solved, solution, gaps.across, gaps.x)
+    if distances is None:
+        message = "no two markers of the lips part and meet with the mouth, so a touch is not seen"
+        return ClosedLips(
+            weights, np.zeros(len(weights)), [finding("LIPS_UNSEEN", "lips", message)]
+        )
+    tolerance = face.layout.tolerance
+    near = near_pins[:, gaps.moved_by].max(axis=1, initial=0.0)
+    # Near a pin the limit fades, and ends at it.
+    with np.errstate(divide="ignore"):
+        largest = largest_gaps(distances, tolerance) / (1.0 - near[:, None])
+    closed = touching_lips(weights, largest, gaps)
+    before, after = gaps.opened(weights), gaps.opened(closed)
+    course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
+    frames = np.flatnonzero((before - after).max(axis=1) > _TOLD)
+    findings = []
+    if len(frames):
+        message = (
+            f"lips that touch on the performer were brought together in {len(frames)} frames "
+            f"({frames[0]} to {frames[-1]}), by {1000 * (before - after).max():.1f} mm at most"
+        )
+        findings.append(finding("LIPS_CLOSED", "lips", message))
+    return ClosedLips(closed, course, findings)

@@ -1,0 +1,115 @@
+"""The closure layer: eyes and lips that close on the performer close on the character.
+
+It comes after the correction, which therefore cannot open what it closes. A second run on its own
+weights changes nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.arrays import FloatArray, frozen
+from usdface.closure.closed_eyes import CompletedClosing, close_eyes
+from usdface.closure.closed_lips import close_lips
+from usdface.face.bound_face import BoundFace
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
+from usdface.findings import Finding
+from usdface.options import ClosureOptions
+from usdface.retarget.pins import pin_nearness
+from usdface.retarget.solution import Solution
+from usdface.retarget_setup import Pin
+from usdface.takes import WeightsTake
+
+__all__ = ["Closure", "close_eyes_and_lips"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Closure:
+    """Weights of closed eyes and lips.
+
+    Attributes
+    ----------
+    weights : (F, T) float64
+    eyes : (F, 2) float64
+        How far the left and the right eye are closed by the layer: 0 as they were, 1 closed.
+    mouth : (F,) float64
+        The same of the lips.
+    closings : tuple of CompletedClosing
+    findings : tuple of Finding
+    """
+
+    weights: FloatArray
+    eyes: FloatArray
+    mouth: FloatArray
+    closings: tuple[CompletedClosing, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("weights", "eyes", "mouth"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def close_eyes_and_lips(
+    face: BoundFace,
+    solved: WeightsTake,
+    weights: FloatArray,
+    *,
+    solution: Solution | None,
+    pins: Sequence[Pin] = (),
+    options: ClosureOptions = ClosureOptions(),
+) -> Closure | None:
+    """Bring lips together that touch, complete the blinks of a take, and part lids that cross.
+
+    Parameters
+    ----------
+    face : BoundFace
+    solved : WeightsTake
+        Weights of T blend shapes before any correction.
+    weights : (F, T) float64
+        The weights to close, corrected or not.
+    solution : Solution or None
+        Of the markers; None of a take of weights, whose lips stay as they are.
+    pins : sequence of Pin
+        Pinned weights stay, and the layer fades towards them.
+    options : ClosureOptions
+
+    Returns
+    -------
+    Closure or None
+        None where nothing is to close, or the face has neither lids nor lips.
+    """
+    face = _with_contacts(face)
+    near_pins = pin_nearness(pins, solved.names, solved.times)
+    lips, eyes = None, None
+    if options.lips and solution is not None:
+        lips = close_lips(face, solved, weights, solution, near_pins)
+    if options.lids:
+        # Last: a jaw that closes the lips may move the lower lids a little.
+        lower = weights if lips is None else lips.weights
+        eyes = close_eyes(face, solved, lower, solution, near_pins)
+    if lips is None and eyes is None:
+        return None
+    closure = Closure(weights, np.zeros((len(weights), 2)), np.zeros(len(weights)))
+    if lips is not None:
+        closure = replace(
+            closure, weights=lips.weights, mouth=lips.course, findings=tuple(lips.findings)
+        )
+    if eyes is not None:
+        closure = replace(
+            closure,
+            weights=eyes.weights,
+            eyes=eyes.course,
+            closings=eyes.closings,
+            findings=(*closure.findings, *eyes.findings),
+        )
+    return closure
+
+
+def _with_contacts(face: BoundFace) -> BoundFace:
+    """Return the face with the contacts of its mesh, where its layout has none."""
+    layout = face.layout
+    if len(layout.lids) or len(layout.lips):
+        return face
+    contacts = find_lip_lid_contacts(face.mesh)
+    return replace(face, layout=replace(layout, lips=contacts.lips, lids=contacts.lids))

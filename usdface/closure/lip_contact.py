@@ -1,0 +1,178 @@
+"""Weights at which the character's lips are as near to each other as the performer's.
+
+Only lips that nearly touch are held together. Weights that part them are lowered, as little as
+possible; where the jaw is open, the shape that closes the lips over it comes up as well.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.closure.lip_signal import LipDistances
+from usdface.face.bound_face import BoundFace
+from usdface.face.known_limits import with_known_limits
+
+__all__ = ["LipGaps", "largest_gaps", "lip_gaps_of", "touching_lips"]
+
+# Places along the lips.
+_PLACES = 6
+# The solve is contradicted where markers of the two lips are nearer to each other by this many
+# tolerances, or deviations of the noise; wholly at a tolerance more. The real take that leaves the
+# mouth open: 1.4 to 4.6 tolerances.
+_CONTRADICTED, _ABOVE_NOISE = 0.8, 3.0
+# Rounds of projections: an upper bound. They aim so far inside the limits [m] that they end.
+_ROUNDS = 60
+_INSIDE = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class LipGaps:
+    """The gaps between the lips at K places, for weights of T blend shapes.
+
+    Attributes
+    ----------
+    neutral : (K,) float64 [m]
+        On the neutral face, where the lips touch.
+    x : (K,) float64 [m]
+        Of the places, rising.
+    across : (3,) float64
+        Unit vector from the lower to the upper lip.
+    evaluator : BlendShapeEvaluator
+        By how much the shapes change the gaps: N = K.
+    """
+
+    neutral: FloatArray
+    x: FloatArray
+    across: FloatArray
+    evaluator: BlendShapeEvaluator
+
+    def __post_init__(self) -> None:
+        for name in ("neutral", "x", "across"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def opened(self, weights: FloatArray) -> FloatArray:
+        """Return by how much the lips are open at weights (F, T): (F, K) [m]."""
+        return np.asarray(self.evaluator.displacements(self.evaluator.combined(weights)))
+
+    @property
+    def moved_by(self) -> BoolArray:
+        """Which weights move the lips: (T,)."""
+        moving = np.asarray(self.evaluator.offsets.any(axis=1))
+        for combination in self.evaluator.combinations:
+            moving[combination.parents] |= moving[combination.shape]
+        return moving
+
+
+def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
+    """Measure the lips of a face; None if its layout has none."""
+    mesh, lips = face.mesh, face.layout.lips
+    if not len(lips):
+        return None
+    upper, lower = mesh.points[lips[:, 0]], mesh.points[lips[:, 1]]
+    direction = (upper - lower).sum(axis=0)
+    across = direction / max(float(np.linalg.norm(direction)), 1e-12)
+    shares, x = _places((upper[:, 0] + lower[:, 0]) / 2)
+
+    def gaps(values: FloatArray) -> FloatArray:
+        both = values.reshape(*values.shape[:-1], 2, len(lips), 3)
+        return np.asarray(((both[..., 0, :, :] - both[..., 1, :, :]) @ across) @ shares)
+
+    vertices = lips.T.ravel()
+    column = {name: place for place, name in enumerate(mesh.shape_names)}
+    shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
+    evaluator = with_known_limits(evaluator_of(mesh, vertices)[0], mesh.shape_names)
+    neutral = gaps(mesh.points[vertices].reshape(-1))
+    return LipGaps(neutral, x, across, evaluator.mapped(gaps).reordered(shapes))
+
+
+def largest_gaps(distances: LipDistances, tolerance: float) -> FloatArray:
+    """Return how far the character's lips may be open: (F, K) [m], infinite = no matter how far.
+
+    Markers lie beside the lips, so lips may be open that they show as closed. They only count where
+    they contradict the solve: nearer to each other than the same points on the character.
+    """
+    beyond = np.maximum(distances.seen - tolerance, 0.0)
+    limit = tolerance + beyond + beyond**2 / (2.0 * tolerance)
+    low = max(_CONTRADICTED * tolerance, _ABOVE_NOISE * distances.noise)
+    sure = np.clip((distances.shown - distances.seen - low) / tolerance, 0.0, 1.0)
+    sure = sure * sure * (3.0 - 2.0 * sure)
+    return np.asarray(np.divide(limit, sure, out=np.full(sure.shape, np.inf), where=sure > 0))
+
+
+def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
+    """Return weights at which no place of the lips is open further than it may be.
+
+    Parameters
+    ----------
+    weights : (F, T) float64
+    largest : (F, K) float64 [m]
+    gaps : LipGaps
+
+    Returns
+    -------
+    (F, T) float64
+        Equal to `weights` in frames in which no place is.
+    """
+    result = weights.copy()
+    for _ in range(_ROUNDS):
+        frames = np.flatnonzero((gaps.opened(result) > largest).any(axis=1))
+        if not len(frames):
+            break
+        result[frames] = _nearer(result[frames], largest[frames], gaps)
+    return result
+
+
+def _nearer(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
+    """Return weights projected on the limit of each place, of which the largest change counts."""
+    over = gaps.opened(weights) - largest
+    over[over > 0] += _INSIDE
+    slopes = _slopes(weights, gaps)
+    change = np.zeros(weights.shape)
+    for k in np.flatnonzero((over > 0).any(axis=0)):
+        along = _useful(slopes[:, :, k], weights, gaps)
+        size = (along**2).sum(axis=1)
+        step = np.divide(
+            over[:, k], size, out=np.zeros(len(size)), where=(size > 0) & (over[:, k] > 0)
+        )
+        wanted = -step[:, None] * along
+        change = np.where(np.abs(wanted) > np.abs(change), wanted, change)
+    closed = weights + change
+    return _limited(np.maximum(closed, 0.0), weights, gaps)
+
+
+def _slopes(weights: FloatArray, gaps: LipGaps) -> FloatArray:
+    """Return the change of each gap per change of each weight, on the way to 0: (F, T, K) [m]."""
+    evaluator = gaps.evaluator
+    result = np.zeros((len(weights), *evaluator.offsets.shape))
+    ends = evaluator.combined(weights), evaluator.combined(0.9 * weights)
+    result[:, evaluator.free] = evaluator.secants(*ends)
+    return result
+
+
+def _useful(slopes: FloatArray, weights: FloatArray, gaps: LipGaps) -> FloatArray:
+    """Return the slopes (F, T) of the weights that can bring the lips together."""
+    opens = (slopes > 0) & (weights > 0)
+    closes = np.zeros(weights.shape, dtype=bool)
+    for low, high in gaps.evaluator.limits.tolist():
+        closes[:, low] = (slopes[:, low] < 0) & (weights[:, low] < weights[:, high])
+    return np.where(opens | closes, slopes, 0.0)
+
+
+def _limited(closed: FloatArray, weights: FloatArray, gaps: LipGaps) -> FloatArray:
+    """Keep what closes an open jaw within the opening of the jaw, as far as it was."""
+    result = closed.copy()
+    for low, high in gaps.evaluator.limits.tolist():
+        highest = np.maximum(result[:, high], np.minimum(weights[:, low], result[:, low]))
+        result[:, low] = np.minimum(result[:, low], highest)
+    return result
+
+
+def _places(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the share of each pair in each place along the lips (P, K), and x of the places."""
+    edges = np.linspace(x.min(), x.max(), _PLACES + 1)
+    place: IntArray = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, _PLACES - 1)
+    shares = (place[:, None] == np.unique(place)).astype(np.float64)
+    shares /= shares.sum(axis=0)
+    return shares, np.asarray(x @ shares)

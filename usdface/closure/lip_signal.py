@@ -1,0 +1,140 @@
+"""How far the performer's lips are open, as far as the markers show it.
+
+Markers above and below the mouth that are opposite each other make a pair; lips touch where a pair
+is as near as in the neutral frames, or nearer: after contact lips go on moving towards each other,
+to a negative aperture (A. Lofqvist, V. Gracco, "Labial kinematics in stop consonant production",
+Journal of the Acoustical Society of America 99, 1996).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from usdface.arrays import FloatArray, IntArray
+from usdface.face.bound_face import BoundFace
+from usdface.retarget.solution import Solution
+from usdface.takes import WeightsTake
+
+__all__ = ["LipDistances", "lip_distances", "lip_pairs"]
+
+# In widths of the line on which the lips touch: how far from it a marker of a lip may be (20 mm of
+# 43 on ICT, where one is 17 mm below), and how far beside each other two of a pair.
+_NEAR, _BESIDE = 0.45, 0.2
+# Standard deviation [s] of the smoothing: short against a closure of the lips.
+_SMOOTHING = 0.03
+# A pair is believed if its distance over the take is so alike that of the character as solved
+# (correlation), and changes by as much of it (slope). Others are not opposite each other.
+_ALIKE, _AS_FAR = 0.7, 0.5
+
+
+class LipDistances(NamedTuple):
+    """How much further apart points of the two lips are than at rest: (F, K) each [m].
+
+    As the markers show it (`seen`), and of the same points on the character as solved (`shown`);
+    and the standard deviation of `seen` by the noise of the markers [m].
+    """
+
+    seen: FloatArray
+    shown: FloatArray
+    noise: float
+
+
+def lip_pairs(face: BoundFace, markers: Sequence[str]) -> IntArray:
+    """Return the pairs of markers, of the upper and of the lower lip, opposite each other: (P, 2).
+
+    Places among `markers`, from the character's right to its left.
+    """
+    lips = face.mesh.points[face.layout.lips]
+    none = np.zeros((0, 2), dtype=np.int64)
+    if not len(lips) or not len(markers):
+        return none
+    line = lips.mean(axis=1)
+    right, left = float(line[:, 0].min()), float(line[:, 0].max())
+    width = left - right
+    places = face.mesh.points[face.vertices_of(markers)]
+    apart = places[:, None] - line[None]
+    distance = np.linalg.norm(apart, axis=2)
+    above = apart[np.arange(len(places)), distance.argmin(axis=1), 1]
+    inner = (places[:, 0] > right) & (places[:, 0] < left)
+    near = inner & (distance.min(axis=1) < _NEAR * width)
+    upper, lower = np.flatnonzero(near & (above > 0)), np.flatnonzero(near & (above < 0))
+    pairs: list[tuple[int, int]] = []
+    for a in upper.tolist():
+        beside = np.abs(places[lower, 0] - places[a, 0])
+        close = lower[beside < _BESIDE * width]
+        if len(close):
+            away = np.linalg.norm(places[close] - places[a], axis=1)
+            pairs.append((a, int(close[away.argmin()])))
+    # Of pairs at one place the one nearest to the lips.
+    kept: list[tuple[int, int]] = []
+    for pair in sorted(pairs, key=lambda p: float(np.linalg.norm(places[p[0]] - places[p[1]]))):
+        middle = places[list(pair), 0].mean()
+        if all(abs(middle - places[list(p), 0].mean()) > _BESIDE * width / 2 for p in kept):
+            kept.append(pair)
+    kept.sort(key=lambda p: float(places[list(p), 0].mean()))
+    return np.array(kept, dtype=np.int64).reshape(-1, 2)
+
+
+def lip_distances(
+    face: BoundFace, solved: WeightsTake, solution: Solution, across: FloatArray, x: FloatArray
+) -> LipDistances | None:
+    """Return the distances of the lips, as the markers show them and as the solve has them.
+
+    Parameters
+    ----------
+    face : BoundFace
+    solved : WeightsTake
+    solution : Solution
+    across : (3,) float64
+        Unit vector from the lower to the upper lip.
+    x : (K,) float64 [m]
+        The places along the lips, rising.
+
+    Returns
+    -------
+    LipDistances or None
+        None where no pair of markers opens and closes with the mouth.
+    """
+    pairs = lip_pairs(face, solution.markers)
+    if not len(pairs):
+        return None
+    vertices = face.vertices_of(solution.markers)
+    rest = face.mesh.points[vertices]
+    order = [face.markers.index(name) for name in solution.markers]
+    posed = face.displacements(solved.reordered(face.shape_names).weights)[:, order]
+    seen, shown = (
+        _smooth((moved[:, pairs[:, 0]] - moved[:, pairs[:, 1]]) @ across, solved.times)
+        for moved in (solution.feature_points - rest, posed)
+    )
+    sure = np.flatnonzero([_agree(a, b) for a, b in zip(seen.T, shown.T, strict=True)])
+    if not len(sure):
+        return None
+    at = rest[pairs[sure], 0].mean(axis=1)
+    shares = np.stack([np.interp(x, at, row) for row in np.eye(len(at))])
+    noise = np.sqrt(2.0) * solution.noise * _damped(solved.times)
+    return LipDistances(seen[:, sure] @ shares, shown[:, sure] @ shares, float(noise))
+
+
+def _smooth(values: FloatArray, times: FloatArray) -> FloatArray:
+    if len(times) < 3:
+        return values
+    step = float(np.median(np.diff(times)))
+    return np.asarray(gaussian_filter1d(values, _SMOOTHING / step, axis=0, mode="nearest"))
+
+
+def _damped(times: FloatArray) -> float:
+    """Return the share of white noise that the smoothing leaves."""
+    if len(times) < 3:
+        return 1.0
+    step = float(np.median(np.diff(times)))
+    return float(1.0 / max(np.sqrt(2.0 * np.sqrt(np.pi) * _SMOOTHING / step), 1.0))
+
+
+def _agree(seen: FloatArray, shown: FloatArray) -> bool:
+    """Whether the markers of a pair part where the character's lips do, about as far."""
+    seen, shown = seen - seen.mean(), shown - shown.mean()
+    together = float(seen @ shown)
+    sizes = float(seen @ seen), float(shown @ shown)
+    return bool(together > _ALIKE * np.sqrt(sizes[0] * sizes[1]) and together > _AS_FAR * sizes[1])
