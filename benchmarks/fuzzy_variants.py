@@ -21,12 +21,12 @@ from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
 from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
-from usdface.rule_design.feature_selection import single_movements  # noqa: E402
 from usdface.rule_design.marker_roles import (  # noqa: E402
     direction_names,
     known_roles,
     marker_features,
 )
+from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.rule_learning.labelled_takes import feature_noise, pose_features  # noqa: E402

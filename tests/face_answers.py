@@ -11,7 +11,7 @@ from usdface.correction.contact import limit_correction
 from usdface.correction.gaps import gaps_of
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
-from usdface.rule_design.feature_selection import single_movements
+from usdface.rule_design.movements import single_movements
 
 __all__ = [
     "AMOUNTS",

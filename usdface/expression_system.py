@@ -2,7 +2,7 @@
 
 `usdface.correction` measures the features (`space`, `face_unit`, `smoothing`), evaluates the
 fuzzy system on them (`usdface.fuzzy`) and blends the expression poses of its outputs over the
-solved weights (`mode`, `gain`, `response`, `blend_time`, `ease`).
+solved weights (`mode`, `gain`, `response`, `evidence`, `blend_time`, `ease`).
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import check_choice
 from usdface.options import (
     BLEND_TIME,
+    EVIDENCE,
     FEATURE_SMOOTHING,
     RESPONSE,
     CorrectionMode,
@@ -79,9 +80,12 @@ class ExpressionSystem:
         How the emotions are blended over the weights, see `usdface.correction.pose_blend`.
     response : (onset, full)
         Outputs at which a raised pose begins to show and shows whole, see
-        `usdface.correction.pose_blend.respond`.
+        `usdface.correction.pose_blend.respond`; of an event, the largest output.
+    evidence : float
+        Least likeness of solved weights to a pose for it to be raised, 0 to 1, see
+        `usdface.correction.evidence`; 0 = rules alone decide.
     blend_time : float [s]
-        How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blend_in`.
+        How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blended`.
     ease : float
         How far the antagonists of raised blend shapes go back, 0 to 1, see
         `usdface.correction.pose_blend.ease_antagonists`.
@@ -108,6 +112,7 @@ class ExpressionSystem:
     mode: CorrectionMode = "raise"
     gain: float = 1.0
     response: tuple[float, float] = RESPONSE
+    evidence: float = EVIDENCE
     blend_time: float = BLEND_TIME
     ease: float = 0.0
 
@@ -129,8 +134,9 @@ class ExpressionSystem:
                     f"{name} of the fuzzy system is {seconds:g}; expected seconds, 0 to "
                     f"{_LONGEST_SMOOTHING:g}"
                 )
-        if not 0 <= self.ease <= 1:
-            raise InputError(f"ease of the fuzzy system is {self.ease}; expected 0 to 1")
+        for name, share in (("ease", self.ease), ("evidence", self.evidence)):
+            if not 0 <= share <= 1:
+                raise InputError(f"{name} of the fuzzy system is {share}; expected 0 to 1")
 
     def _check_response(self) -> None:
         try:

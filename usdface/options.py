@@ -17,6 +17,7 @@ __all__ = [
     "AMPLITUDE_SPREAD",
     "BLEND_TIME",
     "CONTACT_TOLERANCE",
+    "EVIDENCE",
     "EXAGGERATION_PARTS",
     "EXAGGERATION_RANGE",
     "EXTREME_REACHED",
@@ -69,11 +70,15 @@ CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
 HoldOut = Literal["auto", "recording", "variant"]
 
-# Fuzzy output at which a raised pose begins to show, and from which on all of it shows: half an
-# expression is taken for a whole one, a tenth for none (benchmarks/expressions.py).
-RESPONSE = (0.05, 0.45)
-# Time [s] before and after it is asked for in which a raised pose comes and goes, most of it in
-# half of that.
+# Largest fuzzy output of an event at which a raised pose begins to show, and from which on all of
+# it shows: half an expression is taken for a whole one, a seventh for none
+# (benchmarks/expressions.py).
+RESPONSE = (0.15, 0.4)
+# Least likeness of the solved weights of brows and mouth to those of a pose (cosine) for it to be
+# raised. Expressions that another person shows at 40 % have 0.85 and more, a recorded range of
+# motion at most 0.71 in one of the two (benchmarks/expression_takes.py).
+EVIDENCE = 0.78
+# Time [s] that a raised pose takes to come and to go, added to that of the performance.
 BLEND_TIME = 0.2
 # Standard deviation [s] of the Gaussian that smooths the marker features of the fuzzy system with
 # 0.3 mm of noise or more; less noise is smoothed less.

@@ -67,7 +67,7 @@ def retarget(
     True
     >>> peaks = {name: float(curve.max()) for name, curve in result.emotions.items()}
     >>> max(peaks, key=peaks.get)
-    'sadness'
+    'disgust'
     """
     progress = Progress.of(on_progress)
     shot = _with_overrides(shot, options)

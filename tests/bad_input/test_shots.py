@@ -7,9 +7,9 @@ from spoilt import Place, Refused
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        (" IS raised THEN ", " IS high THEN ", "'high'"),
-        (" IS raised THEN ", " THEN ", "/Shot/Fuzzy/rule_"),
-        ("IF jaw_l_y", "IF corner_z_z", "corner_z_z"),
+        ("corner_r_y IS raised, ", "corner_r_y IS high, ", "'high'"),
+        ("corner_r_y IS raised, ", "corner_r_y, ", "/Shot/Fuzzy/rule_"),
+        ("IF MOST OF (corner_l_y", "IF MOST OF (corner_z_z", "corner_z_z"),
         ('usdface:head:mode = "solve"', 'usdface:head:mode = "guess"', "guess"),
         ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (30, 300)", "0 to 39"),
         ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (3, 0)", "0 to 39"),

@@ -6,6 +6,7 @@ from pxr import Sdf, Usd
 from worlds import make_world
 
 from usdface.cli import main
+from usdface.fuzzy.rules import parse_rule
 from usdface.rule_design.paper_system import EMOTIONS
 from usdface.schemas import tokens
 
@@ -38,9 +39,9 @@ def test_a_rule_that_fires_at_rest_is_heard(shot: Path, capsys: pytest.CaptureFi
     stage = Usd.Stage.Open(str(shot))
     system = stage.GetPrimAtPath("/Shot/Fuzzy")
     rule = next(p for p in system.GetChildren() if p.GetTypeName() == tokens.FUZZY_RULE)
-    text = rule.GetAttribute(tokens.RULE_TEXT).Get().replace(" IS ", " IS NOT ", 1)
-    condition, _, conclusion = text.partition(" AND ")
-    rule.GetAttribute(tokens.RULE_TEXT).Set(f"{condition} THEN{conclusion.partition('THEN')[2]}")
+    parsed = parse_rule(rule.GetAttribute(tokens.RULE_TEXT).Get())
+    (variable, term), (emotion, _) = parsed.antecedent[0], parsed.consequents[0]
+    rule.GetAttribute(tokens.RULE_TEXT).Set(f"IF {variable} IS NOT {term} THEN {emotion} IS 1")
     loud = shot.with_name("loud.usda")
     stage.GetRootLayer().Export(str(loud))
     assert main(["fuzzy", "neutral", str(loud), "--format", "json"]) == 0

@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from usdface.fuzzy.norms import AGGREGATIONS, HEDGES, S_NORMS, T_NORMS
+from usdface.fuzzy.norms import (
+    AGGREGATIONS,
+    HEDGES,
+    S_NORMS,
+    T_NORMS,
+    most_of,
+    most_weights,
+)
 
 GRID = np.linspace(0, 1, 21)
 A, B, C = np.meshgrid(GRID, GRID, GRID, indexing="ij")
@@ -63,3 +70,25 @@ def test_no_s_norm_exceeds_1_by_rounding(name):
     a, b = np.random.default_rng(0).uniform(0, 1, (2, 100_000)) ** 0.1
     joined = S_NORMS[name](a, b)
     assert joined.max() <= 1 and joined.min() >= 0
+
+
+def test_most_of_is_an_ordered_weighted_average():
+    for count in range(1, 9):
+        assert most_weights(count).sum() == pytest.approx(1)
+        alike = [np.full(3, 0.37)] * count
+        np.testing.assert_allclose(most_of(alike), 0.37, atol=1e-12)
+    one, none = np.ones(1), np.zeros(1)
+    assert most_of([one] * 4 + [none])[0] == pytest.approx(1)  # one of five may be wrong
+    assert most_of([one] * 2 + [none] * 3)[0] == pytest.approx(0)
+    assert most_of([one] * 3 + [none] * 2)[0] == pytest.approx(0.5)
+
+
+def test_most_of_rises_with_each_degree_and_knows_no_order():
+    rng = np.random.default_rng(0)
+    degrees = rng.uniform(size=(6, 200))
+    found = most_of(list(degrees))
+    np.testing.assert_array_equal(found, most_of(list(degrees[::-1])))
+    assert (most_of(list(np.minimum(degrees + 0.1, 1))) >= found).all()
+    assert (degrees.min(axis=0) <= found + 1e-12).all() and (
+        found <= degrees.max(axis=0) + 1e-12
+    ).all()

@@ -52,3 +52,28 @@ def test_errors_name_line_column_and_what_was_expected(text, says):
 def test_a_weight_lies_between_0_and_1(weight):
     with pytest.raises(InputError, match="weight"):
         parse_rule("IF a IS b THEN c IS 1", weight)
+
+
+def test_most_of_counts_its_conditions():
+    rule = parse_rule("IF most Of (a IS b, c IS NOT d , (e IS f OR g IS h)) AND i IS j THEN k IS 1")
+    most, other = rule.condition.parts
+    assert most.how == "most" and len(most.parts) == 3 and most.parts[2].how == "or"
+    assert other.variable == "i"
+
+
+def test_a_variable_may_be_called_most():
+    assert parse_rule("IF most IS of THEN a IS 1").antecedent == (("most", "of"),)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("IF MOST OF a IS b THEN c IS 1", r"column 12: expected \( after MOST OF, found a"),
+        ("IF MOST OF (a IS b,) THEN c IS 1", r"column 20: expected a variable, found \)"),
+        ("IF MOST OF (a IS b THEN c IS 1", r"column 20: expected AND, OR, , or \), found THEN"),
+        ("IF a IS b, THEN c IS 1", "column 10: expected AND, OR or THEN, found ,"),
+    ],
+)
+def test_what_breaks_most_of_is_pointed_at(text, says):
+    with pytest.raises(InputError, match=says):
+        parse_rule(text)

@@ -74,7 +74,10 @@ def test_another_rule_text_gives_another_expression(
     stage = Usd.Stage.Open(str(done.folder / "shot.usda"))
     text = stage.GetPrimAtPath(f"/Shot/Fuzzy/{rule}").GetAttribute("usdface:text").Get()
     swapped = text.replace("THEN joy", "THEN surprise")
-    root = own_stage(f'over "{rule}" {{\nuniform string usdface:text = "{swapped}"\n}}')
+    root = own_stage(
+        f'uniform double usdface:evidence = 0\nover "{rule}" {{\nuniform string usdface:text = '
+        f'"{swapped}"\n}}'
+    )
     jaw = done.world.rig.shape_names.index("jawOpen")
     smiling = int(done.world.weights[:, 1].argmax())
     assert (

@@ -185,7 +185,11 @@ def test_noise_does_not_hide_half_an_expression(world):
 
 
 def test_no_single_shape_is_an_emotion(world):
-    assert world.answer(np.eye(len(world.shapes))).max() < 0.35
+    """But for the wrinkled nose that is most of disgust."""
+    outputs = world.answer(np.eye(len(world.shapes)))
+    nose = np.array(["sneer" in name.lower() for name in world.shapes])
+    assert outputs[~nose].max() < 0.35 and outputs[nose].max() <= 0.5
+    assert not np.delete(outputs[nose], list(EMOTIONS).index("disgust"), axis=1).max() > 0.1
 
 
 def test_correction_of_a_weak_performance_goes_towards_its_expression(world):
@@ -197,9 +201,10 @@ def test_correction_of_a_weak_performance_goes_towards_its_expression(world):
 
 def test_rules_read_several_markers_by_name(world):
     for rule in world.system.fuzzy.rules:
-        assert 2 <= len(rule.antecedent) <= 6
-        variables = [v for v, _ in rule.antecedent]
-        assert len({name[:-2] for name in variables}) == len(variables)
+        assert 3 <= len(rule.antecedent) <= 17
+        assert "MOST OF" in rule.text
+        positive = [p.variable for p in rule.propositions if not p.hedges]
+        assert len(set(positive)) == len(positive)
     assert set(world.roles.values()) <= set(world.names)
     assert set(world.roles) == {f.role for f in world.system.features}
 

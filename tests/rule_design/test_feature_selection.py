@@ -1,14 +1,16 @@
+"""Selection: strong features of both sides, most of which no rival shows."""
+
 import numpy as np
 import pytest
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.rule_design.feature_selection import paired_movements, single_movements
-from usdface.rule_design.feature_selection import select_features as select
+from usdface.rule_design.feature_selection import SelectedFeatures, group_firing, select_features
+from usdface.rule_design.movements import Movements
 
-LOW = np.zeros(9, dtype=bool)  # three markers, none above the nose tip
+NOISE = 0.0001
 
 
-def features(*moves, markers=3):
+def features(*moves, markers=4):
     """One row per shape; a move is {feature: metres}."""
     rows = np.zeros((len(moves), 3 * markers))
     for row, move in zip(rows, moves, strict=True):
@@ -16,126 +18,99 @@ def features(*moves, markers=3):
     return rows
 
 
-def selected(index, poses, moves, basis, noise, upper=()):
-    """No single movements, the same noise everywhere; markers `upper` above the nose tip."""
-    noise = np.full(basis.shape[1], noise)
-    above = np.isin(np.arange(basis.shape[1]) // 3, list(upper))
-    evaluator = BlendShapeEvaluator(basis)
-    return select(index, poses, np.zeros((0, len(basis))), moves, evaluator, noise, above)
+def selected(
+    index, poses, basis, *, whole=(), mixed=(), noise=NOISE, upper=(), twins=(), apart=False
+) -> SelectedFeatures:
+    """Movements are those given; markers `upper` are above the nose tip."""
+    count = basis.shape[1]
+    rows = {k: np.reshape(v, (-1, len(basis))) for k, v in (("whole", whole), ("mixed", mixed))}
+    twin = np.arange(count)
+    for a, b in twins:
+        twin[[a, b]] = b, a
+    return select_features(
+        index,
+        np.asarray(poses, dtype=float),
+        Movements(rows["whole"], rows["whole"], rows["mixed"]),
+        BlendShapeEvaluator(basis),
+        np.full(count, noise) if np.isscalar(noise) else noise,
+        np.isin(np.arange(count) // 3, list(upper)),
+        twin,
+        apart,
+    )
 
 
-def movements(names, basis):
-    single = single_movements(names)
-    return np.concatenate([single, paired_movements(names, single, BlendShapeEvaluator(basis))])
+def test_a_feature_comes_with_that_of_the_other_side():
+    basis = features({1: 0.01, 4: 0.01, 7: 0.005})
+    found = selected(0, np.eye(1), basis, twins=[(1, 4)])
+    assert found.ramps.keys() == {1, 4, 7}
+    assert any({1, 4} <= set(group) for group in found.groups)
 
 
-def test_movements_are_alone_both_sides_and_two_at_a_time():
-    names = ("smile_L", "smile_R", "jaw")
-    found = movements(names, features({0: 1.0}, {3: 1.0}, {6: 1.0}))
-    rows = {tuple(row) for row in found}
-    assert rows == {(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 1, 1)}
+def test_one_side_alone_is_read_alone():
+    basis = features({1: 0.01, 4: 0.002})
+    assert selected(0, np.eye(1), basis, twins=[(1, 4)]).ramps.keys() >= {1}
 
 
-@pytest.mark.parametrize(
-    "pair",
-    [
-        ("mouthSmileLeft", "mouthSmileRight"),
-        ("mouthSmile_L", "mouthSmile_R"),
-        ("eye-left-slit", "eye-right-slit"),
-        ("L_smile", "R_smile"),
-        ("smile.l", "smile.r"),
-    ],
-)
-def test_sides_are_known_by_their_names(pair):
-    assert (movements(pair, np.ones((2, 3))) == [1, 1]).all(axis=1).any()
-    other = (pair[0], "Lower" + pair[1])
-    assert not (movements(other, np.ones((2, 3))) == [1, 1]).all(axis=1)[:-1].any()
-
-
-def test_the_feature_that_tells_apart_goes_before_the_one_that_moves_most():
-    # Feature 1 moves in both poses; feature 4 only in the first.
-    basis = features({1: 0.02, 4: 0.006}, {1: 0.02})
-    selection = selected(0, np.eye(2), np.zeros((0, 2)), basis, 0.0003)
-    assert selection.ramps.keys() == {4}
-    assert selection.ramps[4][1] == pytest.approx(0.94 * 0.006)
-    assert selection.confused == ()
-
-
-def test_together_where_neither_does_alone():
-    basis = features({1: 0.01}, {4: 0.01})
-    poses = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
-    selection = selected(0, poses, np.eye(2), basis, 0.0003)
-    assert selection.ramps.keys() == {1, 4}
-    assert selection.confused == ()
+def test_the_features_that_tell_apart_go_before_those_that_move_most():
+    # 1 and 4 move in both poses, 7 to 10 in the first.
+    basis = features({1: 0.02, 4: 0.02, 6: 0.008, 7: 0.008, 8: 0.008, 9: 0.008, 10: 0.008}, {})
+    basis[1, [1, 4]] = 0.02
+    found = selected(0, np.eye(2), basis)
+    assert len({6, 7, 8, 9, 10} & found.ramps.keys()) > len({1, 4} & found.ramps.keys())
+    ramps = found.ramps
+    other = [np.clip((basis[1, f] - a) / (b - a), 0, 1).reshape(1) for f, (a, b) in ramps.items()]
+    assert group_firing(other)[0] < 0.1
+    assert not found.confused and not found.negative
 
 
 def test_signs_are_kept_and_the_dead_zone_lies_between():
-    basis = features({1: -0.01})
-    foot, top = selected(0, np.eye(1), np.eye(1), basis, 0.001).ramps[1]
+    foot, top = selected(0, np.eye(1), features({1: -0.01})).ramps[1]
     assert top == pytest.approx(-0.0094)
     assert top < foot < 0
 
 
 def test_what_hides_in_the_noise_is_not_chosen():
-    basis = features({1: 0.01, 4: 0.001})
-    loud = selected(0, np.eye(1), np.zeros((0, 1)), basis, 0.0005)
-    assert loud.ramps.keys() == {1}
-    assert selected(0, np.eye(1), np.zeros((0, 1)), basis, 0.005).ramps == {}
+    basis = features({1: 0.01, 4: 0.004})
+    assert selected(0, np.eye(1), basis, noise=0.0012).ramps.keys() == {1}
+    assert selected(0, np.eye(1), basis, noise=0.005) == SelectedFeatures({})
 
 
 def test_one_pose_within_another_excludes_what_the_other_does_besides():
     basis = features({1: 0.01}, {4: 0.01})
-    poses = np.array([[1.0, 0.0], [1.0, 1.0]])
-    part, whole = (selected(i, poses, np.eye(2), basis, 0.0003) for i in (0, 1))
+    part, whole = (selected(i, [[1, 0], [1, 1]], basis) for i in (0, 1))
     assert part.ramps.keys() == {1} and [i for i, _ in part.negative] == [4]
-    assert not whole.negative
-    assert not part.confused and not part.shared and not whole.confused
-
-
-@pytest.mark.parametrize(("brows", "read"), [(0.006, {1, 7}), (0.004, {1})])
-def test_brows_that_move_far_are_read_though_no_rival_asks_for_it(brows, read):
-    """The mouth tells the pose from all that moves alone; what comes together nobody has listed."""
-    basis = features({1: 0.01}, {4: 0.004, 7: brows}, {4: 0.01})
-    poses = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    assert selected(0, poses, np.eye(3)[1:], basis, 0.0003, (2,)).ramps.keys() == read
+    assert 4 in whole.ramps and not part.confused and not whole.confused
 
 
 def test_poses_that_differ_in_what_no_marker_sees_are_confused():
     basis = features({1: 0.01}, {})
-    poses = np.array([[1.0, 0.0], [1.0, 1.0]])
-    assert selected(0, poses, np.eye(2), basis, 0.0003).confused == (1,)
-    assert selected(1, poses, np.eye(2), basis, 0.0003).confused == (0,)
+    poses = [[1.0, 0.0], [1.0, 1.0]]
+    assert selected(0, poses, basis).confused == (1,)
+    assert selected(1, poses, basis).confused == (0,)
 
 
-def test_a_quiet_feature_goes_before_a_noisy_one_of_the_same_size():
-    basis = features({1: 0.01, 4: 0.01})
-    noise = np.full(9, 0.0001)
-    noise[1] = 0.001
-    none = np.zeros((0, 1))
-    assert select(
-        0, np.eye(1), none, none, BlendShapeEvaluator(basis), noise, LOW
-    ).ramps.keys() == {4}
+def test_brows_and_mouth_are_groups_of_their_own():
+    basis = features({0: 0.01, 1: 0.01, 2: 0.01, 9: 0.01, 10: 0.01, 11: 0.01})
+    found = selected(0, np.eye(1), basis, upper=(3,), apart=True)
+    assert sorted(map(set, found.groups), key=min) == [{0, 1, 2}, {9, 10, 11}]
+    assert {f for g in selected(0, np.eye(1), basis, upper=(3,)).groups for f in g} >= {0, 9}
+    thin = features({0: 0.01, 1: 0.01, 2: 0.01, 9: 0.01})
+    assert len(selected(0, np.eye(1), thin, upper=(3,), apart=True).groups) == 1
 
 
-def test_the_worst_rival_counts_however_many_are_harmless():
-    """One movement that looks just like the expression, among a thousand that do not."""
-    basis = features({1: 0.01, 4: 0.01}, {1: 0.01}, {7: 0.01})
-    poses = np.array([[1.0, 0.0, 0.0]])
-    moves = np.concatenate([[[0.0, 1.0, 0.0]], np.tile([0.0, 0.0, 1.0], (1000, 1))])
-    noise = np.full(9, 0.0001)
-    noise[4] = 0.0003  # telling it apart costs noise
-    assert 4 in select(0, poses, moves[:0], moves, BlendShapeEvaluator(basis), noise, LOW).ramps
+def test_most_conditions_are_asked_for_all_of_few():
+    one, none = np.ones(1), np.zeros(1)
+    assert group_firing([one, none]) == [0]
+    assert group_firing([one] * 4 + [none]) == [1]
+    assert group_firing([one, none, none, none]) == [0]
 
 
 def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
     """The second shows three tenths of the first; what it does besides hardly leaves the noise."""
     basis = features({3: 0.005}, {7: 0.005})
-    poses = np.array([[1.0, 0.0], [0.3, 1.0]])
-    none, noise = np.zeros((0, 2)), np.full(9, 1e-5)
+    noise = np.full(12, 1e-5)
     noise[7] = 0.001
-    first, second = (
-        select(i, poses, none, none, BlendShapeEvaluator(basis), noise, LOW) for i in (0, 1)
-    )
+    first, second = (selected(i, [[1.0, 0.0], [0.3, 1.0]], basis, noise=noise) for i in (0, 1))
     ((other, degree),) = first.shared
     assert other == 1 and degree == pytest.approx(0.3, abs=0.03) and not first.confused
-    assert not second.shared and not second.confused
+    assert not second.confused

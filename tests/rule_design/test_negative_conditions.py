@@ -57,7 +57,7 @@ def test_little_is_let_be():
 @pytest.mark.parametrize(
     "given",
     [
-        {"noise": np.full(4, 0.002)},  # nothing clear
+        {"noise": np.full(4, 0.004)},  # nothing clear
         {"others": (0.5 * OWN,)},  # nothing besides
         {"own": OWN + OTHER},  # all of it itself
     ],

@@ -1,9 +1,7 @@
-"""Temporal blending: a correction begins and ends smoothly, and without the jitter of the weights.
+"""Temporal blending: a correction begins and ends smoothly.
 
-Raising a weight w to a pose's p adds max(0, p - w), which has the inverted jitter of w and starts
-with a kink. The smooth curve that is added instead is nowhere below that, and 0 where w reaches p,
-so that raising stays idempotent. It does not lead beyond the pose while the weight still rises.
-Reductions of a correction to keep contact (`usdface.correction.contact`) are smoothed likewise.
+Additions are averaged; reductions to keep contact (`usdface.correction.contact`) get a smooth bound
+that is nowhere below them.
 """
 
 import numpy as np
@@ -11,7 +9,7 @@ from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import FloatArray
 
-__all__ = ["blend_frames", "blend_in", "blend_out"]
+__all__ = ["blend_frames", "blend_out", "blended"]
 
 
 def blend_frames(times: FloatArray, blend_time: float) -> int:
@@ -21,34 +19,17 @@ def blend_frames(times: FloatArray, blend_time: float) -> int:
     return round(blend_time / float(np.median(np.diff(times))))
 
 
-def blend_in(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
-    """Return raised weights with smooth transitions from `weights` and back to them.
+def blended(added: FloatArray, frames: int) -> FloatArray:
+    """Return what a correction adds (F, S), averaged over `frames`; fewer than 2 change nothing.
 
-    Parameters
-    ----------
-    weights, raised : (F, S) float64 in [0, 1]
-        Nowhere is `raised` below `weights`.
-    frames : int
-        Length of a transition; 0 or 1 changes nothing.
-
-    Returns
-    -------
-    (F, S) float64 in [0, 1]
-        Nowhere below `raised`, nor beyond the largest of it within `frames` but for the jitter
-        of `weights`; `weights` where nothing is raised within `frames`.
+    A curve that rises, holds and falls still does.
     """
-    if frames < 2:
-        return raised
-    blended = weights.copy()
-    moved = np.flatnonzero((raised > weights).any(axis=0))
-    if moved.size:
-        before, target = weights[:, moved], raised[:, moved]
-        added = np.minimum(
-            _smooth_bound(target - before, frames), _largest_addition(before, target, frames)
-        )
-        # Sums may round to less than the target.
-        blended[:, moved] = np.maximum(np.minimum(before + added, 1.0), target)
-    return blended
+    moved = np.flatnonzero(added.any(axis=0))
+    if frames < 2 or not moved.size:
+        return added
+    smooth = np.zeros(added.shape)
+    smooth[:, moved] = _averaged(added[:, moved], frames)
+    return smooth
 
 
 def blend_out(
@@ -89,18 +70,6 @@ def _smooth_bound(values: FloatArray, frames: int) -> FloatArray:
     bound = np.zeros(values.shape)
     bound[:, moved] = smooth + _envelope(np.maximum(values[:, moved] - smooth, 0.0), frames)
     return bound
-
-
-def _largest_addition(weights: FloatArray, raised: FloatArray, frames: int) -> FloatArray:
-    """Return a smooth upper limit (F, S) of the addition to weights.
-
-    It leads their average to the largest raised weight nearby plus their jitter; without the
-    latter the sum would be constant, and the addition the inverted jitter. Nowhere is it below
-    raised - weights.
-    """
-    # Half the window of the rest, so that movements do not count as jitter.
-    smooth = _averaged(weights, frames // 2)
-    return _envelope(raised, frames) - smooth + _envelope(np.abs(weights - smooth), frames)
 
 
 def _envelope(values: FloatArray, frames: int) -> FloatArray:

@@ -13,7 +13,7 @@ from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 from usdface.fuzzy.defuzzify import defuzzify
 from usdface.fuzzy.membership import KINDS
-from usdface.fuzzy.norms import HEDGES, S_NORMS, T_NORMS
+from usdface.fuzzy.norms import HEDGES, S_NORMS, T_NORMS, most_of
 from usdface.fuzzy.rules import Condition, Proposition, Rule, propositions
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
@@ -156,6 +156,8 @@ class _Degrees:
         if condition.how == "not":
             (part,) = condition.parts
             return np.where(self._lacks(part), 0.0, 1.0 - self.of(part))
+        if condition.how == "most":
+            return most_of([self.of(part) for part in condition.parts])
         norm = self._norms[condition.how]
         into = {"out": buffer} if isinstance(norm, np.ufunc) else {}
         degree = self.of(condition.parts[0])

@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.fuzzy.membership import membership, places
-from usdface.fuzzy.norms import HEDGES
+from usdface.fuzzy.norms import HEDGES, most_weights
 from usdface.fuzzy.rules import Condition, Proposition, Rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
@@ -77,6 +77,10 @@ def _alternatives(
     if condition.how == "not":
         return _alternatives(condition.parts[0], variables, points, not negated)
     parts = [_alternatives(part, variables, points, negated) for part in condition.parts]
+    if condition.how == "most":
+        # More than the share at which it begins must hold; any of them, so nothing is ruled out.
+        enough = sum(map(bool, parts)) > np.flatnonzero(most_weights(len(parts)))[0]
+        return [{}] if negated or enough else []
     if (condition.how == "or") != negated:
         alternatives = [alternative for part in parts for alternative in part]
         return alternatives if len(alternatives) <= _ALTERNATIVES else [{}]

@@ -1,17 +1,17 @@
-"""Norms and hedges: AND, OR, VERY, SOMEWHAT on degrees in [0, 1].
+"""Norms, MOST OF and hedges: AND, OR, VERY, SOMEWHAT on degrees in [0, 1].
 
 All are elementwise, so that a frame's answer does not depend on its neighbours. Norms after
 Klement, Mesiar and Pap, "Triangular Norms", 2000; each s-norm is the dual of the t-norm in the
 same row: s(a, b) = 1 - t(1 - a, 1 - b).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from usdface.arrays import FloatArray
 
-__all__ = ["AGGREGATIONS", "HEDGES", "S_NORMS", "T_NORMS"]
+__all__ = ["AGGREGATIONS", "HEDGES", "S_NORMS", "T_NORMS", "most_of", "most_weights"]
 
 Norm = Callable[[FloatArray, FloatArray], FloatArray]
 
@@ -83,6 +83,42 @@ S_NORMS: dict[str, Norm] = {
 }
 # Mamdani sets may also be added without bound.
 AGGREGATIONS: dict[str, Norm] = S_NORMS | {"sum": np.add}
+
+# MOST OF begins where more than this share of the conditions hold, and is whole from the other on.
+# Zadeh's "most" of the literature begins at 0.3; it hears more, and more that is not there
+# (docs/constants.md).
+_MOST = (0.4, 0.8)
+
+
+def most_weights(count: int) -> FloatArray:
+    """Return the weights of MOST OF for degrees from the largest to the smallest: (count,).
+
+    They add up to 1.
+    """
+    begins, whole = _MOST
+    quantifier = np.clip((np.arange(count + 1) / count - begins) / (whole - begins), 0.0, 1.0)
+    return np.diff(quantifier)
+
+
+def most_of(degrees: Sequence[FloatArray]) -> FloatArray:
+    """Return how far most of the conditions hold: an ordered weighted average, (F,).
+
+    R. Yager, "On ordered weighted averaging aggregation operators in multicriteria
+    decisionmaking", 1988: the k-th largest degree counts Q(k/n) - Q((k - 1)/n), with Q the
+    quantifier. Of conditions that all hold to the same degree it is that degree; one of five that
+    does not hold at all changes nothing.
+
+    Parameters
+    ----------
+    degrees : sequence of (F,) float64
+    """
+    ordered = np.sort(np.array(degrees), axis=0)[::-1]
+    total = np.zeros(ordered.shape[1:])
+    # Added in order: a product of matrices groups terms by the array's size.
+    for weight, row in zip(most_weights(len(ordered)), ordered, strict=True):
+        if weight:
+            total += weight * row
+    return total
 
 
 def _extremely(x: FloatArray) -> FloatArray:

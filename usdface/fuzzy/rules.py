@@ -5,13 +5,15 @@
     rule       = "IF" any "THEN" conclusion { "AND" conclusion }
     any        = all { "OR" all }
     all        = condition { "AND" condition }
-    condition  = [ "NOT" ] ( "(" any ")" | variable "IS" { hedge } term )
+    condition  = [ "NOT" ] ( "(" any ")" | most | variable "IS" { hedge } term )
+    most       = "MOST" "OF" "(" any { "," any } ")"
     conclusion = output "IS" ( number | term )
     hedge      = "NOT" | "VERY" | "SOMEWHAT" | "EXTREMELY" | "SELDOM"
 
 AND binds stronger than OR. Keywords in any case; names are case-sensitive and free of white
 space. Of several hedges the one next to the term comes first. A hedge's word may be a term: it is
-one where no name follows.
+one where no name follows. ``MOST OF (a IS high, b IS high, c IS high)`` holds as far as most of its
+conditions do, see `usdface.fuzzy.norms.most_of`.
 """
 
 import re
@@ -35,6 +37,7 @@ __all__ = [
 ]
 
 KEYWORDS = ("IF", "IS", "AND", "OR", "NOT", "THEN")
+_MARKS = ("(", ")", ",")
 # Deeper nesting would exhaust the stack.
 _DEEPEST = 32
 # Hedges of one term.
@@ -53,9 +56,9 @@ class Proposition(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Combined:
-    """Conditions joined by AND or OR, or one that is negated."""
+    """Conditions joined by AND, OR or MOST OF, or one that is negated."""
 
-    how: Literal["and", "or", "not"]
+    how: Literal["and", "or", "most", "not"]
     parts: tuple["Condition", ...]
 
 
@@ -179,20 +182,33 @@ class _Words:
         negated = self._ahead() == "NOT"
         if negated:
             self._rest.pop()
-        found = self._group() if self._ahead() == "(" else self._proposition()
+        found = self._part()
         if not negated:
             return found
         if isinstance(found, Proposition):
             return Proposition(found.variable, found.term, ("not", *found.hedges))
         return Combined("not", (found,))
 
-    def _group(self) -> Condition:
+    def _part(self) -> Condition:
+        if self._ahead() == "(":
+            return self._group("AND", "OR")[0]
+        if self._ahead() == "MOST" and self._after() == "OF":
+            del self._rest[-2:]
+            if self._ahead() != "(":
+                at, word = self._next()
+                raise self._error(at, "( after MOST OF", word)
+            return Combined("most", tuple(self._group("AND", "OR", ",")))
+        return self._proposition()
+
+    def _group(self, *joining: str) -> list[Condition]:
+        """Take conditions in parentheses, several where a comma is among the words that join."""
         at, word = self._next()
         self._depth += 1
         if self._depth > _DEEPEST:
             raise self._error(at, f"at most {_DEEPEST} parentheses in one another", word)
-        found = self.any()
-        self.keyword("AND", "OR", ")")
+        found = [self.any()]
+        while self.keyword(*joining, ")") == ",":
+            found.append(self.any())
         self._depth -= 1
         return found
 
@@ -214,7 +230,7 @@ class _Words:
         try:
             value = float(word)
         except ValueError:
-            if not word or word.upper() in (*KEYWORDS, "(", ")"):
+            if not word or word.upper() in (*KEYWORDS, *_MARKS):
                 raise self._error(at, "a number or a term", word) from None
             if word.lower() in HEDGES and self._names_next():
                 raise self._error(at, "a number or a term without a hedge", word) from None
@@ -238,22 +254,25 @@ class _Words:
 
     def _name(self, expected: str) -> str:
         at, word = self._next()
-        if not word or word.upper() in (*KEYWORDS, "(", ")"):
+        if not word or word.upper() in (*KEYWORDS, *_MARKS):
             raise self._error(at, expected, word)
         return word
 
     def _ahead(self) -> str:
         return self._rest[-1][1].upper() if self._rest else ""
 
+    def _after(self) -> str:
+        return self._rest[-2][1].upper() if len(self._rest) > 1 else ""
+
     def _names_on(self) -> bool:
         """Whether the word after the next is a name or a NOT."""
-        after = self._rest[-2][1].upper() if len(self._rest) > 1 else ")"
-        return after == "NOT" or after not in (*KEYWORDS, "(", ")")
+        after = self._after() or ")"
+        return after == "NOT" or after not in (*KEYWORDS, *_MARKS)
 
     def _names_next(self) -> bool:
         """Whether the next word is a name."""
         ahead = self._ahead()
-        return bool(ahead) and ahead not in (*KEYWORDS, "(", ")")
+        return bool(ahead) and ahead not in (*KEYWORDS, *_MARKS)
 
     def _next(self) -> tuple[int, str]:
         return self._rest.pop() if self._rest else (len(self._text), "")
@@ -276,13 +295,23 @@ class _Words:
 
 
 def _without_parentheses(at: int, word: str) -> list[tuple[int, str]]:
-    """Split off parentheses around a word; those inside it, as in ``far(left)``, are its own."""
+    """Split off parentheses around a word and commas behind; those inside it are its own.
+
+    As in ``far(left)`` and ``0,5``.
+    """
     name = word.lstrip("(")
     opened = len(word) - len(name)
-    closed = min(len(name) - len(name.rstrip(")")), max(0, name.count(")") - name.count("(")))
-    name = name[: len(name) - closed]
+    # A bracket behind the name is its own where one in it is open.
+    closed = len(name)
+    while closed and (name[closed - 1] == "," or _closes(name[:closed])):
+        closed -= 1
+    behind = enumerate(name[closed:], start=at + opened + closed)
     return [
         *((at + i, "(") for i in range(opened)),
-        *([(at + opened, name)] if name else []),
-        *((at + opened + len(name) + i, ")") for i in range(closed)),
+        *([(at + opened, name[:closed])] if closed else []),
+        *behind,
     ]
+
+
+def _closes(name: str) -> bool:
+    return name.endswith(")") and name.count(")") > name.count("(")

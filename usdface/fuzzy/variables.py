@@ -78,6 +78,7 @@ class Term:
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", tuple(map(float, self.parameters)))
         odd = self.name[:1] == "(" or self.name.count(")") > self.name.count("(")
+        odd |= self.name.endswith(",")
         if odd or self.name.split() != [self.name] or self.name.upper() in KEYWORDS:
             raise InputError(f"a term cannot be called {self.name!r}; rules need a single word")
         try:

@@ -41,7 +41,7 @@ def convert_fuzzy(
 
     Examples
     --------
-    >>> usdface.convert_fuzzy("examples/shot.usda", "face.fis").summary["inference"]
+    >>> usdface.convert_fuzzy("examples/shot.usda", "face.usda").summary["inference"]
     'sugeno'
     """
     source, output = Path(source), Path(output)

@@ -69,7 +69,7 @@ def fit_fuzzy(
 
     Examples
     --------
-    >>> usdface.fit_fuzzy("examples/shot.usda", "face.fis").value.system.emotions[0]
+    >>> usdface.fit_fuzzy("examples/shot.usda", "face.usda").value.system.emotions[0]
     'joy'
     """
     source, output = Path(source), Path(output)

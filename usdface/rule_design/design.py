@@ -1,11 +1,11 @@
 """The default fuzzy system, designed from a rig's own expression poses.
 
-No recording is needed. For each expression `usdface.rule_design.feature_selection` picks a few
-features that move well above the noise in its pose and, taken together, in none of the other poses
-and in no movement of one or two blend shapes; where another expression has them all, a negated
-condition excludes it. A feature's term is a ramp: 0 up to a dead zone around
-neutral, 1 from its value at the pose on. Features are signed, so no rule fires on a neutral face,
-and since blend shapes are linear, half a pose fires its rule by about a half.
+No recording is needed. For each expression `usdface.rule_design.feature_selection` picks features
+of both sides that move strongly in its pose and, most of them together, in none of the other poses
+and in no other movement; where another expression has them, a negated condition excludes
+it. A feature's term is a ramp: 0 up to a dead zone around neutral, 1 from its value at the pose
+on. Features are signed, so no rule fires on a neutral face, and since blend shapes are linear,
+half a pose fires its rule by a half.
 """
 
 from collections import defaultdict
@@ -13,10 +13,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
 from usdface.face.bound_face import BoundFace
+from usdface.face.lip_lid_contacts import LipLidContacts
+from usdface.face.mirror import midline, mirrored_markers
+from usdface.face.regions import shape_regions
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem
@@ -24,12 +27,7 @@ from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.retarget_setup import Expression
 from usdface.rule_design.feature_noise import solved_noise
-from usdface.rule_design.feature_selection import (
-    SelectedFeatures,
-    paired_movements,
-    select_features,
-    single_movements,
-)
+from usdface.rule_design.feature_selection import FEWEST, SelectedFeatures, select_features
 from usdface.rule_design.marker_roles import (
     AXES,
     degree_prefixes,
@@ -37,8 +35,15 @@ from usdface.rule_design.marker_roles import (
     marker_sides,
     role_names,
 )
+from usdface.rule_design.movements import movements
+from usdface.rule_design.negative_conditions import Ramp
 
 __all__ = ["design_system", "face_features"]
+
+_NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+# Where no blend shape has a telling name: a half that moves by this share of the other is read for
+# itself. Chosen by hand.
+_BOTH_HALVES = 0.5
 
 
 def design_system(
@@ -72,12 +77,13 @@ def design_system(
     poses = np.array([e.pose(shape_names) for e in expressions])
     poses = poses.reshape(len(expressions), len(shape_names))
     features = face_features(face)
-    single = single_movements(shape_names)
-    paired = paired_movements(shape_names, single, features)
+    moves, twins = movements(shape_names), _twins(face)
     jitter = solved_noise(face.evaluator.offsets, features.offsets, noise)
     upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
     selections = {
-        expression.name: select_features(i, poses, single, paired, features, jitter, upper)
+        expression.name: select_features(
+            i, poses, moves, features, jitter, upper, twins, _halves_apart(face, expression, upper)
+        )
         for i, expression in enumerate(expressions)
     }
     unit = marker_spread(neutral)
@@ -108,6 +114,29 @@ def face_features(face: BoundFace) -> BlendShapeEvaluator:
         return np.asarray((moved - moved[..., nose, None, :]).reshape(values.shape))
 
     return face.evaluator.mapped(relative)
+
+
+def _twins(face: BoundFace) -> IntArray:
+    """Return the feature of each marker's mirror image (I,); itself where there is none."""
+    own = np.arange(len(face.markers))
+    partner = mirrored_markers(face.neutral, midline(face.neutral, face.midline))
+    return np.asarray((3 * np.where(partner < 0, own, partner)[:, None] + np.arange(3)).ravel())
+
+
+def _halves_apart(face: BoundFace, expression: Expression, upper: BoolArray) -> bool:
+    """Whether an expression has to be seen above and below the nose tip: it has brows and a mouth.
+
+    By the names of its blend shapes; without telling names, by how far either half moves.
+    """
+    regions = shape_regions(face.mesh, LipLidContacts(_NO_PAIRS, _NO_PAIRS))
+    named = {r: set(names) & set(expression.shapes) for r, names in regions.items()}
+    if any(named.values()):
+        return bool(named["brows"] and named["mouth"])
+    pose = expression.pose(face.shape_names)[None]
+    features = face_features(face)
+    moved = np.abs(features.displacements(features.combined(pose))[0])
+    above, below = (float(moved[half].max(initial=0.0)) for half in (upper, ~upper))
+    return min(above, below) > _BOTH_HALVES * max(above, below)
 
 
 def _marker_features(
@@ -156,13 +185,17 @@ def _terms(ramps: set[tuple[float, float]], axis: Axis, side: int) -> tuple[Term
 def _rule_text(
     emotion: str, selection: SelectedFeatures, inputs: dict[int, Variable], unit: float
 ) -> str:
-    conditions = []
-    for word, ramps in (("IS", selection.ramps.items()), ("IS NOT", selection.negative)):
-        for feature, (foot, top) in ramps:
-            ramp = (foot / unit, top / unit)
-            term = next(t for t in inputs[feature].terms if t.parameters == ramp)
-            conditions.append(f"{inputs[feature].name} {word} {term.name}")
-    return f"IF {' AND '.join(conditions)} THEN {emotion} IS 1"
+    def condition(feature: int, word: str, ramp: Ramp) -> str:
+        scaled = tuple(value / unit for value in ramp)
+        term = next(t for t in inputs[feature].terms if t.parameters == scaled)
+        return f"{inputs[feature].name} {word} {term.name}"
+
+    joined = []
+    for group in selection.groups:
+        held = [condition(f, "IS", selection.ramps[f]) for f in group]
+        joined += [f"MOST OF ({', '.join(held)})"] if len(held) >= FEWEST else held
+    joined += [condition(feature, "IS NOT", ramp) for feature, ramp in selection.negative]
+    return f"IF {' AND '.join(joined)} THEN {emotion} IS 1"
 
 
 def _findings(selections: dict[str, SelectedFeatures]) -> list[Finding]:

@@ -23,12 +23,14 @@ Ramp = tuple[float, float]
 # for outputs.
 LEAST_FIRING = 0.1
 # A feature excludes where the other expression moves it by this many standard deviations of noise.
-_CLEAR = 12.0
+_CLEAR = 6.0
 # Its term begins and ends at these shares of that motion: early, since half of the other expression
 # fires half of the rule.
 _BEGIN, _END = 0.1, 0.4
 # Intensities of the other expression at which the remaining firing is evaluated: steps of 5 %.
 _INTENSITIES = np.linspace(0.0, 1.0, 21)
+# A condition has to leave no more than this share of the firing strength.
+_REMAINS = 0.5
 # Numerical: scores and motions [m] are rounded, as the choice between mirrored markers must not
 # hang on last bits.
 _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
@@ -108,6 +110,6 @@ def _condition(
     suppressed = share @ ramp_membership(own[usable] + single[:, usable], foot, top)
     score = np.round(remaining + suppressed + noise[usable] / motion[usable], _SCORE_DIGITS)
     best = np.lexsort((-np.round(motion[usable], _MOTION_DIGITS), score))[0]
-    if score[best] >= fired.max():
+    if remaining[best] > _REMAINS * fired.max():
         return None
     return int(usable[best]), (float(foot[best]), float(top[best]))

@@ -23,8 +23,8 @@ from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
 from usdface.rule_design.design import face_features
 from usdface.rule_design.feature_noise import solved_noise
-from usdface.rule_design.feature_selection import single_movements
 from usdface.rule_design.marker_roles import direction_names, known_roles, marker_features
+from usdface.rule_design.movements import single_movements
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.labels import NEUTRAL, Label
 from usdface.takes import MarkerTake, WeightsTake

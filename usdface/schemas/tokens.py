@@ -40,6 +40,7 @@ __all__ = [
     "EASE",
     "EMOTION_PREFIX",
     "ENABLED",
+    "EVIDENCE",
     "EXAGGERATION",
     "EXPRESSION",
     "EXPRESSIONS",
@@ -226,6 +227,7 @@ RESPONSE: Final = "usdface:response"
 FEATURE_SMOOTHING: Final = "usdface:smoothing"
 BLEND_TIME: Final = "usdface:blendTime"
 EASE: Final = "usdface:ease"
+EVIDENCE: Final = "usdface:evidence"
 BROWS_GAIN: Final = "usdface:brows:gain"
 EYES_GAIN: Final = "usdface:eyes:gain"
 MOUTH_GAIN: Final = "usdface:mouth:gain"

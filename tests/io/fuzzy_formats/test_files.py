@@ -125,3 +125,19 @@ def test_a_list_of_points_is_refused_where_a_format_has_none(tmp_path):
     with pytest.raises(OutputError, match=r"term 'bent' is a list of points, which .fis has not"):
         write_fuzzy_file(tmp_path / "a.fis", system)
     assert not (tmp_path / "a.fis").exists()
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_most_of_is_refused_where_no_program_knows_it(tmp_path, suffix):
+    term = Term("high", "ramp", (0.0, 1.0))
+    variables = tuple(Variable(n, "input", (term,)) for n in "abc")
+    rule = parse_rule("IF MOST OF (a IS high, b IS high, c IS high) THEN joy IS 1")
+    system = expression_system((*variables, Variable("joy", "output")), (rule,))
+    file = tmp_path / f"most{suffix}"
+    if suffix.startswith(".usd"):
+        write_fuzzy_file(file, system)
+        assert read_fuzzy_file(file)[0].fuzzy.rules[0].condition == rule.condition
+    else:
+        with pytest.raises(OutputError, match="MOST OF") as error:
+            write_fuzzy_file(file, system)
+        assert suffix in str(error.value) and not file.exists()

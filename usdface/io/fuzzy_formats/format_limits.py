@@ -10,7 +10,7 @@ from usdface.fuzzy.rules import Combined, Condition
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
 
-__all__ = ["check_names", "check_no_group_negated", "differs", "kept_in_range"]
+__all__ = ["check_names", "check_no_group_negated", "check_no_most_of", "differs", "kept_in_range"]
 
 
 def check_names(system: FuzzySystem, suffix: str) -> None:
@@ -43,6 +43,28 @@ def check_no_group_negated(system: FuzzySystem, suffix: str) -> None:
             raise OutputError(
                 f"rule {rule}: {suffix} has no NOT (...); say it with IS NOT, or write .fcl"
             )
+
+
+def check_no_most_of(system: FuzzySystem, suffix: str) -> None:
+    """Refuse MOST OF: the formats of other programs join conditions by AND and OR alone.
+
+    Raises
+    ------
+    OutputError
+        With the rule.
+    """
+    for rule in system.rules:
+        if _counts(rule.condition):
+            raise OutputError(
+                f"rule {rule}: {suffix} has no MOST OF (...), an ordered weighted average; join "
+                "the conditions by AND, or write .usda"
+            )
+
+
+def _counts(condition: Condition) -> bool:
+    return isinstance(condition, Combined) and (
+        condition.how == "most" or any(map(_counts, condition.parts))
+    )
 
 
 def _negates(condition: Condition) -> bool:

@@ -50,6 +50,7 @@ FACE_SETTINGS = (
     "smoothing",
     "blend_time",
     "ease",
+    "evidence",
 )
 _EXPRESSION: dict[str, type | tuple[type, ...]] = {
     "space": str,
@@ -60,6 +61,7 @@ _EXPRESSION: dict[str, type | tuple[type, ...]] = {
     "smoothing": (int, float),
     "blend_time": (int, float),
     "ease": (int, float),
+    "evidence": (int, float),
 }
 _FUZZY: dict[str, type | tuple[type, ...]] = {
     "neutral_rule": bool,

@@ -27,10 +27,12 @@ def condition_text(condition: Condition, word: Callable[[str], str] = str.upper)
     parts = [condition_text(part, word) for part in condition.parts]
     if condition.how == "not":
         return f"{word('not')} ({parts[0]})"
+    if condition.how == "most":
+        return f"{word('most')} {word('of')} ({', '.join(parts)})"
     # An AND in an OR needs none, but an AND in an AND does to come back as it was.
     bare = [
         isinstance(part, Proposition)
-        or part.how == "not"
+        or part.how in ("not", "most")
         or (condition.how == "or" and part.how == "and")
         for part in condition.parts
     ]

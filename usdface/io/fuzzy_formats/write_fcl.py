@@ -12,7 +12,7 @@ from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Term
 from usdface.io.fuzzy_formats.fcl_keywords import ACCU, AND, METHODS, OR, SMOOTH
 from usdface.io.fuzzy_formats.fll_keywords import FLL_KINDS
-from usdface.io.fuzzy_formats.format_limits import check_names, differs
+from usdface.io.fuzzy_formats.format_limits import check_names, check_no_most_of, differs
 from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, condition_text, output_terms
 
@@ -27,10 +27,11 @@ def fcl_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding
     Raises
     ------
     OutputError
-        If a name cannot be written.
+        If a name or a rule cannot be written.
     """
     system = expression.fuzzy
     check_names(system, ".fcl")
+    check_no_most_of(system, ".fcl")
     mamdani = system.inference == "mamdani"
     kinds = {t.kind for v in system.variables for t in v.terms}
     beyond = [(system.normalisation == "weighted_sum" and not mamdani, "the weighted sum")]

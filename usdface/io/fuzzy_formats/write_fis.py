@@ -18,7 +18,12 @@ from usdface.io.fuzzy_formats.fis_keywords import (
     OR,
     counts_from_0,
 )
-from usdface.io.fuzzy_formats.format_limits import check_names, differs, kept_in_range
+from usdface.io.fuzzy_formats.format_limits import (
+    check_names,
+    check_no_most_of,
+    differs,
+    kept_in_range,
+)
 from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, output_terms
 
@@ -39,6 +44,7 @@ def fis_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding
     """
     system = expression.fuzzy
     check_names(system, ".fis")
+    check_no_most_of(system, ".fis")
     mamdani = system.inference == "mamdani"
     sampled = (system.samples, system.sampling) == (MATLABS_SAMPLES, "ends")
     beyond = {

@@ -8,7 +8,12 @@ from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, T_NORMS
-from usdface.io.fuzzy_formats.format_limits import check_names, check_no_group_negated, differs
+from usdface.io.fuzzy_formats.format_limits import (
+    check_names,
+    check_no_group_negated,
+    check_no_most_of,
+    differs,
+)
 from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import conclusions, condition_text, output_terms
 
@@ -21,10 +26,11 @@ def fll_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding
     Raises
     ------
     OutputError
-        If a name cannot be written.
+        If a name or a rule cannot be written.
     """
     system = expression.fuzzy
     check_names(system, ".fll")
+    check_no_most_of(system, ".fll")
     check_no_group_negated(system, ".fll")
     mamdani = system.inference == "mamdani"
     beyond = [

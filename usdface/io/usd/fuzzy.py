@@ -44,6 +44,7 @@ _NUMBERS = {
     tokens.FEATURE_SMOOTHING: "smoothing",
     tokens.BLEND_TIME: "blend_time",
     tokens.EASE: "ease",
+    tokens.EVIDENCE: "evidence",
 }
 _DEFAULT = FuzzySystem((), (), normalisation="all_rules", else_rule=True)
 _INPUT = {

@@ -1,0 +1,64 @@
+"""Raising: held where the performance is held, once, and only where the face shows the pose."""
+
+import numpy as np
+import pytest
+
+from usdface.correction.evidence import Evidence
+from usdface.correction.raised_events import judged_events, raise_part, shown_shares
+
+POSE = np.array([1.0, 0.9, 0.6])  # brows, mouth, eyes
+EVIDENCE = Evidence(
+    np.array([1.0, 1.0, 0.1]),
+    0.78,
+    {"brows": np.array([True, False, False]), "mouth": np.array([False, True, False])},
+)
+RISE = np.linspace(0, 1, 30)
+CURVE = np.concatenate([np.zeros(10), RISE, np.ones(60), RISE[::-1], np.zeros(10)])
+INSIDE = slice(45, 95)
+
+
+def raised(weights: np.ndarray, output: np.ndarray, gain: float = 1.0) -> np.ndarray:
+    """Return what is added to weights (F, 3)."""
+    events = judged_events(output, weights, POSE, EVIDENCE, (0.15, 0.4), True)
+    added, reached = np.zeros(weights.shape), np.zeros(weights.shape)
+    raise_part(events, weights, POSE, np.full(len(weights), gain), added, reached)
+    assert (reached <= POSE + 1e-12).all()
+    return added
+
+
+def test_half_an_expression_becomes_a_whole_one_and_stays_it() -> None:
+    weights = 0.5 * CURVE[:, None] * POSE
+    jitter = 0.01 * np.random.default_rng(0).standard_normal(weights.shape)
+    added = raised(weights + jitter, 0.5 * CURVE)
+    np.testing.assert_allclose((weights + added)[INSIDE], np.tile(POSE, (50, 1)), atol=0.01)
+    assert np.ptp(added[INSIDE], axis=0).max() == 0
+    assert np.diff(added[:45], axis=0).min() >= 0 >= np.diff(added[95:], axis=0).max()
+    assert not added[:10].any() and not added[-10:].any()
+
+
+def test_a_whole_expression_gets_nothing_even_on_its_way() -> None:
+    assert raised(CURVE[:, None] * POSE, CURVE).max() == pytest.approx(0, abs=0.01)
+
+
+def test_raising_twice_by_the_same_outputs_is_raising_once() -> None:
+    weights = 0.5 * CURVE[:, None] * POSE
+    once = weights + raised(weights, 0.5 * CURVE)
+    assert raised(once, 0.5 * CURVE).max() < 1e-12
+
+
+def test_a_region_at_rest_keeps_the_expression_out_of_the_others() -> None:
+    frown = 0.5 * CURVE[:, None] * [1.0, 0.0, 0.0]
+    assert not raised(frown, 0.5 * CURVE).any()
+    events = judged_events(0.5 * CURVE, frown, POSE, EVIDENCE, (0.15, 0.4), True)
+    assert [event.missing for event in events] == [("mouth",)]
+    assert not shown_shares(events, np.ones(len(frown))).any()
+
+
+def test_a_gain_counts_in_its_frames() -> None:
+    weights = 0.5 * CURVE[:, None] * POSE
+    gain = np.where(np.arange(len(CURVE)) < 70, 1.0, 0.7)
+    events = judged_events(0.5 * CURVE, weights, POSE, EVIDENCE, (0.15, 0.4), True)
+    added, reached = np.zeros(weights.shape), np.zeros(weights.shape)
+    raise_part(events, weights, POSE, gain, added, reached)
+    np.testing.assert_allclose(added[[60, 80], 0], [0.5, 0.2], atol=0.01)
+    np.testing.assert_allclose(shown_shares(events, gain)[[60, 80]], [1.0, 0.7])
