@@ -26,11 +26,11 @@ HEAD = ("ForeHead_M", "ForeHead_L", "ForeHead_R", "NoseTop", "NoseHead")
 class Performance:
     """A take, and what the command line made of it on the ICT face."""
 
-    def __init__(self, rig: Path, source: Path, folder: Path) -> None:
+    def __init__(self, rig: Path, source: Path, folder: Path, bind: Path = BIND) -> None:
         take, shot = folder / "take.usdc", folder / "shot.usda"
         self.gltf, self.result = folder / "out.glb", folder / "shot.usdface.usda"
         report = folder / "report.json"
-        bound = ["--rig", rig, "--take", take, "--bind", BIND]
+        bound = ["--rig", rig, "--take", take, "--bind", bind]
         for command in (
             ["take", source, "-o", take],
             ["shot", *bound, "-o", shot],
@@ -85,9 +85,16 @@ def test_the_gltf_is_valid(jaw: Performance, validate_gltf: Callable[[Path], Any
 
 
 def test_the_stage_plays_the_weights_that_the_residual_speaks_of(
-    jaw: Performance, ict_rig: Path
+    ict_rig: Path, shared_data: Path, tmp_path: Path
 ) -> None:
-    """Residual and feature points of the solve layer fit the mesh that the stage shows."""
+    """Residual and feature points of the solve layer fit the mesh that the stage shows.
+
+    Markers are kept on their vertices: places beside them are between those that the stage shows.
+    """
+    bind = tmp_path / "bind.json"
+    told = json.loads(BIND.read_text()) | {"solve": {"places": "bound"}}
+    bind.write_text(json.dumps(told))
+    jaw = Performance(ict_rig, shared_data / "animface" / "Jaw.c3d", tmp_path, bind)
     rig, _ = read_rig(ict_rig)
     setup, _ = read_bind(BIND)
     mesh, points = rig.meshes[0], setup.binding.points
@@ -166,7 +173,7 @@ def test_every_blink_closes_both_eyes_and_the_eye_that_is_held_shut_stays_shut(
         assert len(own) == len(blinks)
         for each, frame in zip(own, blinks, strict=True):
             assert abs(each["peak"] - frame) <= 2 and each["eyes"] == ["left", "right"]
-            assert min(each["weight_after"]) > 0.74 and max(each["gap_mm"]) < 1.1
+            assert min(each["weight_after"]) > 0.75 and max(each["gap_mm"]) < 1.1
             assert max(each["weight_before"]) < 0.3
     (held,) = [each for each in eyebrows.report["closings"] if each["kind"] == "held"]
     assert held["eyes"] == ["left"]
