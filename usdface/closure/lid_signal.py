@@ -54,8 +54,7 @@ def lid_signal(
         if size.max(initial=0.0) < _NEAR * gaps[eye].opening:
             continue
         used = size >= _MOVED * size.max()
-        rest = face.mesh.points[face.vertices_of(solution.markers)]
-        moved = (solution.feature_points - rest)[:, used]
+        moved = solution.displacements[:, used]
         along = closing[used] / (closing[used] ** 2).sum()
         signal[:, column] = np.einsum("fmd,md->f", moved, along)
     return signal

@@ -106,7 +106,7 @@ def lip_distances(
     posed = face.displacements(solved.reordered(face.shape_names).weights)[:, order]
     seen, shown = (
         _smooth((moved[:, pairs[:, 0]] - moved[:, pairs[:, 1]]) @ across, solved.times)
-        for moved in (solution.feature_points - rest, posed)
+        for moved in (solution.displacements, posed)
     )
     sure = np.flatnonzero([_agree(a, b) for a, b in zip(seen.T, shown.T, strict=True)])
     if not len(sure):

@@ -163,7 +163,7 @@ def _loose_weights(
     if setup.head == "solve":
         rigid = motion_basis(points, axes)
         shapes = shapes - (shapes @ rigid) @ rigid.T
-    observed = (solution.feature_points - points)[..., :axes].reshape(len(solution.residual), -1)
+    observed = solution.displacements[..., :axes].reshape(len(solution.residual), -1)
     normal, right = shapes @ shapes.T, observed @ shapes.T
     times = solution.weights.times
     step = float(np.median(np.diff(times)))

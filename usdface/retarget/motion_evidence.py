@@ -13,6 +13,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.gap_interpolation import interpolate_gaps
+from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.noise import marker_noise, unexplained
 from usdface.retarget.rbf import SpaceMap
@@ -21,8 +22,9 @@ from usdface.takes import visible
 __all__ = ["MotionEvidence"]
 
 # The take has no say where shapes and head leave fewer numbers of a frame over, or where its motion
-# is of less than so many noise variances. Set by hand.
+# is of less than so many noise variances, or than this share of the face's size. Set by hand.
 _FEWEST_LEFT = 6
+_ROUNDING = 1e-7
 _ABOVE_NOISE = 4.0
 
 
@@ -72,6 +74,7 @@ class MotionEvidence:
         rest = flat @ basis
         noise = marker_noise(rest, np.asarray(visible(self.markers).all(axis=1))) ** 2
         size = float((moved**2).mean()) * moved.shape[1] / (moved.shape[1] - rigid.shape[1])
-        if size <= _ABOVE_NOISE * noise or size == 0.0:
+        rounding = (_ROUNDING * rms_radius(points)) ** 2
+        if size <= max(_ABOVE_NOISE * noise, rounding):
             return np.nan
         return float(np.sqrt(max(float((rest**2).mean()) - noise, 0.0) / (size - noise)))

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from usdface.arrays import FloatArray, frozen
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.map_choice import MapChoice
@@ -24,6 +26,8 @@ class Solution:
         RMS distance, on the character, between seen markers and the face as solved.
     feature_points : (F, M, 3) float64 [m]
         Markers carried over to the character; occluded ones as the rig predicts them.
+    rest : (M, 3) float64 [m]
+        Where they rest on the character: on their vertices, or beside them (`shifts`).
     markers : tuple of str, length M
         The markers that were used.
     neutral : (M, D) float64
@@ -51,6 +55,7 @@ class Solution:
     pose: Pose
     residual: FloatArray
     feature_points: FloatArray
+    rest: FloatArray
     markers: tuple[str, ...]
     neutral: FloatArray
     noise: float
@@ -66,4 +71,10 @@ class Solution:
         object.__setattr__(self, "residual", frozen(self.residual))
         object.__setattr__(self, "distances", frozen(self.distances))
         object.__setattr__(self, "feature_points", frozen(self.feature_points))
+        object.__setattr__(self, "rest", frozen(self.rest))
         object.__setattr__(self, "neutral", frozen(self.neutral))
+
+    @property
+    def displacements(self) -> FloatArray:
+        """Displacements of the markers on the character from rest: (F, M, 3) [m]."""
+        return np.asarray(self.feature_points - self.rest)

@@ -137,6 +137,7 @@ def solve_take(
         joint.pose,
         residual,
         features,
+        target,
         names,
         neutral,
         joint.regularisation.noise,

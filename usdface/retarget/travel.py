@@ -97,7 +97,7 @@ def region_travel(
     places = [face.markers.index(name) for name in solution.markers]
     vertices = face.vertices_of(solution.markers)
     seen = ~np.isnan(solution.distances)
-    carried = solution.feature_points - face.neutral[places]
+    carried = solution.displacements
     performed = carried
     if solution.in_space:
         turn, _ = similarity_fit(solution.neutral, face.neutral[places])
