@@ -90,6 +90,16 @@ def test_an_eye_that_stays_shut_is_held() -> None:
     assert len(blinks(found)) == len(BLINKS)
 
 
+def test_an_eye_that_closes_harder_than_it_blinks_is_closed_while_it_does() -> None:
+    """Squeezed shut, it opens while its markers are still beyond those of a blink."""
+    times, eyes = world()
+    squeezed = 2.5 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.5, 0, 1)
+    found = find_closings(times, eyes + squeezed[:, None] * [1.0, 0.0])
+    (held,) = (each for each in found if each.kind == "held")
+    assert held.closed == pytest.approx(6.4, abs=0.04)
+    assert held.opened == pytest.approx(7.1, abs=0.04)
+
+
 def test_a_wink_is_of_one_eye_and_a_fast_pulse_of_both() -> None:
     times, eyes = world()
     wink = np.clip(np.minimum((times - 6.0) / 0.08, (6.4 - times) / 0.16), 0, 1)

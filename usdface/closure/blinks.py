@@ -57,6 +57,9 @@ _SLOW, _WIDEST = 0.105, 0.35
 _CLOSED, _OPEN = 0.85, 0.35
 # ... at this where the other eye stays open: one eye alone may be a twitch of its cheek.
 _CLOSED_ALONE = 0.95
+# Of the usual level of an eye that is held closed: below it the eye is closing or opening, even where
+# the blinks of the take go no further. Set by hand.
+_STILL_CLOSED = 0.8
 # Shortest time [s] at that level that is no blink.
 _HELD = 0.1
 # Limits of closing and opening [s] between open and closed: fastest 50 to slowest 150 of a blink
@@ -282,6 +285,9 @@ def _held_eye(
         last = stop - 1
         if times[last] - times[first] < _HELD:
             continue
+        level = _STILL_CLOSED * float(np.median(share[first:stop]))
+        still = first + np.flatnonzero(share[first:stop] >= level)
+        first, last = int(still[0]), int(still[-1])
         start, end = _left(times, share, first, -1), _left(times, share, last, 1)
         span = (start, float(times[first]), float(times[last]), end)
         height = float(share[first:stop].max())

@@ -119,37 +119,45 @@ def solve_take(
     joint = solved(fit, neutral_frames=frames)
     model, _ = _as_performed(fit, shape_names, setup)
     findings += _beside(fit, names, take.source)
-    target, choice = fit.points, fit.choice
+    findings += _unsolved_frames(visible(joint.displaced), take.source)
+    return _solution(take, names, neutral, fit, joint, model, shape_names), findings
+
+
+def _solution(
+    take: MarkerTake,
+    names: tuple[str, ...],
+    neutral: FloatArray,
+    fit: FaceFit,
+    joint: PoseAndWeights,
+    model: BlendShapeEvaluator,
+    shape_names: tuple[str, ...],
+) -> Solution:
+    """Return the solution of a take, with its residuals on the character."""
     weights, displaced = joint.weights, joint.displaced
     predicted = model.displacements(weights).reshape(displaced.shape)
-    misfit = np.where(np.isnan(displaced), 0.0, displaced - predicted)
+    hidden = np.isnan(displaced)
+    misfit = np.where(hidden, 0.0, displaced - predicted)
     if take.dimension == 2:
         misfit[..., 2] = 0.0
     seen = visible(displaced)
-    findings += _unsolved_frames(seen, take.source)
-    residual = np.sqrt((misfit**2).sum(axis=(1, 2)) / np.maximum(seen.sum(axis=1), 1))
-    features = target + np.where(np.isnan(displaced), predicted, displaced)
-    result = WeightsTake(
-        shape_names, take.times, weights, take.rate, take.start_timecode, take.source
-    )
-    solution = Solution(
-        result,
+    squares = (misfit**2).sum(axis=2)
+    return Solution(
+        WeightsTake(shape_names, take.times, weights, take.rate, take.start_timecode, take.source),
         joint.pose,
-        residual,
-        features,
-        target,
+        np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1)),
+        fit.points + np.where(hidden, predicted, displaced),
+        fit.points,
         names,
         neutral,
         joint.regularisation.noise,
         joint.regularisation.misfit,
         joint.rounds,
-        choice,
-        np.where(seen, np.sqrt((misfit**2).sum(axis=2)), np.nan),
+        fit.choice,
+        np.where(seen, np.sqrt(squares), np.nan),
         in_space=take.dimension == 3,
         covariance=joint.regularisation.covariance,
         shifts=fit.shifts,
     )
-    return solution, findings
 
 
 def _as_performed(
