@@ -57,8 +57,8 @@ _SLOW, _WIDEST = 0.105, 0.35
 _CLOSED, _OPEN = 0.85, 0.35
 # ... at this where the other eye stays open: one eye alone may be a twitch of its cheek.
 _CLOSED_ALONE = 0.95
-# Of the usual level of an eye that is held closed: below it the eye is closing or opening, even where
-# the blinks of the take go no further. Set by hand.
+# Of the usual level of an eye that is held closed: below it the eye is closing or opening, even
+# where the blinks of the take go no further. Set by hand.
 _STILL_CLOSED = 0.8
 # Shortest time [s] at that level that is no blink.
 _HELD = 0.1
