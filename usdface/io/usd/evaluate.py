@@ -35,16 +35,19 @@ class _Bound:
         return weights if mapper is None else mapper.Remap(weights)
 
     def moves(self, code: float) -> Vt.Matrix4dArray | None:
-        """Return the transforms of the mesh's joints; None where no joint moves it."""
+        """Return the transforms of the skeleton's joints; None where no joint moves the mesh."""
         if not self.skinning.HasJointInfluences() or not len(self.skeleton.GetJointOrder()):
             return None
-        moves = self.skeleton.ComputeSkinningTransforms(code)
+        return self.skeleton.ComputeSkinningTransforms(code)
+
+    def _mapped(self, moves: Vt.Matrix4dArray) -> Vt.Matrix4dArray:
+        """Return transforms in the mesh's own order of joints; UsdSkel does so for points."""
         mapper = self.skinning.GetJointMapper()
         return moves if mapper is None else mapper.Remap(moves)
 
     def skin_normals(self, normals: Vt.Vec3fArray, moves: Vt.Matrix4dArray, code: float) -> None:
         """Turn normals with the joints, in place."""
-        turns = _normal_matrix(np.array(moves))
+        turns = _normal_matrix(np.array(self._mapped(moves)))
         UsdSkel.SkinNormals(
             self.skinning.GetSkinningMethod(),
             _matrix3(_normal_matrix(np.array(self.skinning.GetGeomBindTransform(code)))),
