@@ -102,7 +102,14 @@ CODES: dict[str, tuple[Severity, str]] = {
         "warning",
         "a file outside the folder of the asset is left out; --asset-root DIR allows it",
     ),
-    "INFLUENCES_MANY": ("info", "more than four joints influence a point; some programs read four"),
+    "INFLUENCES_MANY": (
+        "warning",
+        "more than four joints influence a point; some programs read four",
+    ),
+    "SKIN_WEIGHTS_NORMALISED": (
+        "info",
+        "skin weights that did not add up to 1 were brought to it, as glTF programs do",
+    ),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "joint scales are stored as 16-bit floats in UsdSkel"),
     "ANIMATION_DROPPED": ("warning", "an animation was left out"),

@@ -16,9 +16,10 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.channels import Channel, channels_of
 from usdface.io.gltf.document import GltfFile
+from usdface.io.gltf.frame_rate import frame_rate
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
-from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, grid_rate, shared_weights
+from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, shared_weights
 from usdface.io.gltf.samplers import Curve, check_size, curve_of
 from usdface.io.transforms import compose, decompose, followed_by
 from usdface.rigs import Mesh
@@ -174,13 +175,14 @@ def _joined(parts: Sequence[tuple[int | None, Curve]], rest: FloatArray) -> Curv
     if len(parts) == 1 and parts[0][0] is None:
         return parts[0][1]
     times = np.unique(np.concatenate([curve.times for _, curve in parts]))
+    keys = np.unique(np.concatenate([curve.keys for _, curve in parts]))
     values = np.tile(rest, (len(times), 1))
     for column, curve in parts:
         if column is None:
             values[:] = curve.at(times)
         else:
             values[:, column] = curve.at(times)[:, 0]
-    return Curve(times, values)
+    return Curve(times, values, keys)
 
 
 def _inserted(animation: Animation, curves: Mapping[int, Curve]) -> FloatArray:
@@ -219,7 +221,8 @@ def _joints(
         parts.append(joint)
     joints = tuple(armature.skeleton.joints[armature.nodes[node]] for node in nodes)
     moves, turns, sizes = (np.stack(values, 1) for values in zip(*parts, strict=True))
-    return JointsTake(joints, times, moves, turns, sizes, grid_rate(times)), found
+    rate = frame_rate(np.unique(np.concatenate([curve.keys for curve in curves])))
+    return JointsTake(joints, times, moves, turns, sizes, rate), found
 
 
 def _text(name: str) -> str:

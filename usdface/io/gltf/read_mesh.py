@@ -18,6 +18,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.bake_transform import TANGENTS
+from usdface.io.gltf.skin_weights import normalised_weights
 from usdface.io.gltf.textures import uv_name
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.weld import Rows, rows_at, weld_vertices
@@ -114,6 +115,10 @@ def mesh_of_primitives(
     if not sum(map(len, triangles)):
         return None, [*found, finding("FEATURE_DROPPED", name, "a mesh without triangles")]
     mesh = _merged(name, [b for _, b in blocks.values()], np.concatenate(triangles), shape_names)
+    if mesh.skin is not None:
+        weights, new_findings = normalised_weights(mesh.skin.weights, name)
+        found += new_findings
+        mesh = replace(mesh, skin=Skin(mesh.skin.joints, weights))
     return _with_materials(mesh, np.concatenate(labels), materials), found
 
 

@@ -141,6 +141,7 @@ def _write_joints(
     found: list[Finding] = []
     all_keys: int | None = None
     one_key: int | None = None
+    last = max((k for k, path in enumerate(take.joints) if path in joints), default=-1)
     for place, path in enumerate(take.joints):
         if path not in joints:
             message = "moves a joint that the skeleton lacks"
@@ -154,7 +155,11 @@ def _write_joints(
             if kind == pygltflib.ROTATION:
                 curve = _continuous(curve)
             still = np.abs(curve - curve[0]).max() <= _SAME * max(1.0, np.abs(curve).max())
-            if still and np.abs(curve[0] - rest).max() <= _SAME * max(1.0, np.abs(rest).max()):
+            at_rest = still and np.abs(curve[0] - rest).max() <= _SAME * max(
+                1.0, np.abs(rest).max()
+            )
+            # A clip in which nothing leaves its rest is a clip, too.
+            if at_rest and (animation.channels or (place, kind) != (last, _PATHS[-1])):
                 continue
             if still:
                 if one_key is None:

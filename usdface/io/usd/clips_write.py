@@ -9,21 +9,24 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import decompose
-from usdface.io.usd.stage import matrices, rate_of, vec3f_array
+from usdface.io.usd.stage import matrices, vec3f_array
 from usdface.rigs import Skeleton
 
 __all__ = ["CLIPS", "clock_of", "time_codes", "write_clips"]
 
+_UNKNOWN = 60.0  # frames per second
 CLIPS = "animation"  # the variant set
 _SAME_TIME = 5e-7  # [s]: 4 roundings of float32 at one second
 
 
 def clock_of(clips: Sequence[Clip]) -> float:
-    """Return the timeCodesPerSecond for some clips: the highest of their rates."""
+    """Return the timeCodesPerSecond for some clips: the highest of their rates.
+
+    60 where none is known: keys need not be on frames, and their distances may be anything.
+    """
     if not any(len(clip.times) for clip in clips):
         return 24.0
-    rate = max(clip.rate for clip in clips)
-    return rate or rate_of(max((clip.times for clip in clips), key=len))
+    return max(clip.rate for clip in clips) or _UNKNOWN
 
 
 def time_codes(times: FloatArray, rate: float) -> FloatArray:

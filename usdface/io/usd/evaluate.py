@@ -12,7 +12,7 @@ from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.stage import metrics_of, to_si
 
-__all__ = ["UsdMesh", "evaluate_usd", "stage_keys"]
+__all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
 
 _ALIKE = 1e-9  # of transforms, in stage units
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
@@ -202,7 +202,9 @@ _START = Usd.TimeCode.EarliestTime()
 
 
 def _normal_matrix(matrix: FloatArray) -> FloatArray:
-    turns = np.linalg.inv(matrix[..., :3, :3]).swapaxes(-1, -2)
+    linear = matrix[..., :3, :3]
+    flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to nothing: there is no normal to see
+    turns = np.linalg.inv(np.where(flat[..., None, None], np.eye(3), linear)).swapaxes(-1, -2)
     return np.ascontiguousarray(turns, np.float64)
 
 
@@ -258,8 +260,22 @@ def stage_keys(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
     sample. Without animation there is one code, the start.
     """
     metrics = metrics_of(stage)
+    name, keys = _keys(stage)
+    if not keys:
+        return name, np.array([metrics.start]), np.zeros(1)
+    codes = np.array(sorted(keys), np.float64)
+    start = min(metrics.start, codes[0]) if stage.HasAuthoredTimeCodeRange() else codes[0]
+    return name, codes, (codes - start) / metrics.time_codes_per_second
+
+
+def has_keys(stage: Usd.Stage) -> bool:
+    """Whether anything on a stage has samples over time."""
+    return bool(_keys(stage)[1])
+
+
+def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
     cache = UsdSkel.Cache()
-    name, keys = "", set()
+    name, keys = "", set[float]()
     for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
         cache.Populate(UsdSkel.Root(root), _ALL)
         for prim in (*_ancestors(root), *Usd.PrimRange(root, _ALL)):
@@ -273,8 +289,4 @@ def stage_keys(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
                 name = name or prim.GetDisplayName() or prim.GetName()
                 keys |= {*query.GetBlendShapeWeightTimeSamples()}
                 keys |= {*query.GetJointTransformTimeSamples()}
-    if not keys:
-        return name, np.array([metrics.start]), np.zeros(1)
-    codes = np.array(sorted(keys), np.float64)
-    start = min(metrics.start, codes[0]) if stage.HasAuthoredTimeCodeRange() else codes[0]
-    return name, codes, (codes - start) / metrics.time_codes_per_second
+    return name, keys
