@@ -29,6 +29,7 @@ def test_usd_shows_what_a_player_shows(write_glb, tmp_path: Path) -> None:
     weights = np.array([[0.2, 0.2, 0, 0], [0.5, 0, 0, 0], [0, 0, 0, 0]], "<f4")
     times = np.array([0, 1], "<f4")
     pulled = np.array([[0, 0, 0], [0, 0, 5]], "<f4")
+    attributes = {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}
     document = {
         "scenes": [{"nodes": [0, 2]}],
         "nodes": [{"children": [1]}, {}, {"mesh": 0, "skin": 0}],

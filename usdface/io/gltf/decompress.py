@@ -42,8 +42,8 @@ def decompress(file: GltfFile) -> GltfFile:
     InputError
         If a library is missing, or compressed data are damaged or larger than allowed.
     """
-    required = {name for name in file.document.extensionsRequired or [] if name in _LIBRARIES}
-    required = sorted(required | _without_plain_data(file))
+    listed = set(file.document.extensionsRequired or []) & set(_LIBRARIES)
+    required = sorted(listed | _without_plain_data(file))
     for name in required:
         if find_spec(_LIBRARIES[name]) is None:
             raise InputError(

@@ -71,14 +71,15 @@ def clips_of(
     """Return every animation as a clip over the blend shapes of all meshes and the joints.
 
     See `usdface.io.gltf.read_weights` for names of shapes and for keys, `curve_of` for
-    interpolations. Without animation, weights that are not zero become a clip without a name.
+    interpolations. Weights without animation that are not zero become a clip without a name,
+    the last.
 
     Returns
     -------
     tuple of Mesh
         The meshes, some shapes renamed.
     tuple of Clip
-        In the order of the file.
+        In the order of the file, then the one without a name.
     list of Finding
 
     Raises
@@ -105,8 +106,9 @@ def clips_of(
         else:
             message = "it moves nothing that is kept" if animation.channels else "it is empty"
             found.append(finding("ANIMATION_DROPPED", motion.name, message))
-    standing = WeightsMotion({}, np.zeros(0))
-    parts = [WeightsMotion(m.weights, m.inserted) for m in motions] or [standing]
+    parts = [WeightsMotion(m.weights, m.inserted) for m in motions]
+    if not parts or any(placed.weights.any() for placed in meshes):
+        parts.append(WeightsMotion({}, np.zeros(0)))
     whole, takes, new_findings = shared_weights(meshes, parts)
     found += new_findings
     clips = []
@@ -114,8 +116,8 @@ def clips_of(
         joints, new_findings = _joints(motion, tree, armature)
         found += new_findings
         clips.append(Clip(motion.name, weights, joints))
-    if not motions and takes[0] is not None:
-        clips = [Clip("", takes[0])]
+    if len(takes) > len(motions) and takes[-1] is not None:
+        clips.append(Clip("", takes[-1]))
     return whole, tuple(clips), found
 
 

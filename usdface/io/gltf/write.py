@@ -1,6 +1,6 @@
 """A rig and its clips to glTF 2.0."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -31,7 +31,6 @@ from usdface.io.inputs import among
 from usdface.io.transforms import compose, decompose
 from usdface.io.udim import texture_files, untiled
 from usdface.rigs import Mesh, Rig, Skeleton
-from usdface.takes import WeightsTake
 
 __all__ = ["write_gltf"]
 
@@ -108,9 +107,9 @@ def write_gltf(
         roots += _write_skeleton(skeleton, document, builder, found)
         _dequantising_skins(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
-    for clip in clips:
-        if clip.still and clip.weights is not None:
-            _write_static_weights(clip.weights, carriers, document)
+    for clip in sorted(clips, key=lambda clip: not clip.still):  # joints move from where they stand
+        if clip.still:
+            _write_standing(clip, carriers, joints, document)
             continue
         animation, new_findings = write_animation(clip, carriers, joints, builder, pointer)
         found += new_findings
@@ -210,13 +209,24 @@ def _version() -> str:
         return "(source)"
 
 
-def _write_static_weights(
-    still: WeightsTake, carriers: Sequence[tuple[int, Mesh]], document: pygltflib.GLTF2
+def _write_standing(
+    still: Clip,
+    carriers: Sequence[tuple[int, Mesh]],
+    joints: Mapping[str, tuple[int, pygltflib.Node]],
+    document: pygltflib.GLTF2,
 ) -> None:
+    """Write how a face stands as the weights of its meshes and the transforms of its nodes."""
     for node, mesh in carriers:
-        if mesh.shapes:
-            weights = flat_weights(mesh, still.reordered(mesh.shape_names).weights[:1])
+        if mesh.shapes and still.weights is not None:
+            weights = flat_weights(mesh, still.weights.reordered(mesh.shape_names).weights[:1])
             document.meshes[document.nodes[node].mesh].weights = weights[0].tolist()
+    take = still.joints
+    for place, path in enumerate(take.joints if take is not None else ()):
+        if path in joints and take is not None:
+            _, node = joints[path]
+            node.translation = take.translations[0, place].tolist()
+            node.rotation = take.rotations[0, place].tolist()
+            node.scale = take.scales[0, place].tolist()
 
 
 def _animated_skeleton(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:

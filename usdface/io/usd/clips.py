@@ -36,6 +36,7 @@ from usdface.takes import WeightsTake
 __all__ = ["animated_rig", "clips_of_stage"]
 
 _SAME_SCALE = 1e-5  # a fiftieth of the step of 16-bit scales at 1 (2**-11)
+_POSED = 1e-5  # of a matrix: SkelAnimations hold float32, and scales of 16 bits near 1
 _SAME_WEIGHT = 1e-6  # 8 roundings of float32
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
@@ -103,9 +104,18 @@ def clips_of_stage(
             if clip is not None:
                 clips.append(clip)
         found += report_unbound(stage, root, played)
-    if len(clips) > 1:
-        clips = [clip for clip in clips if not clip.still]
-    return tuple(clips), list(dict.fromkeys(found))
+    moving = [clip for clip in clips if not clip.still]
+    still = [clip for clip in clips if clip.still]
+    if moving:  # one of several variants may stand still: its weights, but no pose of joints
+        weights = next((c.weights for c in still if c.weights), _defaults(stage, root))
+        still = [Clip("", weights)] if weights else []
+    return (*moving, *still[:1]), list(dict.fromkeys(found))
+
+
+def _defaults(stage: Usd.Stage, root: str) -> WeightsTake | None:
+    """Return the weights that SkelAnimations with samples have without time, if not all are 0."""
+    standing = (_static_weights(b.animation) for b in bound_animations(stage, root))
+    return next((weights for weights in standing if weights), None)
 
 
 def _clip(
@@ -119,7 +129,7 @@ def _clip(
         for b in playing_now
         if rig.skeleton is not None
         and tuple(map(str, b.skeleton.GetJointOrder())) == rig.skeleton.joints
-        and b.animation.GetJointTransformTimeSamples()
+        and (b.animation.GetJointTransformTimeSamples() or _is_posed(b))
     ]
     codes = np.unique(
         [
@@ -129,10 +139,13 @@ def _clip(
         ]
     )
     found: list[Finding] = []
-    if not len(codes):
-        still = [q for q in animations.values() if _static_weights(q)]
-        return (Clip("", _static_weights(still[0])) if still else None), found
     metrics = metrics_of(stage)
+    if not len(codes):
+        still = next((w for q in animations.values() if (w := _static_weights(q))), None)
+        pose = None
+        if jointed and rig.skeleton is not None:
+            pose, found = _joints(jointed[0], rig.skeleton, to_si(metrics), _Clock(0.0, 1.0))
+        return (Clip("", still, pose) if still or pose else None), found
     start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
     clock = _Clock(min(start, float(codes[0])), metrics.time_codes_per_second)
     weights, new_findings = _merged_weights(weighted, clock)
@@ -173,6 +186,16 @@ class _Clock:
 
 def _names(query: UsdSkel.AnimQuery) -> tuple[str, ...]:
     return tuple(str(token) for token in query.GetBlendShapeOrder())
+
+
+def _is_posed(binding: BoundAnimation) -> bool:
+    """Whether a SkelAnimation without samples holds joints elsewhere than at rest."""
+    order = list(binding.skeleton.GetJointOrder())
+    rest = binding.skeleton.ComputeJointLocalTransforms(0.0, True)
+    shown = binding.skeleton.ComputeJointLocalTransforms(0.0)
+    if not order or rest is None or shown is None:
+        return False
+    return not np.allclose(np.array(shown), np.array(rest), rtol=_POSED, atol=_POSED)
 
 
 def _static_weights(query: UsdSkel.AnimQuery) -> WeightsTake | None:
@@ -233,7 +256,7 @@ def _joints(
     if len(known) < len(order):
         message = f"{len(order) - len(known)} animated joints are not in the skeleton"
         found.append(finding("ANIMATION_DROPPED", where, message))
-    codes = np.array(binding.animation.GetJointTransformTimeSamples())
+    codes = np.array(binding.animation.GetJointTransformTimeSamples() or [clock.start])
     rows = [binding.animation.ComputeJointLocalTransformComponents(float(c)) for c in codes]
     if not known or any(row is None or any(len(p) != len(order) for p in row) for row in rows):
         message = "translations, rotations and scales do not fit the joints"
