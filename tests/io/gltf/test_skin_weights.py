@@ -34,9 +34,7 @@ def test_usd_shows_what_a_player_shows(write_glb, tmp_path: Path) -> None:
         "scenes": [{"nodes": [0, 2]}],
         "nodes": [{"children": [1]}, {}, {"mesh": 0, "skin": 0}],
         "skins": [{"joints": [0, 1]}],
-        "meshes": [
-            {"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}}]}
-        ],
+        "meshes": [{"primitives": [{"attributes": attributes}]}],
         "animations": [
             {
                 "samplers": [{"input": 3, "output": 4}],

@@ -203,9 +203,11 @@ def _at(moments: FloatArray, times: FloatArray, values: FloatArray) -> FloatArra
 
 
 def _times(times: FloatArray) -> FloatArray:
-    """Return times, 0 or later, that stay distinct as float32."""
+    """Return times, 0 or later, that stay distinct as float32; of a jump the later key stays."""
     single = times.astype(np.float32) + np.float32(0)
     # The bit patterns of non-negative floats count upwards like the floats.
     steps = np.arange(len(single))
-    bits = np.maximum.accumulate(single.view(np.int32).astype(np.int64) - steps) + steps
+    bits = single.view(np.int32).astype(np.int64) - steps
+    bits = np.minimum.accumulate(bits[::-1])[::-1].clip(min=0)
+    bits = np.maximum.accumulate(bits) + steps
     return bits.astype(np.int32).view(np.float32).astype(np.float64)
