@@ -79,6 +79,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NAME_CHANGED": ("info", "a name was made unique or legal; the original is kept beside it"),
     "FACES_TRIANGULATED": ("info", "faces with more than three corners were split"),
     "NORMALS_COMPUTED": ("info", "the source has no normals; smooth ones were computed"),
+    "NORMALS_FLAT": (
+        "info",
+        "the source has no normals: faces are lit flat, as USD and glTF define",
+    ),
     "TANGENTS_COMPUTED": (
         "info",
         "tangent offsets of shapes were computed from their normal offsets",

@@ -273,6 +273,7 @@ def _merged(
         Skin(joints[first], weights[first]) if influences else None,
         uv_name=first_uvs,
         corner_values=tuple(c for c in corners if c.name != first_uvs),
+        flat=not given,
     )
 
 

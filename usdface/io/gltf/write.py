@@ -14,6 +14,7 @@ from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import extras_with_metadata
+from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.scene import write_scene
@@ -145,7 +146,8 @@ def _write_meshes(
     boxed: list[tuple[int, Box]] = []
     for mesh in rig.meshes:
         box = bounding_box(mesh) if builder.shorts and len(mesh.points) else None
-        stored = box.boxed(mesh) if box else mesh
+        whole = split_hard_edges(mesh)
+        stored = box.boxed(whole) if box else whole
         made, new_findings = write_mesh(stored, materials, builder, held, uv_names, coloured)
         found += new_findings
         if made is None:

@@ -1,6 +1,7 @@
 """Polygon meshes to glTF: triangles, one uv per vertex, dense vertex attributes."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
+from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.inbetweens import flat_mesh
 from usdface.io.gltf.vertex_colours import COLOURS
@@ -65,7 +67,7 @@ def write_mesh(
     All primitives, one for each material subset and one for the faces in none, share the
     vertices and morph targets; so every target exists in every primitive, in one order,
     and a reader that joins the primitives gets the points back in theirs. Normals and
-    their change by each shape are always there: authored ones, else smooth ones.
+    their change by each shape are authored ones, else smooth ones; a flat mesh has none.
 
     Parameters
     ----------
@@ -95,6 +97,9 @@ def write_mesh(
     if not len(corners):
         return None, [finding("FEATURE_DROPPED", mesh.name, "a mesh without faces is left out")]
     found = _report_dropped(mesh)
+    if mesh.flat:  # tangents mean nothing without normals (section 3.7.2.1)
+        others = tuple(c for c in mesh.corner_values if c.name != TANGENTS)
+        mesh = replace(mesh, corner_values=others)
     mesh, inbetweens, new_findings = flat_mesh(mesh)
     found += new_findings
     shows = {*(s.material for s in mesh.subsets), mesh.material} & set(coloured)
@@ -111,7 +116,9 @@ def write_mesh(
     )
     moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
     normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
-    shared.NORMAL = builder.array(unit_or_up(normals[split.source]), ARRAY_BUFFER, short="signed")
+    if not mesh.flat:
+        lit = unit_or_up(normals[split.source])
+        shared.NORMAL = builder.array(lit, ARRAY_BUFFER, short="signed")
     wanted = texcoord_count(primitives, materials)
     for attribute, accessor in write_corner_attributes(
         mesh, split, uv_names, wanted, builder
@@ -125,10 +132,9 @@ def write_mesh(
         found += new_findings
         for attribute, accessor in influences.items():
             setattr(shared, attribute, accessor)
-    targets = [
-        {"POSITION": move, "NORMAL": _target(*turn, split.source, builder)}
-        for move, turn in zip(moves, turns, strict=True)
-    ]
+    targets = [{"POSITION": move} for move in moves]
+    for target, turn in zip(targets, [] if mesh.flat else turns, strict=False):
+        target["NORMAL"] = _target(*turn, split.source, builder)
     if shared.TANGENT is not None:
         for target, turn in zip(targets, turns, strict=True):
             turned = tangent_deltas(mesh, split, normals, turn)
@@ -160,7 +166,7 @@ def _report_dropped(mesh: Mesh) -> list[Finding]:
     found = []
     if (mesh.face_counts > 3).any():
         found.append(finding("FACES_TRIANGULATED", mesh.name))
-    if mesh.normals is None:
+    if mesh.normals is None and not mesh.flat:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
     combined = [shape.name for shape in mesh.shapes if shape.combination is not None]
     if combined:
@@ -207,6 +213,8 @@ def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
     A shape without normal offsets gets the change of the smooth normals at weight 1, also where
     the neutral normals are authored.
     """
+    if mesh.flat:
+        return np.zeros_like(mesh.points), []
     authored = [(s.indices, s.normal_offsets) for s in mesh.shapes if s.normal_offsets is not None]
     if mesh.normals is not None and len(authored) == len(mesh.shapes):
         return mesh.normals, authored

@@ -32,7 +32,7 @@ from usdface.io.usd.stage import (
     save_layer,
     vec3f_array,
 )
-from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
+from usdface.rigs import CORNER_NORMALS, BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
 
 __all__ = ["write_rig"]
 
@@ -161,10 +161,7 @@ def _write_mesh(
     def normals_at(points: FloatArray) -> FloatArray:
         return of_faces()(points)
 
-    normals = normals_at(mesh.points) if mesh.normals is None else unit_or_up(mesh.normals)
-    prim.CreateNormalsAttr(vec3f_array(normals))
-    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    findings = [finding("NORMALS_COMPUTED", path)] if mesh.normals is None else []
+    findings = _write_normals(prim, mesh, normals_at)
     write_face_varying(prim, mesh)
     if prim.GetPrim().GetName() != mesh.name:
         prim.GetPrim().SetDisplayName(mesh.name)
@@ -177,6 +174,23 @@ def _write_mesh(
     if double_sided & {mesh.material, *(s.material for s in mesh.subsets)}:
         prim.CreateDoubleSidedAttr(True)
     return findings
+
+
+def _write_normals(
+    prim: UsdGeom.Mesh, mesh: Mesh, normals_at: Callable[[FloatArray], FloatArray]
+) -> list[Finding]:
+    if mesh.flat:
+        return [finding("NORMALS_FLAT", str(prim.GetPath()))]
+    hard = mesh.corners(CORNER_NORMALS)
+    if hard is not None:
+        prim.CreateNormalsAttr(vec3f_array(hard))
+        prim.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+        return []
+    computed = mesh.normals is None
+    normals = normals_at(mesh.points) if mesh.normals is None else unit_or_up(mesh.normals)
+    prim.CreateNormalsAttr(vec3f_array(normals))
+    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    return [finding("NORMALS_COMPUTED", str(prim.GetPath()))] if computed else []
 
 
 def _bind_skin(prim: UsdGeom.Mesh, mesh: Mesh, rig: Rig) -> None:
@@ -230,12 +244,13 @@ def _write_shapes(
             return (normals_at(points) - neutral())[shape.indices]
 
         normal_offsets = shape.normal_offsets
-        if normal_offsets is None:
+        if normal_offsets is None and not mesh.flat:
             normal_offsets = turned(shape.offsets)
         made.CreateOffsetsAttr(vec3f_array(shape.offsets))
-        made.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
+        if normal_offsets is not None:
+            made.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
         made.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(shape.indices.astype(np.int32)))
-        findings += _write_inbetweens(made, shape, turned)
+        findings += _write_inbetweens(made, shape, None if mesh.flat else turned)
         write_combination(made.GetPrim(), shape.combination)
     binding = UsdSkel.BindingAPI(prim)
     binding.CreateBlendShapesAttr(mesh.shape_names)
@@ -244,7 +259,9 @@ def _write_shapes(
 
 
 def _write_inbetweens(
-    made: UsdSkel.BlendShape, shape: BlendShape, turned: Callable[[FloatArray], FloatArray]
+    made: UsdSkel.BlendShape,
+    shape: BlendShape,
+    turned: Callable[[FloatArray], FloatArray] | None,
 ) -> list[Finding]:
     findings: list[Finding] = []
     weights = {0.0, 1.0}
@@ -259,9 +276,10 @@ def _write_inbetweens(
         target.SetWeight(between.weight)
         target.SetOffsets(vec3f_array(between.offsets))
         normal_offsets = between.normal_offsets
-        if normal_offsets is None:
+        if normal_offsets is None and turned is not None:
             normal_offsets = turned(between.offsets)
-        target.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
+        if normal_offsets is not None:
+            target.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
         if name != between.name:
             target.GetAttr().SetDisplayName(between.name)
     return findings
