@@ -11,9 +11,9 @@ from deformed import deformed
 from scipy.spatial.transform import Rotation
 
 from usdface.errors import OutputError
+from usdface.geometry.triangulation import triangulated
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
-from usdface.io.gltf.write_mesh import triangulated
 from usdface.rigs import BlendShape, Mesh, Rig, Skeleton, Skin
 from usdface.takes import WeightsTake
 
@@ -93,7 +93,7 @@ class Player:
 
 def expected_corners(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     """Fans of the faces in the order of the subsets, then of the faces in none."""
-    corners, faces = triangulated(mesh.face_counts)
+    corners, faces = triangulated(mesh.face_counts, mesh.face_indices, mesh.points)
     listed = [subset.faces for subset in mesh.subsets]
     rest = np.setdiff1d(np.arange(len(mesh.face_counts)), np.concatenate([[], *listed]))
     rows = [np.flatnonzero(np.isin(faces, part)) for part in (*listed, rest)]

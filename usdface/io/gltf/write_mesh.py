@@ -11,6 +11,7 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
+from usdface.geometry.triangulation import triangulated
 from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
 from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
@@ -26,32 +27,9 @@ from usdface.io.gltf.vertex_split import (
 from usdface.io.gltf.write_skin import write_influences
 from usdface.rigs import BlendShape, Mesh
 
-__all__ = ["triangulated", "write_mesh"]
+__all__ = ["write_mesh"]
 
 _LEAST_NORMAL_CHANGE = 1e-6  # of a computed unit normal: a 3,900th of a step of 8-bit shading
-
-
-def triangulated(face_counts: IntArray) -> tuple[IntArray, IntArray]:
-    """Cut faces into fans around their first corners.
-
-    It depends on nothing but the numbers of corners, so that all shapes are cut alike.
-
-    Parameters
-    ----------
-    face_counts : (P,) int64
-
-    Returns
-    -------
-    corners : (T, 3) int64
-        Face corners of each triangle.
-    faces : (T,) int64
-        Face that it was cut from.
-    """
-    counts = np.maximum(face_counts - 2, 0)
-    faces = np.repeat(np.arange(len(face_counts)), counts)
-    starts = (np.cumsum(face_counts) - face_counts)[faces]
-    step = np.arange(len(faces)) - (np.cumsum(counts) - counts)[faces]
-    return np.stack([starts, starts + step + 1, starts + step + 2], 1), faces
 
 
 def write_mesh(
@@ -93,7 +71,7 @@ def write_mesh(
     OutputError
         If a number does not fit float32, or a subset or the skin does not fit the mesh.
     """
-    corners, faces = triangulated(mesh.face_counts)
+    corners, faces = triangulated(mesh.face_counts, mesh.face_indices, mesh.points)
     if not len(corners):
         return None, [finding("FEATURE_DROPPED", mesh.name, "a mesh without faces is left out")]
     found = _report_dropped(mesh)

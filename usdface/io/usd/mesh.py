@@ -126,7 +126,7 @@ def _reversed_winding(counts: IntArray) -> IntArray:
 def _normals(
     mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int
 ) -> tuple[FloatArray | None, FloatArray | None, list[Finding]]:
-    """Return normals (V, 3) in the mesh's space, corners averaged; and those of hard edges (C, 3)."""
+    """Return normals (V, 3) in the mesh's space, averaged; and those of hard edges (C, 3)."""
     path = str(mesh.GetPath())
     primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
     if primvar and primvar.HasAuthoredValue():
