@@ -61,6 +61,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "SHAPE_NAME_REPEATED": ("warning", "two blend shapes of a mesh share one name"),
     "SHAPE_NAMES_MISSING": ("warning", "morph targets have no names"),
     "TARGETS_UNEQUAL": ("error", "primitives of a mesh differ in their number of morph targets"),
+    "MESH_OUTSIDE": (
+        "warning",
+        "a mesh is outside of every SkelRoot and is left out; move it below one",
+    ),
     "TOPOLOGY_DIFFERS": ("error", "faces and points do not belong together"),
     "NORMALS_MISSING": ("info", "normals are missing or do not follow a shape; shading may differ"),
     "BOUNDS_MISSING": (

@@ -10,6 +10,7 @@ from usdface.certificate.linear_morph import LinearMorph
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
+from usdface.io.usd.shown_meshes import shown_meshes
 from usdface.io.usd.stage import metrics_of, to_si
 
 __all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
@@ -228,7 +229,7 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[UsdMesh, ...]:
                 bound |= {t.GetPrim(): _Bound(t, query) for t in binding.GetSkinningTargets()}
         si = to_si(metrics_of(stage))
         meshes = []
-        for prim in prims:
+        for prim in shown_meshes(prims)[0]:
             used = np.unique(UsdGeom.Mesh(prim).GetFaceVertexIndicesAttr().Get(_START) or [])
             if len(used):
                 tokens = UsdSkel.BindingAPI(prim).GetBlendShapesAttr().Get() or ()

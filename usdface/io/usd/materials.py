@@ -19,6 +19,8 @@ from usdface.rigs import MaterialSubset, Mesh
 
 __all__ = ["read_mesh_materials"]
 
+_GREY, _BLACK = (0.18, 0.18, 0.18), (0.0, 0.0, 0.0)  # what the schema falls back to
+
 
 def read_mesh_materials(
     stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None = None
@@ -82,7 +84,7 @@ def _read_material(
     shown, glow = ("emissiveColor", "") if unlit else ("diffuseColor", "emissiveColor")
     result = Material(
         name,
-        colour(shown, Material("").base_color),
+        colour(shown, _BLACK if unlit else _GREY),
         opacity,
         number("metallic", 0.0),
         number("roughness", 0.5),

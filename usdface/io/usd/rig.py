@@ -15,6 +15,7 @@ from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
+from usdface.io.usd.shown_meshes import report_unconverted, shown_meshes
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
@@ -96,9 +97,15 @@ def _rig(
     used = {one.path: one for one in staged}
     below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
     meshes: list[Mesh] = []
-    for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL)):
-        if not prim.IsA(UsdGeom.Mesh) or not prim.GetPath().HasPrefix(below):
-            continue
+    prims = [
+        prim
+        for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL))
+        if prim.IsA(UsdGeom.Mesh) and prim.GetPath().HasPrefix(below)
+    ]
+    if not root:  # a scene, of which what is shown counts; a character may be hidden for now
+        prims, new_findings = shown_meshes(prims)
+        findings += new_findings + report_unconverted(stage)
+    for prim in prims:
         binding = bound.get(prim.GetPath())
         skin: Skin | None = None
         own = used.get(binding.skeleton.GetPath()) if binding and binding.skinned else None
