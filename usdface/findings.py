@@ -42,7 +42,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
     "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
     # rigs
-    "SHAPE_EMPTY": ("warning", "a blend shape moves no point"),
+    "SHAPE_EMPTY": ("info", "a blend shape moves no point"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),
     "FACES_DIFFER": ("warning", "a shape file has other faces; its points may be in another order"),
     "SHAPE_TARGET_MISSING": ("error", "a blend shape target does not exist"),
@@ -73,6 +73,19 @@ CODES: dict[str, tuple[Severity, str]] = {
     ),
     "INBETWEEN_WRONG": ("error", "an inbetween has no weight of its own between 0 and 1"),
     "BINDING_TARGET_MISSING": ("error", "a bound skeleton or animation does not exist"),
+    "SKELROOT_MISSING": (
+        "error",
+        "a mesh with blend shapes is below no SkelRoot; UsdSkel moves none of them",
+    ),
+    "SKELETON_MISSING": (
+        "error",
+        "a mesh with blend shapes is bound to no skeleton; UsdSkel moves none of them",
+    ),
+    "SCHEMA_UNAPPLIED": ("error", "SkelBindingAPI is not applied; UsdSkel ignores the binding"),
+    "ANIMATION_UNMATCHED": (
+        "error",
+        "an animation names no blend shape of the meshes that it moves",
+    ),
     "WEIGHTS_LENGTH_WRONG": ("error", "the number of weights is not that of the blend shapes"),
     "WEIGHTS_OUT_OF_RANGE": (
         "info",
@@ -194,6 +207,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "LIPS_UNSEEN": ("info", "no markers show the touch of the lips; it is not completed"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
     # every job
+    "FILE_UNREADABLE": ("error", "a file is missing, may not be read, or is of another kind"),
     "ADVICE_FAILED": (
         "info",
         "advice could not be given; the result does not depend on it",
