@@ -244,7 +244,10 @@ def _animated_skeleton(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:
 def _write_skeleton(
     skeleton: Skeleton, document: pygltflib.GLTF2, builder: BufferBuilder, found: list[Finding]
 ) -> list[int]:
-    """Append a node for each joint and the skin; return the nodes without a parent."""
+    """Append a node for each joint and the skin; return the node that all hang on.
+
+    Joints of a skin need a common root (section 3.7.3.2): several roots get a node above them.
+    """
     start = len(document.nodes)
     place = {path: start + k for k, path in enumerate(skeleton.joints)}
     roots = []
@@ -272,4 +275,7 @@ def _write_skeleton(
             inverseBindMatrices=builder.array(_inverse_binds(skeleton, np.eye(4))),
         )
     ]
+    if len(roots) > 1:
+        document.nodes.append(pygltflib.Node(name="Skeleton", children=roots))
+        roots = [len(document.nodes) - 1]
     return roots
