@@ -149,10 +149,13 @@ def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) ->
         index = document.nodes[node].mesh
         if index not in sizes:
             sizes[index] = sum(
-                reader.count(accessor) * 4
+                4 * read(accessor)
                 for primitive in item(document.meshes or [], index, "mesh").primitives
-                for used in (vars(primitive.attributes), *(primitive.targets or []))
-                for accessor in (*used.values(), primitive.indices)
+                for read, accessors in (
+                    (reader.count, (*vars(primitive.attributes).values(), primitive.indices)),
+                    *((reader.stored, target.values()) for target in primitive.targets or []),
+                )
+                for accessor in accessors
                 if accessor is not None
             )
         total += sizes[index]
