@@ -115,6 +115,8 @@ CODES: dict[str, tuple[Severity, str]] = {
         "warning",
         "the target format supports only an approximation of a feature",
     ),
+    "EXTENSION_DROPPED": ("warning", "data of a glTF extension are left out"),
+    "NODES_DROPPED": ("info", "nodes that carry nothing are left out; their transforms are kept"),
     "POINTS_ROUNDED": ("info", "points are stored as 16-bit integers, as requested"),
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF supports"),
     "TEXTURE_TILED": ("info", "each tile of a UDIM texture became a material"),

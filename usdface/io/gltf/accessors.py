@@ -39,7 +39,7 @@ class AccessorReader:
         return count
 
     def stored(self, index: object) -> int:
-        """Return how many elements of accessor `index` the file holds: none of zeros that are only named."""
+        """Return how many elements of accessor `index` the file holds: zeros take no bytes."""
         count = self.count(index)
         accessor = item(self.file.document.accessors or [], index, "accessor")
         if accessor.bufferView is not None:

@@ -25,6 +25,7 @@ from usdface.io.gltf.vertex_colours import (
     white_base_colors,
 )
 from usdface.io.gltf.vertex_split import uv_order
+from usdface.io.gltf.vrm import VRM, vrm_extension
 from usdface.io.gltf.write_animation import write_animation
 from usdface.io.gltf.write_materials import write_materials
 from usdface.io.gltf.write_mesh import write_mesh
@@ -116,6 +117,12 @@ def write_gltf(
         found += new_findings
         document.animations += [animation] if animation else []
     write_scene(rig.cameras, rig.lights, document, roots)
+    avatar = rig.asset.get(VRM)
+    if isinstance(avatar, Mapping):
+        nodes = {path: node for path, (node, _) in joints.items()}
+        name, content = vrm_extension(avatar, carriers, nodes, document)
+        document.extensions[name] = content
+        document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
     scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
     document.scenes = [scene]
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
@@ -196,7 +203,7 @@ def _inverse_binds(skeleton: Skeleton, first: FloatArray) -> FloatArray:
 
 
 def _asset(rig: Rig, uv_names: Sequence[str]) -> pygltflib.Asset:
-    kept = dict(rig.asset)
+    kept = {key: value for key, value in rig.asset.items() if key != VRM}
     owner = kept.pop("copyright", None)
     if owner is not None and not isinstance(owner, str):
         kept["copyright"], owner = owner, None
