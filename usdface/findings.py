@@ -149,6 +149,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NAMES_UNUSED": ("warning", "the names of the markers fit no face; places are found without"),
     "MARKER_OFF_FACE": ("warning", "a marker is off the face and is left out"),
     "MARKER_DUPLICATE": ("warning", "two markers are always at the same position; one is left out"),
+    "RIG_SIZE_UNUSUAL": ("warning", "the face is far larger or smaller than a human one"),
     "NEUTRAL_FOUND": ("info", "neutral frames were detected"),
     # retarget
     "NEUTRAL_ASSUMED": ("warning", "no neutral frames are named; the first frame is taken"),
