@@ -35,6 +35,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "FRAMES_DROPPED": ("info", "frames are missing between recorded ones; times are kept"),
     "FRAME_EMPTY": ("info", "a frame without data was left out, or all its markers are occluded"),
     "UNITS_ASSUMED": ("warning", "the file does not name its unit of length"),
+    "DEFAULT_PRIM_CHOSEN": ("info", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "the file does not name its frame rate"),
     "CHANNEL_IGNORED": ("info", "a channel that usdface does not use was left out"),
