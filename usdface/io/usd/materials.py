@@ -43,7 +43,8 @@ def read_mesh_materials(
             findings.append(finding("NAME_CHANGED", path, f"{wanted!r} is now {names[path]!r}"))
         material, notes = _read_material(UsdShade.Material(prim), names[path], asset_root)
         sided = any(path in _bound(m) and _is_double_sided(stage, m) for m in meshes)
-        materials.append(replace(material, double_sided=sided))
+        single = bool(read_metadata(prim).get("singleSided"))
+        materials.append(replace(material, double_sided=sided and not single))
         findings += notes
     named = tuple(
         replace(
