@@ -1,7 +1,7 @@
 """Small scenes that were once converted or checked wrongly: each is right, or says what it loses.
 
-Evaluated by UsdSkel and by the independent glTF player (the certificate); every glTF that is written
-passes the Khronos validator.
+Evaluated by UsdSkel and by the independent glTF player (the certificate); every glTF that is
+written passes the Khronos validator. three.js and Blender: tests/judges/test_cases.py.
 """
 
 from pathlib import Path
