@@ -12,7 +12,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.geometry.triangulation import triangulated
-from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
+from usdface.geometry.vertex_normals import NormalsNear, normals_of_faces, unit_or_up
 from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.inbetweens import flat_mesh
@@ -196,17 +196,19 @@ def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
     authored = [(s.indices, s.normal_offsets) for s in mesh.shapes if s.normal_offsets is not None]
     if mesh.normals is not None and len(authored) == len(mesh.shapes):
         return mesh.normals, authored
-    smooth = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
-    resting = smooth(mesh.points)
+    faces = mesh.face_counts, mesh.face_indices, len(mesh.points)
+    near = NormalsNear(*faces)
+    resting = normals_of_faces(*faces)(mesh.points)
 
     def turn(shape: BlendShape) -> tuple[IntArray, FloatArray]:
         if shape.normal_offsets is not None:
             return shape.indices, shape.normal_offsets
         points = mesh.points.copy()
         points[shape.indices] += shape.offsets
-        change = smooth(points) - resting
-        turned = np.flatnonzero((np.abs(change) > _LEAST_NORMAL_CHANGE).any(axis=1))
-        return turned, change[turned]
+        ring = near.ring(shape.indices)
+        change = near.at(points, ring) - resting[ring]
+        turned = (np.abs(change) > _LEAST_NORMAL_CHANGE).any(axis=1)
+        return ring[turned], change[turned]
 
     normals = resting if mesh.normals is None else mesh.normals
     return normals, [turn(shape) for shape in mesh.shapes]

@@ -1,14 +1,12 @@
 """Writing a rig as UsdSkel, for usdview, Blender, Maya and AR viewers."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 from pxr import Gf, Kind, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
-from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
@@ -154,14 +152,7 @@ def _write_mesh(
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateOrientationAttr(UsdGeom.Tokens.rightHanded)
     prim.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
-    of_faces = cache(  # most meshes bring their normals and need none of this
-        lambda: normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
-    )
-
-    def normals_at(points: FloatArray) -> FloatArray:
-        return of_faces()(points)
-
-    findings = _write_normals(prim, mesh, normals_at)
+    findings = _write_normals(prim, mesh)
     write_face_varying(prim, mesh)
     if prim.GetPrim().GetName() != mesh.name:
         prim.GetPrim().SetDisplayName(mesh.name)
@@ -169,7 +160,7 @@ def _write_mesh(
     findings += write_extras(prim.GetPrim(), mesh.extras)
     _bind_skin(prim, mesh, rig)
     shape_prims = prim_names(mesh.shape_names)
-    findings += write_shapes(prim, mesh, shape_prims, normals_at)
+    findings += write_shapes(prim, mesh, shape_prims)
     findings += _bind_materials(prim, mesh, materials, shape_prims)
     findings += _write_sides(prim, mesh, materials, double_sided)
     return findings
@@ -192,9 +183,7 @@ def _write_sides(
     return [finding("FEATURE_APPROXIMATED", str(prim.GetPath()), message)]
 
 
-def _write_normals(
-    prim: UsdGeom.Mesh, mesh: Mesh, normals_at: Callable[[FloatArray], FloatArray]
-) -> list[Finding]:
+def _write_normals(prim: UsdGeom.Mesh, mesh: Mesh) -> list[Finding]:
     if mesh.flat:
         return [finding("NORMALS_FLAT", str(prim.GetPath()))]
     hard = mesh.corners(CORNER_NORMALS)
@@ -203,7 +192,11 @@ def _write_normals(
         prim.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
         return []
     computed = mesh.normals is None
-    normals = normals_at(mesh.points) if mesh.normals is None else unit_or_up(mesh.normals)
+    if mesh.normals is None:
+        faces = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
+        normals = faces(mesh.points)
+    else:
+        normals = unit_or_up(mesh.normals)
     prim.CreateNormalsAttr(vec3f_array(normals))
     prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     return [finding("NORMALS_COMPUTED", str(prim.GetPath()))] if computed else []

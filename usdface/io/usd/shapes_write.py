@@ -8,6 +8,7 @@ from pxr import UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.geometry.vertex_normals import NormalsNear
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.combinations import write_combination
@@ -17,13 +18,10 @@ from usdface.rigs import BlendShape, Mesh
 __all__ = ["write_shapes"]
 
 
-def write_shapes(
-    prim: UsdGeom.Mesh,
-    mesh: Mesh,
-    names: tuple[str, ...],
-    normals_at: Callable[[FloatArray], FloatArray],
-) -> list[Finding]:
+def write_shapes(prim: UsdGeom.Mesh, mesh: Mesh, names: tuple[str, ...]) -> list[Finding]:
     """Define the blend shapes of a mesh below its prim, and bind them to it.
+
+    Normal offsets that they lack are the change of smooth normals.
 
     Parameters
     ----------
@@ -31,14 +29,14 @@ def write_shapes(
     mesh : Mesh
     names : tuple of str, length S
         Legal, unique prim names of the shapes.
-    normals_at : function from points (V, 3) to unit normals (V, 3)
-        For shapes without normal offsets.
     """
     if not mesh.shapes:
         return []
     stage, path = prim.GetPrim().GetStage(), prim.GetPath()
     findings: list[Finding] = []
-    neutral = cache(lambda: normals_at(mesh.points))
+    near = cache(
+        lambda: NormalsNear(mesh.face_counts, mesh.face_indices, len(mesh.points))
+    )  # most meshes bring their normal offsets and need none of this
     targets = [path.AppendChild(name) for name in names]
     for target, shape in zip(targets, mesh.shapes, strict=True):
         made = UsdSkel.BlendShape.Define(stage, target)
@@ -52,7 +50,8 @@ def write_shapes(
         def turned(offsets: FloatArray, shape: BlendShape = shape) -> FloatArray:
             points = mesh.points.copy()
             points[shape.indices] += offsets
-            return (normals_at(points) - neutral())[shape.indices]
+            resting = near().at(mesh.points, shape.indices)
+            return near().at(points, shape.indices) - resting
 
         normal_offsets = shape.normal_offsets
         if normal_offsets is None and not mesh.flat:
