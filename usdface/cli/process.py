@@ -67,7 +67,7 @@ def add_process(commands: Any, summary: str) -> None:
 def _process(parsed: argparse.Namespace) -> int:
     given = settings(parsed, ProcessOptions)
     options = ProcessOptions(**given | {"exaggeration": _factors(parsed.exaggeration)})
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.process(
             parsed.shot,
             output=parsed.output,
@@ -75,6 +75,7 @@ def _process(parsed: argparse.Namespace) -> int:
             figure=parsed.figure,
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
+            strict=parsed.strict,
             options=options,
             on_progress=step,
         )
@@ -109,7 +110,7 @@ def add_calibrate(commands: Any, summary: str) -> None:
 
 
 def _calibrate(parsed: argparse.Namespace) -> int:
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.calibrate(
             parsed.shot, parsed.output, extremes=parsed.extremes, on_progress=step
         )

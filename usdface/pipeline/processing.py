@@ -26,6 +26,7 @@ from usdface.result import Result
 from usdface.retarget_shot import retarget
 from usdface.shot import ShotResult
 from usdface.shot_report import report_of
+from usdface.verdict.judge import refuse_unusable
 
 __all__ = ["apply", "process"]
 
@@ -39,6 +40,7 @@ def process(
     figure: StrPath | None = None,
     in_place: bool = False,
     asset_root: StrPath | None = None,
+    strict: bool = False,
     options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[ShotResult]:
@@ -58,6 +60,8 @@ def process(
         Add the layers to the shot's own subLayers, in place of a root layer of the result.
     asset_root : path, optional
         A folder that textures may come from beside those of the layers that name them.
+    strict : bool
+        Refuse a result whose verdict is "not usable": write nothing.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
@@ -72,6 +76,8 @@ def process(
     ------
     UsdFaceError
         One clear line; nothing is half-written.
+    SolveError
+        If the result is refused.
 
     Examples
     --------
@@ -80,6 +86,8 @@ def process(
     'shot.usdface.usda'
     >>> result.summary["residual_mean_mm"] < 1.0
     True
+    >>> result.verdict.level
+    'good'
     """
     path = Path(shot)
     root, glb, picture = (Path(p) if p else None for p in (output, gltf, figure))
@@ -100,6 +108,8 @@ def process(
         check_outputs([new_root, *ours.layers, glb, picture], read)
         staged, findings = read_shot(stage, str(path), folder)
     solved, reported = _retarget(staged, findings, options, progress)
+    if strict and reported.verdict is not None:
+        refuse_unusable(reported.verdict)
     with all_or_none():
         if glb:
             with progress.step("gltf"):
@@ -176,7 +186,7 @@ def _retarget(
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
     found = (*findings, *solved.findings, *report.findings)
-    return solved, Result(solved, (), found, summary, report.details)
+    return solved, Result(solved, (), found, summary, report.details, verdict=report.verdict)
 
 
 def _write_gltf(
