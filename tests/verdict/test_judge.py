@@ -62,6 +62,6 @@ def test_the_three_that_weigh_most_come_first() -> None:
 
 def test_only_what_is_not_usable_is_refused() -> None:
     refuse_unusable(judge(at("TAKE_SIZE", 10.0)))
-    with pytest.raises(SolveError, match="not usable.*binding") as caught:
+    with pytest.raises(SolveError, match="not usable") as caught:
         refuse_unusable(judge(at("PLACES_MISFIT", 0.9)))
     assert caught.value.code == "RESULT_UNUSABLE" and caught.value.code in ERROR_CODES
