@@ -20,12 +20,18 @@ def add_process(commands: Any, summary: str) -> None:
         "process",
         _process,
         summary,
-        writes=("gltf", "figure"),
+        writes=("gltf", "figure", "sheet"),
     )
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
     command.add_argument(
         "--figure", default="", metavar="FILE", help="also draw the take: .png, .svg or .pdf"
+    )
+    command.add_argument(
+        "--sheet",
+        default="",
+        metavar="FILE",
+        help="also draw the face at its peaks and worst frames, solved above corrected",
     )
     command.add_argument("--no-express", dest="express", action="store_false")
     command.add_argument(
@@ -73,6 +79,7 @@ def _process(parsed: argparse.Namespace) -> int:
             output=parsed.output,
             gltf=parsed.gltf,
             figure=parsed.figure,
+            sheet=parsed.sheet,
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
             strict=parsed.strict,
