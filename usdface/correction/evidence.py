@@ -56,9 +56,9 @@ class Evidence:
     def _likeness(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> float:
         """Return how alike weights (T,) and a pose (T,) are in a region, 0 to 1.
 
-        The geometric mean of the cosine of their weights and of that of the markers' motion. The
-        weights alone mistake what the solve explains by a similar blend shape, the motion alone
-        mistakes a jaw for all that it opens.
+        The cosine of their weights, or its geometric mean with that of the markers' motion where
+        this is more alike. The weights alone mistake what the solve explains by a similar blend
+        shape, the motion alone mistakes a jaw for all that it opens.
         """
         own = self.regions[region]
         wanted, there = (np.where(own, w, 0.0) for w in (pose, weights))
@@ -66,7 +66,7 @@ class Evidence:
             return 1.0
         shapes = _cosine(self.seen * wanted, self.seen * there)
         markers = _cosine(wanted @ self.motion, there @ self.motion)
-        return float(np.sqrt(max(shapes, 0.0) * max(markers, 0.0)))
+        return float(np.sqrt(max(shapes, 0.0) * max(shapes, markers)))
 
     def takes_part(self, weights: FloatArray, pose: FloatArray, size: float) -> BoolArray:
         """Return which blend shapes take part in an expression of some size: (T,).
