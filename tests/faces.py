@@ -17,7 +17,8 @@ from scipy.interpolate import RBFInterpolator
 from scipy.spatial import cKDTree
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.correction.expression_layer import design, express
+from usdface.correction.default_system import design
+from usdface.correction.expression_layer import express
 from usdface.correction.feature_extraction import sided_features
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace, bound_face

@@ -69,7 +69,8 @@ def test_each_emotion_is_heard_where_it_is_shown(
 
 def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]) -> None:
     for curve in heard.values():
-        assert not curve[NEUTRAL].any()
+        # The features are smoothed: the last frame sees the smile that begins after it.
+        assert not curve[NEUTRAL][:-1].any() and curve[NEUTRAL.stop - 1] < 0.002
     corrected, solved = result(folder), result(folder, muted="express.usdc")
     # The first expression begins at once, and its correction within 0.2 s before.
     still, coming = slice(NEUTRAL.start, NEUTRAL.stop - 12), slice(NEUTRAL.stop - 12, NEUTRAL.stop)

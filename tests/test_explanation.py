@@ -11,6 +11,7 @@ from worlds import animation_of, make_world
 
 from usdface.arrays import FloatArray
 from usdface.cli import main
+from usdface.cli.print_fuzzy import print_explanation
 from usdface.explanation import Explanation
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.norms import most_of
@@ -75,7 +76,8 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
 def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Explanation) -> None:
     """What is shown, times the pose, is what each emotion asks for."""
     change = np.abs(explained.result.weights.weights - explained.result.solved.weights).max(axis=1)
-    facts = explained.frame(int(change.argmax()))
+    raised = np.where(change > 0.02, explained.whole.shown.max(axis=1), 0.0)
+    facts = explained.frame(int(raised.argmax()))
     assert change.max() > 0.02 and facts["weights"]
     poses = {e.name: dict(zip(e.shapes, e.weights, strict=True)) for e in poses_of(shot)}
     shown = facts["poses_shown"]
@@ -89,7 +91,7 @@ def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Expl
             )
         assert weight["solved"] < weight["corrected"], "blended in, it is on its way there"
     loudest = max(facts["emotions"], key=facts["emotions"].get)
-    heard, (onset, full) = facts["emotions"][loudest], explained.system.response
+    heard, (onset, full) = explained.trace.emotions[loudest].max(), explained.system.response
     x = min((heard - onset) / (full - onset), 1.0)
     assert facts["poses_shown"][loudest] == pytest.approx(x * x * (3 - 2 * x), abs=1e-3)
     assert set(explained.frame(0)["poses_shown"].values()) == {0.0}
@@ -136,6 +138,8 @@ def degree_of(rule: dict[str, Any]) -> float:
         if isinstance(condition, Proposition):
             return next(degrees)
         parts = [of(part) for part in condition.parts]
+        if condition.how == "not":
+            return 1.0 - parts[0]
         return (
             float(most_of(np.array(parts)[:, None])[0]) if condition.how == "most" else min(parts)
         )
@@ -145,6 +149,21 @@ def degree_of(rule: dict[str, Any]) -> float:
 
 def poses_of(shot: Path) -> tuple[Expression, ...]:
     return read_shot(open_shot(shot), str(shot))[0].shot.expressions
+
+
+def test_a_region_that_does_not_show_the_pose_is_named(
+    explained: Explanation, capsys: pytest.CaptureFixture[str]
+) -> None:
+    facts = explained.frame(FRAME)
+    strongest = max(facts["emotions"], key=facts["emotions"].get)
+    assert strongest not in facts["held_back"] and facts["poses_shown"][strongest] > 0
+    column = np.array([[name == strongest for name in explained.system.emotions]])
+    missing = {"mouth": np.repeat(column, len(explained.times), axis=0)}
+    sides = {"both": replace(explained.whole, missing=missing)}
+    held = replace(explained, trace=replace(explained.trace, sides=sides)).frame(FRAME)
+    assert held["held_back"] == {strongest: ["mouth"]}
+    print_explanation(held)
+    assert f"{strongest} is held back: not shown in mouth" in capsys.readouterr().out
 
 
 def test_a_neutral_frame_has_nothing_to_explain(explained: Explanation) -> None:

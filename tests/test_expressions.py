@@ -24,9 +24,15 @@ from faces import FACES, Face, make_face
 # that nose is on ICT, and much of MakeHuman's mouth, which has few blend shapes.
 ALONE = {"mouthSmile": "joy", "noseSneer": "disgust"}
 MAKEHUMAN = ("mouth-",)
-# The layouts in which sadness shares most with others, and those in which expressions do.
-ERROR = {("makehuman41", "sadness"): 0.18, ("example41", "sadness"): 0.12}
-VARIED = dict.fromkeys(("makehuman", "makehuman68", "makehuman41"), 0.07)
+# Where one more movement is another emotion: a surprised face that stretches its mouth is afraid,
+# one that smiles over a frown is glad. Few markers and few blend shapes tell least.
+VARIED = {"ict41": 0.025, "example": 0.025, "example68": 0.025, "example41": 0.04}
+VARIED |= {"makehuman": 0.07, "makehuman68": 0.05, "makehuman41": 0.035}
+LOUDEST = dict.fromkeys(("ict41", "makehuman", "makehuman41", "example68", "example41"), 0.95)
+LOUDEST |= {"example": 0.95, "makehuman68": 0.65}
+# The solve explains another person's dropped jaw by lips, too: rolled and lowered by 0.4 and 0.3.
+# Two fifths of MakeHuman's sadness move the 41 markers' brows by a millimetre: output 0.3.
+SHARE = {("example68", "surprise"): 0.8, ("makehuman41", "sadness"): 0.6}
 # Which faces are played in the default run.
 QUICK = "example"
 SLOW = tuple(kind for kind in FACES if kind != QUICK)
@@ -46,10 +52,10 @@ def weakened(face: tuple[str, Face]) -> Weak:
 
 
 def test_an_expression_is_heard_as_loud_as_it_is(face: tuple[str, Face]) -> None:
-    kind, made = face
+    _, made = face
     for emotion, heard in sweep(made).items():
         assert heard.right == 1.0, emotion
-        assert heard.error <= ERROR.get((kind, emotion), 0.1), emotion
+        assert heard.error <= 0.1, emotion
         assert heard.fall <= 0.05, emotion
         assert heard.rest <= 0.02, emotion
 
@@ -75,9 +81,8 @@ def test_one_more_movement_makes_no_other_emotion_of_an_expression(
 ) -> None:
     kind, made = face
     heard = others_heard(made)
-    # A surprised face that stretches its mouth is afraid, one that smiles over a frown is glad.
-    assert (heard > 0.35).mean() <= VARIED.get(kind, 0.04)
-    assert heard.max() <= 0.95
+    assert (heard > 0.35).mean() <= VARIED.get(kind, 0.02)
+    assert heard.max() <= LOUDEST.get(kind, 0.65)
 
 
 def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(
@@ -87,13 +92,16 @@ def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(
     if kind.startswith("makehuman"):
         pytest.skip("the recorded curves are ARKit's; MakeHuman has other shapes")
     played = made.play(*range_of_motion(made, shared_data))
-    assert (played.emotions > 0.5).mean(axis=0).max() <= (0.16 if kind == "example41" else 0.05)
+    assert (played.emotions > 0.5).mean(axis=0).max() <= (0.13 if kind == "example41" else 0.05)
     assert np.abs(played.corrected - played.solved).mean() <= 0.02
 
 
-def test_a_weak_expression_comes_half_way_and_neutral_stays(weakened: Weak) -> None:
+def test_a_weak_expression_comes_half_way_and_neutral_stays(
+    face: tuple[str, Face], weakened: Weak
+) -> None:
     for emotion, shares in weakened.share.items():
-        assert len(shares) == len(AMOUNTS) and max(shares) <= 0.5, emotion
+        assert len(shares) == len(AMOUNTS)
+        assert max(shares) <= SHARE.get((face[0], emotion), 0.5), emotion
     assert weakened.neutral <= 0.001
     assert weakened.jump <= 0.15
 

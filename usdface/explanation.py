@@ -132,8 +132,17 @@ class Explanation:
         return {
             "emotions": self._by_emotion(traced.evaluation.outputs[index]),
             "poses_shown": self._by_emotion(traced.shown[index]),
+            "held_back": self._held_back(traced, index),
             "rules": self._rules(traced, index),
         }
+
+    def _held_back(self, traced: SideTrace, index: int) -> dict[str, list[str]]:
+        """Return the regions that held an emotion back, as they do not show its pose."""
+        regions: dict[str, list[str]] = {
+            name: [str(region) for region, frames in traced.missing.items() if frames[index, row]]
+            for row, name in enumerate(self.system.emotions)
+        }
+        return {name: listed for name, listed in regions.items() if listed}
 
     def _weights(self, index: int) -> dict[str, dict[str, Any]]:
         """Return the weights that correction and closure move, the largest change first."""

@@ -77,7 +77,7 @@ RESPONSE = (0.15, 0.4)
 # Least likeness of the solved weights of brows and mouth to those of a pose (cosine) for it to be
 # raised. Expressions that another person shows at 40 % have 0.85 and more, a recorded range of
 # motion at most 0.71 in one of the two (benchmarks/expression_takes.py).
-EVIDENCE = 0.78
+EVIDENCE = 0.84
 # Time [s] that a raised pose takes to come and to go, added to that of the performance.
 BLEND_TIME = 0.2
 # Standard deviation [s] of the Gaussian that smooths the marker features of the fuzzy system with

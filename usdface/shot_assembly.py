@@ -6,7 +6,7 @@ from typing import Any
 
 from usdface.binding.resolve_binding import binding_findings, resolve_binding
 from usdface.blas_threads import one_blas_thread
-from usdface.correction.expression_layer import assign_roles, design
+from usdface.correction.default_system import assign_roles, design
 from usdface.correction.rule_check import check_rules
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face

@@ -29,9 +29,8 @@ def test_a_held_pose_is_held_and_its_ends_are_monotone():
     (event,) = events_of(bump(0.5) + jitter, 0.15)
     inside = slice(50 - event.frames.start, 110 - event.frames.start)
     assert (event.envelope[inside] == 1).all()
-    # Jitter moves the ends by what is left of it.
-    assert np.diff(event.envelope[: inside.start]).min() > -0.02
-    assert np.diff(event.envelope[inside.stop :]).max() < 0.02
+    assert np.diff(event.envelope[: inside.start]).min() >= 0
+    assert np.diff(event.envelope[inside.stop :]).max() <= 0
     assert event.peak[inside].all() and not event.peak[0]
 
 

@@ -50,6 +50,32 @@ def test_blend_shapes_that_rest_take_no_part_unless_unseen(evidence):
     assert evidence.takes_part(shown, POSE, 0.5).tolist() == [True, False, False, True]
 
 
+def two_of_a_kind(other: float) -> Evidence:
+    """Markers that hardly tell two shapes of the mouth apart; the second moves by `other`."""
+    basis = np.zeros((2, 3, 3))
+    basis[0, 1], basis[1, 1] = 0.002, [0.002, 0.002, other]
+    face = marker_face(tuple("nab"), np.eye(3), basis, ("pull", "stretch"), "n")
+    regions = {"mouth": ("pull", "stretch")}
+    return evidence_of(replace(face, layout=FaceLayout(regions=regions)), ("pull", "stretch"), 0.84)
+
+
+def test_a_shape_explained_by_a_similar_one_is_not_missing():
+    shown, pose = np.array([0.36, 0.3]), np.array([1.0, 0.0])
+    assert two_of_a_kind(0.0021).missing(shown, pose) == ()
+    assert two_of_a_kind(-0.008).missing(shown, pose) == ("mouth",)
+
+
+def test_a_part_at_rest_does_not_make_a_broad_smile_small():
+    basis = np.zeros((2, 3, 3))
+    basis[0, 1], basis[1, 2] = 0.01, 0.002  # the cheeks are seen, but not well
+    names = ("smile", "cheeks")
+    face = marker_face(tuple("nab"), np.eye(3), basis, names, "n")
+    evidence = evidence_of(face, names, 0.84)
+    broad, slight = np.array([0.8, 0.0]), np.array([0.15, 0.0])
+    assert evidence.takes_part(broad, np.ones(2), 0.3).tolist() == [True, False]
+    assert evidence.takes_part(slight, np.ones(2), 0.15).tolist() == [True, True]
+
+
 def test_shapes_of_no_marker_are_believed():
     loose = evidence_of(marker_face(), ("smile",), EVIDENCE)
     assert loose.seen.tolist() == [0.0]

@@ -15,7 +15,8 @@ from slits import EXPRESSIONS, slit_face
 from worlds import World, animation_of, make_world
 
 from usdface.cli import main
-from usdface.correction.expression_layer import Correction, design, express
+from usdface.correction.default_system import design
+from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import Features, sided_features
 from usdface.correction.gains import Gains
 from usdface.expression_system import ExpressionSystem

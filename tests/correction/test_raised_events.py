@@ -9,7 +9,8 @@ from usdface.correction.raised_events import judged_events, raise_part, shown_sh
 POSE = np.array([1.0, 0.9, 0.6])  # brows, mouth, eyes
 EVIDENCE = Evidence(
     np.array([1.0, 1.0, 0.1]),
-    0.78,
+    np.diag([0.01, 0.01, 0.0001]),
+    0.84,
     {"brows": np.array([True, False, False]), "mouth": np.array([False, True, False])},
 )
 RISE = np.linspace(0, 1, 30)

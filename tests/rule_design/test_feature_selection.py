@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.rule_design.feature_selection import SelectedFeatures, group_firing, select_features
+from usdface.rule_design.feature_selection import SelectedFeatures, select_features
 from usdface.rule_design.movements import Movements
+from usdface.rule_design.selection_cost import group_firing
 
 NOISE = 0.0001
 
@@ -78,7 +79,7 @@ def test_what_hides_in_the_noise_is_not_chosen():
 def test_one_pose_within_another_excludes_what_the_other_does_besides():
     basis = features({1: 0.01}, {4: 0.01})
     part, whole = (selected(i, [[1, 0], [1, 1]], basis) for i in (0, 1))
-    assert part.ramps.keys() == {1} and [i for i, _ in part.negative] == [4]
+    assert part.ramps.keys() == {1} and [i for each in part.negative for i, _ in each] == [4]
     assert 4 in whole.ramps and not part.confused and not whole.confused
 
 
@@ -106,11 +107,11 @@ def test_most_conditions_are_asked_for_all_of_few():
 
 
 def test_an_expression_that_another_shows_a_little_of_is_said_to_be():
-    """The second shows three tenths of the first; what it does besides hardly leaves the noise."""
+    """The second shows three tenths of the first; what it does besides is noise."""
     basis = features({3: 0.005}, {7: 0.005})
     noise = np.full(12, 1e-5)
-    noise[7] = 0.001
+    noise[7] = 0.0015
     first, second = (selected(i, [[1.0, 0.0], [0.3, 1.0]], basis, noise=noise) for i in (0, 1))
     ((other, degree),) = first.shared
     assert other == 1 and degree == pytest.approx(0.3, abs=0.03) and not first.confused
-    assert not second.confused
+    assert second.confused == (0,)

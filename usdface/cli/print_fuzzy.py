@@ -89,6 +89,9 @@ def _print_emotions(console: Console, facts: dict[str, Any]) -> None:
     poses = [f"{name} {value:.2f}" for name, value in facts["poses_shown"].items() if value > 0]
     if poses:
         console.print(escape(f"intensity of the pose: {'  '.join(poses)}"))
+    for name, regions in facts["held_back"].items():
+        line = f"{name} is held back: not shown in {' and '.join(regions)}"
+        console.print(escape(line))
 
 
 def _print_rules(console: Console, rules: Sequence[dict[str, Any]]) -> None:

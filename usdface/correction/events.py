@@ -34,7 +34,8 @@ class Event:
     size : float
         The largest output.
     envelope : (N,) float64
-        0 at either end, 1 where it is held; rises and falls as the output does.
+        0 at either end, 1 where it is held; rises and falls as the output does, on its way up and
+        down without turning back.
     peak : (N,) bool
         The frames that evidence is taken from.
     """
@@ -60,7 +61,8 @@ def events_of(output: FloatArray, onset: float) -> list[Event]:
         if size > onset:
             frames = slice(int(at[0]), int(at[-1]) + 1)
             held = max(_HELD * size, release + 1e-9)
-            envelope = _smooth_step((_settled(own, _PLAY * size) - release) / (held - release))
+            settled = _settled(own, _PLAY * size)
+            envelope = _monotone_ends(_smooth_step((settled - release) / (held - release)))
             found.append(Event(frames, size, envelope, own >= _PEAK * size))
     return found
 
@@ -87,6 +89,22 @@ def _settled(curve: FloatArray, play: float) -> FloatArray:
             settled[k] = at
         passes.append(settled)
     return np.asarray((passes[0] + passes[1][::-1]) / 2)
+
+
+def _monotone_ends(envelope: FloatArray) -> FloatArray:
+    """Return an envelope (N,) that rises until it is first held and falls after it last is."""
+    held = np.flatnonzero(envelope >= envelope.max())
+    ends = envelope.copy()
+    ends[: held[0]] = _rising(envelope[: held[0]])
+    ends[held[-1] + 1 :] = _rising(envelope[held[-1] + 1 :][::-1])[::-1]
+    return ends
+
+
+def _rising(curve: FloatArray) -> FloatArray:
+    """Return the mean of the least rising curve above a curve (N,) and the largest below it."""
+    above = np.maximum.accumulate(curve)
+    below = np.minimum.accumulate(curve[::-1])[::-1]
+    return np.asarray((above + below) / 2)
 
 
 def _smooth_step(x: FloatArray) -> FloatArray:

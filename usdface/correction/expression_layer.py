@@ -1,47 +1,30 @@
-"""The expression layer: the default system of a rig, and the correction of solved weights."""
+"""The expression layer: the correction of solved weights, and its trace."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.correction.contact import limit_correction
-from usdface.correction.evidence import Evidence, evidence_of
+from usdface.correction.evidence import evidence_of
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
-from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
-from usdface.correction.raised_events import (
-    JudgedEvent,
-    judged_events,
-    raise_part,
-    shown_shares,
-)
 from usdface.correction.rule_check import check_rules
-from usdface.correction.temporal_blend import blend_frames, blend_out, blended
-from usdface.errors import InputError
+from usdface.correction.take_blending import MissingRegions, TakeBlending
+from usdface.correction.temporal_blend import blend_out
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
-from usdface.face.layout import FaceLayout, split_poses
-from usdface.face.mirror import SIDES, Side, half_weights
-from usdface.face.regions import GainRegion
-from usdface.face.symmetry import symmetric_pairs
+from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
-from usdface.options import MARKER_NOISE, CorrectionOptions
-from usdface.retarget_setup import Expression, RetargetSetup
-from usdface.rule_design.design import design_system
-from usdface.rule_design.marker_roles import known_roles
-
-_Outputs = Mapping[Side, FloatArray]
+from usdface.retarget_setup import Expression
 
 __all__ = [
     "Correction",
     "ExpressionTrace",
     "SideTrace",
-    "assign_roles",
-    "design",
     "express",
     "expression_poses",
 ]
@@ -59,11 +42,14 @@ class SideTrace:
         Emotions, firing strengths, and memberships if requested.
     shown : (F, E) float64
         The share of its pose that each emotion gets, without the gains of regions.
+    missing : mapping of "brows", "mouth" to (F, E) bool
+        Frames in which a region held the correction back: it does not show the pose.
     """
 
     inputs: FloatArray
     evaluation: Evaluation
     shown: FloatArray
+    missing: MissingRegions
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -109,69 +95,6 @@ class Correction:
     weights: FloatArray
     trace: ExpressionTrace
     findings: list[Finding]
-
-
-def design(
-    face: BoundFace, expressions: Sequence[Expression], correction: CorrectionOptions
-) -> tuple[ExpressionSystem | None, dict[str, str], list[Finding]]:
-    """Design the default system from the expression poses, on the bound markers.
-
-    Returns
-    -------
-    ExpressionSystem or None
-        None without markers or expressions.
-    dict of str to str
-        Role to marker: those of the face, and others that the system reads.
-    list of Finding
-        EXPRESS_SKIPPED where there is no system.
-    """
-    roles = dict(face.roles)
-    if not face.markers or not expressions:
-        reason = "the rig's shapes make no expression" if face.markers else "no marker is bound"
-        message = f"{reason}, so there are no rules and no express layer"
-        return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message)]
-    system, read, findings = design_system(face, expressions, MARKER_NOISE)
-    system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
-    return system, read | roles, findings
-
-
-def assign_roles(
-    system: ExpressionSystem, setup: RetargetSetup, expressions: Sequence[Expression], where: str
-) -> tuple[RetargetSetup, list[Finding]]:
-    """Assign the roles that a system reads to bound markers: those of the setup, or by label.
-
-    Returns
-    -------
-    RetargetSetup
-    list of Finding
-        EXPRESSION_UNKNOWN for each emotion without a pose.
-
-    Raises
-    ------
-    InputError
-        If a role has no marker; `where` names the system.
-    """
-    names = setup.binding.markers
-    # A marker may have several given roles; one without any has its label as its role.
-    given = {role: name for role, name in setup.roles.items() if name in names}
-    known = known_roles(names, setup.roles) | given
-    required = dict.fromkeys(feature.role for feature in system.features)
-    missing = [role for role in required if role not in known]
-    if missing:
-        roles = f"role{'s' if len(missing) > 1 else ''} {', '.join(map(repr, missing))}"
-        example = ", ".join(f'"{role}": "..."' for role in missing)
-        raise InputError(
-            f"{where}: the fuzzy system reads the marker {roles}, which no bound marker has; "
-            f'name markers for them in the binding, "roles": {{{example}}}'
-        )
-    posed = {expression.name for expression in expressions}
-    findings = [
-        finding("EXPRESSION_UNKNOWN", name, f"no expression pose for {name!r}; it moves nothing")
-        for name in system.emotions
-        if name not in posed
-    ]
-    setup = replace(setup, roles=dict(setup.roles) | {role: known[role] for role in required})
-    return setup, findings
 
 
 def express(
@@ -221,112 +144,20 @@ def express(
     }
     gains = gains or Gains.constant(system.gain, expressions)
     evidence = evidence_of(face, names, system.evidence)
-    blending = _Blending(system, poses, names, layout, gains, evidence, weights, times)
+    blending = TakeBlending(system, poses, names, layout, gains, evidence, weights, times)
     outputs = {side: evaluation.outputs for side, evaluation in evaluations.items()}
-    if system.mode == "add":
-        corrected, shown = blending.add(outputs)
-    else:
-        corrected, shown = blending.raise_up(outputs)
+    blended = blending.add(outputs) if system.mode == "add" else blending.raise_up(outputs)
     gaps = gaps_of(face, names, poses)
-    corrected, new_findings = _keep_contact(weights, corrected, gaps, blending.frames)
+    corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames)
     findings += new_findings
     sides = {
-        side: SideTrace(features.sides[side], evaluation, shown[side])
+        side: SideTrace(
+            features.sides[side], evaluation, blended.shown[side], blended.missing[side]
+        )
         for side, evaluation in evaluations.items()
     }
     traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
     return Correction(corrected, traced, check_rules(system) + findings)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Blending:
-    """The poses (E, T) of a system, and the weights (F, T) that they are blended over."""
-
-    system: ExpressionSystem
-    poses: FloatArray
-    names: tuple[str, ...]
-    layout: FaceLayout
-    gains: Gains
-    evidence: Evidence
-    weights: FloatArray
-    times: FloatArray | None
-
-    @property
-    def frames(self) -> int:
-        """Frames that a raised pose needs to come and go; 0 where each frame is on its own."""
-        if self.times is None or self.system.mode == "add":
-            return 0
-        return blend_frames(self.times, self.system.blend_time)
-
-    def add(self, outputs: _Outputs) -> tuple[FloatArray, _Outputs]:
-        """Return weights with the paper's addition, and the share of each pose by side."""
-        parts, frames = self._parts(), len(self.weights)
-        drives, emotions = _driving(outputs), self.system.emotions
-        strengths = np.array([drives[side][:, row] for row, side, _, _ in parts])
-        strengths = strengths.reshape(len(parts), frames).T
-        poses = np.array([pose for *_, pose in parts]).reshape(len(parts), len(self.names))
-        regional = self.gains.of([(emotions[row], region) for row, _, region, _ in parts], frames)
-        gain = self.gains.system
-        from_rest = correct(np.zeros(self.weights.shape), strengths, poses, regional, "add", gain)
-        corrected = correct(self._eased(from_rest), strengths, poses, regional, "add", gain)
-        own = self.gains.of_emotions(emotions, frames)
-        response = self.system.response
-        shown = {s: pose_shares(given, own, "add", gain, response) for s, given in outputs.items()}
-        return corrected, shown
-
-    def raise_up(self, outputs: _Outputs) -> tuple[FloatArray, _Outputs]:
-        """Return weights that are raised event by event, and the share of each pose by side."""
-        added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
-        drives = _driving(outputs)
-        judged: dict[tuple[int, Side], list[JudgedEvent]] = {}
-        for row, side, region, part in self._parts():
-            if (row, side) not in judged:
-                judged[row, side] = self._judged(drives[side][:, row], row, side)
-            gain = self._gain(row, region)
-            raise_part(judged[row, side], self.weights, part, gain, added, reached)
-        eased = self._eased(reached)
-        corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
-        shares = {}
-        for side, given in outputs.items():
-            columns = [
-                shown_shares(self._judged(given[:, row], row, side), self._gain(row, None))
-                for row in range(len(self.poses))
-            ]
-            shares[side] = np.array(columns).reshape(given.shape[::-1]).T
-        return corrected, shares
-
-    def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
-        return split_poses(self.poses, self.names, self.layout)
-
-    def _judged(self, output: FloatArray, row: int, side: Side) -> list[JudgedEvent]:
-        """Return the events of an emotion on a side, whose weights and pose the other side gets."""
-        weights, pose = self.weights, self.poses[row]
-        if side != "both":
-            pairs = symmetric_pairs(self.names)
-            weights, (pose,) = (half_weights(w, pairs, side) for w in (weights, pose[None]))
-        whole_take, response = self.times is not None, self.system.response
-        return judged_events(output, weights, pose, self.evidence, response, whole_take)
-
-    def _gain(self, row: int, region: GainRegion | None) -> FloatArray:
-        own = self.gains.of([(self.system.emotions[row], region)], len(self.weights))[:, 0]
-        return own * self.gains.system
-
-    def _eased(self, raised: FloatArray) -> FloatArray:
-        if self.system.ease == 0:
-            return self.weights
-        pairs = self.layout.antagonists
-        return ease_antagonists(self.weights, raised, self.names, pairs, self.system.ease)
-
-
-def _driving(outputs: _Outputs) -> dict[Side, FloatArray]:
-    """Return the outputs that the blend shapes of each side follow.
-
-    Those of neither half follow the smaller output: symmetric in left and right.
-    """
-    whole = outputs["both"]
-    if len(outputs) > 1:
-        whole = np.minimum(outputs["left"], outputs["right"])
-    return {side: outputs.get(side, whole) if side != "both" else whole for side in SIDES}
 
 
 def expression_poses(

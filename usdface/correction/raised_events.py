@@ -17,7 +17,7 @@ from usdface.correction.evidence import Evidence
 from usdface.correction.pose_blend import respond
 from usdface.face.regions import GainRegion
 
-__all__ = ["JudgedEvent", "judged_events", "raise_part", "shown_shares"]
+__all__ = ["JudgedEvent", "frames_missing", "judged_events", "raise_part", "shown_shares"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -116,3 +116,11 @@ def shown_shares(events: Sequence[JudgedEvent], gain: FloatArray) -> FloatArray:
             at = judged.event.frames
             shown[at] = judged.level * gain[at] * judged.event.envelope
     return shown
+
+
+def frames_missing(events: Sequence[JudgedEvent], region: GainRegion, frames: int) -> BoolArray:
+    """Return the frames of a take in which a region does not show an emotion: (F,)."""
+    missing = np.zeros(frames, dtype=bool)
+    for judged in events:
+        missing[judged.event.frames] |= region in judged.missing
+    return missing

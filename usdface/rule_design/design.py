@@ -27,7 +27,7 @@ from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.retarget_setup import Expression
 from usdface.rule_design.feature_noise import solved_noise
-from usdface.rule_design.feature_selection import FEWEST, SelectedFeatures, select_features
+from usdface.rule_design.feature_selection import SelectedFeatures, select_features
 from usdface.rule_design.marker_roles import (
     AXES,
     degree_prefixes,
@@ -37,6 +37,7 @@ from usdface.rule_design.marker_roles import (
 )
 from usdface.rule_design.movements import movements
 from usdface.rule_design.negative_conditions import Ramp
+from usdface.rule_design.selection_cost import FEWEST
 
 __all__ = ["design_system", "face_features"]
 
@@ -143,11 +144,7 @@ def _marker_features(
     selections: Iterable[SelectedFeatures], roles: Sequence[str]
 ) -> dict[int, MarkerFeature]:
     """Return the features of all conditions."""
-    used = {
-        i
-        for selection in selections
-        for i in (*selection.ramps, *(i for i, _ in selection.negative))
-    }
+    used = {i for selection in selections for i, _ in selection.terms}
     return {i: MarkerFeature(roles[i // 3], AXES[i % 3]) for i in sorted(used)}
 
 
@@ -160,7 +157,7 @@ def _inputs(
     """Return an input variable for each feature, with a term for each use."""
     ramps: dict[int, set[tuple[float, float]]] = defaultdict(set)
     for selection in selections:
-        for feature, (foot, top) in (*selection.ramps.items(), *selection.negative):
+        for feature, (foot, top) in selection.terms:
             ramps[feature].add((foot / unit, top / unit))
     inputs = {}
     for i, read in features.items():
@@ -185,16 +182,18 @@ def _terms(ramps: set[tuple[float, float]], axis: Axis, side: int) -> tuple[Term
 def _rule_text(
     emotion: str, selection: SelectedFeatures, inputs: dict[int, Variable], unit: float
 ) -> str:
-    def condition(feature: int, word: str, ramp: Ramp) -> str:
+    def condition(feature: int, ramp: Ramp) -> str:
         scaled = tuple(value / unit for value in ramp)
         term = next(t for t in inputs[feature].terms if t.parameters == scaled)
-        return f"{inputs[feature].name} {word} {term.name}"
+        return f"{inputs[feature].name} IS {term.name}"
 
     joined = []
     for group in selection.groups:
-        held = [condition(f, "IS", selection.ramps[f]) for f in group]
+        held = [condition(f, selection.ramps[f]) for f in group]
         joined += [f"MOST OF ({', '.join(held)})"] if len(held) >= FEWEST else held
-    joined += [condition(feature, "IS NOT", ramp) for feature, ramp in selection.negative]
+    for negative in selection.negative:
+        both = " AND ".join(condition(feature, ramp) for feature, ramp in negative)
+        joined.append(f"NOT ({both})" if len(negative) > 1 else both.replace(" IS ", " IS NOT "))
     return f"IF {' AND '.join(joined)} THEN {emotion} IS 1"
 
 

@@ -1,21 +1,31 @@
 """Negative conditions: features of another expression that the expression itself lacks.
 
 Where all features of one expression also move in another (fear is most of sadness with raised
-brows), no conjunction of them distinguishes the two. A negated condition does: IS NOT a term of the
-other expression only.
+brows), no conjunction of them distinguishes the two. A negated condition does: NOT a feature of
+the other expression only, on both sides of the face where it has two, so that one marker alone
+silences no rule.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.rule_design.feature_noise import exceeds_noise
 
-__all__ = ["LEAST_FIRING", "Ramp", "negative_conditions", "ramp_membership"]
+__all__ = [
+    "LEAST_FIRING",
+    "NegativeCondition",
+    "Ramp",
+    "negative_conditions",
+    "ramp_membership",
+    "silence",
+]
 
 # Signed values of a feature [m]: the membership is 0 up to the first, 1 from the second on.
 Ramp = tuple[float, float]
+# Features and their ramps, which silence a rule as far as all of them hold.
+NegativeCondition = tuple[tuple[int, Ramp], ...]
 
 # Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
 # docs/constants.md.
@@ -23,14 +33,14 @@ Ramp = tuple[float, float]
 # for outputs.
 LEAST_FIRING = 0.1
 # A feature excludes where the other expression moves it by this many standard deviations of noise.
-_CLEAR = 6.0
+_CLEAR = 4.0
 # Its term begins and ends at these shares of that motion: early, since half of the other expression
 # fires half of the rule.
 _BEGIN, _END = 0.1, 0.4
 # Intensities of the other expression at which the remaining firing is evaluated: steps of 5 %.
 _INTENSITIES = np.linspace(0.0, 1.0, 21)
 # A condition has to leave no more than this share of the firing strength.
-_REMAINS = 0.5
+_REMAINS = 0.75
 # Numerical: scores and motions [m] are rounded, as the choice between mirrored markers must not
 # hang on last bits.
 _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
@@ -44,72 +54,86 @@ def ramp_membership(x: FloatArray, foot: FloatArray | float, top: FloatArray | f
 def negative_conditions(
     own: FloatArray,
     others: FloatArray,
-    firing: FloatArray,
-    ramps: Mapping[int, Ramp],
+    rule: Callable[[FloatArray], FloatArray],
     single: FloatArray,
     noise: FloatArray,
-) -> tuple[tuple[tuple[int, Ramp], ...], FloatArray]:
+    twins: IntArray,
+) -> tuple[tuple[NegativeCondition, ...], FloatArray]:
     """Choose a negated condition for each other expression that fires the rule.
 
     Parameters
     ----------
     own, others : (I,), (E, I) float64 [m]
         Features of the expression and of other ones, at their poses.
-    firing : (E,) float64
-        Firing strength of the rule at the others' poses.
-    ramps : mapping of int to (float, float)
-        The rule's features.
+    rule : function
+        How far the rule fires (N,) on features (N, I).
     single : (N, I) float64 [m]
         Features of single movements, weighted by their size: speech moves the jaw.
     noise : (I,) float64 [m]
         Standard deviation of each feature.
+    twins : (I,) int64
+        The feature on the other side; itself where there is none.
 
     Returns
     -------
-    excluded : tuple of (int, (float, float))
-        Features and the ramps of their negated conditions; empty if none helps.
+    excluded : tuple of NegativeCondition
+        Empty if none helps.
     firing : (E,) float64
         The firing strength with these conditions.
     """
-    excluded = []
+    excluded, firing = [], rule(others)
     for strongest in np.argsort(-firing, kind="stable"):
         if firing[strongest] <= LEAST_FIRING:
             break
-        found = _condition(own, others[strongest], ramps, single, noise)
+        found = _condition(own, others[strongest], rule, single, noise, twins)
         if found is not None:
-            feature, ramp = found
             excluded.append(found)
-            firing = np.minimum(firing, 1.0 - ramp_membership(others[:, feature], *ramp))
+            firing = np.minimum(firing, 1.0 - silence(others, found))
     return tuple(excluded), firing
+
+
+def silence(rows: FloatArray, condition: NegativeCondition) -> FloatArray:
+    """Return how far a negative condition silences a rule on features (N, I): (N,)."""
+    return np.asarray(np.min([ramp_membership(rows[:, f], *ramp) for f, ramp in condition], axis=0))
 
 
 def _condition(
     own: FloatArray,
     other: FloatArray,
-    ramps: Mapping[int, Ramp],
+    rule: Callable[[FloatArray], FloatArray],
     single: FloatArray,
     noise: FloatArray,
-) -> tuple[int, Ramp] | None:
-    """Choose the feature that best distinguishes the `other` pose (I,) from the `own` one.
+    twins: IntArray,
+) -> NegativeCondition | None:
+    """Choose the feature, with its twin, that best distinguishes the `other` pose (I,).
 
     It leaves the least firing strength at any intensity of the other expression, suppresses the
     expression least under an additional movement, and has little noise. Of equals, the largest
     motion.
     """
     motion = np.abs(other)
-    clear = exceeds_noise(motion, noise, _CLEAR)
-    usable = np.flatnonzero(clear & (own * np.sign(other) <= _BEGIN * motion))
-    if not usable.size:
+    usable = exceeds_noise(motion, noise, _CLEAR) & (own * np.sign(other) <= _BEGIN * motion)
+    if not usable.any():
         return None
-    foot, top = _BEGIN * other[usable], _END * other[usable]
-    fired = np.min([ramp_membership(_INTENSITIES * other[i], *r) for i, r in ramps.items()], axis=0)
-    excluded = ramp_membership(_INTENSITIES[:, None] * other[usable], foot, top)
-    remaining = np.minimum(fired[:, None], 1.0 - excluded).max(axis=0)
+    partner = np.where(usable[twins], twins, np.arange(len(own)))
+    candidates = [(f, int(partner[f])) for f in np.flatnonzero(usable).tolist() if partner[f] >= f]
+    conditions = [
+        tuple((f, (float(_BEGIN * other[f]), float(_END * other[f]))) for f in dict.fromkeys(pair))
+        for pair in candidates
+    ]
+    shown = _INTENSITIES[:, None] * other
+    fired = rule(shown)
     share = np.linalg.norm(single, axis=1)
     share /= max(share.sum(), np.finfo(np.float64).tiny)
-    suppressed = share @ ramp_membership(own[usable] + single[:, usable], foot, top)
-    score = np.round(remaining + suppressed + noise[usable] / motion[usable], _SCORE_DIGITS)
-    best = np.lexsort((-np.round(motion[usable], _MOTION_DIGITS), score))[0]
-    if remaining[best] > _REMAINS * fired.max():
+    scores = []
+    for condition in conditions:
+        remaining = float(np.minimum(fired, 1.0 - silence(shown, condition)).max())
+        suppressed = float(share @ silence(own + single, condition))
+        weakest = min(motion[f] for f, _ in condition)
+        unsure = max(noise[f] / motion[f] for f, _ in condition)
+        score = round(remaining + suppressed + unsure, _SCORE_DIGITS)
+        scores.append((score, -round(float(weakest), _MOTION_DIGITS), remaining))
+    best = min(range(len(scores)), key=lambda k: scores[k][:2])
+    if scores[best][2] > _REMAINS * fired.max():
         return None
-    return int(usable[best]), (float(foot[best]), float(top[best]))
+    return conditions[best]

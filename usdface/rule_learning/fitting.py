@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.correction.expression_layer import design
+from usdface.correction.default_system import design
 from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem

@@ -1,0 +1,145 @@
+"""Blending the poses of a system over a whole take: by event, or by the paper's addition."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.correction.evidence import Evidence
+from usdface.correction.gains import Gains
+from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
+from usdface.correction.raised_events import (
+    JudgedEvent,
+    frames_missing,
+    judged_events,
+    raise_part,
+    shown_shares,
+)
+from usdface.correction.temporal_blend import blend_frames, blended
+from usdface.expression_system import ExpressionSystem
+from usdface.face.layout import FaceLayout, split_poses
+from usdface.face.mirror import SIDES, Side, half_weights
+from usdface.face.regions import GainRegion
+from usdface.face.symmetry import symmetric_pairs
+
+__all__ = ["Blended", "MissingRegions", "Outputs", "TakeBlending"]
+
+# The outputs (F, E) of the whole face and of its halves.
+Outputs = Mapping[Side, FloatArray]
+# Frames (F, E) in which a region does not show the pose of an emotion.
+MissingRegions = Mapping[GainRegion, BoolArray]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Blended:
+    """Poses blended over a take.
+
+    Attributes
+    ----------
+    weights : (F, T) float64
+        In [0, 1].
+    shown : mapping of "both", "left", "right" to (F, E) float64
+        The share of its pose that each emotion gets.
+    missing : mapping of "both", "left", "right" to mapping of str to (F, E) bool
+        Frames in which a region held an event back, see `usdface.correction.evidence`.
+    """
+
+    weights: FloatArray
+    shown: Outputs
+    missing: Mapping[Side, MissingRegions]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TakeBlending:
+    """The poses (E, T) of a system, and the weights (F, T) that they are blended over."""
+
+    system: ExpressionSystem
+    poses: FloatArray
+    names: tuple[str, ...]
+    layout: FaceLayout
+    gains: Gains
+    evidence: Evidence
+    weights: FloatArray
+    times: FloatArray | None
+
+    @property
+    def frames(self) -> int:
+        """Frames that a raised pose needs to come and go; 0 where each frame is on its own."""
+        if self.times is None or self.system.mode == "add":
+            return 0
+        return blend_frames(self.times, self.system.blend_time)
+
+    def add(self, outputs: Outputs) -> Blended:
+        """Blend with the paper's addition."""
+        parts, frames = self._parts(), len(self.weights)
+        drives, emotions = _driving(outputs), self.system.emotions
+        strengths = np.array([drives[side][:, row] for row, side, _, _ in parts])
+        strengths = strengths.reshape(len(parts), frames).T
+        poses = np.array([pose for *_, pose in parts]).reshape(len(parts), len(self.names))
+        regional = self.gains.of([(emotions[row], region) for row, _, region, _ in parts], frames)
+        gain = self.gains.system
+        from_rest = correct(np.zeros(self.weights.shape), strengths, poses, regional, "add", gain)
+        corrected = correct(self._eased(from_rest), strengths, poses, regional, "add", gain)
+        own = self.gains.of_emotions(emotions, frames)
+        response = self.system.response
+        shown = {s: pose_shares(given, own, "add", gain, response) for s, given in outputs.items()}
+        return Blended(corrected, shown, {side: {} for side in outputs})
+
+    def raise_up(self, outputs: Outputs) -> Blended:
+        """Raise weak expressions event by event."""
+        added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
+        drives = _driving(outputs)
+        judged: dict[tuple[int, Side], list[JudgedEvent]] = {}
+        for row, side, region, part in self._parts():
+            if (row, side) not in judged:
+                judged[row, side] = self._judged(drives[side][:, row], row, side)
+            gain = self._gain(row, region)
+            raise_part(judged[row, side], self.weights, part, gain, added, reached)
+        eased = self._eased(reached)
+        corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
+        shown, missing = {}, {}
+        for side, given in outputs.items():
+            events = [self._judged(given[:, row], row, side) for row in range(len(self.poses))]
+            columns = [shown_shares(e, self._gain(row, None)) for row, e in enumerate(events)]
+            shown[side] = np.array(columns).reshape(given.shape[::-1]).T
+            missing[side] = {
+                region: np.array([frames_missing(e, region, len(given)) for e in events])
+                .reshape(given.shape[::-1])
+                .T
+                for region in self.evidence.regions
+            }
+        return Blended(corrected, shown, missing)
+
+    def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
+        return split_poses(self.poses, self.names, self.layout)
+
+    def _judged(self, output: FloatArray, row: int, side: Side) -> list[JudgedEvent]:
+        """Return the events of an emotion on a side, whose weights and pose the other side gets."""
+        weights, pose = self.weights, self.poses[row]
+        if side != "both":
+            pairs = symmetric_pairs(self.names)
+            weights, (pose,) = (half_weights(w, pairs, side) for w in (weights, pose[None]))
+        whole_take, response = self.times is not None, self.system.response
+        return judged_events(output, weights, pose, self.evidence, response, whole_take)
+
+    def _gain(self, row: int, region: GainRegion | None) -> FloatArray:
+        own = self.gains.of([(self.system.emotions[row], region)], len(self.weights))[:, 0]
+        return own * self.gains.system
+
+    def _eased(self, raised: FloatArray) -> FloatArray:
+        if self.system.ease == 0:
+            return self.weights
+        pairs = self.layout.antagonists
+        return ease_antagonists(self.weights, raised, self.names, pairs, self.system.ease)
+
+
+def _driving(outputs: Outputs) -> dict[Side, FloatArray]:
+    """Return the outputs that the blend shapes of each side follow.
+
+    Those of neither half follow the smaller output: symmetric in left and right.
+    """
+    whole = outputs["both"]
+    if len(outputs) > 1:
+        whole = np.minimum(outputs["left"], outputs["right"])
+    return {side: outputs.get(side, whole) if side != "both" else whole for side in SIDES}

@@ -1,0 +1,108 @@
+"""The cost of a selection of features: silence and false firing, error, and missing conditions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.fuzzy.norms import most_of
+from usdface.rule_design.negative_conditions import Ramp, ramp_membership
+from usdface.rule_design.trial_faces import TrialFaces
+
+__all__ = ["FEWEST", "FeaturePair", "SelectionCost", "feature_ramps", "group_firing"]
+
+# Fewer conditions than this are joined by AND: of two, most are both.
+FEWEST = 3
+
+# Tuned by hand against benchmarks/expressions.py and benchmarks/expression_takes.py, which judge
+# them, unless noted otherwise; see docs/constants.md.
+# Shares of the value at the pose: where a term begins (dead zone), and where it holds fully.
+_DEAD_ZONE = 0.02
+_TOP = 0.94
+# Error of a feature on another person's face [m]: what the solve leaves of a bend of the space map.
+_FACE_ERROR = 0.0005
+# Other people's skin moves in other directions: error of a feature by its marker's motion.
+_DIRECTION_ERROR = 0.3
+# Cost of a feature whose motion is as small as its error.
+_ERROR_COST = 40.0
+# Fewer conditions than `_ENOUGH` cost something each: of five one may be wrong.
+_ENOUGH, _MISSING_COST, _SAME_MARKER_COST = 5, 12.0, 0.3
+# Fewer than `FEWEST` only where there are no more.
+_TOO_FEW_COST = 1000.0
+# Cost of firing at the worst of all rivals.
+_WORST = 3.0
+# Numerical: costs are rounded, as the choice between equal features must not hang on last bits.
+_DIGITS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class FeaturePair:
+    """A candidate: a feature, or it and its twin, and the group that it belongs to."""
+
+    features: tuple[int, ...]
+    group: int
+
+
+def group_firing(memberships: Sequence[FloatArray]) -> FloatArray:
+    """Return how far a group of conditions holds, from their memberships (N,) each."""
+    if len(memberships) < FEWEST:
+        return np.asarray(np.min(memberships, axis=0))
+    return most_of(memberships)
+
+
+def feature_ramps(own: FloatArray) -> list[Ramp]:
+    """Return the ramp of each feature."""
+    return [(float(_DEAD_ZONE * value), float(_TOP * value)) for value in own]
+
+
+class SelectionCost:
+    """The cost of a selection of candidates: silence and false firing, error, and missing pairs."""
+
+    def __init__(
+        self,
+        candidates: Sequence[FeaturePair],
+        scene: TrialFaces,
+        own: FloatArray,
+        noise: FloatArray,
+        joined: bool,
+    ) -> None:
+        self._scene = scene
+        self._groups = np.array([0 if joined else pair.group for pair in candidates])
+        self._counts = np.array([len(pair.features) for pair in candidates])
+        self._markers = [pair.features[0] // 3 for pair in candidates]
+        travel = np.repeat(np.linalg.norm(own.reshape(-1, 3), axis=1), 3)
+        error = np.sqrt(noise**2 + _FACE_ERROR**2 + (_DIRECTION_ERROR * travel) ** 2)
+        error /= np.maximum(np.abs(own), _FACE_ERROR)
+        self._error = np.array([(error[list(p.features)] ** 2).max() for p in candidates])
+        ramps = feature_ramps(own)
+
+        def met(rows: FloatArray) -> list[list[FloatArray]]:
+            return [
+                [ramp_membership(rows[:, f], *ramps[f]) for f in p.features] for p in candidates
+            ]
+
+        self._wanted, self._rivals = met(scene.wanted), met(scene.rivals)
+
+    def __call__(self, chosen: Sequence[int]) -> float:
+        """Return the cost of the candidates `chosen`."""
+        fired, missed = self._firing(self._rivals, chosen), 1 - self._firing(self._wanted, chosen)
+        squares = fired**2
+        cost = self._scene.rival_costs @ squares + _WORST * squares.max(initial=0.0)
+        cost += self._scene.wanted_costs @ missed**2
+        cost += _ERROR_COST * self._error[list(chosen)].mean()
+        own, counts = self._groups[list(chosen)], self._counts[list(chosen)]
+        for group in np.unique(self._groups):
+            conditions = int(counts[own == group].sum())
+            cost += _MISSING_COST * max(0, _ENOUGH - conditions)
+            cost += _TOO_FEW_COST * max(0, FEWEST - conditions)
+        cost += _SAME_MARKER_COST * (len(chosen) - len({self._markers[k] for k in chosen}))
+        return round(float(cost), _DIGITS)
+
+    def _firing(self, met: Sequence[list[FloatArray]], chosen: Sequence[int]) -> FloatArray:
+        parts = []
+        for group in np.unique(self._groups[list(chosen)]):
+            parts.append(
+                group_firing([m for k in chosen if self._groups[k] == group for m in met[k]])
+            )
+        return np.asarray(np.min(parts, axis=0))
