@@ -73,6 +73,11 @@ class MarkerSurface:
         """How far from its vertex a place may be [m]."""
         return _REACH * rms_radius(self.mesh.points[self.vertices])
 
+    def within_reach(self, shifts: FloatArray) -> FloatArray:
+        """Return shifts (B, 3) that are no longer than `reach`."""
+        far = np.linalg.norm(shifts, axis=1, keepdims=True)
+        return np.asarray(shifts * np.minimum(1.0, self.reach / np.maximum(far, 1e-30)))
+
     def select(self, markers: IntArray) -> "MarkerSurface":
         """Return the surface around some of the bound vertices."""
         return MarkerSurface(self.mesh, self.vertices[markers])

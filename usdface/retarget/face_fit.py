@@ -154,7 +154,7 @@ def _placed(
     fit: FaceFit, neutral: FloatArray, shifts: FloatArray, surface: MarkerSurface
 ) -> FaceFit:
     """Return the fit with other places on a skin that moves as the performer's face does."""
-    shifts = _within(shifts, surface.reach)
+    shifts = surface.within_reach(shifts)
     placed = surface.at(shifts)
     linear, offset = similarity_fit(neutral, placed.points)
     space = SpaceMap(
@@ -176,7 +176,7 @@ def fit_places(
     guess: PlaceGuess,
 ) -> FaceFit:
     """Lay a performer over a character with markers beside their vertices by `shifts` (M, 3)."""
-    shifts = _within(shifts, surface.reach)
+    shifts = surface.within_reach(shifts)
     placed = surface.at(shifts)
 
     def share(space: SpaceMap) -> float:
@@ -184,12 +184,6 @@ def fit_places(
 
     space, choice = choose_map(neutral, placed.points, options, share)
     return FaceFit(placed.points, placed.evaluator, space, choice, shifts, placed, guess)
-
-
-def _within(shifts: FloatArray, reach: float) -> FloatArray:
-    """Return shifts (M, 3) that are no longer than `reach`."""
-    far = np.linalg.norm(shifts, axis=1, keepdims=True)
-    return np.asarray(shifts * np.minimum(1.0, reach / np.maximum(far, 1e-30)))
 
 
 def refine_places(
