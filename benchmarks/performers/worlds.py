@@ -43,21 +43,21 @@ class Row:
         Each shape is 0.8 to 1.25 as strong as the character's.
     misplaced : float [m]
         Distance along the skin between a marker and the vertex that it is bound to.
-    part : slice
-        Of the recorded curves.
+    part : (int, int)
+        First frame of the recorded curves, and the one after the last.
     """
 
     name: str
     strengths: bool = False
     misplaced: float = 0.0
-    part: slice = SCORED
+    part: tuple[int, int] = (SCORED.start, SCORED.stop)
 
 
 ROWS = (
     Row("another person"),
     Row("strengths", True),
     Row("places off by 4 mm", misplaced=0.004),
-    Row("another person, 10 s", part=slice(2915, 3215)),
+    Row("another person, 10 s", part=(2915, 3215)),
 )
 
 
@@ -109,7 +109,7 @@ def perform(
     """Let performer `number` perform a part of the recorded curves; that of the row if left out."""
     other = None
     if part is None:
-        part = row.part
+        part = slice(*row.part)
         other = perform(
             data, number, row, part=OTHER_TAKE, noise=noise, neutral_frames=neutral_frames
         )
