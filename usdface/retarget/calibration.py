@@ -156,7 +156,8 @@ def calibrate_take(
         peaks, deviations, EXTREME_REACHED if extremes else 0.0
     )
     face, unknown = None, list[Finding]()
-    if surface is not None and setup.solve.places == "found" and solution.in_space:
+    seen = setup.solve.places == "found" and setup.map.form != "paper" and solution.in_space
+    if surface is not None and seen:
         sized = replace(setup, calibration=Calibration(names, amplitudes, np.zeros(len(names))))
         face, unknown = _face(take, points, offsets, shape_names, sized, model, surface)
     calibrated = Calibrated(Calibration(names, amplitudes, rest, face), spreads, peaks, solution)
@@ -185,12 +186,7 @@ def _face(
         amplitudes=setup.calibration.of(shape_names)[0],
         head_moves=setup.head == "solve",
     )
-    free = np.isin(np.arange(len(shape_names)), model.free)
-    unknown = [
-        n
-        for n, seen in zip(shape_names, np.logical_or(found.known, ~free), strict=True)
-        if not seen
-    ]
+    unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
         return face, []
     message = f"as the face's proportions have it: {_listed(unknown)}"

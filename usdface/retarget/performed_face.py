@@ -52,7 +52,7 @@ def face_of_solution(
     """
     assert solution.model is not None and solution.carried is not None
     assert solution.shifts is not None
-    back = np.linalg.inv(solution.carried)
+    back = np.linalg.pinv(solution.carried)
     offsets = solution.model.offsets.reshape(len(amplitudes), -1, 3) / amplitudes[:, None, None]
     weights = solution.weights.weights
     predicted = solution.model.displacements(weights).reshape(solution.displacements.shape)
