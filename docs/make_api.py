@@ -30,6 +30,7 @@ GROUPS = {
         "RetargetSetup",
         "Binding",
         "Calibration",
+        "PerformerFace",
         "Expression",
         "Pin",
         "ExpressionSystem",

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         SolveOptions,
         TakeOptions,
     )
+    from usdface.performer_face import PerformerFace
     from usdface.pipeline import (
         apply,
         calibrate,
@@ -114,6 +115,7 @@ __all__ = [
     "MarkerTake",
     "Mesh",
     "OutputError",
+    "PerformerFace",
     "Pin",
     "PluginError",
     "ProcessOptions",
@@ -224,6 +226,7 @@ _HOMES = {
         "set_up",
         "write_paper_system",
     ),
+    "performer_face": ("PerformerFace",),
     "progress": ("Step",),
     "result": ("Result",),
     "retarget_setup": (

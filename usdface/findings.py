@@ -178,6 +178,19 @@ CODES: dict[str, tuple[Severity, str]] = {
         "warning",
         "a region of the character moves less than the performer's",
     ),
+    "DIRECTION_UNKNOWN": (
+        "info",
+        "the calibration take does not show how the performer makes a blend shape",
+    ),
+    "PERFORMER_UNMATCHED": (
+        "warning",
+        "the performer's file does not know markers as they are bound; there the shapes are the "
+        "character's",
+    ),
+    "PERFORMER_MARKERS_MOVED": (
+        "info",
+        "markers sit elsewhere than in the take that the performer's file was made of",
+    ),
     "GAIN_UNSEEN": ("info", "a blend shape never moves in the calibration take; its gain stays 1"),
     "GAIN_UNKNOWN": (
         "info",

@@ -19,6 +19,7 @@ from usdface.options import (
     SolveOptions,
     check_exaggeration,
 )
+from usdface.performer_face import PerformerFace
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake
 
@@ -154,6 +155,8 @@ class Calibration:
     offsets : (K,) float64
         How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. A
         take's own `RetargetSetup.neutral_weights` go before the offset of a shape.
+    face : PerformerFace or None
+        Where the performer's markers sit, and how the shapes move them.
 
     Examples
     --------
@@ -165,6 +168,7 @@ class Calibration:
     shapes: tuple[str, ...]
     amplitudes: FloatArray
     offsets: FloatArray
+    face: PerformerFace | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "amplitudes", frozen(self.amplitudes))

@@ -152,7 +152,14 @@ def calibrate(
     take = cleaned.take if cleaned else take
     take, setup, model, new_findings = _solver_input(take, face, setup, cleaned, progress)
     calibrated, calibration_findings = calibrate_take(
-        take, face.neutral, face.offsets, face.shape_names, setup, model, extremes
+        take,
+        face.neutral,
+        face.offsets,
+        face.shape_names,
+        setup,
+        model,
+        extremes,
+        MarkerSurface(face.mesh, face.vertices),
     )
     return calibrated, findings + new_findings + calibration_findings
 

@@ -48,7 +48,7 @@ def main() -> None:
                     errors[name].append((rms(off), 1000 * skin_error(face, off)))
             means = (np.mean(of, axis=0) for of in errors.values())
             table.add_row(row.name, *(f"{weight:.4f} / {skin:.3f}" for weight, skin in means))
-    Console(width=150).print(table)
+    Console(width=180).print(table)
 
 
 def rms(values: FloatArray) -> float:

@@ -30,6 +30,22 @@ def write_character(face: Face, folder: Path) -> Path:
 
 def ours(performance: Performance, face: Face, character: Path) -> FloatArray:
     """Solve through files, as `usdface take`, `shot` and `process` do."""
+    shot = make_shot(performance, face, character)
+    return processed(shot, performance, face)
+
+
+def with_file(performance: Performance, face: Face, character: Path) -> FloatArray:
+    """Solve with a performer's file from their other take, as `usdface calibrate` writes it."""
+    assert performance.other is not None
+    file = character.parent / "performer.json"
+    usdface.calibrate(make_shot(performance.other, face, character), file)
+    return processed(make_shot(performance, face, character, file), performance, face)
+
+
+def make_shot(
+    performance: Performance, face: Face, character: Path, calibration: Path | None = None
+) -> Path:
+    """Write a performance as a shot; return its path."""
     folder = character.parent
     take, bind = folder / "take.trc", folder / "bind.json"
     write_trc(take, face.names, performance.positions, face.rate)
@@ -41,9 +57,14 @@ def ours(performance: Performance, face: Face, character: Path) -> FloatArray:
     }
     bind.write_text(json.dumps(content), encoding="utf-8")
     usdface.make_take(take, folder / "take.usdc")
-    usdface.make_shot(character, folder / "take.usdc", folder / "shot.usda", bind=bind)
-    options = usdface.ProcessOptions(express=False)
-    result = usdface.process(folder / "shot.usda", options=options)
+    shot = folder / "shot.usda"
+    usdface.make_shot(character, folder / "take.usdc", shot, bind=bind, calibration=calibration)
+    return shot
+
+
+def processed(shot: Path, performance: Performance, face: Face) -> FloatArray:
+    """Return the solved weights of the performance (F, S)."""
+    result = usdface.process(shot, options=usdface.ProcessOptions(express=False))
     solved = result.value.solved.reordered(face.mesh.shape_names).weights
     return solved[performance.neutral_frames :]
 
@@ -97,6 +118,7 @@ def best_linear(performance: Performance, face: Face, character: Path) -> FloatA
 
 SOLVERS = {
     OURS: ours,
+    "the same, performer's file": with_file,
     "least squares, similarity, Butterworth 6 Hz": least_squares,
     "the same, best linear maps (told)": best_linear,
 }

@@ -43,14 +43,22 @@ class Row:
         Each shape is 0.8 to 1.25 as strong as the character's.
     misplaced : float [m]
         Distance along the skin between a marker and the vertex that it is bound to.
+    part : (int, int)
+        First frame of the recorded curves, and the one after the last.
     """
 
     name: str
     strengths: bool = False
     misplaced: float = 0.0
+    part: tuple[int, int] = (SCORED.start, SCORED.stop)
 
 
-ROWS = (Row("another person"), Row("strengths", True), Row("places off by 4 mm", misplaced=0.004))
+ROWS = (
+    Row("another person"),
+    Row("strengths", True),
+    Row("places off by 4 mm", misplaced=0.004),
+    Row("another person, 10 s", part=(2915, 3215)),
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,6 +82,8 @@ class Performance:
         Of the performer's shapes at the markers.
     neutral_frames : int
         Before the performance.
+    other : Performance or None
+        Another take of this performer: a performer's file is made of it.
     """
 
     positions: FloatArray
@@ -84,6 +94,7 @@ class Performance:
     neutral: FloatArray
     offsets: FloatArray
     neutral_frames: int
+    other: "Performance | None" = None
 
 
 def perform(
@@ -91,11 +102,17 @@ def perform(
     number: int,
     row: Row,
     *,
-    part: slice = SCORED,
+    part: slice | None = None,
     noise: float = NOISE,
     neutral_frames: int = NEUTRAL_FRAMES,
 ) -> Performance:
-    """Let performer `number` perform a part of the recorded curves."""
+    """Let performer `number` perform a part of the recorded curves; that of the row if left out."""
+    other = None
+    if part is None:
+        part = slice(*row.part)
+        other = perform(
+            data, number, row, part=OTHER_TAKE, noise=noise, neutral_frames=neutral_frames
+        )
     face = ict(data)
     neutral, offsets = _performer(data, number)
     rng = np.random.default_rng(1000 + number)
@@ -118,6 +135,7 @@ def perform(
         neutral[worn],
         moved,
         neutral_frames,
+        other,
     )
 
 

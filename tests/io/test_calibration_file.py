@@ -6,6 +6,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.calibration_file import calibration_json, read_calibration_file
+from usdface.performer_face import PerformerFace
 from usdface.retarget_setup import Calibration
 
 
@@ -46,4 +47,67 @@ def test_what_is_wrong_is_said(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "who.json"
     path.write_text(text)
     with pytest.raises(InputError, match=said):
+        read_calibration_file(path)
+
+
+FACE = PerformerFace(
+    ("chin", "lip"),
+    [4, 9],
+    [[0.0, 0.001, 0.0], [0.0, 0.0, 0.0]],
+    [[0.0, 1.0, 2.0], [0.0, 1.1, 2.0]],
+    30,
+    ("open", "wide"),
+    0.001 * np.arange(12).reshape(2, 2, 3),
+)
+
+
+def written(face: PerformerFace) -> str:
+    one = np.ones(1)
+    return calibration_json(Calibration(("open",), one, 0 * one, face), one, one)
+
+
+def test_a_face_that_was_written_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "who.json"
+    path.write_text(written(FACE))
+    found = read_calibration_file(path).face
+    assert found is not None
+    assert (found.markers, found.shapes, found.frames) == (FACE.markers, FACE.shapes, 30)
+    for name in ("vertices", "shifts", "rest", "displacements"):
+        np.testing.assert_allclose(getattr(found, name), getattr(FACE, name), atol=1e-7)
+    path.write_text('{"shapes": {"a": {}}, "face": null}')
+    assert read_calibration_file(path).face is None
+
+
+@pytest.mark.parametrize(
+    ("path_in_file", "value"),
+    [
+        ((), 3),
+        (("markers",), []),
+        (("markers", "chin"), 3),
+        (("markers", "chin", "point"), -1),
+        (("markers", "chin", "point"), 10**30),
+        (("markers", "chin", "point"), 1.5),
+        (("markers", "chin", "rest"), [0, 1]),
+        (("markers", "chin", "rest"), [0, 1, "x"]),
+        (("markers", "chin", "rest"), [0, 1, None]),
+        (("markers", "chin", "shift"), [[0, 0, 0]]),
+        (("markers",), {}),
+        (("displacements",), {"open": [[0, 0, 0]]}),
+        (("displacements",), {"open": 1}),
+        (("displacements",), None),
+        (("frames",), "30"),
+        (("frames",), -3),
+    ],
+)
+def test_a_face_that_is_wrong_is_said(
+    tmp_path: Path, path_in_file: tuple[str, ...], value: object
+) -> None:
+    document = json.loads(written(FACE))
+    place = document
+    for key in ("face", *path_in_file)[:-1]:
+        place = place[key]
+    place[("face", *path_in_file)[-1]] = value
+    path = tmp_path / "who.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match="performer's"):
         read_calibration_file(path)

@@ -10,7 +10,7 @@ from skins import RATE, Head, make_head
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.face.marker_surface import MarkerSurface
 from usdface.options import MapOptions, SolveOptions, SolvePlaces
-from usdface.retarget.face_fit import FaceFit, fit_face, fit_places, refine_places
+from usdface.retarget.face_fit import TRANSFER, FaceFit, fit_face, fit_places, refine_places
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_at_rest
 from usdface.retarget.pose_and_weights import PoseAndWeights
@@ -259,3 +259,29 @@ def test_a_marker_seen_in_frames_without_a_say_on_places_only_is_no_obstacle(
     positions[:, 7] = np.nan
     positions[[1, 3, 5], 7] = other_person()[[1, 3, 5], 7]
     assert np.isfinite(solved(positions).weights.weights).all()
+
+
+def other_face(positions: np.ndarray) -> np.ndarray:
+    """Return a take of a face of other proportions that moves by deformation transfer."""
+    patch = HEAD.surface.patch
+    other = patch.points * [1.08, 0.94, 1.2]
+    moved = patch.transferred(other, HEAD.mesh.offsets_at(patch.vertices))
+    worn = patch.place_of[HEAD.vertices]
+    return np.asarray(other[worn] + np.tensordot(HEAD.weights, moved[:, worn], 1)) + positions
+
+
+def test_a_face_that_moves_by_its_own_proportions_is_found_to() -> None:
+    positions = other_face(2e-5 * np.random.default_rng(7).normal(size=(120, MARKERS, 3)))
+    fit = laid(positions, HEAD.surface)
+    assert fit.transferred is not None and fit.choice.name == TRANSFER
+    shares = fit.choice.unexplained
+    assert shares[TRANSFER] < 0.8 * min(v for name, v in shares.items() if name != TRANSFER)
+    own, fixed = solved(positions), solved(positions, map=MapOptions(choice="fixed"))
+    assert own.choice.name == TRANSFER != fixed.choice.name
+    assert error(own) < 0.8 * error(fixed)
+
+
+def test_a_face_whose_motion_is_bent_like_its_rest_keeps_the_map_that_bends(
+    found: Solution,
+) -> None:
+    assert found.choice.name != TRANSFER

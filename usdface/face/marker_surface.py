@@ -7,7 +7,7 @@ that no place crosses from one lip or lid to the other.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,9 +16,10 @@ from scipy.sparse.csgraph import dijkstra
 
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.face.skin_patch import SkinPatch, skin_patch
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.marker_spread import rms_radius
-from usdface.rigs import Mesh
+from usdface.rigs import BlendShape, Mesh
 
 __all__ = ["MarkerSurface", "PlacedMarkers"]
 
@@ -37,6 +38,8 @@ class PlacedMarkers:
     Attributes
     ----------
     points : (B, 3) float64 [m]
+    vertices : (B,) int64
+        Nearest to them.
     evaluator : BlendShapeEvaluator
         Of their displacements, N = 3 B.
     tangents : (B, 2, 3) float64
@@ -46,6 +49,7 @@ class PlacedMarkers:
     """
 
     points: FloatArray
+    vertices: IntArray
     evaluator: BlendShapeEvaluator
     tangents: FloatArray
     slopes: tuple[BlendShapeEvaluator, BlendShapeEvaluator]
@@ -69,9 +73,20 @@ class MarkerSurface:
         """How far from its vertex a place may be [m]."""
         return _REACH * rms_radius(self.mesh.points[self.vertices])
 
+    def within_reach(self, shifts: FloatArray) -> FloatArray:
+        """Return shifts (B, 3) that are no longer than `reach`."""
+        far = np.linalg.norm(shifts, axis=1, keepdims=True)
+        return np.asarray(shifts * np.minimum(1.0, self.reach / np.maximum(far, 1e-30)))
+
     def select(self, markers: IntArray) -> "MarkerSurface":
         """Return the surface around some of the bound vertices."""
         return MarkerSurface(self.mesh, self.vertices[markers])
+
+    def with_shapes(self, shapes: tuple[BlendShape, ...]) -> "MarkerSurface":
+        """Return the same surface moved by other blend shapes."""
+        surface = MarkerSurface(replace(self.mesh, shapes=shapes), self.vertices)
+        surface.__dict__.update(_graph=self._graph, _lengths=self._lengths, patch=self.patch)
+        return surface
 
     def at(self, shifts: FloatArray) -> PlacedMarkers:
         """Return the markers shifted from their vertices by `shifts` (B, 3) [m], along the skin."""
@@ -98,6 +113,7 @@ class MarkerSurface:
         evaluator, _ = evaluator_of(self.mesh, used)
         return PlacedMarkers(
             frozen(weights @ self.mesh.points[used]),
+            np.array(nearest),
             evaluator.mapped(_interpolated(weights)),
             frozen(tangents),
             (evaluator.mapped(_interpolated(along[0])), evaluator.mapped(_interpolated(along[1]))),
@@ -128,6 +144,11 @@ class MarkerSurface:
         slope = np.linalg.pinv(away @ tangents.T, rcond=1e-3)
         slope[:, around == vertex] -= slope.sum(axis=1, keepdims=True)
         return tangents, slope
+
+    @cached_property
+    def patch(self) -> SkinPatch:
+        """The connected skin around the markers."""
+        return skin_patch(self.mesh, self.vertices)
 
     @cached_property
     def _graph(self) -> csr_array:

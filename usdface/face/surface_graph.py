@@ -2,11 +2,12 @@
 
 import numpy as np
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from usdface.arrays import IntArray
 from usdface.rigs import Mesh
 
-__all__ = ["surface_graph"]
+__all__ = ["joined_at_seams", "surface_graph"]
 
 
 def surface_graph(mesh: Mesh) -> csr_array:
@@ -19,26 +20,47 @@ def surface_graph(mesh: Mesh) -> csr_array:
     """
     if not len(mesh.face_counts):
         return csr_array((len(mesh.points), len(mesh.points)))
-    pairs, edges = [], []
-    counts, first = mesh.face_counts, np.cumsum(mesh.face_counts) - mesh.face_counts
-    for size in np.unique(counts).tolist():
-        corners = mesh.face_indices[first[counts == size][:, None] + np.arange(size)]
-        edges += [np.stack([corners, np.roll(corners, 1, axis=1)], -1).reshape(-1, 2)]
-        if size == 4:
-            pairs += [corners[:, [0, 2]], corners[:, [1, 3]]]
-    # Files that split vertices along texture seams would tear the skin. A seam has two open edges;
-    # a shell over the eye has one too, but the lid that it touches there goes on.
-    unique, count = _distinct(np.concatenate(edges), len(mesh.points))
-    rim = np.unique(unique[count == 1])
-    _, where = np.unique(np.round(mesh.points[rim], 7), axis=0, return_inverse=True)
-    order = np.argsort(where.ravel(), kind="stable")
-    same = where.ravel()[order][1:] == where.ravel()[order][:-1]
-    pairs.append(np.stack([rim[order[1:][same]], rim[order[:-1][same]]], axis=1))
-    a, b = _distinct(np.concatenate([unique, *pairs]), len(mesh.points))[0].T
+    edges, diagonals = _edges(mesh)
+    pairs = np.concatenate([edges, diagonals, _seams(mesh, edges)])
+    a, b = _distinct(pairs, len(mesh.points))[0].T
     lengths = np.maximum(np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1), 1e-9)
     size = len(mesh.points)
     # csgraph of SciPy before 1.13 knows no other indices.
     return csr_array((lengths, (a.astype(np.int32), b.astype(np.int32))), shape=(size, size))
+
+
+def joined_at_seams(mesh: Mesh) -> IntArray:
+    """Return one vertex for all that a texture seam splits at a place: (V,) int64."""
+    seams = _seams(mesh, _edges(mesh)[0])
+    size = len(mesh.points)
+    graph = csr_array((np.ones(len(seams)), seams.T.astype(np.int32)), shape=(size, size))
+    _, component = connected_components(graph, directed=False)
+    return np.asarray(np.unique(component, return_index=True)[1][component])
+
+
+def _edges(mesh: Mesh) -> tuple[IntArray, IntArray]:
+    """Return the vertices of all faces' edges, and of quads' diagonals: (E, 2), (D, 2)."""
+    none = np.zeros((0, 2), np.int64)
+    edges, diagonals = [none], [none]
+    counts, first = mesh.face_counts, np.cumsum(mesh.face_counts) - mesh.face_counts
+    for size in np.unique(counts).tolist():
+        corners = mesh.face_indices[first[counts == size][:, None] + np.arange(size)]
+        edges.append(np.stack([corners, np.roll(corners, 1, axis=1)], -1).reshape(-1, 2))
+        if size == 4:
+            diagonals += [corners[:, [0, 2]], corners[:, [1, 3]]]
+    return np.concatenate(edges), np.concatenate(diagonals)
+
+
+def _seams(mesh: Mesh, edges: IntArray) -> IntArray:
+    """Return pairs of vertices that a texture seam splits: (N, 2)."""
+    # Files that split vertices along texture seams would tear the skin. A seam has two open edges;
+    # a shell over the eye has one too, but the lid that it touches there goes on.
+    unique, count = _distinct(edges, len(mesh.points))
+    rim = np.unique(unique[count == 1])
+    _, where = np.unique(np.round(mesh.points[rim], 7), axis=0, return_inverse=True)
+    order = np.argsort(where.ravel(), kind="stable")
+    same = where.ravel()[order][1:] == where.ravel()[order][:-1]
+    return np.stack([rim[order[1:][same]], rim[order[:-1][same]]], axis=1)
 
 
 def _distinct(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:

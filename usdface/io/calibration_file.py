@@ -5,7 +5,16 @@
     {"shapes": {"jawOpen": {"gain": 1.12, "deviation": 0.03, "offset": 0.0},
                 "mouthSmile_L": {"gain": 0.84}}}
 
-Only `gain` counts, and `offset` if there is one; other keys of a blend shape are comments.
+Only `gain` counts, and `offset` if there is one; other keys of a blend shape are comments. A file
+that `usdface calibrate` wrote has the performer's face, too, in metres::
+
+    {"shapes": {...},
+     "face": {"frames": 30,
+              "markers": {"chin": {"point": 812, "shift": [0.0, 0.001, 0.0],
+                                   "rest": [0.01, 1.52, 0.11]}, ...},
+              "displacements": {"jawOpen": [[0.0, -0.021, 0.002], ...], ...}}}
+
+with a displacement for each marker, in their order.
 """
 
 import json
@@ -16,11 +25,14 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.takes.text_table import read_text
+from usdface.performer_face import PerformerFace
 from usdface.retarget_setup import Calibration
 
 __all__ = ["calibration_json", "read_calibration_file"]
 
 _LARGEST = 16_000_000  # bytes
+_MOST_POINTS = 2**53
+_PLACES = 7  # of metres: far below the noise of any marker
 _DIGITS = 4  # of an amplitude; a hundredth of its usual deviation (AMPLITUDE_SPREAD)
 
 
@@ -50,9 +62,43 @@ def read_calibration_file(path: Path) -> Calibration:
     gains = [_number(path, name, entry, "gain", 1.0) for name, entry in shapes.items()]
     offsets = [_number(path, name, entry, "offset", 0.0) for name, entry in shapes.items()]
     try:
-        return Calibration(tuple(shapes), np.array(gains), np.array(offsets))
+        face = _face(path, document["face"]) if document.get("face") is not None else None
+        return Calibration(tuple(shapes), np.array(gains), np.array(offsets), face)
     except InputError as error:
         raise InputError(f"{path}: {error}", error.code) from error
+
+
+def _face(path: Path, entry: object) -> PerformerFace:
+    """Return the performer's face; its arrays are checked where it is made."""
+    try:
+        assert isinstance(entry, dict)
+        markers, moved = entry["markers"], entry["displacements"]
+        assert isinstance(markers, dict) and isinstance(moved, dict)
+        points = [marker["point"] for marker in markers.values()]
+        assert all(type(point) is int and 0 <= point < _MOST_POINTS for point in points)
+        assert type(entry["frames"]) is int
+        return PerformerFace(
+            tuple(markers),
+            np.array(points, dtype=np.int64),
+            _vectors([marker["shift"] for marker in markers.values()], 1),
+            _vectors([marker["rest"] for marker in markers.values()], 1),
+            entry["frames"],
+            tuple(moved),
+            _vectors(list(moved.values()), 2, len(markers)),
+        )
+    except (AssertionError, KeyError, TypeError, ValueError, OverflowError) as error:
+        raise InputError(
+            'the performer\'s face is not of the form {"frames": 30, "markers": {"chin": '
+            '{"point": 812, "shift": [0, 0, 0], "rest": [0, 0, 0]}}, "displacements": '
+            '{"jawOpen": [[0, 0, 0]]}}; run `usdface calibrate` again, or leave "face" out',
+            "SCHEMA_BROKEN",
+        ) from error
+
+
+def _vectors(rows: list[object], axes: int, count: int = 0) -> FloatArray:
+    """Return vectors (N, 3), or rows of `count` of them (N, count, 3)."""
+    values = np.array(rows, dtype=np.float64)
+    return values.reshape(0, *([count] if axes == 2 else []), 3) if not len(rows) else values
 
 
 def _number(path: Path, name: str, entry: object, key: str, default: float) -> float:
@@ -78,7 +124,7 @@ def calibration_json(calibration: Calibration, deviations: FloatArray, peaks: Fl
         peaks,
         strict=True,
     )
-    document = {
+    document: dict[str, object] = {
         "shapes": {
             name: {
                 "gain": round(float(gain), _DIGITS),
@@ -89,4 +135,25 @@ def calibration_json(calibration: Calibration, deviations: FloatArray, peaks: Fl
             for name, gain, deviation, offset, peak in rows
         }
     }
-    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    text = json.dumps(document, indent=1, ensure_ascii=False)
+    if calibration.face is not None:
+        # In a line of its own: it is no table to be edited.
+        text = f'{text[:-2]},\n "face": {json.dumps(_face_document(calibration.face))}\n}}'
+    return text + "\n"
+
+
+def _face_document(face: PerformerFace) -> dict[str, object]:
+    def plain(values: FloatArray) -> object:
+        return values.round(_PLACES).tolist()
+
+    rows = zip(face.markers, face.vertices.tolist(), face.shifts, face.rest, strict=True)
+    return {
+        "frames": face.frames,
+        "markers": {
+            name: {"point": point, "shift": plain(shift), "rest": plain(rest)}
+            for name, point, shift, rest in rows
+        },
+        "displacements": {
+            name: plain(moved) for name, moved in zip(face.shapes, face.displacements, strict=True)
+        },
+    }

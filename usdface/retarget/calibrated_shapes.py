@@ -7,9 +7,11 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.retarget_setup import Calibration
+from usdface.retarget.face_fit import FaceFit
+from usdface.retarget.rbf import SpaceMap
+from usdface.retarget_setup import Calibration, RetargetSetup
 
-__all__ = ["performed"]
+__all__ = ["as_performed", "performed"]
 
 
 def performed(
@@ -47,3 +49,15 @@ def performed(
     scaled = amplitudes[:, None] * model.offsets
     # Offsets are shares of the whole shapes, as they are found: no weights on a path.
     return replace(model, offsets=scaled, inbetweens=paths), offsets @ model.offsets
+
+
+def as_performed(
+    fit: FaceFit, shape_names: tuple[str, ...], setup: RetargetSetup
+) -> tuple[BlendShapeEvaluator, SpaceMap]:
+    """Return the shapes of a fit at the size of a calibrated performer, and the map to them."""
+    if setup.calibration is None:
+        return fit.evaluator, fit.space
+    # The rig's own neutral is at rest, the performer's need not be.
+    rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
+    model, start = performed(fit.evaluator, shape_names, setup.calibration, rested)
+    return model, replace(fit.space, start=start.reshape(fit.points.shape))

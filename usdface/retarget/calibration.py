@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
+from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.options import (
@@ -26,9 +27,11 @@ from usdface.options import (
     LARGEST_OFFSET,
     OFFSET_SPREAD,
 )
+from usdface.performer_face import PerformerFace
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.confidence import weight_deviations
+from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve import FEWEST_FRAMES, solve_weights, with_learned_covariance
@@ -101,8 +104,9 @@ def calibrate_take(
     setup: RetargetSetup,
     model: BlendShapeEvaluator | None = None,
     extremes: bool = False,
+    surface: MarkerSurface | None = None,
 ) -> tuple[Calibrated, list[Finding]]:
-    """Find a performer's amplitudes and offsets from a take.
+    """Find a performer's face, and their amplitudes and offsets relative to it, from a take.
 
     Parameters are those of `usdface.retarget.solve_take.solve_take`.
 
@@ -126,18 +130,20 @@ def calibrate_take(
             "TAKE_SHORT",
         )
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
+    uncalibrated = replace(setup, calibration=None)
     solution, findings = solve_take(
         take,
         points,
         offsets,
         shape_names,
-        replace(setup, calibration=None),
+        uncalibrated,
         model,
+        surface=surface,
         correct_neutral=False,  # the offsets are its error
     )
-    used = [setup.binding.markers.index(name) for name in solution.markers]
     free = model.free
-    loose, deviations = _loose_weights(solution, points[used], offsets[free][:, used], setup)
+    names = tuple(shape_names[s] for s in free)
+    loose, deviations = _loose_weights(solution, free, setup)
     held = min(max(round(_HELD * take.rate), 1), len(loose) // 4)
     ordered = np.sort(loose, axis=0)
     low, high = np.quantile(loose, _AT_REST, axis=0), ordered[-held]
@@ -149,19 +155,54 @@ def calibrate_take(
     amplitudes, spreads = amplitude_posterior(
         peaks, deviations, EXTREME_REACHED if extremes else 0.0
     )
-    names = tuple(shape_names[s] for s in free)
-    calibrated = Calibrated(Calibration(names, amplitudes, rest), spreads, peaks, solution)
-    return calibrated, findings + _findings(calibrated, deviations, take.source)
+    face, unknown = None, list[Finding]()
+    seen = setup.solve.places == "found" and setup.map.form != "paper" and solution.in_space
+    if surface is not None and seen:
+        sized = replace(setup, calibration=Calibration(names, amplitudes, np.zeros(len(names))))
+        face, unknown = _face(take, points, offsets, shape_names, sized, model, surface)
+    calibrated = Calibrated(Calibration(names, amplitudes, rest, face), spreads, peaks, solution)
+    findings += unknown + _findings(calibrated, deviations, take.source)
+    return calibrated, findings
+
+
+def _face(
+    take: MarkerTake,
+    points: FloatArray,
+    offsets: FloatArray,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator,
+    surface: MarkerSurface,
+) -> tuple[PerformerFace, list[Finding]]:
+    """Return where the markers sit and how the shapes move them, by a solve with known gains."""
+    assert setup.calibration is not None
+    solution, _ = solve_take(take, points, offsets, shape_names, setup, model, surface=surface)
+    used = [setup.binding.markers.index(name) for name in solution.markers]
+    frames = setup.neutral[1] - setup.neutral[0] + 1 if setup.neutral else 0
+    face, found = face_of_solution(
+        solution,
+        setup.binding.points[used],
+        frames,
+        amplitudes=setup.calibration.of(shape_names)[0],
+        head_moves=setup.head == "solve",
+    )
+    unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
+    if not unknown:
+        return face, []
+    message = f"as the face's proportions have it: {_listed(unknown)}"
+    return face, [finding("DIRECTION_UNKNOWN", take.source, message)]
 
 
 def _loose_weights(
-    solution: Solution, points: FloatArray, offsets: FloatArray, setup: RetargetSetup
+    solution: Solution, free: IntArray, setup: RetargetSetup
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the markers as carried over, with weights that may leave 0 to 1: (F, S), (S,)."""
+    assert solution.model is not None
     axes = 3 if solution.in_space else 2
+    offsets = solution.model.offsets[free].reshape(len(free), -1, 3)
     shapes = offsets[..., :axes].reshape(len(offsets), -1)
     if setup.head == "solve":
-        rigid = motion_basis(points, axes)
+        rigid = motion_basis(solution.rest, axes)
         shapes = shapes - (shapes @ rigid) @ rigid.T
     observed = solution.displacements[..., :axes].reshape(len(solution.residual), -1)
     normal, right = shapes @ shapes.T, observed @ shapes.T

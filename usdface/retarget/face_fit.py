@@ -1,13 +1,15 @@
 """Performer laid over character: the places of the markers and the space map between the two."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
+from usdface.face.transferred_shapes import transferred_surface
+from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.options import MapOptions
 from usdface.retarget.map_choice import MapChoice, choose_map
@@ -22,11 +24,16 @@ from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import SpaceMap
 from usdface.takes import visible
 
-__all__ = ["FaceFit", "fit_face", "fit_places", "refine_places"]
+__all__ = ["TRANSFER", "FaceFit", "fit_face", "fit_places", "refine_places"]
 
+# Name of the map that carries displacements by the similarity, to the performer's own shapes.
+TRANSFER = "similarity, shapes transferred"
 # Places that the resting face suggests are taken if they leave so much less of the motion open:
 # between two people the difference at rest is mostly the faces' own. Set by hand.
 _BETTER = 0.95
+# The performer's own shapes are taken if they leave so much less of the motion open than every map.
+# Set by hand: where they are right it is 2 to 20 %, where another map is right it is more.
+_TRANSFERRED = 0.99
 # More points than this are a mesh, not markers: the time grows with their cube.
 _MOST = 200
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
@@ -56,6 +63,8 @@ class FaceFit:
         The same with slopes along the skin; None for markers on their vertices for good.
     guess : PlaceGuess or None
         The places' distribution before motion told more.
+    transferred : MarkerSurface or None
+        The skin with the blend shapes of the performer's face, where these carry the motion.
     """
 
     points: FloatArray
@@ -65,6 +74,7 @@ class FaceFit:
     shifts: FloatArray
     placed: PlacedMarkers | None = None
     guess: PlaceGuess | None = None
+    transferred: MarkerSurface | None = None
 
 
 def fit_face(
@@ -109,9 +119,52 @@ def fit_face(
         return bound
     beside = fit_places(neutral, guess.mean, options, evidence, surface, guess)
     there = evidence.unexplained_share(beside.space, beside.points, beside.evaluator)
-    if there < _BETTER * share(space):
-        return beside
-    return fit_places(neutral, bound.shifts, options, evidence, surface, guess.centred())
+    fit = beside
+    if not there < _BETTER * share(space):
+        fit = fit_places(neutral, bound.shifts, options, evidence, surface, guess.centred())
+    if options.choice == "fixed":
+        return fit
+    return _as_another_face(neutral, fit, evidence, surface)
+
+
+def _as_another_face(
+    neutral: FloatArray, fit: FaceFit, evidence: MotionEvidence, surface: MarkerSurface
+) -> FaceFit:
+    """Return the fit with the shapes as the performer's face makes them, if motion is for it.
+
+    Displacements are then carried by the similarity.
+    """
+    assert fit.placed is not None
+    assert fit.placed is not None
+    linear, offset = similarity_fit(neutral, fit.points)
+    skin = transferred_surface(surface, fit.placed, neutral @ linear + offset)
+    if skin is None:
+        return fit
+    transferred = _placed(fit, neutral, fit.shifts, skin)
+    unexplained = evidence.unexplained_share(
+        transferred.space, transferred.points, transferred.evaluator
+    )
+    if not unexplained < _TRANSFERRED * min(fit.choice.unexplained.values(), default=np.nan):
+        return fit
+    shares = {**fit.choice.unexplained, TRANSFER: unexplained}
+    return replace(transferred, choice=replace(fit.choice, name=TRANSFER, unexplained=shares))
+
+
+def _placed(
+    fit: FaceFit, neutral: FloatArray, shifts: FloatArray, surface: MarkerSurface
+) -> FaceFit:
+    """Return the fit with other places on a skin that moves as the performer's face does."""
+    shifts = surface.within_reach(shifts)
+    placed = surface.at(shifts)
+    linear, offset = similarity_fit(neutral, placed.points)
+    space = SpaceMap(
+        neutral, np.zeros_like(placed.points), linear, offset, fit.space.kernel, fit.space.radius,
+        local=True,
+    )  # fmt: skip
+    return replace(
+        fit, points=placed.points, evaluator=placed.evaluator, space=space, shifts=shifts,
+        placed=placed, transferred=surface,
+    )  # fmt: skip
 
 
 def fit_places(
@@ -123,8 +176,7 @@ def fit_places(
     guess: PlaceGuess,
 ) -> FaceFit:
     """Lay a performer over a character with markers beside their vertices by `shifts` (M, 3)."""
-    far = np.linalg.norm(shifts, axis=1, keepdims=True)
-    shifts = shifts * np.minimum(1.0, surface.reach / np.maximum(far, 1e-30))
+    shifts = surface.within_reach(shifts)
     placed = surface.at(shifts)
 
     def share(space: SpaceMap) -> float:
@@ -162,8 +214,12 @@ def refine_places(
         if joint.regularisation.variance == 0.0:
             break
         assert fit.guess is not None
-        shifts = _refined_shifts(fit, surface, joint, head_moves)
-        refined = fit_places(neutral, shifts, options, evidence, surface, fit.guess)
+        skin = fit.transferred or surface
+        shifts = _refined_shifts(fit, skin, joint, head_moves)
+        if fit.transferred:
+            refined = _placed(fit, neutral, shifts, skin)
+        else:
+            refined = fit_places(neutral, shifts, options, evidence, surface, fit.guess)
         again = solve(refined)
         if again.regularisation.misfit >= joint.regularisation.misfit:
             break

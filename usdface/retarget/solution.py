@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.map_choice import MapChoice
 from usdface.takes import WeightsTake
@@ -49,6 +50,10 @@ class Solution:
         How weights move and move together, as learned from the take; None if it was not.
     shifts : (M, 3) float64 [m] or None
         From the vertices that the markers are bound to, to where they sit on the character.
+    model : BlendShapeEvaluator or None
+        Of the markers' displacements, N = 3 M, as solved with.
+    carried : (M, D, 3) float64 or None
+        The linear maps that carry the markers' displacements over to the character.
     """
 
     weights: WeightsTake
@@ -66,6 +71,8 @@ class Solution:
     in_space: bool = True
     covariance: FloatArray | None = None
     shifts: FloatArray | None = None
+    model: BlendShapeEvaluator | None = None
+    carried: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))

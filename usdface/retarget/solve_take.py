@@ -13,13 +13,13 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.progress import Progress
-from usdface.retarget.calibrated_shapes import performed
+from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.face_fit import FaceFit, fit_face, refine_places
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
+from usdface.retarget.performed_face import fit_known_face, wear
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
-from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve import FEWEST_FRAMES
 from usdface.retarget_setup import RetargetSetup
@@ -93,15 +93,25 @@ def solve_take(
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
     neutral = _without_weights(neutral, points[used], model, shape_names, take, setup)
+    frames = _neutral_frames(positions, setup)
+    around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
+    face, worn = setup.calibration.face if setup.calibration else None, None
+    if face and around is not None and take.dimension == 3:
+        worn, notes = wear(face, names, around.vertices, neutral, frames, take.source)
+        findings += notes
+    if worn:
+        neutral, frames = worn.neutral, worn.frames
     pose, pose_findings = _first_pose(take, positions, neutral, setup)
     findings += pose_findings
     still = pose.to_head(on_plane(positions))[..., : take.dimension]
     evidence = MotionEvidence(take.times, still)
-    around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
-    fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
+    if face and worn and around is not None:
+        fit = fit_known_face(face, worn, shape_names, around)
+    else:
+        fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
     def solved(fit: FaceFit, frames: IntArray | slice = _ALL, **settings: Any) -> PoseAndWeights:
-        model, space = _as_performed(fit, shape_names, setup)
+        model, space = as_performed(fit, shape_names, setup)
         return solve_pose_and_weights(
             take.times[frames], positions[frames], fit.points, model, space,
             Pose(pose.rotations[frames], pose.translations[frames]), setup, shape_names,
@@ -115,9 +125,8 @@ def solve_take(
             solve=lambda fit: solved(fit, some, rounds=_PLACE_ROUNDS),
             head_moves=setup.head == "solve",
         )  # fmt: skip
-    frames = _neutral_frames(positions, setup) if correct_neutral else None
-    joint = solved(fit, neutral_frames=frames)
-    model, _ = _as_performed(fit, shape_names, setup)
+    joint = solved(fit, neutral_frames=frames if correct_neutral else None)
+    model, _ = as_performed(fit, shape_names, setup)
     findings += _beside(fit, names, take.source)
     findings += _unsolved_frames(visible(joint.displaced), take.source)
     return _solution(take, names, neutral, fit, joint, model, shape_names), findings
@@ -157,19 +166,9 @@ def _solution(
         in_space=take.dimension == 3,
         covariance=joint.regularisation.covariance,
         shifts=fit.shifts,
+        model=model,
+        carried=fit.space.derivative,
     )
-
-
-def _as_performed(
-    fit: FaceFit, shape_names: tuple[str, ...], setup: RetargetSetup
-) -> tuple[BlendShapeEvaluator, SpaceMap]:
-    """Return the character's shapes at the size of a calibrated performer, and the map to them."""
-    if setup.calibration is None:
-        return fit.evaluator, fit.space
-    # The rig's own neutral is at rest, the performer's need not be.
-    rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
-    model, start = performed(fit.evaluator, shape_names, setup.calibration, rested)
-    return model, replace(fit.space, start=start.reshape(fit.points.shape))
 
 
 def _usable_markers(

@@ -18,9 +18,16 @@ __all__ = [
     "BROWS_EXAGGERATION",
     "BROWS_GAIN",
     "BROWS_SHAPES",
+    "CALIBRATION_DISPLACEMENTS",
+    "CALIBRATION_FRAMES",
     "CALIBRATION_GAINS",
+    "CALIBRATION_MARKERS",
+    "CALIBRATION_MOVEMENTS",
     "CALIBRATION_OFFSETS",
+    "CALIBRATION_POINTS",
+    "CALIBRATION_REST",
     "CALIBRATION_SHAPES",
+    "CALIBRATION_SHIFTS",
     "CLEAN_GAPS",
     "CLEAN_REPAIRS_FRAMES",
     "CLEAN_REPAIRS_KINDS",
@@ -181,6 +188,13 @@ SOLVE_PREFIX: Final = "usdface:solve:"  # then a name of usdface.options.solve_s
 CALIBRATION_SHAPES: Final = "usdface:calibration:shapes"
 CALIBRATION_GAINS: Final = "usdface:calibration:gains"
 CALIBRATION_OFFSETS: Final = "usdface:calibration:offsets"
+CALIBRATION_MARKERS: Final = "usdface:calibration:markers"
+CALIBRATION_POINTS: Final = "usdface:calibration:points"
+CALIBRATION_SHIFTS: Final = "usdface:calibration:shifts"
+CALIBRATION_REST: Final = "usdface:calibration:rest"
+CALIBRATION_FRAMES: Final = "usdface:calibration:frames"
+CALIBRATION_MOVEMENTS: Final = "usdface:calibration:movements"
+CALIBRATION_DISPLACEMENTS: Final = "usdface:calibration:displacements"
 EXAGGERATION: Final = "usdface:exaggeration"
 BROWS_EXAGGERATION: Final = "usdface:brows:exaggeration"
 EYES_EXAGGERATION: Final = "usdface:eyes:exaggeration"

@@ -9,6 +9,7 @@ from pxr import Gf, Sdf, Usd, Vt
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
 from usdface.io.usd.face_layout import EXAGGERATION
+from usdface.io.usd.performer_face import author_performer_face, read_performer_face
 from usdface.options import CleanOptions, ClosureOptions, MapOptions, SolveOptions, solve_settings
 from usdface.retarget_setup import Binding, Calibration, Expression, RetargetSetup
 from usdface.schemas import tokens
@@ -92,15 +93,18 @@ def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
     author(prim, tokens.CALIBRATION_SHAPES, _NAMES.TokenArray, names)
     author(prim, tokens.CALIBRATION_GAINS, _NAMES.FloatArray, Vt.FloatArray(gains))
     author(prim, tokens.CALIBRATION_OFFSETS, _NAMES.FloatArray, Vt.FloatArray(offsets))
+    if calibration.face is not None:
+        author_performer_face(prim, calibration.face)
 
 
 def _read_calibration(prim: Usd.Prim) -> Calibration | None:
     shapes = _strings(prim, tokens.CALIBRATION_SHAPES)
     gains = np.array(_value(prim, tokens.CALIBRATION_GAINS, ()), dtype=np.float64)
     offsets = np.array(_value(prim, tokens.CALIBRATION_OFFSETS, ()), dtype=np.float64)
-    if not (shapes or gains.size or offsets.size):
+    face = read_performer_face(prim)
+    if not (shapes or gains.size or offsets.size or face):
         return None
-    return Calibration(shapes, gains, offsets if offsets.size else np.zeros(len(shapes)))
+    return Calibration(shapes, gains, offsets if offsets.size else np.zeros(len(shapes)), face)
 
 
 def read_setup(prim: Usd.Prim) -> RetargetSetup:

@@ -1,0 +1,206 @@
+"""A performer's face in a take: learned from its solution, and laid over the character again."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdface.arrays import FloatArray, IntArray
+from usdface.face.marker_surface import MarkerSurface
+from usdface.findings import Finding, finding
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import similarity_fit
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.performer_face import PerformerFace
+from usdface.retarget.face_fit import FaceFit
+from usdface.retarget.map_choice import MapChoice
+from usdface.retarget.performed_directions import PerformedDirections, learn_directions
+from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.solution import Solution
+
+__all__ = ["WornFace", "face_of_solution", "fit_known_face", "wear"]
+
+# Markers sit where they did if they rest within this share of the face's size, 0.25 mm on the ICT
+# face: a neutral of five frames with 0.3 mm of noise is within half of it. Set by hand.
+_SAME = 0.004
+# Fewer known markers than this do not show how a face lies over another.
+_FEWEST = 4
+_NAME = "similarity, the performer's own shapes"
+
+
+def face_of_solution(
+    solution: Solution,
+    vertices: IntArray,
+    frames: int,
+    *,
+    amplitudes: FloatArray,
+    head_moves: bool,
+) -> tuple[PerformerFace, PerformedDirections]:
+    """Return the performer's face that a solved take shows.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of a 3D take.
+    vertices : (M,) int64
+        That its markers are bound to.
+    frames : int
+        Neutral frames; 0 = the neutral is known exactly.
+    amplitudes : (S,) float64
+        That the take was solved with: the face has them at 1.
+    head_moves : bool
+        The head's pose was solved with the weights.
+    """
+    assert solution.model is not None and solution.carried is not None
+    assert solution.shifts is not None
+    back = np.linalg.pinv(solution.carried)
+    offsets = solution.model.offsets.reshape(len(amplitudes), -1, 3) / amplitudes[:, None, None]
+    weights = solution.weights.weights
+    predicted = solution.model.displacements(weights).reshape(solution.displacements.shape)
+    left = np.einsum("fmi,mij->fmj", solution.displacements - predicted, back)
+    left[np.isnan(solution.distances)] = np.nan
+    rest = solution.neutral
+    size = rms_radius(rest) / rms_radius(solution.rest)
+    rigid = motion_basis(rest, 3) if head_moves else np.zeros((rest.size, 0))
+    found = learn_directions(
+        np.einsum("smi,mij->smj", offsets, back),
+        rest,
+        weights * amplitudes,
+        left,
+        rigid,
+        noise=size * solution.noise,
+        misfit=size * solution.misfit,
+    )
+    face = PerformerFace(
+        solution.markers,
+        vertices,
+        solution.shifts,
+        rest,
+        frames,
+        solution.weights.names,
+        found.displacements,
+    )
+    return face, found
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WornFace:
+    """A performer's face with the markers of a take.
+
+    Attributes
+    ----------
+    known : (K,) int64
+        The take's markers that the face knows, as places among its used ones.
+    own : (K,) int64
+        The same as places in the face.
+    neutral : (M, 3) float64
+        The take's resting markers, with the face's where they sit as they did.
+    moved : (K, 3) float64
+        Where they rest now, less where they did, in the take's space; 0 where they sit as they did.
+    frames : (M,) int64 or None
+        That `neutral` is the mean of; None = exact.
+    """
+
+    known: IntArray
+    own: IntArray
+    neutral: FloatArray
+    moved: FloatArray
+    frames: IntArray | None
+
+
+def wear(
+    face: PerformerFace,
+    names: tuple[str, ...],
+    vertices: IntArray,
+    neutral: FloatArray,
+    frames: IntArray | None,
+    source: str,
+) -> tuple[WornFace | None, list[Finding]]:
+    """Compare a performer's face with the resting markers of a take.
+
+    Parameters
+    ----------
+    face : PerformerFace
+    names : tuple of str, length M
+        Markers of the take that are used.
+    vertices : (M,) int64
+        That they are bound to.
+    neutral : (M, 3) float64
+    frames : (M,) int64 or None
+        That `neutral` is the mean of; None = exact.
+    source : str
+        Of the take.
+
+    Returns
+    -------
+    WornFace or None
+        None where fewer than four markers are those of the face.
+    list of Finding
+    """
+    there = zip(face.markers, face.vertices.tolist(), strict=True)
+    place = {marker: k for k, marker in enumerate(there)}
+    here = zip(names, vertices.tolist(), strict=True)
+    own = np.array([place.get(marker, -1) for marker in here])
+    known = np.flatnonzero(own >= 0)
+    own, others = own[known], [names[i] for i in np.flatnonzero(own < 0)]
+    findings = []
+    if others:
+        named = ", ".join(others)
+        message = f"not in the performer's file, or bound to another vertex there: {named}"
+        findings.append(finding("PERFORMER_UNMATCHED", source, message))
+    if len(known) < _FEWEST:
+        return None, findings
+    linear, offset = similarity_fit(face.rest[own], neutral[known])
+    before = face.rest[own] @ linear + offset
+    moved = neutral[known] - before
+    away = np.linalg.norm(moved, axis=1) / rms_radius(neutral[known])
+    if float(np.sqrt((away**2).mean() / 3.0)) > _SAME:
+        message = (
+            f"markers rest {100 * np.median(away):.1f} % of the face's size from where they did in "
+            f"the performer's file, {names[known[away.argmax()]]} {100 * away.max():.1f} %; their "
+            "places follow"
+        )
+        findings.append(finding("PERFORMER_MARKERS_MOVED", source, message))
+        return WornFace(known, own, neutral, moved, frames), findings
+    mean = neutral.copy()
+    if frames is not None:
+        total = frames.copy()
+        total[known] += face.frames
+        mean[known] -= (face.frames / np.maximum(total[known], 1))[:, None] * moved
+        frames = total
+    return WornFace(known, own, mean, np.zeros_like(moved), frames), findings
+
+
+def fit_known_face(
+    face: PerformerFace, worn: WornFace, shape_names: tuple[str, ...], surface: MarkerSurface
+) -> FaceFit:
+    """Lay a performer whose face is known over the character.
+
+    Markers sit where they did, or beside it by how much further they rest. Displacements are
+    carried by the similarity, and shapes are the performer's; markers and shapes that the face
+    does not know are the character's.
+    """
+    neutral = worn.neutral
+    shifts = np.zeros_like(neutral)
+    shifts[worn.known] = face.shifts[worn.own]
+    before = surface.at(shifts)
+    linear, _ = similarity_fit(neutral, before.points)
+    shifts[worn.known] += worn.moved @ linear
+    shifts = surface.within_reach(shifts)
+    placed = surface.at(shifts)
+    linear, offset = similarity_fit(neutral, placed.points)
+    turned, _ = similarity_fit(face.rest[worn.own], neutral[worn.known])
+    shapes = np.array([k for k, name in enumerate(face.shapes) if name in shape_names], np.int64)
+    columns = np.array([shape_names.index(face.shapes[k]) for k in shapes], np.int64)
+    carried = face.displacements[np.ix_(shapes, worn.own)] @ turned @ linear
+    expected = before.evaluator.offsets.reshape(len(shape_names), -1, 3)
+    deviations = np.zeros_like(expected)
+    deviations[np.ix_(columns, worn.known)] = carried - expected[np.ix_(columns, worn.known)]
+    evaluator = placed.evaluator
+    others = deviations.reshape(len(expected), -1)
+    paths = tuple(
+        replace(p, displacements=p.displacements + np.outer(p.weights, others[p.shape]))
+        for p in evaluator.inbetweens
+    )
+    evaluator = replace(evaluator, offsets=evaluator.offsets + others, inbetweens=paths)
+    space = SpaceMap(neutral, np.zeros_like(neutral), linear, offset, "gaussian", 1.0, local=True)
+    return FaceFit(placed.points, evaluator, space, MapChoice(_NAME), shifts)
