@@ -56,6 +56,7 @@ if TYPE_CHECKING:
         RigOptions,
         SolveOptions,
         TakeOptions,
+        ViewOptions,
     )
     from usdface.pipeline import (
         apply,
@@ -77,6 +78,7 @@ if TYPE_CHECKING:
         read_rig,
         read_take,
         set_up,
+        view,
         write_paper_system,
     )
     from usdface.progress import Step
@@ -132,6 +134,7 @@ __all__ = [
     "TakeOptions",
     "TakeReader",
     "UsdFaceError",
+    "ViewOptions",
     "WeightsTake",
     "apply",
     "assemble_shot",
@@ -157,6 +160,7 @@ __all__ = [
     "read_take",
     "retarget",
     "set_up",
+    "view",
     "write_paper_system",
 ]
 
@@ -201,6 +205,7 @@ _HOMES = {
         "RigOptions",
         "SolveOptions",
         "TakeOptions",
+        "ViewOptions",
     ),
     "pipeline": (
         "apply",
@@ -222,6 +227,7 @@ _HOMES = {
         "read_rig",
         "read_take",
         "set_up",
+        "view",
         "write_paper_system",
     ),
     "progress": ("Step",),

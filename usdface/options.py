@@ -52,6 +52,7 @@ __all__ = [
     "SolvePlaces",
     "SolvePrior",
     "TakeOptions",
+    "ViewOptions",
     "check_exaggeration",
     "solve_settings",
 ]
@@ -595,6 +596,27 @@ class MarkerOptions:
 
     def __post_init__(self) -> None:
         _check_number("noise", self.noise)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewOptions:
+    """A page that shows a face.
+
+    Attributes
+    ----------
+    face_only : bool
+        Leave out meshes that no blend shape moves: the page becomes smaller.
+    asset_root : str
+        A folder that textures and buffers may come from beside the asset's own.
+
+    Examples
+    --------
+    >>> usdface.ViewOptions(face_only=True).asset_root
+    ''
+    """
+
+    face_only: bool = False
+    asset_root: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.setting_up import set_up
     from usdface.pipeline.shot import make_shot
     from usdface.pipeline.take import make_take
+    from usdface.pipeline.viewing import view
 
 __all__ = [
     "apply",
@@ -51,6 +52,7 @@ __all__ = [
     "read_rig",
     "read_take",
     "set_up",
+    "view",
     "write_paper_system",
 ]
 
@@ -85,6 +87,7 @@ _HOMES = {
     "setting_up": ("set_up",),
     "shot": ("make_shot",),
     "take": ("make_take",),
+    "viewing": ("view",),
 }
 
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)

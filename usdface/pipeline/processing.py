@@ -109,7 +109,9 @@ def process(
             with progress.step("draw"):
                 write_take_figure(solved, reported.details, picture)
         with progress.step("write"):
-            written = write_layers(path, stage, staged, solved, root, in_place)
+            written = write_layers(
+                path, stage, staged, solved, root, in_place, _deviations(reported)
+            )
     written += [*(files_written(glb, read) if glb else ()), *([picture] if picture else [])]
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
@@ -155,10 +157,15 @@ def apply(
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved, reported = _retarget(staged, findings, options, progress)
     with progress.step("write"):
-        content = solve_animation(solved)
+        content = solve_animation(solved, _deviations(reported))
         expressed, closed = express_animation(solved), closure_animation(solved)
         if expressed is not None:
-            content = replace(content, emotions=expressed.emotions, firing=expressed.firing)
+            content = replace(
+                content,
+                emotions=expressed.emotions,
+                firing=expressed.firing,
+                inputs=expressed.inputs,
+            )
         if closed is not None:
             content = replace(content, closure=closed.closure)
         apply_animation(stage, staged, replace(content, weights=solved.weights.weights))
@@ -177,6 +184,11 @@ def _retarget(
         summary["head_carrier"] = staged.prims.head.name
     found = (*findings, *solved.findings, *report.findings)
     return solved, Result(solved, (), found, summary, report.details)
+
+
+def _deviations(reported: Result[ShotResult]) -> dict[str, float]:
+    """Return the standard deviation of the weight of each blend shape; {} if not known."""
+    return dict(reported.details.get("confidence", {}).get("standard_deviation", {}))
 
 
 def _write_gltf(

@@ -1,0 +1,38 @@
+"""The commands `view` and `bind`: pages, to look at a shot and to place markers."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from usdface import pipeline
+from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
+from usdface.cli.progress import progress
+from usdface.options import ViewOptions
+
+__all__ = ["add_view"]
+
+
+def add_view(commands: Any, summary: str) -> None:
+    """Add `usdface view`."""
+    command = add_command(commands, "view", _view, summary)
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = (
+        "examples:\n"
+        "  usdface view shot.usdface.usda -o shot.html\n"
+        "  usdface view head.glb -o head.html --face-only"
+    )
+    command.add_argument(
+        "source", type=Path, help="result of `usdface process`, or USD or glTF with blend shapes"
+    )
+    add_output(command, "the page, .html")
+    command.add_argument(
+        "--face-only", action="store_true", help="leave out meshes that no blend shape moves"
+    )
+    add_asset_root(command)
+
+
+def _view(parsed: argparse.Namespace) -> int:
+    options = ViewOptions(**settings(parsed, ViewOptions))
+    with progress(parsed.format == "text") as step:
+        result = pipeline.view(parsed.source, parsed.output, options=options, on_progress=step)
+    return report(parsed, result)

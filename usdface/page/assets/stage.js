@@ -1,0 +1,133 @@
+// The stage: renderer, camera, light, and the columns that characters and markers stand in.
+
+import {
+  AmbientLight, DirectionalLight, Group, HemisphereLight, NeutralToneMapping, OrbitControls,
+  PerspectiveCamera, Scene, Vector3, WebGLRenderer,
+} from "three";
+import { element } from "usdface/dom";
+
+const ANGLE = 9; // narrow, so that all columns are seen from the front
+const MARGIN = 1.34; // of the face's size
+const APART = 1.3; // columns, in widths of the face
+
+export class Stage {
+  constructor(place, [low, high]) {
+    this.place = place;
+    this.centre = new Vector3().addVectors(low, high).multiplyScalar(0.5);
+    this.size = new Vector3().subVectors(high, low);
+    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.toneMapping = NeutralToneMapping;
+    this.renderer.toneMappingExposure = 1.05;
+    this.renderer.setClearColor(0x1b1e24);
+    this.renderer.setPixelRatio(Math.min(globalThis.devicePixelRatio || 1, 2));
+    this.renderer.domElement.id = "canvas";
+    place.append(this.renderer.domElement);
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(ANGLE, 1, 0.01, 100);
+    this.scene.add(this.camera, ...this.lights());
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.enableDamping = false;
+    this.controls.addEventListener("change", () => this.ask());
+    this.columns = [];
+    this.before = [];
+    this.frames = 0;
+    new ResizeObserver(() => this.resize()).observe(place);
+    this.resize();
+  }
+
+  lights() {
+    const key = new DirectionalLight(0xfff2e6, 2.3), fill = new DirectionalLight(0xdfe8ff, 0.9);
+    const rim = new DirectionalLight(0xbfd4ff, 1.6);
+    key.position.set(-0.7, 0.8, 1.2);
+    fill.position.set(1.2, 0.1, 0.8);
+    rim.position.set(0.6, 0.9, -1.2);
+    // Key and fill come along with the camera, so that the face is lit from wherever it is seen.
+    const along = new Group();
+    along.add(key, key.target, fill, fill.target);
+    this.camera.add(along);
+    return [new HemisphereLight(0xffffff, 0x55504a, 0.9), new AmbientLight(0xffffff, 0.15), rim];
+  }
+
+  /** Show objects in columns from left to right: [{ group, label }]. */
+  show(columns) {
+    for (const { group, tag } of this.columns) {
+      this.scene.remove(group);
+      tag.remove();
+    }
+    const width = APART * Math.max(this.size.x, 0.6 * this.size.y);
+    this.columns = columns.map(({ group, label }, i) => {
+      group.position.set((i - (columns.length - 1) / 2) * width, 0, 0);
+      this.scene.add(group);
+      const tag = element("span", { class: "tag", text: label });
+      this.place.append(tag);
+      return { group, tag };
+    });
+    this.breadth = this.size.x + (columns.length - 1) * width;
+    if (this.fittedFor !== columns.length) this.fit();
+    this.fittedFor = columns.length;
+    this.ask();
+  }
+
+  /** Look at all columns from the front, or from an angle around the vertical [rad]. */
+  fit(around = 0) {
+    const tangent = Math.tan((ANGLE / 2) * (Math.PI / 180));
+    const high = (MARGIN * this.size.y) / (2 * tangent);
+    const wide = (MARGIN * (this.breadth ?? this.size.x)) / (2 * tangent * this.camera.aspect);
+    const away = Math.max(high, wide) + this.size.z / 2;
+    const from = new Vector3(Math.sin(around), 0.04, Math.cos(around)).normalize();
+    this.camera.near = away / 50;
+    this.camera.far = away * 20;
+    this.camera.position.copy(this.centre).addScaledVector(from, away);
+    this.camera.updateProjectionMatrix();
+    this.controls.target.copy(this.centre);
+    this.controls.update();
+    this.ask();
+  }
+
+  resize() {
+    const width = Math.max(1, this.place.clientWidth), height = Math.max(1, this.place.clientHeight);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    if (!this.touched) this.fit();
+    this.ask();
+  }
+
+  /** Draw once, at the next frame of the screen. */
+  ask() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => {
+      this.asked = false;
+      this.draw();
+    });
+  }
+
+  draw() {
+    for (const call of this.before) call();
+    this.renderer.render(this.scene, this.camera);
+    this.placeTags();
+    this.frames++;
+  }
+
+  /** Put the names of the columns below them. */
+  placeTags() {
+    const at = new Vector3();
+    for (const { group, tag } of this.columns) {
+      at.copy(this.centre).add(group.position);
+      at.y -= 0.58 * this.size.y;
+      at.project(this.camera);
+      const x = ((at.x + 1) / 2) * this.place.clientWidth;
+      tag.style.transform = `translate(-50%, 0) translate(${x.toFixed(1)}px, 0)`;
+    }
+  }
+
+  /** Where a pointer is on the canvas, -1 to 1. */
+  pointer(event) {
+    const box = this.renderer.domElement.getBoundingClientRect();
+    return {
+      x: ((event.clientX - box.left) / box.width) * 2 - 1,
+      y: 1 - ((event.clientY - box.top) / box.height) * 2,
+    };
+  }
+}
