@@ -31,6 +31,7 @@ MODULES = (
     "dom",
     "heat",
     "markers",
+    "places",
     "player",
     "rules",
     "sliders",

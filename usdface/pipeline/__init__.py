@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from usdface.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from usdface.pipeline.bind_page import make_bind_page
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
     from usdface.pipeline.explaining import check_neutral, explain
@@ -43,6 +44,7 @@ __all__ = [
     "fit_fuzzy",
     "import_scene",
     "list_formats",
+    "make_bind_page",
     "make_markers",
     "make_rig",
     "make_shot",
@@ -57,6 +59,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "bind_page": ("make_bind_page",),
     "calibration": ("calibrate",),
     "checking": ("check",),
     "explaining": (

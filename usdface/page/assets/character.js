@@ -1,7 +1,7 @@
 // The character: meshes with morph targets, materials, joints. Copies of it share their geometry.
 
 import {
-  Bone, BufferAttribute, BufferGeometry, Color, DoubleSide, FrontSide, Group, Matrix4, Mesh,
+  Bone, Box3, BufferAttribute, BufferGeometry, Color, DoubleSide, FrontSide, Group, Matrix4, Mesh,
   MeshStandardMaterial, Skeleton, SkinnedMesh, Vector3,
 } from "three";
 import { row } from "usdface/data";
@@ -23,21 +23,22 @@ export class Character {
     return new Figure(this);
   }
 
-  /** The box of all that blend shapes move, or of everything: [low, high]. */
-  movedBox() {
-    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-    const take = (points, vertex) => {
-      for (let axis = 0; axis < 3; axis++) {
-        low[axis] = Math.min(low[axis], points[3 * vertex + axis]);
-        high[axis] = Math.max(high[axis], points[3 * vertex + axis]);
-      }
+  /** The box of the face, with what is close around it: [low, high]. */
+  faceBox() {
+    const moved = new Box3(), face = new Box3(), at = new Vector3();
+    const each = (call) => {
+      for (const part of this.parts)
+        for (let vertex = 0; vertex < part.moved.length; vertex++)
+          call(at.fromArray(part.points, 3 * vertex), part.moved[vertex]);
     };
-    for (const { points, moved } of this.parts)
-      for (let vertex = 0; vertex < moved.length; vertex++) if (moved[vertex]) take(points, vertex);
-    if (low[0] === Infinity)
-      for (const { points } of this.parts)
-        for (let vertex = 0; vertex < points.length / 3; vertex++) take(points, vertex);
-    return [new Vector3(...low), new Vector3(...high)];
+    each((point, moves) => moves && moved.expandByPoint(point));
+    if (moved.isEmpty()) each((point) => moved.expandByPoint(point));
+    // Ears and hair, not the body: most of what the box gains is above the face.
+    const size = moved.getSize(new Vector3()), near = moved.clone();
+    near.min.addScaledVector(size, -0.15);
+    near.max.add(new Vector3(0.15 * size.x, 0.45 * size.y, 0.15 * size.z));
+    each((point) => near.containsPoint(point) && face.expandByPoint(point));
+    return [face.min, face.max];
   }
 
   /** Displacements of a mesh's vertices by weights of all shapes, written to `out` (3 V). */

@@ -14,7 +14,9 @@ export function css(ramp, share) {
   return `rgb(${r} ${g} ${b})`;
 }
 
-const RIBBON = [[0.018, 0.022, 0.028], [0.3, 0.22, 0.04], [0.85, 0.3, 0.02], [0.85, 0.03, 0.06]];
+const RIBBON = [
+  [0.018, 0.022, 0.028], [0.06, 0.055, 0.03], [0.45, 0.33, 0.04], [0.85, 0.3, 0.02], [0.85, 0.03, 0.06],
+];
 
 export const RAMPS = { residual: RESIDUAL, change: CHANGE, ribbon: RIBBON };
 

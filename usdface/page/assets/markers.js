@@ -19,7 +19,8 @@ const FRAGMENT = `
   void main() {
     float away = length(gl_PointCoord - 0.5);
     if (away > 0.5) discard;
-    gl_FragColor = vec4(away > 0.36 ? vec3(0.03) : colour, 1.0);
+    gl_FragColor = vec4(away > 0.36 ? vec3(0.01) : colour, 1.0);
+    #include <colorspace_fragment>
   }`;
 
 /** Round points of one size on the screen; NaN hides one. */

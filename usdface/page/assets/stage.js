@@ -7,7 +7,7 @@ import {
 import { element } from "usdface/dom";
 
 const ANGLE = 9; // narrow, so that all columns are seen from the front
-const MARGIN = 1.34; // of the face's size
+const MARGIN = 1.16; // of the face's size
 const APART = 1.3; // columns, in widths of the face
 
 export class Stage {
@@ -31,6 +31,13 @@ export class Stage {
     this.columns = [];
     this.before = [];
     this.frames = 0;
+    const turn = (text, title, around) =>
+      element("button", { type: "button", text, title, on: { click: () => this.fit(around) } });
+    place.append(
+      element("span", { class: "views set" }, [
+        turn("front", "look from the front (f)", 0), turn("¾", "three quarters (g)", 0.7), turn("side", "from the side", Math.PI / 2),
+      ]),
+    );
     new ResizeObserver(() => this.resize()).observe(place);
     this.resize();
   }
@@ -115,7 +122,7 @@ export class Stage {
     const at = new Vector3();
     for (const { group, tag } of this.columns) {
       at.copy(this.centre).add(group.position);
-      at.y -= 0.58 * this.size.y;
+      at.y -= 0.5 * this.size.y;
       at.project(this.camera);
       const x = ((at.x + 1) / 2) * this.place.clientWidth;
       tag.style.transform = `translate(-50%, 0) translate(${x.toFixed(1)}px, 0)`;

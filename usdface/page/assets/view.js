@@ -28,7 +28,7 @@ class View {
     this.player = new Player();
     this.character = new Character(page.character);
     this.figures = { raw: this.character.copy(), corrected: this.character.copy() };
-    this.stage = new Stage(document.getElementById("stage"), this.character.movedBox());
+    this.stage = new Stage(document.getElementById("stage"), this.character.faceBox());
     this.stage.before.push(() => this.pose());
     this.clip = page.clips[0] ?? still(page.character.shapes.length);
     this.hasRaw = !!this.clip.weights.raw;
@@ -216,10 +216,6 @@ class View {
       element("span", { class: "space" }),
       element("span", { class: "set" }, modes),
       element("span", { class: "set" }, shows),
-      element("span", { class: "set" }, [
-        button("front", "look from the front (f)", () => this.stage.fit()),
-        button("¾", "three quarters (g)", () => this.stage.fit(0.7)),
-      ]),
     );
   }
 
