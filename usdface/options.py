@@ -606,6 +606,8 @@ class ViewOptions:
     ----------
     face_only : bool
         Leave out meshes that no blend shape moves: the page becomes smaller.
+    textures : bool
+        Show the images of base colours; without them materials have their plain colours.
     asset_root : str
         A folder that textures and buffers may come from beside the asset's own.
 
@@ -616,6 +618,7 @@ class ViewOptions:
     """
 
     face_only: bool = False
+    textures: bool = True
     asset_root: str = ""
 
 

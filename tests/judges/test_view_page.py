@@ -15,7 +15,9 @@ from pxr import Usd, UsdSkel
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.cli import main
 from usdface.clips import Clip
+from usdface.io.gltf.image import to_png
 from usdface.io.usd.rig_write import write_rig
+from usdface.materials import Material, Texture
 from usdface.rigs import BlendShape, Combination, Inbetween, Mesh, Rig
 from usdface.takes import WeightsTake
 
@@ -232,3 +234,27 @@ def test_sliders_move_inbetweens_and_combinations_as_the_evaluator(
         )
         weights = evaluator.complete(np.array([[jaw, smile]]))
         np.testing.assert_allclose(moved, evaluator.displacements(weights)[0], atol=2e-6)
+
+
+def test_a_texture_is_shown_where_its_coordinates_say(browser: Browser, tmp_path: Path) -> None:
+    image = np.zeros((8, 8, 3), np.uint8)
+    image[:4, :4], image[4:, 4:] = (255, 0, 0), (0, 0, 255)  # top left, bottom right
+    image[:4, 4:], image[4:, :4] = (0, 255, 0), (255, 255, 255)
+    points = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]]
+    uvs = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    (tmp_path / "skin.png").write_bytes(to_png(image))
+    texture = Texture(str(tmp_path / "skin.png"), suffix=".png")
+    material = Material("skin", (1.0, 1.0, 1.0), base_color_texture=texture)
+    shape = BlendShape("smile", [0, 1, 2, 3], np.full((4, 3), 0.001))
+    mesh = Mesh("m", points, [4], range(4), uvs=uvs, shapes=(shape,), material="skin")
+    write_rig(Rig("r", (mesh,), materials=(material,)), tmp_path / "rig.usda")
+    assert main(["view", str(tmp_path / "rig.usda"), "-o", str(tmp_path / "rig.html")]) == 0
+    page = browser.page(tmp_path / "rig.html")
+    page.wait("usdface.character.materials.some((m) => m.map?.image?.width)")
+    shown = pixels(page.canvas())[..., :3]
+    lit = np.argwhere(np.ptp(shown, axis=2) > 0.3)
+    (top, left), (bottom, right) = lit.min(axis=0), lit.max(axis=0)
+    for (y, x), colour in (((0.25, 0.25), 0), ((0.75, 0.75), 2), ((0.25, 0.75), 1)):
+        at = shown[int(top + y * (bottom - top)), int(left + x * (right - left))]
+        assert at.argmax() == colour, (y, x)
+    assert page.problems() == []

@@ -5,14 +5,15 @@ from curved_world import make_curved_world
 from worlds import make_world
 
 from usdface.blend_shape_evaluator import evaluator_of
-from usdface.materials import Material
+from usdface.materials import Material, Placement, Texture
 from usdface.page.character import character_data, shown_meshes, triangles_of
-from usdface.rigs import MaterialSubset, Mesh, Rig, Skeleton, Skin
+from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
 
 
 def test_polygons_become_fans_of_their_first_corner() -> None:
     mesh = Mesh("m", np.eye(5, 3), [3, 4, 5], [0, 1, 2, 4, 3, 2, 1, 0, 1, 2, 3, 4])
-    triangles, face = triangles_of(mesh)
+    corners, face = triangles_of(mesh)
+    triangles = mesh.face_indices[corners]
     expected = [[0, 1, 2], [4, 3, 2], [4, 2, 1], [0, 1, 2], [0, 2, 3], [0, 3, 4]]
     assert triangles.tolist() == expected and face.tolist() == [0, 1, 1, 2, 2, 2]
 
@@ -76,3 +77,38 @@ def test_the_strongest_four_joints_move_a_point() -> None:
     skin = data["meshes"][0]["skin"]
     assert skin["joints"][0].tolist() == [1, 4, 3, 0]
     np.testing.assert_allclose(skin["weights"].values[0], np.array([0.3, 0.3, 0.25, 0.1]) / 0.95)
+
+
+def textured_rig(image: bytes = b"") -> Rig:
+    """Two quads side by side; the texture's seam runs between them."""
+    points = np.array([[x, y, 0.0] for y in (0, 1) for x in (0, 1, 2)])
+    corners = [0, 1, 4, 3, 1, 2, 5, 4]
+    uvs = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0], [1, 0], [1, 1], [0, 1]]
+    placed = Placement(scale=(0.5, 1.0), rotation=np.pi / 2, offset=(0.25, 0.0))
+    texture = Texture(data=image, suffix=".png", placed=placed)
+    material = Material("skin", base_color_texture=texture)
+    shape = BlendShape("smile", [1], [[0, 0, 0.1]])
+    mesh = Mesh("m", points, [4, 4], corners, uvs=uvs, shapes=(shape,), material="skin")
+    return Rig("r", (mesh,), materials=(material,))
+
+
+def test_vertices_are_parted_where_texture_coordinates_differ() -> None:
+    rig = textured_rig()
+    mesh = rig.meshes[0]
+    data = character_data(rig, rig.meshes, {"skin": "data:image/png;base64,"})["meshes"][0]
+    texture = data["texture"]
+    assert sorted(texture["source"].tolist()) == [0, 1, 1, 2, 3, 4, 4, 5]
+    corners, _ = triangles_of(mesh)
+    np.testing.assert_array_equal(
+        texture["source"][texture["triangles"]], mesh.face_indices[corners]
+    )
+    # Scaled, turned by 90 degrees counter-clockwise, moved.
+    u, v = np.array(mesh.uvs)[corners].T
+    expected = np.stack([0.25 - v, 0.5 * u], -1).transpose(1, 0, 2)
+    shown = texture["coordinates"].values[texture["triangles"]]
+    np.testing.assert_allclose(shown, expected, atol=1e-12)
+
+
+def test_without_an_image_there_is_no_texture() -> None:
+    rig = textured_rig()
+    assert character_data(rig, rig.meshes)["meshes"][0]["texture"] is None

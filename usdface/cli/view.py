@@ -28,6 +28,9 @@ def add_view(commands: Any, summary: str) -> None:
     command.add_argument(
         "--face-only", action="store_true", help="leave out meshes that no blend shape moves"
     )
+    command.add_argument(
+        "--no-textures", dest="textures", action="store_false", help="plain colours of materials"
+    )
     add_asset_root(command)
 
 

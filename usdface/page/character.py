@@ -1,13 +1,15 @@
 """The character of a page: meshes as triangles, blend shapes as targets, joints."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from usdface.arrays import IntArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shapes import BlendShape
 from usdface.inbetween_path import distinct_inbetweens, inbetween_path
-from usdface.materials import Material
+from usdface.materials import Material, Placement
 from usdface.page.packed_data import Quantized
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
@@ -23,7 +25,9 @@ def shown_meshes(rig: Rig, face_only: bool) -> tuple[Mesh, ...]:
     return moved if face_only and moved else rig.meshes
 
 
-def character_data(rig: Rig, meshes: tuple[Mesh, ...]) -> dict[str, Any]:
+def character_data(
+    rig: Rig, meshes: tuple[Mesh, ...], images: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, Any]:
     """Return the character as a tree for `usdface.page.packed_data.pack_data`.
 
     Parameters
@@ -31,26 +35,30 @@ def character_data(rig: Rig, meshes: tuple[Mesh, ...]) -> dict[str, Any]:
     rig : Rig
     meshes : tuple of Mesh
         Those of the rig to show.
+    images : mapping of str to str
+        The image of the base colour of each textured material, as a ``data:`` address; those of
+        other materials are not shown.
     """
+    materials = _materials(rig, meshes)
     names = list(dict.fromkeys(name for mesh in meshes for name in mesh.shape_names))
     place = {name: i for i, name in enumerate(names)}
     return {
         "shapes": names,
         "combinations": _combinations(meshes, place),
-        "materials": [_material(material) for material in _materials(rig, meshes)],
-        "meshes": [_mesh(mesh, place, _materials(rig, meshes)) for mesh in meshes],
+        "materials": [_material(material, images.get(material.name)) for material in materials],
+        "meshes": [_mesh(mesh, place, materials, images) for mesh in meshes],
         "joints": _joints(rig.skeleton),
     }
 
 
 def triangles_of(mesh: Mesh) -> tuple[IntArray, IntArray]:
-    """Return the triangles (T, 3) of the faces, as fans, and the face of each (T,)."""
+    """Return the corners (T, 3) of the faces' triangles, as fans, and the face of each (T,)."""
     sizes = np.maximum(mesh.face_counts - 2, 0)
     first = np.cumsum(mesh.face_counts) - mesh.face_counts
     face = np.repeat(np.arange(len(sizes)), sizes)
     number = np.arange(len(face)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     corners = np.stack([first[face], first[face] + number + 1, first[face] + number + 2], 1)
-    return mesh.face_indices[corners].reshape(-1, 3), face
+    return corners.reshape(-1, 3), face
 
 
 def _materials(rig: Rig, meshes: tuple[Mesh, ...]) -> list[Material]:
@@ -58,9 +66,17 @@ def _materials(rig: Rig, meshes: tuple[Mesh, ...]) -> list[Material]:
     return [Material(""), *(m for m in rig.materials if m.name in used)]
 
 
-def _material(material: Material) -> dict[str, Any]:
+def _material(material: Material, image: str | None) -> dict[str, Any]:
+    placed = material.base_color_texture.placed if material.base_color_texture else Placement()
+    textures = material.base_color_texture, material.opacity_texture
+    cut = image is not None and all(textures) and textures[0].image == textures[1].image  # type: ignore[union-attr]
     return {
         "name": material.name,
+        "image": image,
+        "wrap": list(placed.wrap),
+        # The image's own alpha counts where it is the opacity, too.
+        "alpha": material.alpha_mode if cut else "opaque",
+        "cutoff": material.alpha_cutoff,
         "colour": list(material.base_color),
         "opacity": 1.0 if material.alpha_mode == "opaque" else material.opacity,
         "metallic": material.metallic,
@@ -69,9 +85,11 @@ def _material(material: Material) -> dict[str, Any]:
     }
 
 
-def _mesh(mesh: Mesh, place: dict[str, int], materials: list[Material]) -> dict[str, Any]:
+def _mesh(
+    mesh: Mesh, place: dict[str, int], materials: list[Material], images: Mapping[str, str]
+) -> dict[str, Any]:
     number = {material.name: i for i, material in enumerate(materials)}
-    triangles, face = triangles_of(mesh)
+    corners, face = triangles_of(mesh)
     own = np.full(len(mesh.face_counts), number.get(mesh.material, 0))
     for subset in mesh.subsets:
         own[subset.faces] = number.get(subset.material, 0)
@@ -82,7 +100,8 @@ def _mesh(mesh: Mesh, place: dict[str, int], materials: list[Material]) -> dict[
     return {
         "name": mesh.name,
         "points": Quantized(mesh.points),
-        "triangles": triangles[order],
+        "triangles": mesh.face_indices[corners[order]],
+        "texture": _texture(mesh, corners[order], [materials[i] for i in material[order]], images),
         "groups": [
             {"start": 3 * s, "count": 3 * c, "material": int(material[order[s]])}
             for s, c in zip(starts.tolist(), counts.tolist(), strict=True)
@@ -90,6 +109,42 @@ def _mesh(mesh: Mesh, place: dict[str, int], materials: list[Material]) -> dict[
         "shapes": [_shape(shape, place[shape.name]) for shape in mesh.shapes if _moves(shape)],
         "skin": _skin(mesh.skin),
     }
+
+
+def _texture(
+    mesh: Mesh, corners: IntArray, materials: list[Material], images: Mapping[str, str]
+) -> dict[str, Any] | None:
+    """Return the texture coordinates of triangles whose corners are given; None without any.
+
+    Where they part a vertex there are several of it: `source` (N,) is the vertex of each,
+    `triangles` (T, 3) are indices of these.
+    """
+    coordinates = np.zeros((len(mesh.face_indices), 2))
+    shown = False
+    for material in {m.name: m for m in materials if m.name in images}.values():
+        placed = material.base_color_texture.placed if material.base_color_texture else Placement()
+        uvs = mesh.uv_sets.get(placed.uv)
+        if uvs is None:
+            continue
+        own = corners[[m.name == material.name for m in materials]].ravel()
+        coordinates[own] = _placed(uvs[own], placed)
+        shown = True
+    if not shown:
+        return None
+    rows = np.column_stack([mesh.face_indices[corners.ravel()], coordinates[corners.ravel()]])
+    unique, vertex = np.unique(rows, axis=0, return_inverse=True)
+    return {
+        "source": unique[:, 0].astype(np.int64),
+        "coordinates": Quantized(unique[:, 1:]),
+        "triangles": vertex.reshape(corners.shape),
+    }
+
+
+def _placed(uvs: FloatArray, placed: Placement) -> FloatArray:
+    """Return texture coordinates scaled, turned counter-clockwise, then moved."""
+    sine, cosine = np.sin(placed.rotation), np.cos(placed.rotation)
+    turned = (uvs * placed.scale) @ [[cosine, sine], [-sine, cosine]]
+    return np.asarray(turned + placed.offset)
 
 
 def _moves(shape: BlendShape) -> bool:

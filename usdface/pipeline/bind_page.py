@@ -22,7 +22,7 @@ from usdface.page.bind_data import bind_data
 from usdface.page.character import character_data
 from usdface.page.document import page_html
 from usdface.pipeline.schemas import register_schemas
-from usdface.pipeline.viewing import check_page_name
+from usdface.pipeline.viewing import check_page_name, images_of
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -108,8 +108,10 @@ def make_bind_page(
         setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
         data = bind_data(recorded, mesh, setup, bind_json(setup))
         meshes = rig.meshes
+        images, new_findings = images_of(rig, meshes)
+        findings += new_findings
         data |= {
-            "character": character_data(replace(rig, skeleton=None), meshes),
+            "character": character_data(replace(rig, skeleton=None), meshes, images),
             "mesh": next(i for i, each in enumerate(meshes) if each is mesh),
             "findings": [f.as_dict() for f in findings],
         }

@@ -1,5 +1,6 @@
 """Pages that show a shot, or any face with blend shapes: `usdface view`."""
 
+import base64
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from usdface.page.document import page_html
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.rigs import Rig
+from usdface.rigs import Mesh, Rig
 
 __all__ = ["view"]
 
@@ -76,7 +77,9 @@ def view(
     with progress.step("page"):
         meshes = shown_meshes(rig, options.face_only)
         findings += _left_out(rig, len(meshes))
-        character = character_data(rig, meshes)
+        images, new_findings = images_of(rig, meshes) if options.textures else ({}, [])
+        findings += new_findings
+        character = character_data(rig, meshes, images)
         data |= {"character": character, "findings": [f.as_dict() for f in findings]}
         summary: dict[str, Any] = {
             "meshes": len(meshes),
@@ -90,6 +93,41 @@ def view(
         write_text(page, text)
     summary["size_mb"] = round(len(text) / 1e6, 2)
     return Result(None, (page,), tuple(findings), summary, seconds=progress.seconds)
+
+
+def images_of(rig: Rig, meshes: tuple[Mesh, ...]) -> tuple[dict[str, str], list[Finding]]:
+    """Return the images of the base colours of materials, as ``data:`` addresses.
+
+    Returns
+    -------
+    dict of str to str
+        Of each textured material of the meshes whose image can be read.
+    list of Finding
+    """
+    used = {m.material for m in meshes} | {s.material for m in meshes for s in m.subsets}
+    textured = {
+        material.name: material.base_color_texture
+        for material in rig.materials
+        if material.name in used and material.base_color_texture is not None
+    }
+    if not textured:
+        return {}, []
+    from usdface.io.page_image import page_image  # loads OpenImageIO
+
+    addresses: dict[str, str] = {}
+    found: list[Finding] = []
+    read: dict[Any, str] = {}
+    for name, texture in textured.items():
+        if texture.image not in read:
+            image, new_findings = page_image(texture)
+            found += new_findings
+            read[texture.image] = ""
+            if image is not None:
+                encoded = base64.b64encode(image[0]).decode("ascii")
+                read[texture.image] = f"data:{image[1]};base64,{encoded}"
+        if read[texture.image]:
+            addresses[name] = read[texture.image]
+    return addresses, found
 
 
 def check_page_name(page: Path) -> None:
@@ -114,10 +152,10 @@ def _about(summary: dict[str, Any]) -> str:
 def _left_out(rig: Rig, shown: int) -> list[Finding]:
     """Report what the page does not show."""
     found = []
-    textured = [material.name for material in rig.materials if material.textures]
-    if textured:
-        message = f"the page shows no textures: {len(textured)} materials have their plain colours"
-        found.append(finding("FEATURE_DROPPED", textured[0], message))
+    others = [m.name for m in rig.materials if set(m.textures) - {"base_color_texture"}]
+    if others:
+        message = f"the page shows base colours alone: {len(others)} materials have other textures"
+        found.append(finding("FEATURE_DROPPED", others[0], message))
     many = [m for m in rig.meshes if m.skin is not None and m.skin.joints.shape[1] > JOINTS_SHOWN]
     if many:
         message = f"the page moves a point by the {JOINTS_SHOWN} joints that move it most"

@@ -22,7 +22,7 @@ class Bind {
     this.places = new Places(page.markers, page.partners, page.mirror.values);
     this.neutral = page.neutral;
     this.noseTip = page.nose_tip;
-    this.character = new Character(page.character);
+    this.character = new Character(page.character, () => this.stage?.ask());
     this.part = this.character.parts[page.mesh];
     this.figure = this.character.copy();
     this.stage = new Stage(document.getElementById("stage"), this.character.faceBox());
@@ -384,7 +384,7 @@ class Bind {
 /** The bare surface of a mesh, for the pointer to meet; it is not drawn. */
 function skinOf(part) {
   const geometry = new BufferGeometry();
-  geometry.setIndex(part.geometry.index);
+  geometry.setIndex(new BufferAttribute(Uint32Array.from(part.triangles), 1));
   geometry.setAttribute("position", new BufferAttribute(part.points, 3));
   return new Mesh(geometry, new MeshBasicMaterial({ visible: false }));
 }

@@ -1,8 +1,9 @@
 // The character: meshes with morph targets, materials, joints. Copies of it share their geometry.
 
 import {
-  Bone, Box3, BufferAttribute, BufferGeometry, Color, DoubleSide, FrontSide, Group, Matrix4, Mesh,
-  MeshStandardMaterial, Skeleton, SkinnedMesh, Vector3,
+  Bone, Box3, BufferAttribute, BufferGeometry, ClampToEdgeWrapping, Color, DoubleSide, FrontSide,
+  Group, Matrix4, Mesh, MeshStandardMaterial, MirroredRepeatWrapping, RepeatWrapping, SRGBColorSpace,
+  Skeleton, SkinnedMesh, TextureLoader, Vector3,
 } from "three";
 import { row } from "usdface/data";
 import { spread } from "usdface/blend_shapes";
@@ -11,10 +12,10 @@ const CLAY = [0.62, 0.5, 0.44];
 
 /** The geometry of a character, for any number of copies. */
 export class Character {
-  constructor(data) {
+  constructor(data, drawn = () => {}) {
     this.data = data;
     this.shapes = data.shapes;
-    this.materials = data.materials.map(material);
+    this.materials = data.materials.map((each) => material(each, drawn));
     this.parts = data.meshes.map((mesh) => part(mesh));
   }
 
@@ -117,23 +118,37 @@ export class Figure {
   }
 }
 
-function material({ colour, opacity, metallic, roughness, two_sided, name }) {
-  return new MeshStandardMaterial({
+const WRAPS = { repeat: RepeatWrapping, mirror: MirroredRepeatWrapping, clamp: ClampToEdgeWrapping };
+
+/** `drawn` is called once the image of a material has been decoded. */
+function material({ colour, opacity, metallic, roughness, two_sided, name, image, wrap, alpha, cutoff }, drawn) {
+  const made = new MeshStandardMaterial({
     color: new Color().setRGB(...(name === "" ? CLAY : colour)),
-    opacity, transparent: opacity < 1, metalness: metallic,
+    opacity, transparent: opacity < 1 || alpha === "blend", metalness: metallic,
+    alphaTest: alpha === "mask" ? cutoff : 0,
     roughness: Math.max(roughness, 0.3), side: two_sided ? DoubleSide : FrontSide,
   });
+  if (image) {
+    made.map = new TextureLoader().load(image, drawn);
+    made.map.colorSpace = SRGBColorSpace;
+    [made.map.wrapS, made.map.wrapT] = wrap.map((each) => WRAPS[each]);
+  }
+  return made;
 }
 
 function part(data) {
-  const points = data.points.values;
+  const points = data.points.values, triangles = data.triangles.values;
+  // Vertices of the geometry: those of the mesh, or more where texture coordinates part them.
+  const texture = data.texture, source = texture?.source.values;
+  const spreadOut = (values, width) => (source ? parted(values, source, width) : values);
   const geometry = new BufferGeometry();
-  const triangles = data.triangles.values;
-  const index = points.length / 3 < 65536 ? Uint16Array : Uint32Array;
-  geometry.setIndex(new BufferAttribute(index.from(triangles), 1));
-  geometry.setAttribute("position", new BufferAttribute(points, 3));
+  const count = source ? source.length : points.length / 3;
+  const index = count < 65536 ? Uint16Array : Uint32Array;
+  geometry.setIndex(new BufferAttribute(index.from(texture ? texture.triangles.values : triangles), 1));
+  geometry.setAttribute("position", new BufferAttribute(spreadOut(points, 3), 3));
   const normals = normalsOf(points, triangles);
-  geometry.setAttribute("normal", new BufferAttribute(normals, 3));
+  geometry.setAttribute("normal", new BufferAttribute(spreadOut(normals, 3), 3));
+  if (texture) geometry.setAttribute("uv", new BufferAttribute(texture.coordinates.values, 2));
   for (const group of data.groups) geometry.addGroup(group.start, group.count, group.material);
   const targets = [], shapes = [], moved = new Uint8Array(points.length / 3);
   for (const { shape, weights, vertices, offsets } of data.shapes) {
@@ -141,17 +156,25 @@ function part(data) {
     for (const table of offsets) targets.push({ vertices: vertices.values, offsets: table.values });
     for (const vertex of vertices.values) moved[vertex] = 1;
   }
-  if (targets.length) addTargets(geometry, points, normals, triangles, targets);
+  if (targets.length) addTargets(geometry, points, normals, triangles, targets, spreadOut);
   const skin = data.skin;
   if (skin) {
-    geometry.setAttribute("skinIndex", new BufferAttribute(four(skin.joints, Uint16Array), 4));
-    geometry.setAttribute("skinWeight", new BufferAttribute(four(skin.weights, Float32Array), 4));
+    const joints = spreadOut(four(skin.joints, Uint16Array), 4);
+    geometry.setAttribute("skinIndex", new BufferAttribute(joints, 4));
+    geometry.setAttribute("skinWeight", new BufferAttribute(spreadOut(four(skin.weights, Float32Array), 4), 4));
   }
-  return { name: data.name, points, triangles, geometry, targets, shapes, moved, skinned: !!skin };
+  return { name: data.name, points, triangles, geometry, targets, shapes, moved, source, skinned: !!skin };
+}
+
+/** Values of the vertices that `source` names, `width` of each. */
+export function parted(values, source, width, out = new values.constructor(width * source.length)) {
+  for (let i = 0; i < source.length; i++)
+    for (let k = 0; k < width; k++) out[width * i + k] = values[width * source[i] + k];
+  return out;
 }
 
 /** Morph targets relative to the points, with the change of the normals. */
-function addTargets(geometry, points, normals, triangles, targets) {
+function addTargets(geometry, points, normals, triangles, targets, spreadOut) {
   const around = facesAround(triangles, points.length / 3);
   const positions = [], turned = [];
   const posed = points.slice();
@@ -163,8 +186,8 @@ function addTargets(geometry, points, normals, triangles, targets) {
         dense[at] = offsets[3 * i + axis];
         posed[at] = points[at] + dense[at];
       }
-    turned.push(new BufferAttribute(turns(posed, normals, triangles, vertices, around), 3));
-    positions.push(new BufferAttribute(dense, 3));
+    turned.push(new BufferAttribute(spreadOut(turns(posed, normals, triangles, vertices, around), 3), 3));
+    positions.push(new BufferAttribute(spreadOut(dense, 3), 3));
     for (const vertex of vertices)
       for (let axis = 0; axis < 3; axis++) posed[3 * vertex + axis] = points[3 * vertex + axis];
   }
@@ -175,30 +198,32 @@ function addTargets(geometry, points, normals, triangles, targets) {
 
 /** The triangles around each vertex, as lists one after the other. */
 function facesAround(triangles, count) {
+  const seen = new Uint32Array(count); // the last target that touched each vertex
   const starts = new Uint32Array(count + 1);
   for (const vertex of triangles) starts[vertex + 1]++;
   for (let i = 0; i < count; i++) starts[i + 1] += starts[i];
   const next = starts.slice(), faces = new Uint32Array(triangles.length);
   for (let corner = 0; corner < triangles.length; corner++)
     faces[next[triangles[corner]]++] = Math.floor(corner / 3);
-  return { starts, faces };
+  return { starts, faces, seen, round: 0 };
 }
 
 /** By how much the normals turn when some vertices have moved; only what they touch is computed. */
-function turns(posed, normals, triangles, vertices, { starts, faces }) {
-  const out = new Float32Array(posed.length);
-  const touched = new Set();
-  for (const vertex of vertices)
-    for (let i = starts[vertex]; i < starts[vertex + 1]; i++)
-      for (let corner = 0; corner < 3; corner++) touched.add(triangles[3 * faces[i] + corner]);
-  const sum = new Float32Array(3);
-  for (const vertex of touched) {
-    sum.fill(0);
-    for (let i = starts[vertex]; i < starts[vertex + 1]; i++) addNormal(posed, triangles, faces[i], sum, 0);
-    const length = Math.hypot(...sum) || 1;
-    for (let axis = 0; axis < 3; axis++)
-      out[3 * vertex + axis] = sum[axis] / length - normals[3 * vertex + axis];
-  }
+function turns(posed, normals, triangles, vertices, around) {
+  const { starts, faces, seen } = around, round = ++around.round;
+  const out = new Float32Array(posed.length), sum = new Float32Array(3);
+  for (const moved of vertices)
+    for (let i = starts[moved]; i < starts[moved + 1]; i++)
+      for (let corner = 0; corner < 3; corner++) {
+        const vertex = triangles[3 * faces[i] + corner];
+        if (seen[vertex] === round) continue;
+        seen[vertex] = round;
+        sum.fill(0);
+        for (let k = starts[vertex]; k < starts[vertex + 1]; k++) addNormal(posed, triangles, faces[k], sum, 0);
+        const length = Math.sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) || 1;
+        for (let axis = 0; axis < 3; axis++)
+          out[3 * vertex + axis] = sum[axis] / length - normals[3 * vertex + axis];
+      }
   return out;
 }
 

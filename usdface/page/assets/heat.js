@@ -1,6 +1,7 @@
 // Colours of the skin: residuals of the markers spread over it, or the difference of two poses.
 
 import { BufferAttribute, MeshStandardMaterial } from "three";
+import { parted } from "usdface/character";
 import { row } from "usdface/data";
 
 const SKIN = [0.3, 0.31, 0.33];
@@ -29,11 +30,13 @@ function mixed(ramp, share) {
 /** The coloured skin of one mesh, in place of its materials. */
 export class Heat {
   constructor(character, index) {
-    const { geometry, points } = character.parts[index];
+    const { geometry, points, source } = character.parts[index];
+    this.source = source;
     this.character = character;
     this.index = index;
     this.colours = new Float32Array(points.length);
-    this.attribute = new BufferAttribute(this.colours, 3);
+    const count = source ? source.length : points.length / 3;
+    this.attribute = new BufferAttribute(source ? new Float32Array(3 * count) : this.colours, 3);
     geometry.setAttribute("color", this.attribute);
     const skin = new MeshStandardMaterial({ vertexColors: true, roughness: 0.65 });
     this.materials = character.materials.map(() => skin);
@@ -58,7 +61,7 @@ export class Heat {
       }
       this.paint(vertex, RESIDUAL, value / most);
     }
-    this.attribute.needsUpdate = true;
+    this.painted();
   }
 
   /** Colour by the distance of vertices between two sets of weights; return the largest [mm]. */
@@ -74,8 +77,13 @@ export class Heat {
       largest = Math.max(largest, away);
       this.paint(vertex, CHANGE, away / most);
     }
-    this.attribute.needsUpdate = true;
+    this.painted();
     return largest;
+  }
+
+  painted() {
+    if (this.source) parted(this.colours, this.source, 3, this.attribute.array);
+    this.attribute.needsUpdate = true;
   }
 
   paint(vertex, ramp, share) {

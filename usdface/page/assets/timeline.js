@@ -160,11 +160,13 @@ export class Timeline {
   }
 }
 
-/** The residual at the end of the colours: what one frame in fifty exceeds, 2 mm at least [mm]. */
+/** The residual at the end of the colours: what one frame in fifty of a row exceeds, 2 mm at least [mm]. */
 function scaleOf(rows) {
-  const all = rows.flatMap(([, values]) => Array.from(values)).filter((value) => value === value);
-  all.sort((a, b) => a - b);
-  return Math.max(2, all[Math.floor(0.98 * (all.length - 1))] ?? 1);
+  const tall = rows.map(([, values]) => {
+    const known = values.filter((value) => value === value).sort();
+    return known[Math.floor(0.98 * (known.length - 1))] ?? 0;
+  });
+  return Math.max(2, ...tall);
 }
 
 /** The frames of the largest residuals, at least `apart` frames from each other. */

@@ -26,7 +26,7 @@ class View {
   constructor(page) {
     this.page = page;
     this.player = new Player();
-    this.character = new Character(page.character);
+    this.character = new Character(page.character, () => this.stage?.ask());
     this.figures = { raw: this.character.copy(), corrected: this.character.copy() };
     this.stage = new Stage(document.getElementById("stage"), this.character.faceBox());
     this.stage.before.push(() => this.pose());
@@ -323,7 +323,7 @@ function setMatrix(group, matrix) {
 }
 
 function quantile(values, share) {
-  const known = Array.from(values).filter((value) => value === value).sort((a, b) => a - b);
+  const known = values.filter((value) => value === value).sort();
   return known[Math.floor(share * (known.length - 1))] ?? 0;
 }
 
