@@ -48,6 +48,7 @@ def bind_data(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, document: str)
         "document": json.loads(document),
         "markers": rows,
         "partners": _partners(positions[first : last + 1], face),
+        "middle": _middle(face),
         "mirror": mirror_vertices(mesh, _middle(face)),
         "surface": _surface(mesh),
         "neutral": None if setup.neutral is None else [first, last],

@@ -215,8 +215,7 @@ class Bind {
       element("p", { class: "note", text: "Drag a marker along the skin, or click where the selected one belongs. n and p: next and previous marker, unsure ones first. Drag beside the face to turn it, f looks from the front, g from three quarters." }),
     ]);
     document.getElementById("panel").append(body);
-    const [low, high] = this.character.faceBox();
-    this.middle = (low.x + high.x) / 2;
+    this.middle = this.page.middle;
   }
 
   refresh() {

@@ -24,7 +24,7 @@ export class Character {
     return new Figure(this);
   }
 
-  /** The box of the face, with what is close around it: [low, high]. */
+  /** The box of the face as bound, with what is close around it. */
   faceBox() {
     const moved = new Box3(), face = new Box3(), at = new Vector3();
     const each = (call) => {
@@ -39,7 +39,21 @@ export class Character {
     near.min.addScaledVector(size, -0.15);
     near.max.add(new Vector3(0.15 * size.x, 0.45 * size.y, 0.15 * size.z));
     each((point) => near.containsPoint(point) && face.expandByPoint(point));
-    return [face.min, face.max];
+    return face;
+  }
+
+  /** The joint that most of the face hangs on; -1 without one. */
+  carrier() {
+    const shares = new Map();
+    this.data.meshes.forEach(({ skin }, index) => {
+      if (!skin) return;
+      const { moved } = this.parts[index], width = skin.joints.width;
+      for (let i = 0; i < skin.joints.values.length; i++) {
+        const joint = skin.joints.values[i], weight = skin.weights.values[i];
+        if (moved[Math.floor(i / width)]) shares.set(joint, (shares.get(joint) ?? 0) + weight);
+      }
+    });
+    return [...shares].reduce((best, each) => (each[1] > best[1] ? each : best), [-1, 0])[0];
   }
 
   /** Displacements of a mesh's vertices by weights of all shapes, written to `out` (3 V). */

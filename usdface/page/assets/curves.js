@@ -118,6 +118,7 @@ export class Curves extends RowList {
       .map((name, shape) => ({ name, shape, size: reach(corrected, shape) + (raw ? reach(raw, shape) : 0) }))
       .filter(({ name, size, shape }) => size > MOVES && name.toLowerCase().includes(wanted) && (!region || this.page.regions[shape] === region));
     this.set(chosen.map(({ name, shape }) => this.rowOf(name, shape)));
+    if (!chosen.length) this.place.append(element("p", { class: "note", text: "No such blend shape moves." }));
   }
 
   rowOf(name, shape) {

@@ -11,11 +11,12 @@ const MARGIN = 1.16; // of the face's size
 const APART = 1.3; // columns, in widths of the face
 
 export class Stage {
-  constructor(place, [low, high]) {
+  constructor(place, box) {
     this.place = place;
-    this.centre = new Vector3().addVectors(low, high).multiplyScalar(0.5);
-    this.size = new Vector3().subVectors(high, low);
-    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.centre = box.getCenter(new Vector3());
+    this.size = box.getSize(new Vector3());
+    // Smooth edges cost a renderer in software half of its frames.
+    this.renderer = new WebGLRenderer({ antialias: !inSoftware() });
     this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.toneMappingExposure = 1.05;
     this.renderer.setClearColor(0x1b1e24);
@@ -73,6 +74,13 @@ export class Stage {
     if (this.fittedFor !== columns.length) this.fit();
     this.fittedFor = columns.length;
     this.ask();
+  }
+
+  /** Look at another place from now on. */
+  look(box) {
+    box.getCenter(this.centre);
+    box.getSize(this.size);
+    this.fittedFor = 0;
   }
 
   /** Look at all columns from the front, or from an angle around the vertical [rad]. */
@@ -137,4 +145,13 @@ export class Stage {
       y: 1 - ((event.clientY - box.top) / box.height) * 2,
     };
   }
+}
+
+/** Whether WebGL is drawn by the processor. */
+function inSoftware() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const known = context?.getExtension("WEBGL_debug_renderer_info");
+  const name = known ? context.getParameter(known.UNMASKED_RENDERER_WEBGL) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
 }

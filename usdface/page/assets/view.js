@@ -199,7 +199,7 @@ class View {
       this.performer && switched("performer", "the performer's markers (m)", () => this.on.markers, () => this.switch("markers")),
     ].filter(Boolean);
     const clips = this.page.clips.length > 1 && element("select", { "aria-label": "clip" }, this.page.clips.map((clip, i) => element("option", { value: i, text: clip.name })));
-    if (clips) clips.addEventListener("change", () => this.loadClip(this.page.clips[Number(clips.value)]));
+    if (clips) clips.addEventListener("change", () => (this.loadClip(this.page.clips[Number(clips.value)]), this.layout()));
     const plays = this.page.clips.length > 0;
     place.append(
       ...(plays ? [
@@ -221,6 +221,9 @@ class View {
 
   loadClip(clip) {
     this.clip = clip;
+    const figure = this.figures.corrected;
+    figure.move(clip.joints, 0);
+    this.stage.look(this.character.faceBox().applyMatrix4(figure.carried(this.character.carrier())));
     this.curves?.load(clip);
     this.player.load(clip, this.page.start_timecode);
     const { residual, emotions } = this.page;
@@ -346,11 +349,10 @@ function notes(place, page) {
   );
 }
 
-const begin = performance.now();
 try {
   const view = new View(await readData());
   view.stage.draw();
-  view.opened = performance.now() - begin;
+  view.opened = performance.now(); // [ms] since the browser began to open the page
   globalThis.usdface = view;
   document.body.dataset.ready = "true";
 } catch (error) {
