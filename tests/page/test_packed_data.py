@@ -21,9 +21,11 @@ def unpacked(data: PageData) -> Any:
         if "array" not in value:
             return {name: revived(each) for name, each in value.items()}
         entry = value["array"]
-        kind = np.dtype(entry["type"].replace("u", "uint"))
+        kind = np.dtype(entry["type"].replace("u", "uint").replace("f", "float"))
         count = int(np.prod(entry["shape"]))
         stored = np.frombuffer(block, kind, count, entry["at"]).reshape(entry["shape"])
+        if kind.kind == "f":
+            return stored
         values = np.cumsum(stored, axis=0, dtype=kind) if count else stored
         if "step" not in entry:
             return values
@@ -59,6 +61,13 @@ def test_numbers_come_back_to_half_a_step(bits: int) -> None:
 def test_one_value_everywhere_is_exact(value: float) -> None:
     back = unpacked(pack_data({"a": Quantized(np.full((3, 2), value))}))["a"]
     np.testing.assert_array_equal(back, np.full((3, 2), value))
+
+
+def test_float32_comes_back_exactly_and_what_is_not_finite_is_null() -> None:
+    values = np.random.default_rng(3).normal(size=(5, 3)).astype(np.float32)
+    back = unpacked(pack_data({"a": values, "b": [np.inf, float("nan"), 0.5]}))
+    np.testing.assert_array_equal(back["a"], values)
+    assert back["b"] == [None, None, 0.5]
 
 
 def test_numbers_that_are_not_whole_are_not_taken_for_such() -> None:

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from worlds import make_world
 
 from usdface.face.bound_face import bound_face
@@ -60,3 +61,25 @@ def test_heat_is_whole_at_a_marker_and_fades_far_from_all() -> None:
     assert (shares >= 0).all() and shares.sum(axis=1).max() <= 1.0 + 1e-9
     one, alone = heat_of_markers(face.mesh, face.vertices[:1])
     assert one.shape[1] == 1 and alone.min() == 0.0 and alone[face.vertices[0]] == 1.0
+
+
+def test_heat_is_the_same_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, face = bound(make_world())
+    whole = heat_of_markers(face.mesh, face.vertices)
+    monkeypatch.setattr("usdface.page.performer._DISTANCES", 3 * len(face.mesh.points))
+    pieces = heat_of_markers(face.mesh, face.vertices)
+    np.testing.assert_allclose(pieces[1], whole[1], atol=1e-12)
+    np.testing.assert_array_equal(pieces[0][whole[1] > 0], whole[0][whole[1] > 0])
+
+
+def test_a_spike_is_hidden_and_leaves_the_others_where_they_are() -> None:
+    world = make_world(head_moves=False)
+    positions = world.take.positions.copy()
+    positions[20, 3] = 1e4
+    setup, face = bound(world)
+    spiked = replace(world.take, positions=positions)
+    shown = markers_on_face(spiked, setup, face, np.zeros((0, 4, 4)))
+    expected = markers_on_face(world.take, setup, face, np.zeros((0, 4, 4)))
+    assert np.isnan(shown[20, 3]).all()
+    shown[20, 3] = expected[20, 3]
+    np.testing.assert_array_equal(shown, expected)

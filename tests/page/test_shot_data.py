@@ -5,6 +5,7 @@ from pxr import Usd
 
 from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.io.usd.played_shot import read_played_shot
+from usdface.page.clip_data import TICKS_PER_SECOND
 from usdface.page.rule_data import rule_data
 from usdface.page.shot_data import carrier_of, gap_curves, shot_data
 from usdface.played_shot import PlayedShot
@@ -19,7 +20,7 @@ def test_times_weights_and_residuals_are_those_of_the_shot(played: PlayedShot) -
     shapes = played.rig.shape_names
     data = shot_data(played, shapes, played.rig.meshes)
     (clip,) = data["clips"]
-    np.testing.assert_array_equal(clip["times"].values, played.shot.take.times)
+    np.testing.assert_allclose(clip["ticks"] / TICKS_PER_SECOND, played.shot.take.times, atol=1e-5)
     expected = played.corrected.reordered(shapes).weights
     np.testing.assert_allclose(clip["weights"]["corrected"].values, expected)
     residual = data["residual"]["all_mm"].values

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from processed import Done
-from worlds import make_world
+from processed import Done, run
+from worlds import make_world, write_live_link
 
 from usdface.cli import main
 from usdface.errors import InputError, OutputError
@@ -80,3 +80,17 @@ def test_help_has_examples(capsys: pytest.CaptureFixture[str]) -> None:
         main(["view", "--help"])
     said = capsys.readouterr().out
     assert said.count("\n  usdface view ") == 2
+
+
+def test_recorded_weights_have_a_page_without_markers(tmp_path: Path) -> None:
+    world = make_world()
+    folder = world.write(tmp_path)
+    write_live_link(world, folder / "live.csv")
+    run("take", folder / "live.csv", "-o", folder / "live.usda")
+    shot = folder / "shot.usda"
+    run("shot", "--rig", folder / "rig.usda", "--take", folder / "live.usda", "-o", shot)
+    run("process", shot)
+    result = view(folder / "shot.usdface.usda", tmp_path / "shot.html")
+    data = data_of(tmp_path / "shot.html")
+    assert data["performer"] is data["features"] is None
+    assert result.summary["frames"] > 1

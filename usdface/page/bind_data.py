@@ -7,11 +7,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.binding.face_surface import face_surface
 from usdface.binding.neutral_frames import FEWEST_MARKERS, stabilised_take
-from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.mirror import midline, mirrored_markers
+from usdface.page.clip_data import ticks
 from usdface.page.packed_data import Quantized
 from usdface.page.performer import markers_on_face
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -50,10 +49,9 @@ def bind_data(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, document: str)
         "partners": _partners(positions[first : last + 1], face),
         "middle": _middle(face),
         "mirror": mirror_vertices(mesh, _middle(face)),
-        "surface": _surface(mesh),
         "neutral": None if setup.neutral is None else [first, last],
         "nose_tip": setup.nose_tip,
-        "clip": {"name": "take", "rate": take.rate or 30.0, "times": Quantized(take.times)},
+        "clip": {"name": "take", "rate": take.rate or 30.0, "ticks": ticks(take.times)},
         "start_timecode": take.start_timecode,
         "positions": Quantized(positions),
         "motion_mm": Quantized(1000.0 * motion_curve(positions, (first, last))),
@@ -122,11 +120,3 @@ def mirror_vertices(mesh: Mesh, middle: float) -> IntArray:
     """Return the vertex nearest to the mirror image of each: (V,) int64."""
     images = mesh.points * (-1.0, 1.0, 1.0) + (2.0 * middle, 0.0, 0.0)
     return np.asarray(cKDTree(mesh.points).query(images)[1], np.int64)
-
-
-def _surface(mesh: Mesh) -> IntArray:
-    """Return the vertices that markers can be on; all where the face has no visible surface."""
-    try:
-        return face_surface(mesh).vertices
-    except InputError:
-        return np.arange(len(mesh.points))

@@ -99,7 +99,7 @@ def _mesh(
     counts = np.diff(starts, append=len(order))
     return {
         "name": mesh.name,
-        "points": Quantized(mesh.points),
+        "points": mesh.points.astype(np.float32),
         "triangles": mesh.face_indices[corners[order]],
         "texture": _texture(mesh, corners[order], [materials[i] for i in material[order]], images),
         "groups": [

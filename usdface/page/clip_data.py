@@ -5,13 +5,15 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.clips import Clip, JointsTake
 from usdface.page.packed_data import Quantized
 from usdface.rigs import Skeleton
 from usdface.takes import WeightsTake
 
-__all__ = ["clip_data", "joint_motion", "sampled_weights"]
+__all__ = ["TICKS_PER_SECOND", "clip_data", "joint_motion", "sampled_weights", "ticks"]
+
+TICKS_PER_SECOND = 100_000
 
 # A clip with fewer keys a second is shown at this rate: that of screens.
 _LEAST_RATE, _SCREEN = 20.0, 60.0
@@ -42,11 +44,19 @@ def clip_data(
     data = {
         "name": clip.name or "as authored",
         "rate": rate,
-        "times": Quantized(times - times[0]),
+        "ticks": ticks(times),
         "weights": {"corrected": Quantized(sampled_weights(clip.weights, shapes, times))},
         "joints": joint_motion(clip.joints, skeleton, times),
     }
     return data, whole >= _MOST
+
+
+def ticks(times: FloatArray) -> IntArray:
+    """Return times [s] since the first one in hundred-thousandths of a second: (F,).
+
+    Whole numbers keep the frames of a long take apart.
+    """
+    return np.asarray(np.rint((times - times[0]) * TICKS_PER_SECOND), np.int64)
 
 
 def sampled_weights(

@@ -1,13 +1,14 @@
 """The data of a page: a tree of plain values and arrays, as JSON and one block of bytes.
 
-Arrays go to the block: whole numbers as they are, others quantised. The page undoes it
-(`assets/data.js`). Each array is stored as the differences of neighbouring rows, modulo the size of
-its type, which compresses curves and sorted indices well.
+Arrays go to the block. The page undoes it (`assets/data.js`). Whole and quantised numbers are
+stored as the differences of neighbouring rows, modulo the size of their type, which compresses
+curves and sorted indices well.
 """
 
 import base64
 import gzip
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -48,14 +49,15 @@ class PageData:
 
 
 def pack_data(tree: Mapping[str, Any]) -> PageData:
-    """Pack a tree of dicts, lists, plain values, whole-number arrays and `Quantized` arrays.
+    """Pack a tree of dicts, lists, plain values, arrays and `Quantized` arrays.
 
-    The same tree always gives the same bytes.
+    Arrays are of whole numbers from 0, or float32, and come back exactly. The same tree
+    always gives the same bytes.
 
     Raises
     ------
     TypeError
-        If it holds an array of numbers that are not whole.
+        If it holds another array.
     """
     parts: list[bytes] = []
     size = 0
@@ -63,10 +65,11 @@ def pack_data(tree: Mapping[str, Any]) -> PageData:
     def stored(array: np.ndarray[Any, Any]) -> dict[str, Any]:
         nonlocal size
         rows = array.reshape(len(array), -1) if array.size else array.reshape(0, 1)
-        with np.errstate(over="ignore"):
-            steps = np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), array.dtype))
-        data = np.ascontiguousarray(steps, array.dtype.newbyteorder("<")).tobytes()
-        entry = {"at": size, "type": f"u{8 * array.dtype.itemsize}", "shape": list(array.shape)}
+        steps = np.diff(rows, axis=0, prepend=np.zeros((1, rows.shape[1]), array.dtype))
+        kind = f"{array.dtype.kind}{8 * array.dtype.itemsize}"
+        values = steps if array.dtype.kind == "u" else rows
+        data = np.ascontiguousarray(values, array.dtype.newbyteorder("<")).tobytes()
+        entry = {"at": size, "type": kind, "shape": list(array.shape)}
         data += bytes(-len(data) % _ALIGNED)
         parts.append(data)
         size += len(data)
@@ -77,11 +80,13 @@ def pack_data(tree: Mapping[str, Any]) -> PageData:
             codes, low, step = _quantized(value)
             return {"array": stored(codes) | {"low": low, "step": step}}
         if isinstance(value, np.ndarray):
-            return {"array": stored(_smallest(value))}
+            return {"array": stored(value if value.dtype == np.float32 else _smallest(value))}
         if isinstance(value, Mapping):
             return {str(key): plain(each) for key, each in value.items()}
         if isinstance(value, Sequence) and not isinstance(value, str):
             return [plain(each) for each in value]
+        if isinstance(value, float) and not math.isfinite(value):
+            return None  # JSON has no such number
         return value
 
     text = json.dumps(plain(tree), ensure_ascii=True, allow_nan=False, separators=(",", ":"))

@@ -10,7 +10,7 @@ from usdface.closure.lip_contact import lip_gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.lip_lid_contacts import LipLidContacts
 from usdface.face.regions import shape_regions
-from usdface.page.clip_data import joint_motion, sampled_weights
+from usdface.page.clip_data import joint_motion, sampled_weights, ticks
 from usdface.page.packed_data import Quantized
 from usdface.page.performer import heat_of_markers, markers_on_face, performer_data
 from usdface.page.rule_data import rule_data
@@ -44,7 +44,7 @@ def shot_data(
     clip = {
         "name": "take",
         "rate": take.rate or _rate(times),
-        "times": Quantized(times - times[0]),
+        "ticks": ticks(times),
         "weights": weights,
         "joints": joint_motion(joints, played.rig.skeleton, times),
     }

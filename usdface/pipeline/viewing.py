@@ -85,7 +85,7 @@ def view(
             "meshes": len(meshes),
             "vertices": sum(len(mesh.points) for mesh in meshes),
             "blend_shapes": len(character["shapes"]),
-            "frames": max((len(c["times"].values) for c in data["clips"]), default=0),
+            "frames": max((len(c["ticks"]) for c in data["clips"]), default=0),
         }
         data["facts"] |= summary | {"clips": len(data["clips"])}
         text = page_html("view", path.name, _about(summary), data)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdSkel
+from pxr import Usd
 
 from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
@@ -13,7 +13,7 @@ from usdface.findings import Finding
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.layers import layer_paths
-from usdface.io.usd.shot import StagedShot, read_shot
+from usdface.io.usd.shot import StagedShot, base_weights, read_shot
 from usdface.io.usd.stage import Metrics, metrics_of, to_si
 from usdface.played_shot import PlayedShot
 from usdface.schemas import tokens
@@ -102,16 +102,12 @@ def _solved_weights(stage: Usd.Stage, staged: StagedShot) -> WeightsTake | None:
 
 def _weights(stage: Usd.Stage, staged: StagedShot) -> WeightsTake:
     """Return the weights that the stage plays at the frames of the take, 0 where it has none."""
-    shot, prims = staged.shot, staged.prims
-    names = prims.tokens or shot.rig.shape_names
-    weights = np.zeros((len(staged.codes), len(names)))
-    if prims.animation and prims.tokens:
-        attribute = UsdSkel.Animation.Get(stage, prims.animation).GetBlendShapeWeightsAttr()
-        for row, code in zip(weights, staged.codes.tolist(), strict=True):
-            value = attribute.Get(code)
-            if value is not None and len(value) == len(row):
-                row[:] = value
-    return WeightsTake(names, shot.take.times, weights, shot.take.rate)
+    take = staged.shot.take
+    found = base_weights(stage, staged.prims, take, staged.codes)
+    if found is not None:
+        return found
+    names = staged.shot.rig.shape_names
+    return WeightsTake(names, take.times, np.zeros((len(take.times), len(names))), take.rate)
 
 
 def _with_solution(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) -> PlayedShot:

@@ -4,7 +4,7 @@ import { BufferAttribute, BufferGeometry, Group, Mesh, MeshBasicMaterial, Raycas
 import { axis, curve } from "usdface/chart";
 import { Character } from "usdface/character";
 import { readData } from "usdface/data";
-import { element, fitted } from "usdface/dom";
+import { element, fitted, mouseKeepsNoFocus } from "usdface/dom";
 import { Markers } from "usdface/markers";
 import { Places, bindDocument } from "usdface/places";
 import { Player, timecodeAt } from "usdface/player";
@@ -26,7 +26,6 @@ class Bind {
     this.part = this.character.parts[page.mesh];
     this.figure = this.character.copy();
     this.stage = new Stage(document.getElementById("stage"), this.character.faceBox());
-    this.surface = new Set(page.surface.values);
     this.skin = skinOf(this.part);
     this.figure.group.add(this.skin);
     this.markers = new Markers(page.markers.length, COLOURS.sure, 9);
@@ -46,6 +45,7 @@ class Bind {
     this.pointer();
     this.player.onChange(() => this.changed());
     if (this.neutral) this.player.seek(this.neutral[0]);
+    mouseKeepsNoFocus();
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("beforeunload", (event) => this.places.changed && !this.saved && event.preventDefault());
     this.select(this.places.order()[0] ?? 0);

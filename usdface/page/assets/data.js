@@ -1,7 +1,7 @@
 // The data of the page: JSON, and a compressed block of the arrays that it names.
 // usdface/page/packed_data.py writes both.
 
-const KINDS = { u8: Uint8Array, u16: Uint16Array, u32: Uint32Array };
+const KINDS = { u8: Uint8Array, u16: Uint16Array, u32: Uint32Array, f32: Float32Array };
 
 /** Read the data of the page; arrays become tables { values, shape, width }. */
 export async function readData() {
@@ -36,6 +36,7 @@ function table({ at, type, shape, low, step }, buffer) {
   const size = shape.reduce((product, count) => product * count, 1);
   const width = shape[0] ? size / shape[0] : 1;
   const values = new KINDS[type](buffer, at, size).slice();
+  if (type === "f32") return { values, shape, width };
   // Rows hold the difference to the row before; the type makes the sums modulo its size.
   for (let i = width; i < size; i++) values[i] += values[i - width];
   if (step === undefined) return { values, shape, width };

@@ -24,6 +24,12 @@ export function fitted(canvas) {
   return { context, width, height };
 }
 
+/** Let go of what the mouse has used, so that keys are those of the page again. */
+export function mouseKeepsNoFocus() {
+  document.addEventListener("click", (event) => event.detail > 0 && event.target.closest("button")?.blur());
+  document.addEventListener("change", (event) => event.target.matches("input[type=range], select") && event.target.blur());
+}
+
 /** A button that stays pressed while `isOn()`; call its `refresh` after a change. */
 export function toggle(text, title, isOn, press) {
   const button = element("button", { text, title, type: "button", on: { click: press } });

@@ -1,17 +1,19 @@
 // The play head: frame, time and timecode of one clip; play, speed and loop.
 
+const TICKS_PER_SECOND = 100_000; // usdface/page/clip_data.py
+
 export class Player {
   constructor() {
     this.listeners = [];
     this.speed = 1;
     this.loop = true;
     this.playing = false;
-    this.load({ times: { values: new Float32Array(1) }, rate: 24 }, "");
+    this.load({ ticks: { values: [0] }, rate: 24 }, "");
   }
 
   /** Take a clip; the play head goes to its first frame. */
   load(clip, timecode) {
-    this.times = clip.times.values;
+    this.times = Float64Array.from(clip.ticks.values, (tick) => tick / TICKS_PER_SECOND);
     this.rate = clip.rate;
     this.timecode = timecode;
     this.range = [0, this.count - 1];

@@ -4,7 +4,7 @@ import { Group, Matrix4 } from "three";
 import { Character } from "usdface/character";
 import { Curves, Gaps } from "usdface/curves";
 import { readData, row } from "usdface/data";
-import { element, toggle } from "usdface/dom";
+import { element, mouseKeepsNoFocus, toggle } from "usdface/dom";
 import { Heat, RAMPS, css } from "usdface/heat";
 import { Markers } from "usdface/markers";
 import { Player, timecodeAt } from "usdface/player";
@@ -39,6 +39,7 @@ class View {
     this.transport();
     this.loadClip(this.clip);
     this.player.onChange(() => this.changed());
+    mouseKeepsNoFocus();
     document.addEventListener("keydown", (event) => this.key(event));
     addEventListener("hashchange", () => this.follow());
     this.layout();
@@ -283,7 +284,7 @@ class View {
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT)$/.test(event.target.tagName) && event.target.type !== "range") return;
+    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT)$/.test(event.target.tagName)) return;
     const { player } = this, far = event.shiftKey ? 10 : 1;
     const keys = {
       " ": () => player.toggle(), ArrowLeft: () => player.step(-far), ArrowRight: () => player.step(far),
@@ -311,7 +312,7 @@ class View {
 
 function still(count) {
   const table = { values: new Float32Array(Math.max(count, 1)), shape: [1, count], width: count };
-  return { name: "", rate: 24, times: { values: new Float32Array(1) }, weights: { corrected: table }, joints: null };
+  return { name: "", rate: 24, ticks: { values: [0] }, weights: { corrected: table }, joints: null };
 }
 
 function carriedGroup() {
