@@ -65,8 +65,8 @@ def place_of(page: Page, name: str) -> tuple[float, float]:
     page.run("usdface.stage.draw()")
     at = page.run(
         "(() => { const i = usdface.page.markers.findIndex(({ name }) => name === "
-        f"{json.dumps(name)}); const at = usdface.screen(usdface.markers.positions, i, "
-        "usdface.figure.group), box = usdface.stage.place.getBoundingClientRect();"
+        f"{json.dumps(name)}); const at = usdface.stage.screen(usdface.markers, i);"
+        "const box = usdface.stage.place.getBoundingClientRect();"
         "return at && [at.x + box.left, at.y + box.top]; })()"
     )
     assert at is not None, f"{name} is not shown"

@@ -125,6 +125,24 @@ def test_a_click_on_the_ribbon_goes_there(page: Page) -> None:
     assert page.run("usdface.worst.includes(usdface.player.frame)")
 
 
+def test_a_marker_under_the_pointer_is_named_with_its_residual(page: Page) -> None:
+    page.run("usdface.player.seek(72), usdface.switch('features'), usdface.stage.draw()")
+    at = page.run(
+        "(() => { const at = usdface.stage.screen(usdface.features[1].points, 4);"
+        "const box = usdface.stage.place.getBoundingClientRect();"
+        "return [at.x + box.left, at.y + box.top]; })()"
+    )
+    page.call("Input.dispatchMouseEvent", type="mouseMoved", x=at[0], y=at[1])
+    page.wait("!usdface.label.hidden")
+    said = page.run("usdface.label.textContent")
+    name, residual = page.run(
+        "[usdface.page.features.names[4], usdface.page.features.residual_mm.values["
+        "72 * usdface.page.features.names.length + 4]]"
+    )
+    assert said == f"{name}  {residual:.1f} mm"
+    page.run("usdface.switch('features')")
+
+
 def test_it_plays_loops_a_part_and_stops(page: Page) -> None:
     page.run("usdface.player.seek(100), usdface.player.setRange(100, 110)")
     page.key(" ")

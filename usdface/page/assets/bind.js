@@ -10,7 +10,6 @@ import { Places, bindDocument } from "usdface/places";
 import { Player, timecodeAt } from "usdface/player";
 import { Stage } from "usdface/stage";
 
-const NEAR = 12; // pixels within which a pointer holds a marker
 const MOVED = 4; // pixels after which a press is a drag
 const COLOURS = { sure: "#6fd08c", middling: "#f2c14e", unsure: "#ff7a5c", hand: "#5cb8ff", out: "#6c7480" };
 const HEIGHT = 64;
@@ -68,25 +67,10 @@ class Bind {
       this.performer.tint(i, selected ? "#ffffff" : COLOURS[places.kind(i)]);
       this.performer.grow(i, selected ? 12 : 7);
     }
-    this.labelAt(0, this.hovered ?? this.selected, this.markers, this.figure.group);
-    this.labelAt(1, this.hovered ?? this.selected, this.performer, this.performerGroup);
-  }
-
-  labelAt(which, index, markers, group) {
-    const label = this.labels[which];
-    const at = this.screen(markers.positions, index, group);
-    label.hidden = !at;
-    if (!at) return;
-    label.textContent = this.page.markers[index].name;
-    label.style.transform = `translate(${(at.x + 10).toFixed(1)}px, ${(at.y - 9).toFixed(1)}px)`;
-  }
-
-  /** Where a marker is on the screen; null if it is hidden. */
-  screen(positions, index, group) {
-    if (index === undefined || positions[3 * index] > 1e5) return null;
-    const at = new Vector3().fromArray(positions, 3 * index).add(group.position).project(this.stage.camera);
-    const { clientWidth, clientHeight } = this.stage.place;
-    return { x: ((at.x + 1) / 2) * clientWidth, y: ((1 - at.y) / 2) * clientHeight, depth: at.z };
+    const shown = this.hovered ?? this.selected;
+    this.stage.scene.updateMatrixWorld();
+    [this.markers, this.performer].forEach((markers, i) =>
+      this.stage.label(this.labels[i], markers, shown, this.page.markers[shown]?.name));
   }
 
   // -- the pointer ---------------------------------------------------------------------------
@@ -102,7 +86,7 @@ class Bind {
   press(event) {
     if (event.button !== 0) return;
     const held = this.nearest(event);
-    this.pressed = { x: event.clientX, y: event.clientY, held: held?.index, movable: held?.on === "face", moved: false };
+    this.pressed = { x: event.clientX, y: event.clientY, held: held?.index, movable: held?.markers === this.markers, moved: false };
     if (held) {
       this.select(held.index);
       this.stage.controls.enabled = false;
@@ -147,18 +131,7 @@ class Bind {
 
   /** The marker under the pointer, on the face or among the performer's. */
   nearest(event) {
-    const box = this.stage.place.getBoundingClientRect();
-    const x = event.clientX - box.left, y = event.clientY - box.top;
-    let best = null;
-    for (const [on, markers, group] of [["face", this.markers, this.figure.group], ["performer", this.performer, this.performerGroup]])
-      for (let index = 0; index < this.places.count; index++) {
-        const at = this.screen(markers.positions, index, group);
-        if (!at) continue;
-        const away = Math.hypot(at.x - x, at.y - y);
-        // Of two that are as near, the one in front.
-        if (away < NEAR && (!best || away + 1e4 * at.depth < best.score)) best = { index, on, score: away + 1e4 * at.depth };
-      }
-    return best;
+    return this.stage.nearest(event, [this.markers, this.performer]);
   }
 
   /** The vertex of the face under the pointer, -1 off it. */

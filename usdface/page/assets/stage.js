@@ -7,6 +7,7 @@ import {
 import { element } from "usdface/dom";
 
 const ANGLE = 9; // narrow, so that all columns are seen from the front
+const NEAR = 12; // pixels within which a pointer holds a marker
 const MARGIN = 1.16; // of the face's size
 const APART = 1.3; // columns, in widths of the face
 
@@ -135,6 +136,41 @@ export class Stage {
       const x = ((at.x + 1) / 2) * this.place.clientWidth;
       tag.style.transform = `translate(-50%, 0) translate(${x.toFixed(1)}px, 0)`;
     }
+  }
+
+  /** Where one of some `Markers` is on the stage, in pixels; null if it is hidden. */
+  screen(markers, index) {
+    if (markers.positions[3 * index] > 1e5) return null;
+    const at = new Vector3().fromArray(markers.positions, 3 * index);
+    at.applyMatrix4(markers.points.matrixWorld).project(this.camera);
+    const { clientWidth, clientHeight } = this.place;
+    return { x: ((at.x + 1) / 2) * clientWidth, y: ((1 - at.y) / 2) * clientHeight, depth: at.z };
+  }
+
+  /** The marker under a pointer: { markers, index }; null if there is none within `NEAR`. */
+  nearest(event, sets) {
+    const box = this.place.getBoundingClientRect();
+    const x = event.clientX - box.left, y = event.clientY - box.top;
+    let best = null;
+    for (const markers of sets)
+      for (let index = 0; index < markers.extents.length; index++) {
+        const at = this.screen(markers, index);
+        if (!at) continue;
+        const away = Math.hypot(at.x - x, at.y - y);
+        // Of two that are as near, the one in front.
+        const score = away + 1e4 * at.depth;
+        if (away < NEAR && (!best || score < best.score)) best = { markers, index, score };
+      }
+    return best;
+  }
+
+  /** Put a label beside a marker; hide it where that is hidden. */
+  label(label, markers, index, text) {
+    const at = index === undefined ? null : this.screen(markers, index);
+    label.hidden = !at;
+    if (!at) return;
+    label.textContent = text;
+    label.style.transform = `translate(${(at.x + 10).toFixed(1)}px, ${(at.y - 9).toFixed(1)}px)`;
   }
 
   /** Where a pointer is on the canvas, -1 to 1. */

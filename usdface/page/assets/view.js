@@ -29,7 +29,9 @@ class View {
     this.character = new Character(page.character, () => this.stage?.ask());
     this.figures = { raw: this.character.copy(), corrected: this.character.copy() };
     this.stage = new Stage(document.getElementById("stage"), this.character.faceBox());
-    this.stage.before.push(() => this.pose());
+    this.stage.before.push(() => (this.pose(), this.name()));
+    this.label = element("span", { class: "label" });
+    this.stage.place.append(this.label);
     this.clip = page.clips[0] ?? still(page.character.shapes.length);
     this.hasRaw = !!this.clip.weights.raw;
     this.mode = "corrected";
@@ -40,6 +42,7 @@ class View {
     this.loadClip(this.clip);
     this.player.onChange(() => this.changed());
     mouseKeepsNoFocus();
+    this.stage.renderer.domElement.addEventListener("pointermove", (event) => this.point(event));
     document.addEventListener("keydown", (event) => this.key(event));
     addEventListener("hashchange", () => this.follow());
     this.layout();
@@ -107,6 +110,34 @@ class View {
     if (this.mode === "change") this.largest = this.heat.change(poses.raw, poses.corrected, this.scale());
     else if (this.on.heat && this.page.features) this.heat.residual(this.page.features, frame, this.most);
     if (this.mode === "change") this.note.textContent = `largest ${this.largest.toFixed(1)} mm`;
+  }
+
+  /** The markers that a pointer can meet, each with its names and what is said beside these. */
+  named() {
+    const { performer, features } = this.page, sets = [];
+    if (this.performer && this.on.markers) sets.push({ markers: this.performer, names: performer.names });
+    if (this.features && this.on.features)
+      for (const [i, { points }] of this.features.entries())
+        if (this.stage.columns.some(({ group }) => group === Object.values(this.figures)[i].group))
+          sets.push({ markers: points, names: features.names, residuals: features.residual_mm });
+    return sets;
+  }
+
+  /** Name the marker under the pointer. */
+  name() {
+    const { markers, index } = this.pointed ?? {};
+    const set = this.named().find((each) => each.markers === markers);
+    if (set) this.stage.scene.updateMatrixWorld();
+    const residual = set?.residuals ? row(set.residuals, this.player.frame)[index] : NaN;
+    const text = set && set.names[index] + (Number.isNaN(residual) ? "" : `  ${residual.toFixed(1)} mm`);
+    this.stage.label(this.label, markers, set ? index : undefined, text);
+  }
+
+  point(event) {
+    const found = event.buttons ? null : this.stage.nearest(event, this.named().map(({ markers }) => markers));
+    if (found?.index === this.pointed?.index && found?.markers === this.pointed?.markers) return;
+    this.pointed = found;
+    this.stage.ask();
   }
 
   scale() {
