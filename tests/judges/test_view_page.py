@@ -18,6 +18,10 @@ from usdface.clips import Clip
 from usdface.io.gltf.image import to_png
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
+from usdface.page.character import character_data
+from usdface.page.clip_data import TICKS_PER_SECOND
+from usdface.page.document import page_html
+from usdface.page.packed_data import Quantized
 from usdface.rigs import BlendShape, Combination, Inbetween, Mesh, Rig
 from usdface.takes import WeightsTake
 
@@ -276,3 +280,19 @@ def test_a_texture_is_shown_where_its_coordinates_say(browser: Browser, tmp_path
         at = shown[int(top + y * (bottom - top)), int(left + x * (right - left))]
         assert at.argmax() == colour, (y, x)
     assert page.problems() == []
+
+
+def test_a_verdict_is_shown_with_its_reasons(browser: Browser, tmp_path: Path) -> None:
+    rig = hostile_rig()
+    times = np.arange(3) * TICKS_PER_SECOND
+    weights = {"corrected": Quantized(np.eye(3, 4))}
+    clip = {"name": "take", "rate": 1.0, "ticks": times, "weights": weights, "joints": None}
+    reason = {"message": "<b>chin</b> is off", "remedy": "usdface bind", "frames": [2, 2]}
+    verdict = {"level": "look_at", "reasons": [reason]}
+    data = {"clips": [clip], "character": character_data(rig, rig.meshes), "verdict": verdict}
+    (tmp_path / "a.html").write_text(page_html("view", "a", "", data), encoding="utf-8")
+    page = browser.page(tmp_path / "a.html")
+    said = page.run("document.getElementById('verdict').innerText").splitlines()
+    assert said[0].lower() == "look at" and reason["message"] in " ".join(said)
+    page.run("document.querySelector('#verdict button').click()")
+    assert page.run("usdface.player.frame") == 2 and page.problems() == []

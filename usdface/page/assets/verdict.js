@@ -1,18 +1,20 @@
-// The verdict on a shot: { grade, reasons: [{ reason, action, frame }] }, where there is one.
+// The verdict on a shot, where the page has one:
+// { level: "good" | "look_at" | "not_usable", reasons: [{ message, remedy, frames: [first, last] }] }.
 
 import { element } from "usdface/dom";
 
+/** Show a verdict; `go(frame)` is called for the frames of a reason. */
 export function showVerdict(place, verdict, go) {
   place.hidden = !verdict;
   if (!verdict) return;
-  const reasons = (verdict.reasons ?? []).map(({ reason, action, frame }) =>
+  const level = String(verdict.level);
+  const reasons = (verdict.reasons ?? []).map(({ message, remedy, frames }) =>
     element("p", {}, [
-      element("span", { text: reason }),
-      action ? element("span", { class: "action", text: action }) : null,
-      Number.isInteger(frame) ? element("button", { type: "button", text: `frame ${frame}`, on: { click: () => go(frame) } }) : null,
+      element("span", { text: message }),
+      remedy ? element("span", { class: "action", text: remedy }) : null,
+      frames?.length ? element("button", { type: "button", text: `frame ${frames[0]}`, on: { click: () => go(frames[0]) } }) : null,
     ]),
   );
-  const grade = String(verdict.grade);
-  place.dataset.grade = grade;
-  place.append(element("strong", { text: grade }), ...reasons);
+  place.dataset.level = level;
+  place.append(element("strong", { text: level.replaceAll("_", " ") }), ...reasons);
 }
