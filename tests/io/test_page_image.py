@@ -11,7 +11,7 @@ def texture(pixels: np.ndarray) -> Texture:
 
 
 def test_a_small_image_passes_unchanged() -> None:
-    small = texture(np.full((4, 6, 3), 90, np.uint8))
+    small = texture(np.full((40, 60, 3), 90, np.uint8))
     image, found = page_image(small)
     assert image == (small.data, "image/png") and not found
 
@@ -27,6 +27,14 @@ def test_a_large_image_is_averaged_down(channels: int) -> None:
     shown = pixels_of(Texture(data=image[0], suffix=".png"))
     assert shown.shape == (LARGEST_SIDE // 4, LARGEST_SIDE, channels)
     assert (shown[..., :3] == 100).all() and (shown[..., 3:] == 255).all()
+
+
+def test_a_file_that_is_much_larger_than_its_image_is_written_anew() -> None:
+    pixels = np.full((4, 4, 3), 90, np.uint8)
+    image, _ = page_image(Texture(data=to_png(pixels) + bytes(10_000), suffix=".png"))
+    assert image is not None and len(image[0]) < 1000
+    shown = pixels_of(Texture(data=image[0], suffix=".png"))
+    np.testing.assert_array_equal(shown, pixels)
 
 
 def test_what_is_no_image_is_reported() -> None:

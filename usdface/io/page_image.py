@@ -33,10 +33,11 @@ def page_image(texture: Texture) -> tuple[tuple[bytes, str] | None, list[Finding
     except InputError as error:
         return None, [finding("TEXTURE_MISSING", texture.path, f"left out: {error}")]
     height, width = pixels.shape[:2]
-    if max(height, width) <= LARGEST_SIDE:
-        return image, found
     step = max(height, width) / LARGEST_SIDE
-    return (to_png(_smaller(pixels, step)), "image/png"), found
+    if step <= 1.0 and len(image[0]) <= 4 * pixels.size:
+        return image, found
+    # A small image in a large file has something else in it.
+    return (to_png(_smaller(pixels, step) if step > 1.0 else pixels), "image/png"), found
 
 
 def _smaller(pixels: np.ndarray[Any, Any], step: float) -> np.ndarray[Any, Any]:
