@@ -1,11 +1,18 @@
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from processed import EXACT, Done, processed_world, solved
-from pxr import Usd
+from pxr import Sdf, Usd
 from worlds import animation_of, restaged
 
+from usdface.io.usd.animation import Animation, Inputs, author
 from usdface.io.usd.played_shot import has_setup, read_played_shot
+from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import new_layer
 from usdface.played_shot import PlayedShot
+from usdface.schemas import tokens
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +96,35 @@ def test_a_result_in_place_is_read_too(tmp_path) -> None:
     expected, _ = read_played_shot(Usd.Stage.Open(str(done.root)), "the shot")
     np.testing.assert_allclose(played.solved.weights, expected.solved.weights, atol=EXACT)
     np.testing.assert_allclose(played.corrected.weights, expected.corrected.weights, atol=EXACT)
+
+
+def test_what_is_occluded_comes_back_as_such_and_the_layers_are_finite(
+    tmp_path: Path, done: Done
+) -> None:
+    stage = Usd.Stage.Open(str(done.root))
+    (staged, _), played = read_shot(stage, "the shot"), read_played_shot(stage, "the shot")[0]
+    hidden = np.zeros(played.inputs.shape, bool)
+    hidden[2, 1] = True
+    layer = new_layer(staged.metrics)
+    inputs = Inputs(np.where(hidden, np.nan, played.inputs), played.unit)
+    content = Animation(staged.prims.tokens, played.solved.weights, None, inputs=inputs)
+    content = replace(content, emotions=dict(played.emotions))
+    author(layer, stage, staged, content)
+    written = [np.asarray(v) for v in samples_of(layer, tokens.INPUTS)]
+    assert np.isfinite(written).all()
+    layer.Export(str(tmp_path / "over.usda"))
+    over = Usd.Stage.Open(str(done.root))
+    over.GetSessionLayer().subLayerPaths = [str(tmp_path / "over.usda")]
+    back, _ = read_played_shot(over, "the shot")
+    np.testing.assert_array_equal(np.isnan(back.inputs), hidden)
+
+
+def samples_of(layer: Sdf.Layer, name: str) -> list[object]:
+    (path,) = (p for p in layer_paths_of(layer) if p.name == name)
+    return [layer.QueryTimeSample(path, code) for code in layer.ListTimeSamplesForPath(path)]
+
+
+def layer_paths_of(layer: Sdf.Layer) -> list[Sdf.Path]:
+    found: list[Sdf.Path] = []
+    layer.Traverse("/", found.append)
+    return [path for path in found if path.IsPropertyPath()]

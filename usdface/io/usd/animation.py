@@ -23,6 +23,8 @@ from usdface.schemas import tokens
 from usdface.shot import ShotResult
 
 __all__ = [
+    "OCCLUDED_DISTANCE",
+    "OCCLUDED_INPUT",
     "Animation",
     "Inputs",
     "apply_animation",
@@ -34,6 +36,9 @@ __all__ = [
 ]
 
 _ANIMATION = "UsdFaceAnim"
+# Results are finite: programs that draw curves do not expect other numbers.
+OCCLUDED_DISTANCE = -1.0
+OCCLUDED_INPUT = float(np.finfo(np.float32).min)
 
 
 class Inputs(NamedTuple):
@@ -217,7 +222,7 @@ def author(
 def _author_inputs(
     layer: Sdf.Layer, system: Sdf.PrimSpec, inputs: Inputs, shot: StagedShot
 ) -> None:
-    rows = inputs.values.astype(np.float32)
+    rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values).astype(np.float32)
     _attribute(system, tokens.INPUTS, Sdf.ValueTypeNames.FloatArray)
     codes = shot.codes.tolist()
     _samples(layer, system, tokens.INPUTS, codes, map(Vt.FloatArray.FromNumpy, rows))
@@ -293,7 +298,8 @@ def _author_solution(
     used = _attribute(prim, tokens.SOLVED_MARKERS, Sdf.ValueTypeNames.TokenArray, uniform=True)
     used.default = Vt.TokenArray(solution.markers)
     _attribute(prim, tokens.SOLVED_DISTANCES, Sdf.ValueTypeNames.FloatArray)
-    distances = (solution.distances / unit).astype(np.float32)
+    distances = np.where(np.isnan(solution.distances), OCCLUDED_DISTANCE, solution.distances / unit)
+    distances = distances.astype(np.float32)
     _samples(layer, prim, tokens.SOLVED_DISTANCES, codes, map(Vt.FloatArray.FromNumpy, distances))
 
 

@@ -10,6 +10,7 @@ from pxr import Usd
 from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding
+from usdface.io.usd.animation import OCCLUDED_INPUT
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.layers import layer_paths
@@ -117,6 +118,7 @@ def _with_solution(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) -> Pl
     shapes = prim.GetAttribute(tokens.SOLVED_SHAPES).Get() or ()
     deviations = prim.GetAttribute(tokens.SOLVED_DEVIATIONS).Get() or ()
     distances = _rows(prim, tokens.SOLVED_DISTANCES, codes, (len(markers),))
+    distances = np.where(distances < 0, np.nan, distances)
     points = _rows(prim, tokens.FEATURE_POINTS, codes, (len(markers), 3))
     head = _rows(prim, tokens.HEAD_TRANSFORM, codes, (4, 4))
     residual = _rows(prim, tokens.RESIDUAL, codes, ())
@@ -145,12 +147,13 @@ def _with_expressions(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) ->
     if system is None:
         return played
     emotions = {e: _rows(prim, tokens.EMOTION_PREFIX + e, codes, ()) for e in system.emotions}
+    inputs = _rows(prim, tokens.INPUTS, codes, (len(system.fuzzy.inputs),))
     unit = prim.GetAttribute(tokens.INPUTS_UNIT).Get() or 0.0
     return replace(
         played,
         emotions={name: curve for name, curve in emotions.items() if len(curve)},
         firing=_rows(prim, tokens.FIRING, codes, (len(system.fuzzy.rules),)),
-        inputs=_rows(prim, tokens.INPUTS, codes, (len(system.fuzzy.inputs),)),
+        inputs=np.where(inputs <= OCCLUDED_INPUT, np.nan, inputs),
         unit=float(unit) * staged.metrics.meters_per_unit,
     )
 
