@@ -36,7 +36,7 @@ def add_view(commands: Any, summary: str) -> None:
 
 def _view(parsed: argparse.Namespace) -> int:
     options = ViewOptions(**settings(parsed, ViewOptions))
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.view(parsed.source, parsed.output, options=options, on_progress=step)
     return report(parsed, result)
 
@@ -62,7 +62,7 @@ def add_bind(commands: Any, summary: str) -> None:
 
 
 def _bind(parsed: argparse.Namespace) -> int:
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.make_bind_page(
             parsed.source,
             parsed.output,
