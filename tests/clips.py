@@ -17,8 +17,9 @@ def plays(take: WeightsTake | None, name: str = "clip") -> tuple[Clip, ...]:
 
 
 def weights_in(clips: tuple[Clip, ...]) -> WeightsTake | None:
-    assert len(clips) < 2
-    return clips[0].weights if clips else None
+    moving = [clip for clip in clips if not clip.still]
+    assert len(moving) < 2
+    return (moving or clips)[0].weights if clips else None
 
 
 def read_one(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:

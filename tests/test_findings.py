@@ -28,8 +28,8 @@ def test_the_table_gives_severity_and_message(code: str) -> None:
 
 
 def test_an_own_message_replaces_the_default() -> None:
-    assert finding("SHAPE_EMPTY", "/Face", "nothing moves") == Finding(
-        "SHAPE_EMPTY", "/Face", "nothing moves", "warning"
+    assert finding("SHAPE_SKIPPED", "/Face", "nothing moves") == Finding(
+        "SHAPE_SKIPPED", "/Face", "nothing moves", "warning"
     )
 
 
@@ -39,7 +39,7 @@ def test_an_unknown_code_is_a_mistake_of_the_program() -> None:
 
 
 def test_severest() -> None:
-    info, warning = finding("MARKER_OCCLUDED", ""), finding("SHAPE_EMPTY", "")
+    info, warning = finding("MARKER_OCCLUDED", ""), finding("SHAPE_SKIPPED", "")
     error = Finding("X", "", "x", "error")
     assert severest([]) == "info"
     assert severest([warning, info]) == "warning"

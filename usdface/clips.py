@@ -64,7 +64,8 @@ class JointsTake:
 class Clip:
     """One animation of a rig: its blend shapes, its joints, or both, on one clock.
 
-    A clip without a name and with one frame of weights is how the face stands without animation.
+    A clip without a name and with one frame is how the face stands without animation; it may
+    stand beside others.
 
     Attributes
     ----------
@@ -82,8 +83,8 @@ class Clip:
 
     @property
     def still(self) -> bool:
-        """Whether this is no animation but the weights of a face that does not move."""
-        return not self.name and self.joints is None and len(self.times) <= 1
+        """Whether this is no animation but how a face stands that does not move."""
+        return not self.name and len(self.times) <= 1
 
     @property
     def times(self) -> FloatArray:

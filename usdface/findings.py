@@ -35,6 +35,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "FRAMES_DROPPED": ("info", "frames are missing between recorded ones; times are kept"),
     "FRAME_EMPTY": ("info", "a frame without data was left out, or all its markers are occluded"),
     "UNITS_ASSUMED": ("warning", "the file does not name its unit of length"),
+    "DEFAULT_PRIM_CHOSEN": ("info", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "the file does not name its frame rate"),
     "CHANNEL_IGNORED": ("info", "a channel that usdface does not use was left out"),
@@ -42,7 +43,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
     "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
     # rigs
-    "SHAPE_EMPTY": ("warning", "a blend shape moves no point"),
+    "SHAPE_EMPTY": ("info", "a blend shape moves no point"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),
     "FACES_DIFFER": ("warning", "a shape file has other faces; its points may be in another order"),
     "SHAPE_TARGET_MISSING": ("error", "a blend shape target does not exist"),
@@ -61,6 +62,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "SHAPE_NAME_REPEATED": ("warning", "two blend shapes of a mesh share one name"),
     "SHAPE_NAMES_MISSING": ("warning", "morph targets have no names"),
     "TARGETS_UNEQUAL": ("error", "primitives of a mesh differ in their number of morph targets"),
+    "MESH_OUTSIDE": (
+        "warning",
+        "a mesh is outside of every SkelRoot and is left out; move it below one",
+    ),
     "TOPOLOGY_DIFFERS": ("error", "faces and points do not belong together"),
     "NORMALS_MISSING": ("info", "normals are missing or do not follow a shape; shading may differ"),
     "BOUNDS_MISSING": (
@@ -69,6 +74,19 @@ CODES: dict[str, tuple[Severity, str]] = {
     ),
     "INBETWEEN_WRONG": ("error", "an inbetween has no weight of its own between 0 and 1"),
     "BINDING_TARGET_MISSING": ("error", "a bound skeleton or animation does not exist"),
+    "SKELROOT_MISSING": (
+        "error",
+        "a mesh with blend shapes is below no SkelRoot; UsdSkel moves none of them",
+    ),
+    "SKELETON_MISSING": (
+        "error",
+        "a mesh with blend shapes is bound to no skeleton; UsdSkel moves none of them",
+    ),
+    "SCHEMA_UNAPPLIED": ("error", "SkelBindingAPI is not applied; UsdSkel ignores the binding"),
+    "ANIMATION_UNMATCHED": (
+        "error",
+        "an animation names no blend shape of the meshes that it moves",
+    ),
     "WEIGHTS_LENGTH_WRONG": ("error", "the number of weights is not that of the blend shapes"),
     "WEIGHTS_OUT_OF_RANGE": (
         "info",
@@ -79,6 +97,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NAME_CHANGED": ("info", "a name was made unique or legal; the original is kept beside it"),
     "FACES_TRIANGULATED": ("info", "faces with more than three corners were split"),
     "NORMALS_COMPUTED": ("info", "the source has no normals; smooth ones were computed"),
+    "NORMALS_FLAT": (
+        "info",
+        "the source has no normals: faces are lit flat, as USD and glTF define",
+    ),
     "TANGENTS_COMPUTED": (
         "info",
         "tangent offsets of shapes were computed from their normal offsets",
@@ -94,6 +116,8 @@ CODES: dict[str, tuple[Severity, str]] = {
         "warning",
         "the target format supports only an approximation of a feature",
     ),
+    "EXTENSION_DROPPED": ("warning", "data of a glTF extension are left out"),
+    "NODES_DROPPED": ("info", "nodes that carry nothing are left out; their transforms are kept"),
     "POINTS_ROUNDED": ("info", "points are stored as 16-bit integers, as requested"),
     "TEXTURE_CONVERTED": ("info", "a texture was converted to a format that glTF supports"),
     "TEXTURE_TILED": ("info", "each tile of a UDIM texture became a material"),
@@ -102,7 +126,14 @@ CODES: dict[str, tuple[Severity, str]] = {
         "warning",
         "a file outside the folder of the asset is left out; --asset-root DIR allows it",
     ),
-    "INFLUENCES_MANY": ("info", "more than four joints influence a point; some programs read four"),
+    "INFLUENCES_MANY": (
+        "warning",
+        "more than four joints influence a point; some programs read four",
+    ),
+    "SKIN_WEIGHTS_NORMALISED": (
+        "info",
+        "skin weights that did not add up to 1 were brought to it, as glTF programs do",
+    ),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "joint scales are stored as 16-bit floats in UsdSkel"),
     "ANIMATION_DROPPED": ("warning", "an animation was left out"),
@@ -120,6 +151,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "NAMES_UNUSED": ("warning", "the names of the markers fit no face; places are found without"),
     "MARKER_OFF_FACE": ("warning", "a marker is off the face and is left out"),
     "MARKER_DUPLICATE": ("warning", "two markers are always at the same position; one is left out"),
+    "RIG_SIZE_UNUSUAL": ("warning", "the face is far larger or smaller than a human one"),
     "NEUTRAL_FOUND": ("info", "neutral frames were detected"),
     # retarget
     "NEUTRAL_ASSUMED": ("warning", "no neutral frames are named; the first frame is taken"),
@@ -180,6 +212,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "LIPS_UNSEEN": ("info", "no markers show the touch of the lips; it is not completed"),
     "EXPRESS_SKIPPED": ("warning", "the shot has no fuzzy system; no express layer is written"),
     # every job
+    "FILE_UNREADABLE": ("error", "a file is missing, may not be read, or is of another kind"),
     "ADVICE_FAILED": (
         "info",
         "advice could not be given; the result does not depend on it",

@@ -15,6 +15,7 @@ from usdface.materials import Material, Texture
 from usdface.scene import Camera, Extras, Light
 
 __all__ = [
+    "CORNER_NORMALS",
     "BlendShape",
     "Combination",
     "CombinationRule",
@@ -28,6 +29,9 @@ __all__ = [
     "Skin",
     "Texture",
 ]
+
+
+CORNER_NORMALS = "normals"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,7 +62,8 @@ class CornerValues:
     """Numbers at the face corners of a mesh: `values` (C, K) float64 under a primvar's name.
 
     Texture coordinates have K = 2; ``displayColor`` 3, or 4 with its opacity (linear, 0 to 1);
-    ``tangents`` 4: a unit vector and the sign of the bitangent.
+    ``tangents`` 4: a unit vector and the sign of the bitangent; ``normals`` 3: those of a mesh with
+    hard edges.
     """
 
     name: str
@@ -98,6 +103,8 @@ class Mesh:
         Further texture coordinates, vertex colours, tangents; names are unique.
     extras : mapping
         Custom data of users.
+    flat : bool
+        Faces are lit flat, as both formats define a polygon mesh without normals.
 
     Examples
     --------
@@ -121,6 +128,7 @@ class Mesh:
     uv_name: str = "st"
     corner_values: tuple[CornerValues, ...] = ()
     extras: Extras = field(default_factory=dict)
+    flat: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", frozen(self.points))

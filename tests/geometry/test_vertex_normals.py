@@ -1,6 +1,7 @@
 import numpy as np
 
 from usdface.geometry.vertex_normals import (
+    NormalsNear,
     normals_of_faces,
     unit_or_up,
     unit_or_zero,
@@ -51,3 +52,17 @@ def test_faces_are_prepared_once_for_many_poses():
     normals_at = normals_of_faces(np.full(6, 4), SIDES, 8)
     for size in (1, 2):
         np.testing.assert_allclose(normals_at(size * CUBE), CUBE / np.sqrt(3))
+
+
+def test_normals_near_some_vertices_are_those_of_the_whole() -> None:
+    rng = np.random.default_rng(5)
+    counts = rng.integers(3, 6, 40)
+    corners = rng.integers(0, 30, counts.sum())  # of 33: three have no face
+    points = rng.normal(size=(33, 3))
+    near, whole = NormalsNear(counts, corners, 33), normals_of_faces(counts, corners, 33)
+    for vertices in (np.arange(33), np.array([4, 31]), np.array([32]), np.zeros(0, np.int64)):
+        np.testing.assert_allclose(near.at(points, vertices), whole(points)[vertices], atol=1e-12)
+    moved = points.copy()
+    moved[7] += 1.0
+    changed = np.flatnonzero((whole(moved) != whole(points)).any(axis=1))
+    assert set(changed) <= set(near.ring(np.array([7])))

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -6,8 +7,10 @@ import pytest
 from clips import plays, read_one
 
 from usdface.cli import main
+from usdface.clips import Clip, JointsTake
 from usdface.io.compare_conversion import certify_conversion
 from usdface.io.gltf.write import write_gltf
+from usdface.io.transforms import decompose
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.pipeline import export_scene, import_scene
@@ -42,6 +45,36 @@ def test_equal_animations_are_certified(tmp_path: Path, request, which: str, exp
     assert certificate.time_drift < 1e-6
     assert certificate.frames == certificate.of_frames > 30  # with keys at the inbetweens
     assert certificate.names == {} and certificate.missing == ()
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_clips_of_one_key_are_on_both_sides(tmp_path: Path, skinned_rig: Rig, angle) -> None:
+    joints = skinned_rig.skeleton.joints
+    turn = np.array([0.0, 0.0, np.sin(angle), np.cos(angle)])
+    move, rest, size = decompose(skinned_rig.skeleton.rest)
+
+    def clip(name: str, keys: int, turned: bool) -> Clip:
+        turns = np.tile(turn if turned else rest[1], (keys, 1, 1))
+        return Clip(
+            name,
+            joints=JointsTake(
+                joints[1:],
+                np.arange(keys) / 24,
+                np.tile(move[1], (keys, 1, 1)),
+                turns,
+                np.tile(size[1], (keys, 1, 1)),
+                24.0,
+            ),
+        )
+
+    clips = [clip("walk", 3, True), clip("stand", 1, angle > 0)]
+    write_rig(skinned_rig, tmp_path / "a.usdc", clips)
+    for leg in (
+        export_scene(tmp_path / "a.usdc", tmp_path / "a.glb", every_frame=True),
+        import_scene(tmp_path / "a.glb", tmp_path / "b.usdc", every_frame=True),
+    ):
+        assert leg.value.missing == () and leg.summary["clips"] == 2
+        assert "CONVERSION_INEXACT" not in {f.code for f in leg.findings}
 
 
 def test_another_animation_is_not(tmp_path: Path, face_rig: Rig) -> None:
@@ -94,7 +127,9 @@ def test_steps_keep_their_times(tmp_path: Path, write_glb) -> None:
 
 
 def test_the_command_line_reports_it(tmp_path: Path, face_rig: Rig, capfd) -> None:
-    write_rig(face_rig, tmp_path / "a.usdc", plays(take_for(face_rig)))
+    materials = tuple(replace(m, double_sided=True) for m in face_rig.materials)
+    rig = replace(face_rig, materials=materials)  # sides that differ would be a loss
+    write_rig(rig, tmp_path / "a.usdc", plays(take_for(rig)))
     usd, glb, back = (str(tmp_path / name) for name in ("a.usdc", "a.glb", "b.usdc"))
     report = tmp_path / "r.json"
     for command in (["export", usd, "-o", glb], ["import", glb, "-o", back]):

@@ -1,6 +1,8 @@
 """Run by Blender's own Python: import a file and write what its shape keys play at frames.
 
-blender_reader.py SOURCE OUT.json '[0, 10, ...]' [CLIP]
+blender_reader.py SOURCE OUT.json '[0, 10, ...]' [CLIP [points]]
+
+With the word "points" also where all vertices are, Y up.
 """
 
 import json
@@ -24,17 +26,26 @@ for keys in bpy.data.shape_keys if clip else ():
     (strip,) = next(track.strips for track in data.nla_tracks if track.name == clip)
     data.use_nla = False
     data.action, data.action_slot = strip.action, strip.action_slot
-played = []
+# The importer draws joints as a mesh of its own.
+armatures = [item for item in bpy.data.objects if item.type == "ARMATURE"]
+drawn = {bone.custom_shape for item in armatures for bone in item.pose.bones}
+hidden = {item.name for item in drawn if item}
+played, points = [], []
 for frame in frames:
     scene.frame_set(frame)
     meshes = {}
+    graph = bpy.context.evaluated_depsgraph_get()
+    points.append([])
+    for item in bpy.data.objects:
+        if item.type == "MESH" and item.name not in hidden and sys.argv[5:] == ["points"]:
+            shown = item.evaluated_get(graph)
+            places = (shown.matrix_world @ v.co for v in shown.to_mesh().vertices)
+            points[-1] += [(p.x, p.z, -p.y) for p in places]  # Y up
     for item in bpy.data.objects:
         if item.type == "MESH" and item.data.shape_keys:
             keys = item.data.shape_keys.key_blocks
             meshes[item.name] = {key.name: key.value for key in keys if key.name != "Basis"}
     played.append(meshes)
-# The importer draws joints as a mesh of its own.
-armatures = [item for item in bpy.data.objects if item.type == "ARMATURE"]
-drawn = {bone.custom_shape for item in armatures for bone in item.pose.bones}
 count = sum(item.type == "MESH" and item not in drawn for item in bpy.data.objects)
-Path(out).write_text(json.dumps({"frames": played, "meshes": count}), encoding="utf-8")
+answer = {"frames": played, "meshes": count, "points": points}
+Path(out).write_text(json.dumps(answer), encoding="utf-8")

@@ -36,15 +36,19 @@ def example(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def blender() -> Callable[..., dict[str, Any]]:
-    """Import a file into Blender and return what its shape keys play, in a clip if one is named."""
+    """Import a file into Blender and return what its shape keys play, in a clip if one is named.
+
+    With `points` also where all vertices are at the frames.
+    """
     if not BLENDER.exists():
         pytest.skip("Blender (bpy) is not in .venv-blender; .ci/run puts it there")
 
-    def read(path: Path, frames: list[int], *clip: str) -> dict[str, Any]:
+    def read(path: Path, frames: list[int], clip: str = "", points: bool = False) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "answer.json"
             script = HERE / "blender_reader.py"
-            command = [BLENDER, script, path, out, json.dumps(frames), *clip]
+            command = [BLENDER, script, path, out, json.dumps(frames), clip]
+            command += ["points"] if points else []
             done = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS)
             assert out.exists(), done.stderr[-2000:]
             return json.loads(out.read_text())
@@ -77,8 +81,8 @@ class _Files(SimpleHTTPRequestHandler):
 def three() -> Callable[..., dict[str, Any]]:
     """Load a GLB in three.js in a headless Chromium; return morph influences and a picture.
 
-    The function takes the GLB, the times [s] of the influences, that of the picture, and maybe the
-    one clip to play.
+    The function takes the GLB, the times [s] of the influences, that of the picture, maybe the
+    one clip to play, and whether to return the points of all meshes in the scene at the times, too.
     """
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     if not chromium:
@@ -86,7 +90,9 @@ def three() -> Callable[..., dict[str, Any]]:
     if not (ROOT / "node_modules" / "three").is_dir():
         pytest.skip("three is not in node_modules; npm install --no-save three")
 
-    def read(path: Path, times: list[float], draw: float, clip: str = "") -> dict[str, Any]:
+    def read(
+        path: Path, times: list[float], draw: float, clip: str = "", points: bool = False
+    ) -> dict[str, Any]:
         answers: Queue[bytes] = Queue()
         handler = type("Files", (_Files,), {"glb": path, "answers": answers})
         server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
@@ -97,6 +103,7 @@ def three() -> Callable[..., dict[str, Any]]:
             "--use-angle=swiftshader --enable-unsafe-swiftshader"
         )
         query = f"times={quote(json.dumps(times))}&draw={draw}&clip={quote(clip)}"
+        query += "&points=1" if points else ""
         address = f"http://127.0.0.1:{server.server_port}/?{query}"
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
             command = [chromium, *flags.split(), f"--user-data-dir={profile}", address]

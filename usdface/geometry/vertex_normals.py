@@ -6,7 +6,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["normals_of_faces", "unit_or_up", "unit_or_zero", "vertex_normals"]
+__all__ = ["NormalsNear", "normals_of_faces", "unit_or_up", "unit_or_zero", "vertex_normals"]
 
 
 def unit_or_up(vectors: FloatArray) -> FloatArray:
@@ -33,6 +33,49 @@ def normals_of_faces(
     """
     area_vectors = _area_vectors(face_counts, face_indices, count)
     return lambda points: unit_or_up(area_vectors(points))
+
+
+class NormalsNear:
+    """Normals of some vertices of a mesh, in time proportional to the faces around them.
+
+    Parameters
+    ----------
+    face_counts : (P,) int64
+    face_indices : (C,) int64
+    count : int
+        Vertices of the mesh.
+    """
+
+    def __init__(self, face_counts: IntArray, face_indices: IntArray, count: int) -> None:
+        self._counts, self._indices, self._count = face_counts, face_indices, count
+        self._faces = np.repeat(np.arange(len(face_counts)), face_counts)
+
+    def _around(self, vertices: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the faces that touch some vertices: their corner counts and vertices."""
+        touched = np.zeros(self._count, bool)
+        touched[vertices] = True
+        faces = np.zeros(len(self._counts), bool)
+        faces[self._faces[touched[self._indices]]] = True
+        return self._counts[faces], self._indices[faces[self._faces]]
+
+    def ring(self, vertices: IntArray) -> IntArray:
+        """Return the vertices (N,) whose normals change where `vertices` move, increasing."""
+        return np.unique(self._around(vertices)[1])
+
+    def at(self, points: FloatArray, vertices: IntArray) -> FloatArray:
+        """Return the unit normals (len(vertices), 3) for the points (count, 3) of the mesh.
+
+        A vertex without a face gets (0, 1, 0).
+        """
+        counts, corners = self._around(vertices)
+        used, local = np.unique(corners, return_inverse=True)
+        result = np.tile([0.0, 1.0, 0.0], (len(vertices), 1))
+        if len(used):
+            normals = unit_or_up(_area_vectors(counts, local, len(used))(points[used]))
+            place = np.searchsorted(used, vertices).clip(max=len(used) - 1)
+            held = used[place] == vertices
+            result[held] = normals[place[held]]
+        return result
 
 
 def vertex_normals(points: FloatArray, face_counts: IntArray, face_indices: IntArray) -> FloatArray:

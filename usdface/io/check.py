@@ -7,7 +7,7 @@ from usdface.findings import Finding
 
 __all__ = ["check_file"]
 
-_GLTF = (".glb", ".gltf")
+_GLTF = (".glb", ".gltf", ".vrm")
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 
 

@@ -16,7 +16,7 @@ from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh
 from usdface.io.gltf.reference_player.evaluate import PlayerClip, evaluate_clips
 from usdface.io.usd.clip_variants import clip_stages
 from usdface.io.usd.errors import one_line, usd_errors
-from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, stage_keys
+from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, has_keys, stage_keys
 from usdface.io.usd.stage import Stage, metrics_of
 
 __all__ = ["certify_conversion"]
@@ -84,7 +84,7 @@ def _certificate(
     stages = list(clip_stages(stage))
     names = [stage_keys(staged)[0] for staged in stages]
     if len(stages) > 1:  # as one that stands still is none of several clips
-        stages = [s for s in stages if len(stage_keys(s)[1]) > 1] or stages[:1]
+        stages = [s for s in stages if has_keys(s)] or stages[:1]
         stages = [s for s in stages if clip in ("", stage_keys(s)[0])]
         names = [stage_keys(staged)[0] for staged in stages]
     pairs, missing = match_names(names, [clip.name for clip in shown], "clip ")

@@ -5,7 +5,8 @@ from os import PathLike
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
-from usdface.findings import Finding
+from usdface.errors import UsdFaceError
+from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath
 from usdface.io.check import check_file
 from usdface.pipeline.schemas import register_schemas
@@ -35,7 +36,8 @@ def check(
     Raises
     ------
     InputError
-        If a file cannot be read.
+        If the file cannot be read. Of several files each that cannot is the finding
+        FILE_UNREADABLE, and the others are checked.
 
     Examples
     --------
@@ -49,6 +51,13 @@ def check(
     for done, path in enumerate(files):
         progress(Step("check", done / len(files)))
         with progress.step(f"check {path.name}"):
-            findings += check_file(path)
+            findings += check_file(path) if len(files) == 1 else _checked(path)
     summary = {"files": len(files), "findings": len(findings)}
     return Result(None, (), tuple(findings), summary, seconds=progress.seconds)
+
+
+def _checked(path: Path) -> list[Finding]:
+    try:
+        return check_file(path)
+    except UsdFaceError as error:
+        return [finding("FILE_UNREADABLE", str(path), str(error))]

@@ -165,8 +165,8 @@ def _summary(rig: Rig, clips: tuple[Clip, ...], shapes: str) -> dict[str, Any]:
     return {
         "meshes": len(rig.meshes),
         shapes: len(rig.shape_names),
-        "clips": len(clips),
-        "frames": sum(len(clip.times) for clip in clips),
+        "clips": sum(not clip.still for clip in clips),
+        "frames": sum(len(clip.times) for clip in clips if not clip.still),
     }
 
 

@@ -196,3 +196,14 @@ def test_floats_are_no_joints() -> None:
     builder, _, _ = three_points()
     with pytest.raises(InputError, match="integers"):
         reader_of(builder).integers(0, "VEC3")
+
+
+def test_zeros_that_are_only_named_take_nothing() -> None:
+    """200 shapes of 100,000 vertices, of which each moves a few, are no large file."""
+    builder = BufferBuilder()
+    few = builder.offsets(np.array([5, 9]), np.ones((2, 3)), 100_000)
+    none = builder.offsets(np.zeros(0, np.int64), np.zeros((0, 3)), 100_000)
+    dense = builder.array(np.ones((7, 3)))
+    reader = reader_of(builder)
+    assert [reader.count(k) for k in (few, none, dense)] == [100_000, 100_000, 7]
+    assert [reader.stored(k) for k in (few, none, dense)] == [2, 0, 7]

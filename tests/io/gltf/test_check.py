@@ -224,3 +224,25 @@ def test_a_point_that_lies_or_is_moved_far_off_is_found(tmp_path):
     assert found(cloud, move) == []
     assert found(far, move) == [("POINT_STRAY", "mesh 0, primitive 0")]
     assert found(cloud, dragged) == [("POINT_STRAY", "mesh 0, primitive 0, target 0")]
+
+
+def test_colours_and_texture_coordinates_may_be_morphed(write_glb, tmp_path):
+    """Section 3.7.2.2 allows VEC3 and VEC4 colours and VEC2 texture coordinates."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
+    arrays = [points, np.ones((3, 4), "<f4"), points[:, :2].copy()]
+    arrays += [np.full((3, 4), -0.5, "<f4"), np.full((3, 2), 0.25, "<f4"), 0 * points[:2]]
+    primitive = {
+        "attributes": {"POSITION": 0, "COLOR_0": 1, "TEXCOORD_0": 2},
+        "targets": [{"COLOR_0": 3}, {"TEXCOORD_0": 4}],
+    }
+    document = {
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [primitive], "extras": {"targetNames": ["blush", "slide"]}}],
+    }
+    assert codes(write_glb(tmp_path / "a.glb", document, arrays)) == ["BOUNDS_MISSING"]
+    primitive["targets"][0]["COLOR_0"] = 5
+    assert "VALUES_WRONG" in codes(write_glb(tmp_path / "b.glb", document, arrays))
+
+
+def codes(path):
+    return [found.code for found in check_gltf(path)]

@@ -140,6 +140,35 @@ def test_draco_is_undone(tmp_path: Path) -> None:
     assert [f for f in check_gltf(path) if f.severity == "error"] == []
 
 
+def relisted(path: Path, change: Callable[[dict], object]) -> Path:
+    """Change the JSON of a GLB in place."""
+    data = path.read_bytes()
+    size = struct.unpack_from("<I", data, 12)[0]
+    document = json.loads(data[20 : 20 + size])
+    change(document)
+    return glb(path, document, data[28 + size :])
+
+
+@pytest.mark.parametrize("made", [meshopt_glb, draco_glb])
+def test_compression_that_is_used_but_not_required_is_undone(tmp_path: Path, made) -> None:
+    path = relisted(made(tmp_path / "a.glb"), lambda d: d.pop("extensionsRequired"))
+    assert_is_the_mesh(read_gltf(path)[0].meshes[0])
+    certificate = import_scene(path, tmp_path / "a.usda").details["certificate"]
+    assert certificate["decoded_by_reader"] and certificate["bounding_diagonal_mm"] > 1e5
+
+
+def test_an_unknown_compression_is_refused(tmp_path: Path) -> None:
+    def other(document: dict) -> None:
+        del document["extensionsRequired"]
+        primitive = document["meshes"][0]["primitives"][0]
+        primitive["extensions"] = {"ACME_squeezed": {"bufferView": 0}}
+
+    path = relisted(draco_glb(tmp_path / "a.glb"), other)
+    with pytest.raises(InputError, match="ACME_squeezed") as raised:
+        read_gltf(path)
+    assert raised.value.code == "EXTENSION_UNSUPPORTED"
+
+
 @pytest.mark.parametrize("made", [meshopt_glb, draco_glb])
 def test_compressed_files_are_certified_and_say_how(tmp_path: Path, made: Callable) -> None:
     outcome = import_scene(made(tmp_path / "a.glb"), tmp_path / "a.usda")

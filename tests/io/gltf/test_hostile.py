@@ -156,15 +156,20 @@ def test_a_json_of_countless_objects_is_not_taken_apart(tmp_path: Path) -> None:
 
 
 def test_what_unfolds_beyond_its_bytes_is_refused(tmp_path: Path, good: bytes) -> None:
-    """A thousand targets that are zero take no bytes in the file, and 12 million numbers."""
+    """A thousand targets that are one array take its bytes once, and 12 million numbers."""
     document, blob = parts(good)
-    many = len(document["accessors"])
-    document["accessors"].append({"componentType": 5126, "count": 4000, "type": "VEC3"})
+    many, size = len(document["accessors"]), 12 * 4000
+    view = {"buffer": 0, "byteOffset": len(blob), "byteLength": size}
+    document["bufferViews"].append(view)
+    document["buffers"][0]["byteLength"] = len(blob) + size
+    blob = blob + b"\x3f" * size
+    stored = {"bufferView": len(document["bufferViews"]) - 1, "componentType": 5126}
+    document["accessors"].append(stored | {"count": 4000, "type": "VEC3"})
     document["meshes"][0]["primitives"] = [
         {"attributes": {"POSITION": many}, "targets": [{"POSITION": many}] * 1000}
     ]
     (tmp_path / "b.glb").write_bytes(glb(document, blob))
-    with pytest.raises(InputError, match="unfolds") as caught:
+    with pytest.raises(InputError, match="scene unfolds") as caught:
         import_scene(tmp_path / "b.glb", tmp_path / "b.usda")
     assert caught.value.code == "TOO_LARGE"
 

@@ -185,8 +185,9 @@ def test_every_animation_is_a_clip(write_glb, tmp_path: Path) -> None:
         world.document["animations"][-1]["name"] = name
     _, clips, found = read_gltf(write_glb(tmp_path / "a.glb", world.document, world.arrays))
     assert found == []
-    assert [clip.name for clip in clips] == ["Kopf ü", "口"]
-    for clip, last in zip(clips, (1.0, 0.25), strict=True):
+    assert [clip.name for clip in clips] == ["Kopf ü", "口", ""]
+    assert [clip.still for clip in clips] == [False, False, True]
+    for clip, last in zip(clips[:2], (1.0, 0.25), strict=True):
         assert clip.joints is None and clip.weights is not None
         assert clip.weights.times.tolist() == [0, last]
         assert clip.weights.weights.tolist() == [[0, 0], [1, last]]
@@ -224,6 +225,7 @@ def test_what_moves_nothing_is_announced(write_glb, tmp_path: Path) -> None:
         ("ANIMATION_DROPPED", "walk"),
         ("ANIMATION_DROPPED", "clip"),
         ("ANIMATION_DROPPED", "clip"),
+        ("NODES_DROPPED", "nodes"),
     ]
     assert "weights of node 1" in found[1].message
 

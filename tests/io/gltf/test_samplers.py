@@ -11,7 +11,8 @@ POINTS = np.eye(3, dtype="<f4")
 
 def test_ends_hold_and_quaternions_turn_the_short_way() -> None:
     half = np.sqrt(0.5)
-    turning = Curve(np.array([1.0, 3.0]), np.array([[0, 0, 0, 1], [0, 0, -half, -half]]), True)
+    keys = np.array([1.0, 3.0])
+    turning = Curve(keys, np.array([[0, 0, 0, 1], [0, 0, -half, -half]]), keys, True)
     values = turning.at(np.array([0.0, 2.0, 9.0]))
     eighth = [0, 0, np.sin(np.pi / 8), np.cos(np.pi / 8)]
     np.testing.assert_allclose(values[:2], [[0, 0, 0, 1], eighth], atol=1e-12)

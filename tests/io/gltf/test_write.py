@@ -11,9 +11,9 @@ from deformed import deformed
 from scipy.spatial.transform import Rotation
 
 from usdface.errors import OutputError
+from usdface.geometry.triangulation import triangulated
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
-from usdface.io.gltf.write_mesh import triangulated
 from usdface.rigs import BlendShape, Mesh, Rig, Skeleton, Skin
 from usdface.takes import WeightsTake
 
@@ -93,7 +93,7 @@ class Player:
 
 def expected_corners(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     """Fans of the faces in the order of the subsets, then of the faces in none."""
-    corners, faces = triangulated(mesh.face_counts)
+    corners, faces = triangulated(mesh.face_counts, mesh.face_indices, mesh.points)
     listed = [subset.faces for subset in mesh.subsets]
     rest = np.setdiff1d(np.arange(len(mesh.face_counts)), np.concatenate([[], *listed]))
     rows = [np.flatnonzero(np.isin(faces, part)) for part in (*listed, rest)]
@@ -300,3 +300,12 @@ def test_a_failure_leaves_what_was_there(tmp_path: Path) -> None:
 def test_an_empty_rig_is_still_gltf(tmp_path: Path, validate_gltf) -> None:
     write_gltf(Rig("nothing", ()), tmp_path / "a.glb")
     assert validate_gltf(tmp_path / "a.glb")["issues"]["numErrors"] == 0
+
+
+def test_the_joints_of_a_skin_have_a_common_root(skinned_rig, tmp_path, validate_gltf) -> None:
+    old = skinned_rig.skeleton
+    several = Skeleton(("neck", "head"), old.names, old.bind, old.bind)
+    path = tmp_path / "a.glb"
+    write_gltf(replace(skinned_rig, skeleton=several), path)
+    assert validate_gltf(path)["issues"]["numErrors"] == 0
+    assert read_gltf(path)[0].skeleton.joints == ("neck", "Head_Joint")

@@ -32,6 +32,7 @@ def stage_with(
     binding.CreateBlendShapesAttr(names)
     binding.CreateBlendShapeTargetsRel().SetTargets([Sdf.Path(target) for target in targets])
     binding.CreateAnimationSourceRel().SetTargets([bound])
+    binding.CreateSkeletonRel().SetTargets([UsdSkel.Skeleton.Define(stage, "/R/Skel").GetPath()])
     shape = UsdSkel.BlendShape.Define(stage, "/R/M/up")
     shape.CreateOffsetsAttr([Gf.Vec3f(*o) for o in offsets])
     if indices is not None:

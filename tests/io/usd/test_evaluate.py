@@ -3,7 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clips import plays
+from pxr import UsdSkel, Vt
 
+from usdface.clips import Clip, JointsTake
 from usdface.io.usd.evaluate import evaluate_usd, stage_keys
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
@@ -28,6 +30,28 @@ def test_it_is_what_baking_gives(tmp_path: Path, face_rig: Rig, skinned_rig: Rig
             np.testing.assert_allclose(mesh.points_at(codes), points[:, mesh.used], atol=1e-7)
             weights = take_for(rig).reordered(mesh.shapes).weights
             np.testing.assert_allclose(mesh.weights_at(codes), weights, atol=1e-6)
+
+
+def test_joints_in_an_order_of_the_mesh(tmp_path: Path, skinned_rig: Rig, baked) -> None:
+    turned = np.array([[[0, 0, 0, 1], [0.6, 0, 0, 0.8]]] * 2)
+    neck, head = skinned_rig.skeleton.rest[:, 3, :3]
+    moves = np.array([[neck, head], [neck, head + 0.1]])
+    take = JointsTake(
+        skinned_rig.skeleton.joints, np.array([0.0, 1.0]), moves, turned, np.ones((2, 2, 3)), 24.0
+    )
+    path = tmp_path / "a.usda"
+    write_rig(skinned_rig, path, [Clip("nod", joints=take)])
+    stage = open_stage(path)
+    binding = UsdSkel.BindingAPI(stage.GetPrimAtPath("/Asset/Face/Head"))
+    binding.CreateJointsAttr(skinned_rig.skeleton.joints[::-1])
+    indices = binding.GetJointIndicesPrimvar()
+    indices.Set(Vt.IntArray.FromNumpy(1 - np.array(indices.Get())))
+    stage.Save()
+    codes = np.array([0.0, 12.0, 24.0])
+    (mesh,) = evaluate_usd(stage)
+    (points,) = baked(path, codes).values()
+    np.testing.assert_allclose(mesh.points_at(codes), points[:, mesh.used], atol=1e-6)
+    assert np.ptp(points, axis=0).max() > 0.1
 
 
 @pytest.mark.parametrize("name", ["blendshapes", "blendshapesWithNormals"])

@@ -91,3 +91,49 @@ def test_materials_of_one_name_stay_apart():
     rig, findings = rig_of_stage(stage)
     assert [(m.name, m.roughness) for m in rig.materials] == [("Skin", 0.25), ("Skin_1", 0.75)]
     assert rig.meshes[0].subsets[0].material == "Skin_1" and codes(findings) == ["NAME_CHANGED"]
+
+
+def surface_of(stage):
+    """Bind a UsdPreviewSurface without inputs to the sheet; return its shader."""
+    material = UsdShade.Material.Define(stage, "/R/Skin")
+    shader = UsdShade.Shader.Define(stage, "/R/Skin/Surface")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    prim = stage.GetPrimAtPath("/R/M")
+    UsdShade.MaterialBindingAPI.Apply(prim).Bind(material)
+    return shader
+
+
+def test_inputs_that_are_not_authored_are_those_of_the_schema():
+    stage = sheet()
+    surface_of(stage)
+    rig, findings = rig_of_stage(stage)
+    assert rig.materials[0].base_color == (0.18, 0.18, 0.18)
+    assert rig.materials[0].emissive == (0.0, 0.0, 0.0)
+    assert codes(findings) == []
+
+
+def test_inputs_that_change_over_time_stay_at_the_first():
+    stage = sheet()
+    shader = surface_of(stage)
+    colour = shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
+    rough = shader.CreateInput("roughness", Sdf.ValueTypeNames.Float)
+    for code, value in ((3, 0.25), (9, 1.0)):
+        colour.Set((value, 0.5, 0.5), code)
+        rough.Set(value, code)
+    rig, findings = rig_of_stage(stage)
+    assert rig.materials[0].base_color == (0.25, 0.5, 0.5)
+    assert rig.materials[0].roughness == 0.25
+    assert codes(findings) == ["ANIMATION_DROPPED"] * 2
+
+
+def test_sides_that_differ_within_a_mesh_are_announced_and_come_back(face_rig, tmp_path):
+    """The lips show both sides, the skin does not; USD knows it of meshes alone."""
+    found = write_rig(face_rig, tmp_path / "a.usda")
+    (said,) = (f for f in found if f.code == "FEATURE_APPROXIMATED")
+    assert "also of skin" in said.message
+    back = read_rig(tmp_path / "a.usda")[0]
+    assert {m.name: m.double_sided for m in back.materials} == {"skin": False, "lips": True}
+    one = replace(face_rig.meshes[0], subsets=(), material="lips")
+    found = write_rig(replace(face_rig, meshes=(one,)), tmp_path / "b.usda")
+    assert "FEATURE_APPROXIMATED" not in codes(found)

@@ -33,6 +33,7 @@ def scene(folder: Path) -> Path:
     root.GetRootLayer().subLayerPaths = ["./rig.usda"]
     root.SetTimeCodesPerSecond(30)
     UsdGeom.SetStageMetersPerUnit(root, 1.0)
+    root.SetDefaultPrim(root.GetPrimAtPath("/Asset"))
     root.Save()
     return folder / "scene.usda"
 

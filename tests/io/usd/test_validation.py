@@ -14,8 +14,12 @@ STAGE = """#usda 1.0
     upAxis = "Y"
     defaultPrim = "R"
 )
-def SkelRoot "R"
+def SkelRoot "R" (prepend apiSchemas = ["SkelBindingAPI"])
 {
+    rel skel:skeleton = </R/Skel>
+
+    def Skeleton "Skel" {}
+
     def Mesh "M" (prepend apiSchemas = ["SkelBindingAPI"])
     {
         point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 2, 3)]

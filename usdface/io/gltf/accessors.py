@@ -38,6 +38,15 @@ class AccessorReader:
             )
         return count
 
+    def stored(self, index: object) -> int:
+        """Return how many elements of accessor `index` the file holds: zeros take no bytes."""
+        count = self.count(index)
+        accessor = item(self.file.document.accessors or [], index, "accessor")
+        if accessor.bufferView is not None:
+            return count
+        given = accessor.sparse.count if accessor.sparse is not None else 0
+        return given if isinstance(given, int) else 0
+
     def kind(self, index: object, kinds: Sequence[str]) -> str:
         """Return which of `kinds` accessor `index` is; the first where it is None or none."""
         if index is None:

@@ -114,9 +114,20 @@ def _targets_can_be_read(of: _Mesh) -> Findings:
                     yield finding("VALUES_WRONG", where, message)
                     continue
                 try:
-                    of.reader.offsets(accessor, of.reader.count(base))
+                    if name.startswith(("COLOR_", "TEXCOORD_")):
+                        _read_attribute(of.reader, name, accessor, of.reader.count(base))
+                    else:
+                        of.reader.offsets(accessor, of.reader.count(base))
                 except InputError as error:
                     yield finding("VALUES_WRONG", where, f"{name}: {error}")
+
+
+def _read_attribute(reader: AccessorReader, name: str, accessor: object, count: int) -> None:
+    """Read the change of colours or texture coordinates by a morph target (section 3.7.2.2)."""
+    kinds = ("VEC2",) if name.startswith("TEXCOORD_") else ("VEC3", "VEC4")
+    values = reader.floats(accessor, reader.kind(accessor, kinds))
+    if len(values) != count:
+        raise InputError(f"{len(values)} elements for {count} vertices", "TARGETS_UNEQUAL")
 
 
 def _targets_move_something(of: _Mesh) -> Findings:
@@ -180,9 +191,14 @@ def _bounds_are_there(of: _Mesh) -> Findings:
 
 
 def _moves(reader: AccessorReader, target: dict[str, Any]) -> bool:
-    for accessor in target.values():
+    for name, accessor in target.items():
         try:
-            if len(reader.offsets(accessor, reader.count(accessor))[0]):
+            if name.startswith(("COLOR_", "TEXCOORD_")):
+                kind = reader.kind(accessor, ("VEC2", "VEC3", "VEC4"))
+                changes = reader.floats(accessor, kind)
+            else:
+                _, changes = reader.offsets(accessor, reader.count(accessor))
+            if changes.any():
                 return True
         except InputError:
             return True  # reported already: unreadable targets are not empty

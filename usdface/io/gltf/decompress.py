@@ -6,7 +6,7 @@ they came from, which is the densest code of meshopt, and a gigabyte.
 Source: EXT_meshopt_compression, KHR_meshopt_compression, KHR_draco_mesh_compression.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any
@@ -32,20 +32,22 @@ _FILTERS = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "EXPONENTIAL": tuple(range
 
 
 def decompress(file: GltfFile) -> GltfFile:
-    """Return the file with its required compression undone; itself where there is none.
+    """Return the file with its compression undone; itself where there is none to undo.
 
-    Where the file does not require an extension it holds the plain data too, and they are used.
+    Where the file holds the plain data, too, they are used: many programs list an extension as
+    used, not as required, and leave them out nevertheless.
 
     Raises
     ------
     InputError
         If a library is missing, or compressed data are damaged or larger than allowed.
     """
-    required = [name for name in file.document.extensionsRequired or [] if name in _LIBRARIES]
+    listed = set(file.document.extensionsRequired or []) & set(_LIBRARIES)
+    required = sorted(listed | _without_plain_data(file))
     for name in required:
         if find_spec(_LIBRARIES[name]) is None:
             raise InputError(
-                f"the file requires {name}; install {_LIBRARIES[name]} "
+                f"the file needs {name}; install {_LIBRARIES[name]} "
                 "(pip install usdface[compression])",
                 "EXTENSION_UNSUPPORTED",
             )
@@ -58,6 +60,26 @@ def decompress(file: GltfFile) -> GltfFile:
     if _DRACO in required:
         _undo_draco(file, plain)
     return plain.file()
+
+
+def _without_plain_data(file: GltfFile) -> set[str]:
+    """Return the extensions of which some data are there in no other form."""
+    document, found = file.document, set()
+    for view in document.bufferViews or []:
+        named = set(_MESHOPT) & set((view.extensions if view else None) or {})
+        held = file.buffers[view.buffer] if named and _is_index(view.buffer, file.buffers) else b""
+        if len(held) < (view.byteOffset or 0) + (view.byteLength or 0) and named:
+            found |= named
+    for primitive in (p for mesh in document.meshes or [] for p in mesh.primitives or []):
+        code = (primitive.extensions or {}).get(_DRACO)
+        stored = _accessors(file, primitive, code).values() if code is not None else ()
+        if any(accessor.bufferView is None and accessor.sparse is None for accessor in stored):
+            found.add(_DRACO)
+    return found
+
+
+def _is_index(value: object, items: Sequence[object]) -> bool:
+    return isinstance(value, int) and 0 <= value < len(items)
 
 
 class _DecodedBuffer:

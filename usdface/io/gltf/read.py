@@ -21,6 +21,7 @@ from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.extras import read_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
+from usdface.io.gltf.left_out import report_extensions, report_nodes
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
 from usdface.io.gltf.read_animation import animated_nodes, clips_of
@@ -30,6 +31,7 @@ from usdface.io.gltf.read_weights import PlacedMesh
 from usdface.io.gltf.scene import read_scene
 from usdface.io.gltf.textures import read_uv_names
 from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base_color
+from usdface.io.gltf.vrm import VRM, read_vrm
 from usdface.rigs import Mesh, Rig, Skin
 
 __all__ = ["read_gltf"]
@@ -132,6 +134,14 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     found += new_findings
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
+    found += report_extensions(document) + report_nodes(document, tree, armature.nodes)
+    paths = armature.skeleton.joints if armature.skeleton else ()
+    joints = {node: paths[place] for node, place in armature.nodes.items()}
+    carried = {placed.node: mesh for placed, mesh in zip(meshes, finished, strict=True)}
+    avatar, new_findings = read_vrm(document, carried, joints)
+    found += new_findings
+    if avatar:
+        asset |= {VRM: avatar}
     if document.asset.copyright:
         asset = {"copyright": document.asset.copyright} | asset
     name = _text(scene.name or path.stem)
@@ -149,10 +159,13 @@ def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) ->
         index = document.nodes[node].mesh
         if index not in sizes:
             sizes[index] = sum(
-                reader.count(accessor) * 4
+                4 * read(accessor)
                 for primitive in item(document.meshes or [], index, "mesh").primitives
-                for used in (vars(primitive.attributes), *(primitive.targets or []))
-                for accessor in (*used.values(), primitive.indices)
+                for read, accessors in (
+                    (reader.count, (*vars(primitive.attributes).values(), primitive.indices)),
+                    *((reader.stored, target.values()) for target in primitive.targets or []),
+                )
+                for accessor in accessors
                 if accessor is not None
             )
         total += sizes[index]

@@ -16,9 +16,10 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.channels import Channel, channels_of
 from usdface.io.gltf.document import GltfFile
+from usdface.io.gltf.frame_rate import frame_rate
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
-from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, grid_rate, shared_weights
+from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, shared_weights
 from usdface.io.gltf.samplers import Curve, check_size, curve_of
 from usdface.io.transforms import compose, decompose, followed_by
 from usdface.rigs import Mesh
@@ -70,14 +71,15 @@ def clips_of(
     """Return every animation as a clip over the blend shapes of all meshes and the joints.
 
     See `usdface.io.gltf.read_weights` for names of shapes and for keys, `curve_of` for
-    interpolations. Without animation, weights that are not zero become a clip without a name.
+    interpolations. Weights without animation that are not zero become a clip without a name,
+    the last.
 
     Returns
     -------
     tuple of Mesh
         The meshes, some shapes renamed.
     tuple of Clip
-        In the order of the file.
+        In the order of the file, then the one without a name.
     list of Finding
 
     Raises
@@ -104,8 +106,9 @@ def clips_of(
         else:
             message = "it moves nothing that is kept" if animation.channels else "it is empty"
             found.append(finding("ANIMATION_DROPPED", motion.name, message))
-    standing = WeightsMotion({}, np.zeros(0))
-    parts = [WeightsMotion(m.weights, m.inserted) for m in motions] or [standing]
+    parts = [WeightsMotion(m.weights, m.inserted) for m in motions]
+    if not parts or any(placed.weights.any() for placed in meshes):
+        parts.append(WeightsMotion({}, np.zeros(0)))
     whole, takes, new_findings = shared_weights(meshes, parts)
     found += new_findings
     clips = []
@@ -113,8 +116,8 @@ def clips_of(
         joints, new_findings = _joints(motion, tree, armature)
         found += new_findings
         clips.append(Clip(motion.name, weights, joints))
-    if not motions and takes[0] is not None:
-        clips = [Clip("", takes[0])]
+    if len(takes) > len(motions) and takes[-1] is not None:
+        clips.append(Clip("", takes[-1]))
     return whole, tuple(clips), found
 
 
@@ -174,13 +177,14 @@ def _joined(parts: Sequence[tuple[int | None, Curve]], rest: FloatArray) -> Curv
     if len(parts) == 1 and parts[0][0] is None:
         return parts[0][1]
     times = np.unique(np.concatenate([curve.times for _, curve in parts]))
+    keys = np.unique(np.concatenate([curve.keys for _, curve in parts]))
     values = np.tile(rest, (len(times), 1))
     for column, curve in parts:
         if column is None:
             values[:] = curve.at(times)
         else:
             values[:, column] = curve.at(times)[:, 0]
-    return Curve(times, values)
+    return Curve(times, values, keys)
 
 
 def _inserted(animation: Animation, curves: Mapping[int, Curve]) -> FloatArray:
@@ -219,7 +223,8 @@ def _joints(
         parts.append(joint)
     joints = tuple(armature.skeleton.joints[armature.nodes[node]] for node in nodes)
     moves, turns, sizes = (np.stack(values, 1) for values in zip(*parts, strict=True))
-    return JointsTake(joints, times, moves, turns, sizes, grid_rate(times)), found
+    rate = frame_rate(np.unique(np.concatenate([curve.keys for curve in curves])))
+    return JointsTake(joints, times, moves, turns, sizes, rate), found
 
 
 def _text(name: str) -> str:

@@ -18,6 +18,8 @@ from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.bake_transform import TANGENTS
+from usdface.io.gltf.document import item
+from usdface.io.gltf.skin_weights import normalised_weights
 from usdface.io.gltf.textures import uv_name
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.weld import Rows, rows_at, weld_vertices
@@ -102,6 +104,7 @@ def mesh_of_primitives(
                 f"mesh {name!r}: a primitive has {len(targets)} morph targets, "
                 f"another {len(shape_names)}"
             )
+        _refuse_unknown_compression(primitive, reader, name)
         found += _report_ignored(attributes, targets, name)
         key = (tuple(sorted(attributes.items())), *(tuple(sorted(t.items())) for t in targets))
         if key not in blocks:
@@ -114,7 +117,22 @@ def mesh_of_primitives(
     if not sum(map(len, triangles)):
         return None, [*found, finding("FEATURE_DROPPED", name, "a mesh without triangles")]
     mesh = _merged(name, [b for _, b in blocks.values()], np.concatenate(triangles), shape_names)
+    if mesh.skin is not None:
+        weights, new_findings = normalised_weights(mesh.skin.weights, name)
+        found += new_findings
+        mesh = replace(mesh, skin=Skin(mesh.skin.joints, weights))
     return _with_materials(mesh, np.concatenate(labels), materials), found
+
+
+def _refuse_unknown_compression(primitive: Primitive, reader: AccessorReader, name: str) -> None:
+    """Refuse positions that no buffer holds, where an extension of the primitive may."""
+    place = item(reader.file.document.accessors or [], primitive.attributes.POSITION, "accessor")
+    if primitive.extensions and place.bufferView is None and place.sparse is None:
+        raise InputError(
+            f"mesh {name!r} has its positions in {', '.join(sorted(primitive.extensions))}, which "
+            "usdface does not decode; export it without",
+            "EXTENSION_UNSUPPORTED",
+        )
 
 
 def _report_ignored(
@@ -255,6 +273,7 @@ def _merged(
         Skin(joints[first], weights[first]) if influences else None,
         uv_name=first_uvs,
         corner_values=tuple(c for c in corners if c.name != first_uvs),
+        flat=not given,
     )
 
 

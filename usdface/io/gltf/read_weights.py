@@ -7,12 +7,13 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.io.gltf.frame_rate import frame_rate
 from usdface.io.gltf.inbetweens import Step, folded
 from usdface.io.gltf.samplers import Curve, check_size
 from usdface.rigs import Mesh
 from usdface.takes import WeightsTake
 
-__all__ = ["PlacedMesh", "WeightsMotion", "grid_rate", "shared_weights"]
+__all__ = ["PlacedMesh", "WeightsMotion", "shared_weights"]
 
 _SAME = 1e-6  # of a weight: rounding of equal curves stored as float32
 
@@ -88,7 +89,9 @@ def shared_weights(
             continue
         weights = np.stack([c[end - len(clock) : end] for c in columns.values()], 1)
         times, weights = _drop_redundant_keys(motion.inserted, clock, weights)
-        takes.append(WeightsTake(tuple(columns), times, weights, grid_rate(times)))
+        authored = np.concatenate([np.zeros(0), *(c.keys for c in motion.curves.values())])
+        rate = frame_rate(np.setdiff1d(authored, motion.inserted))
+        takes.append(WeightsTake(tuple(columns), times, weights, rate))
     return tuple(renamed), takes, found
 
 
@@ -127,14 +130,3 @@ def _merge_curves(
 
 def _equal(one: FloatArray, other: FloatArray) -> bool:
     return np.allclose(one, other, rtol=_SAME, atol=_SAME)
-
-
-def grid_rate(times: FloatArray) -> float:
-    """Return the frame rate [Hz] whose frames all times fall on, 0 where there is none."""
-    if len(times) < 2:
-        return 0.0
-    steps = np.diff(times)
-    frames = np.round(steps / np.median(steps))
-    rate = float(np.round(frames.sum() / (times[-1] - times[0]), 3))
-    off = np.abs((times - times[0]) * rate - np.cumsum([0, *frames]))
-    return rate if 0 < rate <= 1000 and off.max() < 0.02 else 0.0

@@ -25,11 +25,13 @@ _MOST_NUMBERS = 2**27  # in the curves of one animation, 1 GiB
 class Curve:
     """Piecewise linear values: `times` (K,) [s], `values` (K, N).
 
-    With `turning` they are unit quaternions x, y, z, w, and go along arcs.
+    `keys` are the times [s] of the keys that the file has, which may be fewer. With `turning`
+    values are unit quaternions x, y, z, w, and go along arcs.
     """
 
     times: FloatArray
     values: FloatArray
+    keys: FloatArray
     turning: bool = False
 
     def at(self, times: FloatArray) -> FloatArray:
@@ -97,7 +99,7 @@ def curve_of(
     if cubic:
         curve, found = _resampled(times, raw.reshape(len(times), 3, width), subject)
     elif sampler.interpolation in (None, "LINEAR"):
-        curve = Curve(times, raw.reshape(len(times), width))
+        curve = Curve(times, raw.reshape(len(times), width), times)
     elif sampler.interpolation == "STEP":
         curve = _step_curve(times, raw.reshape(len(times), width))
     else:
@@ -107,7 +109,7 @@ def curve_of(
     length = np.linalg.norm(curve.values, axis=1, keepdims=True)
     if not length.all():
         raise InputError(f"{subject} has a rotation that is the zero quaternion")
-    return Curve(curve.times, curve.values / length, True), found
+    return Curve(curve.times, curve.values / length, times, True), found
 
 
 def _step_curve(times: FloatArray, values: FloatArray) -> Curve:
@@ -117,7 +119,7 @@ def _step_curve(times: FloatArray, values: FloatArray) -> Curve:
     fits = before > times[jumps - 1]
     jumps, before = jumps[fits], before[fits]
     return Curve(
-        np.insert(times, jumps, before), np.insert(values, jumps, values[jumps - 1], axis=0)
+        np.insert(times, jumps, before), np.insert(values, jumps, values[jumps - 1], axis=0), times
     )
 
 
@@ -149,7 +151,7 @@ def _resampled(times: FloatArray, keys: FloatArray, where: str) -> tuple[Curve, 
     # As float32, like all keys: those of other curves at these times then are the same keys.
     moments = moments.astype(np.float32).astype(np.float64)
     kept = np.append(True, np.diff(moments) > 0)
-    curve = Curve(moments[kept], np.concatenate([values, keys[-1:, 1]])[kept])
+    curve = Curve(moments[kept], np.concatenate([values, keys[-1:, 1]])[kept], times)
     error = (bend / (8 * parts**2)).max(initial=0.0)
     message = f"{len(times)} cubic keys became {len(curve.times)} linear ones, within {error:.1e}"
     return curve, [finding("CURVE_RESAMPLED", where, message)]

@@ -1,6 +1,6 @@
 """A rig and its clips to glTF 2.0."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import extras_with_metadata
+from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.scene import write_scene
@@ -24,6 +25,7 @@ from usdface.io.gltf.vertex_colours import (
     white_base_colors,
 )
 from usdface.io.gltf.vertex_split import uv_order
+from usdface.io.gltf.vrm import VRM, vrm_extension
 from usdface.io.gltf.write_animation import write_animation
 from usdface.io.gltf.write_materials import write_materials
 from usdface.io.gltf.write_mesh import write_mesh
@@ -31,7 +33,6 @@ from usdface.io.inputs import among
 from usdface.io.transforms import compose, decompose
 from usdface.io.udim import texture_files, untiled
 from usdface.rigs import Mesh, Rig, Skeleton
-from usdface.takes import WeightsTake
 
 __all__ = ["write_gltf"]
 
@@ -108,14 +109,20 @@ def write_gltf(
         roots += _write_skeleton(skeleton, document, builder, found)
         _dequantising_skins(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
-    for clip in clips:
-        if clip.still and clip.weights is not None:
-            _write_static_weights(clip.weights, carriers, document)
+    for clip in sorted(clips, key=lambda clip: not clip.still):  # joints move from where they stand
+        if clip.still:
+            _write_standing(clip, carriers, joints, document)
             continue
         animation, new_findings = write_animation(clip, carriers, joints, builder, pointer)
         found += new_findings
         document.animations += [animation] if animation else []
     write_scene(rig.cameras, rig.lights, document, roots)
+    avatar = rig.asset.get(VRM)
+    if isinstance(avatar, Mapping):
+        nodes = {path: node for path, (node, _) in joints.items()}
+        name, content = vrm_extension(avatar, carriers, nodes, document)
+        document.extensions[name] = content
+        document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
     scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
     document.scenes = [scene]
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
@@ -146,7 +153,8 @@ def _write_meshes(
     boxed: list[tuple[int, Box]] = []
     for mesh in rig.meshes:
         box = bounding_box(mesh) if builder.shorts and len(mesh.points) else None
-        stored = box.boxed(mesh) if box else mesh
+        whole = split_hard_edges(mesh)
+        stored = box.boxed(whole) if box else whole
         made, new_findings = write_mesh(stored, materials, builder, held, uv_names, coloured)
         found += new_findings
         if made is None:
@@ -195,7 +203,7 @@ def _inverse_binds(skeleton: Skeleton, first: FloatArray) -> FloatArray:
 
 
 def _asset(rig: Rig, uv_names: Sequence[str]) -> pygltflib.Asset:
-    kept = dict(rig.asset)
+    kept = {key: value for key, value in rig.asset.items() if key != VRM}
     owner = kept.pop("copyright", None)
     if owner is not None and not isinstance(owner, str):
         kept["copyright"], owner = owner, None
@@ -210,13 +218,24 @@ def _version() -> str:
         return "(source)"
 
 
-def _write_static_weights(
-    still: WeightsTake, carriers: Sequence[tuple[int, Mesh]], document: pygltflib.GLTF2
+def _write_standing(
+    still: Clip,
+    carriers: Sequence[tuple[int, Mesh]],
+    joints: Mapping[str, tuple[int, pygltflib.Node]],
+    document: pygltflib.GLTF2,
 ) -> None:
+    """Write how a face stands as the weights of its meshes and the transforms of its nodes."""
     for node, mesh in carriers:
-        if mesh.shapes:
-            weights = flat_weights(mesh, still.reordered(mesh.shape_names).weights[:1])
+        if mesh.shapes and still.weights is not None:
+            weights = flat_weights(mesh, still.weights.reordered(mesh.shape_names).weights[:1])
             document.meshes[document.nodes[node].mesh].weights = weights[0].tolist()
+    take = still.joints
+    for place, path in enumerate(take.joints if take is not None else ()):
+        if path in joints and take is not None:
+            _, node = joints[path]
+            node.translation = take.translations[0, place].tolist()
+            node.rotation = take.rotations[0, place].tolist()
+            node.scale = take.scales[0, place].tolist()
 
 
 def _animated_skeleton(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:
@@ -232,7 +251,10 @@ def _animated_skeleton(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:
 def _write_skeleton(
     skeleton: Skeleton, document: pygltflib.GLTF2, builder: BufferBuilder, found: list[Finding]
 ) -> list[int]:
-    """Append a node for each joint and the skin; return the nodes without a parent."""
+    """Append a node for each joint and the skin; return the node that all hang on.
+
+    Joints of a skin need a common root (section 3.7.3.2): several roots get a node above them.
+    """
     start = len(document.nodes)
     place = {path: start + k for k, path in enumerate(skeleton.joints)}
     roots = []
@@ -260,4 +282,7 @@ def _write_skeleton(
             inverseBindMatrices=builder.array(_inverse_binds(skeleton, np.eye(4))),
         )
     ]
+    if len(roots) > 1:
+        document.nodes.append(pygltflib.Node(name="Skeleton", children=roots))
+        roots = [len(document.nodes) - 1]
     return roots

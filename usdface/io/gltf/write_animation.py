@@ -141,6 +141,7 @@ def _write_joints(
     found: list[Finding] = []
     all_keys: int | None = None
     one_key: int | None = None
+    last = max((k for k, path in enumerate(take.joints) if path in joints), default=-1)
     for place, path in enumerate(take.joints):
         if path not in joints:
             message = "moves a joint that the skeleton lacks"
@@ -154,7 +155,11 @@ def _write_joints(
             if kind == pygltflib.ROTATION:
                 curve = _continuous(curve)
             still = np.abs(curve - curve[0]).max() <= _SAME * max(1.0, np.abs(curve).max())
-            if still and np.abs(curve[0] - rest).max() <= _SAME * max(1.0, np.abs(rest).max()):
+            at_rest = still and np.abs(curve[0] - rest).max() <= _SAME * max(
+                1.0, np.abs(rest).max()
+            )
+            # A clip in which nothing leaves its rest is a clip, too.
+            if at_rest and (animation.channels or (place, kind) != (last, _PATHS[-1])):
                 continue
             if still:
                 if one_key is None:
@@ -198,9 +203,11 @@ def _at(moments: FloatArray, times: FloatArray, values: FloatArray) -> FloatArra
 
 
 def _times(times: FloatArray) -> FloatArray:
-    """Return times, 0 or later, that stay distinct as float32."""
+    """Return times, 0 or later, that stay distinct as float32; of a jump the later key stays."""
     single = times.astype(np.float32) + np.float32(0)
     # The bit patterns of non-negative floats count upwards like the floats.
     steps = np.arange(len(single))
-    bits = np.maximum.accumulate(single.view(np.int32).astype(np.int64) - steps) + steps
+    bits = single.view(np.int32).astype(np.int64) - steps
+    bits = np.minimum.accumulate(bits[::-1])[::-1].clip(min=0)
+    bits = np.maximum.accumulate(bits) + steps
     return bits.astype(np.int32).view(np.float32).astype(np.float64)

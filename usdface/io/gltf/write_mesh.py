@@ -1,6 +1,7 @@
 """Polygon meshes to glTF: triangles, one uv per vertex, dense vertex attributes."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
-from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
+from usdface.geometry.triangulation import triangulated
+from usdface.geometry.vertex_normals import NormalsNear, normals_of_faces, unit_or_up
+from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.inbetweens import flat_mesh
 from usdface.io.gltf.vertex_colours import COLOURS
@@ -24,32 +27,9 @@ from usdface.io.gltf.vertex_split import (
 from usdface.io.gltf.write_skin import write_influences
 from usdface.rigs import BlendShape, Mesh
 
-__all__ = ["triangulated", "write_mesh"]
+__all__ = ["write_mesh"]
 
 _LEAST_NORMAL_CHANGE = 1e-6  # of a computed unit normal: a 3,900th of a step of 8-bit shading
-
-
-def triangulated(face_counts: IntArray) -> tuple[IntArray, IntArray]:
-    """Cut faces into fans around their first corners.
-
-    It depends on nothing but the numbers of corners, so that all shapes are cut alike.
-
-    Parameters
-    ----------
-    face_counts : (P,) int64
-
-    Returns
-    -------
-    corners : (T, 3) int64
-        Face corners of each triangle.
-    faces : (T,) int64
-        Face that it was cut from.
-    """
-    counts = np.maximum(face_counts - 2, 0)
-    faces = np.repeat(np.arange(len(face_counts)), counts)
-    starts = (np.cumsum(face_counts) - face_counts)[faces]
-    step = np.arange(len(faces)) - (np.cumsum(counts) - counts)[faces]
-    return np.stack([starts, starts + step + 1, starts + step + 2], 1), faces
 
 
 def write_mesh(
@@ -65,7 +45,7 @@ def write_mesh(
     All primitives, one for each material subset and one for the faces in none, share the
     vertices and morph targets; so every target exists in every primitive, in one order,
     and a reader that joins the primitives gets the points back in theirs. Normals and
-    their change by each shape are always there: authored ones, else smooth ones.
+    their change by each shape are authored ones, else smooth ones; a flat mesh has none.
 
     Parameters
     ----------
@@ -91,10 +71,13 @@ def write_mesh(
     OutputError
         If a number does not fit float32, or a subset or the skin does not fit the mesh.
     """
-    corners, faces = triangulated(mesh.face_counts)
+    corners, faces = triangulated(mesh.face_counts, mesh.face_indices, mesh.points)
     if not len(corners):
         return None, [finding("FEATURE_DROPPED", mesh.name, "a mesh without faces is left out")]
     found = _report_dropped(mesh)
+    if mesh.flat:  # tangents mean nothing without normals (section 3.7.2.1)
+        others = tuple(c for c in mesh.corner_values if c.name != TANGENTS)
+        mesh = replace(mesh, corner_values=others)
     mesh, inbetweens, new_findings = flat_mesh(mesh)
     found += new_findings
     shows = {*(s.material for s in mesh.subsets), mesh.material} & set(coloured)
@@ -111,7 +94,9 @@ def write_mesh(
     )
     moves = [_target(s.indices, s.offsets, split.source, builder) for s in mesh.shapes]
     normals, turns = _normals(mesh)  # of numbers that are now known to fit float32
-    shared.NORMAL = builder.array(unit_or_up(normals[split.source]), ARRAY_BUFFER, short="signed")
+    if not mesh.flat:
+        lit = unit_or_up(normals[split.source])
+        shared.NORMAL = builder.array(lit, ARRAY_BUFFER, short="signed")
     wanted = texcoord_count(primitives, materials)
     for attribute, accessor in write_corner_attributes(
         mesh, split, uv_names, wanted, builder
@@ -125,10 +110,9 @@ def write_mesh(
         found += new_findings
         for attribute, accessor in influences.items():
             setattr(shared, attribute, accessor)
-    targets = [
-        {"POSITION": move, "NORMAL": _target(*turn, split.source, builder)}
-        for move, turn in zip(moves, turns, strict=True)
-    ]
+    targets = [{"POSITION": move} for move in moves]
+    for target, turn in zip(targets, [] if mesh.flat else turns, strict=False):
+        target["NORMAL"] = _target(*turn, split.source, builder)
     if shared.TANGENT is not None:
         for target, turn in zip(targets, turns, strict=True):
             turned = tangent_deltas(mesh, split, normals, turn)
@@ -160,7 +144,7 @@ def _report_dropped(mesh: Mesh) -> list[Finding]:
     found = []
     if (mesh.face_counts > 3).any():
         found.append(finding("FACES_TRIANGULATED", mesh.name))
-    if mesh.normals is None:
+    if mesh.normals is None and not mesh.flat:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
     combined = [shape.name for shape in mesh.shapes if shape.combination is not None]
     if combined:
@@ -207,20 +191,24 @@ def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
     A shape without normal offsets gets the change of the smooth normals at weight 1, also where
     the neutral normals are authored.
     """
+    if mesh.flat:
+        return np.zeros_like(mesh.points), []
     authored = [(s.indices, s.normal_offsets) for s in mesh.shapes if s.normal_offsets is not None]
     if mesh.normals is not None and len(authored) == len(mesh.shapes):
         return mesh.normals, authored
-    smooth = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
-    resting = smooth(mesh.points)
+    faces = mesh.face_counts, mesh.face_indices, len(mesh.points)
+    near = NormalsNear(*faces)
+    resting = normals_of_faces(*faces)(mesh.points)
 
     def turn(shape: BlendShape) -> tuple[IntArray, FloatArray]:
         if shape.normal_offsets is not None:
             return shape.indices, shape.normal_offsets
         points = mesh.points.copy()
         points[shape.indices] += shape.offsets
-        change = smooth(points) - resting
-        turned = np.flatnonzero((np.abs(change) > _LEAST_NORMAL_CHANGE).any(axis=1))
-        return turned, change[turned]
+        ring = near.ring(shape.indices)
+        change = near.at(points, ring) - resting[ring]
+        turned = (np.abs(change) > _LEAST_NORMAL_CHANGE).any(axis=1)
+        return ring[turned], change[turned]
 
     normals = resting if mesh.normals is None else mesh.normals
     return normals, [turn(shape) for shape in mesh.shapes]

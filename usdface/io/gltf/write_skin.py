@@ -16,6 +16,7 @@ from usdface.rigs import Skin
 __all__ = ["write_influences"]
 
 _SET = 4  # influences; many programs read no more than one set
+_SUM = 1e-3  # of 1: a sum that is off by more was meant, or is wrong
 
 
 def write_influences(
@@ -47,11 +48,24 @@ def write_influences(
         held = places[source, own].astype(small), weights[source, own]
         for attribute, values in zip(("JOINTS", "WEIGHTS"), held, strict=True):
             attributes[f"{attribute}_{number}"] = builder.array(values, ARRAY_BUFFER)
-    if len(attributes) == 2:
-        return attributes, []
-    many = int((weights[:, _SET:] > 0).any(axis=1).sum())
-    message = f"{many} points have more than {_SET} joints; some programs read the strongest only"
-    return attributes, [finding("INFLUENCES_MANY", name, message)]
+    found = _report_sums(skin, name)
+    if len(attributes) > 2:
+        lost = weights[:, _SET:].sum(axis=1)
+        message = (
+            f"{int((lost > 0).sum())} points have more than {_SET} joints; programs that read the "
+            f"strongest only leave out up to {100 * lost.max():.2g} % of a point's weight"
+        )
+        found.append(finding("INFLUENCES_MANY", name, message))
+    return attributes, found
+
+
+def _report_sums(skin: Skin, name: str) -> list[Finding]:
+    """Return a finding where UsdSkel shows something else, as it takes weights as they are."""
+    off = np.abs(np.nan_to_num(skin.weights).sum(axis=1) - 1)
+    if not len(off) or (off.max() <= _SUM and (skin.weights >= 0).all()):
+        return []
+    message = f"the skin weights of {int((off > _SUM).sum())} points do not add up to 1; glTF's do"
+    return [finding("FEATURE_APPROXIMATED", name, message)]
 
 
 def _influences(

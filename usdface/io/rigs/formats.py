@@ -35,7 +35,7 @@ RIG_READERS = FormatTable(
     (
         RigReader(
             name="glTF",
-            suffixes=(".glb", ".gltf"),
+            suffixes=(".glb", ".gltf", ".vrm"),
             options=("asset_root",),
             read=lazy_function("usdface.io.rigs.scene_rig", "read_gltf_rig"),
         ),

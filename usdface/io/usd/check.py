@@ -16,6 +16,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.geometry.stray_points import stray_move, stray_point
+from usdface.io.usd.check_bindings import check_bindings
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import open_stage
 
@@ -57,7 +58,8 @@ def check_usd(path: Path) -> list[Finding]:
 def check_stage(stage: Usd.Stage) -> list[Finding]:
     """Check the blend shapes of an open stage."""
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
-        return [f for p in Usd.PrimRange(stage.GetPseudoRoot(), _ALL) for f in _check_prim(p)]
+        prims = Usd.PrimRange(stage.GetPseudoRoot(), _ALL)
+        return [*(f for prim in prims for f in _check_prim(prim)), *check_bindings(stage)]
 
 
 def _check_prim(prim: Usd.Prim) -> Findings:

@@ -82,6 +82,11 @@ def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[F
         finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
         for prim in prims
         if prim.IsA(UsdSkel.Animation)
-        and prim.GetPath() not in played
+        and not {prim.GetPath(), _shared_path(prim)} & played
         and any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAttributes())
     ]
+
+
+def _shared_path(prim: Usd.Prim) -> Sdf.Path:
+    """Return the path of the prim that all instances share, where it is one of an instance."""
+    return (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()

@@ -20,23 +20,28 @@ from usdface.io.usd.clip_variants import (
     report_unbound,
 )
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.motion_keys import continuous_parts
+from usdface.io.usd.rig import rig_of_stage, staged_skeletons
 from usdface.io.usd.rigid_animation import (
     RigidMotion,
     add_rigid_joints,
     find_rigid_motions,
     merge_joint_takes,
-    skeleton_prefix,
+    prefixes,
 )
+from usdface.io.usd.shared_shapes import ShapeNames, separate_shapes
 from usdface.io.usd.skeleton import parent_frames
+from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.stage import metrics_of, to_si
-from usdface.rigs import Rig, Skeleton
+from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 
 __all__ = ["animated_rig", "clips_of_stage"]
 
 _SAME_SCALE = 1e-5  # a fiftieth of the step of 16-bit scales at 1 (2**-11)
+_POSED = 1e-5  # of a matrix: SkelAnimations hold float32, and scales of 16 bits near 1
 _SAME_WEIGHT = 1e-6  # 8 roundings of float32
+_OWN_NAMES: ShapeNames = {}
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
@@ -50,10 +55,13 @@ def animated_rig(
     """
     rig, found = rig_of_stage(stage, asset_root=asset_root)
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
+        rig, names, new_findings = separate_shapes(stage, rig)
+        found += new_findings
         motions = find_rigid_motions(stage, rig)
+        skeletons = staged_skeletons(stage)
         found += _report_skinning_method(stage, rig)
-    clips, clip_findings = clips_of_stage(stage, rig, motions=motions)
-    return add_rigid_joints(rig, motions), clips, found + clip_findings
+    clips, new_findings = clips_of_stage(stage, rig, motions=motions, names=names)
+    return add_rigid_joints(rig, motions, skeletons), clips, found + new_findings
 
 
 def _report_skinning_method(stage: Usd.Stage, rig: Rig) -> list[Finding]:
@@ -68,7 +76,11 @@ def _report_skinning_method(stage: Usd.Stage, rig: Rig) -> list[Finding]:
 
 
 def clips_of_stage(
-    stage: Usd.Stage, rig: Rig, root: str = "", motions: Sequence[RigidMotion] = ()
+    stage: Usd.Stage,
+    rig: Rig,
+    root: str = "",
+    motions: Sequence[RigidMotion] = (),
+    names: ShapeNames = _OWN_NAMES,
 ) -> tuple[tuple[Clip, ...], list[Finding]]:
     """Return the clips of the SkelAnimations that are bound under the SkelRoots.
 
@@ -85,6 +97,8 @@ def clips_of_stage(
         Path of a prim that the SkelRoots are under; "" = the whole stage.
     motions : sequence of RigidMotion
         Rigid motions, which become joints (`usdface.io.usd.rigid_animation`).
+    names : mapping
+        Of shapes that the rig names otherwise (`usdface.io.usd.shared_shapes`).
 
     Raises
     ------
@@ -96,63 +110,84 @@ def clips_of_stage(
     found: list[Finding] = []
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         played: set[Sdf.Path] = set()
+        scene = _Scene(root, staged_skeletons(stage, root), motions, names)
         for variation in clip_stages(stage, root):
-            clip, new_findings = _clip(variation, rig, root, motions)
+            clip, new_findings = _clip(variation, scene)
             found += new_findings
             played |= {*playing_animations(variation)}
             if clip is not None:
                 clips.append(clip)
         found += report_unbound(stage, root, played)
-    if len(clips) > 1:
-        clips = [clip for clip in clips if not clip.still]
-    return tuple(clips), list(dict.fromkeys(found))
+    moving = [clip for clip in clips if not clip.still]
+    still = [clip for clip in clips if clip.still]
+    if moving:  # one of several variants may stand still: its weights, but no pose of joints
+        weights = next((c.weights for c in still if c.weights), _defaults(stage, root, names))
+        still = [Clip("", weights)] if weights else []
+    return (*moving, *still[:1]), list(dict.fromkeys(found))
 
 
-def _clip(
-    stage: Usd.Stage, rig: Rig, root: str, motions: Sequence[RigidMotion]
-) -> tuple[Clip | None, list[Finding]]:
-    playing_now = bound_animations(stage, root)
-    animations = {b.animation.GetPrim(): b.animation for b in playing_now}
-    weighted = [q for q in animations.values() if q.GetBlendShapeWeightTimeSamples()]
+def _defaults(stage: Usd.Stage, root: str, names: ShapeNames) -> WeightsTake | None:
+    """Return the weights that SkelAnimations with samples have without time, if not all are 0."""
+    return _merged_defaults(bound_animations(stage, root), names)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Scene:
+    """Parts of a stage that all of its clips share."""
+
+    root: str
+    skeletons: tuple[StagedSkeleton, ...]
+    motions: Sequence[RigidMotion]
+    names: ShapeNames
+
+    def skeleton(self, bound: BoundAnimation) -> StagedSkeleton | None:
+        path = bound.skeleton.GetPrim().GetPath()
+        return next((one for one in self.skeletons if one.path == path), None)
+
+
+def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
+    playing_now = bound_animations(stage, scene.root)
+    animations = {b.animation.GetPrim(): b for b in playing_now}
+    weighted = [b for b in animations.values() if b.animation.GetBlendShapeWeightTimeSamples()]
     jointed = [
-        b
+        (b, skeleton)
         for b in playing_now
-        if rig.skeleton is not None
-        and tuple(map(str, b.skeleton.GetJointOrder())) == rig.skeleton.joints
-        and b.animation.GetJointTransformTimeSamples()
+        if (skeleton := scene.skeleton(b)) is not None
+        and (b.animation.GetJointTransformTimeSamples() or _is_posed(b))
     ]
     codes = np.unique(
         [
-            *(code for q in weighted for code in q.GetBlendShapeWeightTimeSamples()),
-            *(code for b in jointed[:1] for code in b.animation.GetJointTransformTimeSamples()),
-            *(code for motion in motions for code in motion.codes),
+            *(code for b in weighted for code in b.animation.GetBlendShapeWeightTimeSamples()),
+            *(code for b, _ in jointed for code in b.animation.GetJointTransformTimeSamples()),
+            *(code for motion in scene.motions for code in motion.codes),
         ]
     )
-    found: list[Finding] = []
-    if not len(codes):
-        still = [q for q in animations.values() if _static_weights(q)]
-        return (Clip("", _static_weights(still[0])) if still else None), found
     metrics = metrics_of(stage)
-    start = metrics.start if stage.HasAuthoredTimeCodeRange() else codes[0]
-    clock = _Clock(min(start, float(codes[0])), metrics.time_codes_per_second)
-    weights, new_findings = _merged_weights(weighted, clock)
-    found += new_findings
-    takes = [_joint_take(motion, clock) for motion in motions]
-    if jointed and rig.skeleton is not None:
-        joints, new_findings = _joints(jointed[0], rig.skeleton, to_si(metrics), clock)
+    start = metrics.start if stage.HasAuthoredTimeCodeRange() or not len(codes) else codes[0]
+    clock = _Clock(min([start, *codes[:1]]), metrics.time_codes_per_second)
+    takes = [_joint_take(motion, clock) for motion in scene.motions]
+    above = prefixes(scene.skeletons, scene.motions)
+    found: list[Finding] = []
+    for bound, skeleton in jointed:
+        joints, new_findings = _joints(bound, skeleton, to_si(metrics), clock)
         found += new_findings
         if joints is not None:
-            above = skeleton_prefix(rig, motions)
-            takes.append(replace(joints, joints=tuple(above + joint for joint in joints.joints)))
-    prims = [
-        q.GetPrim() for q in (*weighted, *(b.animation for b in jointed), *animations.values())
-    ]
-    name = prims[0].GetDisplayName() or prims[0].GetName() if prims else motions[0].name
-    return Clip(name, weights, merge_joint_takes(takes)), found
+            prefix = above[skeleton.path]
+            takes.append(replace(joints, joints=tuple(prefix + joint for joint in joints.joints)))
+    pose = merge_joint_takes(takes)
+    if not len(codes):
+        still = _merged_defaults(list(animations.values()), scene.names)
+        return (Clip("", still, pose) if still or pose else None), found
+    weights, new_findings = _merged_weights(weighted, scene.names, clock)
+    found += new_findings
+    shown = [*weighted, *(bound for bound, _ in jointed), *animations.values()]
+    prims = [bound.animation.GetPrim() for bound in shown]
+    name = prims[0].GetDisplayName() or prims[0].GetName() if prims else scene.motions[0].name
+    return Clip(name, weights, pose), found
 
 
 def _joint_take(motion: RigidMotion, clock: "_Clock") -> JointsTake:
-    moves, turns, sizes = (part[:, None] for part in decompose(motion.matrices))
+    moves, turns, sizes = (part[:, None] for part in continuous_parts(motion.matrices))
     times = clock.times(motion.codes)
     return JointsTake((motion.joint,), times, moves, turns, sizes, clock.grid(times))
 
@@ -171,61 +206,79 @@ class _Clock:
         return round(1 / step, 6) if step > 0 else self.rate
 
 
-def _names(query: UsdSkel.AnimQuery) -> tuple[str, ...]:
-    return tuple(str(token) for token in query.GetBlendShapeOrder())
+def _names(bound: BoundAnimation, names: ShapeNames) -> tuple[str, ...]:
+    own = names.get(bound.skeleton.GetPrim().GetPath(), {})
+    tokens = map(str, bound.animation.GetBlendShapeOrder())
+    return tuple(own.get(token, token) for token in tokens)
 
 
-def _static_weights(query: UsdSkel.AnimQuery) -> WeightsTake | None:
-    """Return weights that do not move, if some are not zero."""
-    row = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr().Get()
-    names = _names(query)
-    if row is None or len(row) != len(names) or not any(row):
+def _is_posed(binding: BoundAnimation) -> bool:
+    """Whether a SkelAnimation without samples holds joints elsewhere than at rest."""
+    order = list(binding.skeleton.GetJointOrder())
+    rest = binding.skeleton.ComputeJointLocalTransforms(0.0, True)
+    shown = binding.skeleton.ComputeJointLocalTransforms(0.0)
+    if not order or rest is None or shown is None:
+        return False
+    return not np.allclose(np.array(shown), np.array(rest), rtol=_POSED, atol=_POSED)
+
+
+def _merged_defaults(bounds: Sequence[BoundAnimation], names: ShapeNames) -> WeightsTake | None:
+    """Return the weights that all SkelAnimations have without time, if some are not zero."""
+    columns: dict[str, float] = {}
+    for bound in bounds:
+        row = UsdSkel.Animation(bound.animation.GetPrim()).GetBlendShapeWeightsAttr().Get()
+        own = _names(bound, names)
+        if row is not None and len(row) == len(own):
+            columns = dict(zip(own, map(float, row), strict=True)) | columns
+    if not any(columns.values()):
         return None
-    return WeightsTake(names, np.zeros(1), np.array([row], np.float64))
+    return WeightsTake(tuple(columns), np.zeros(1), np.array([[*columns.values()]]))
 
 
-def _weights(query: UsdSkel.AnimQuery, clock: _Clock) -> WeightsTake:
-    names = _names(query)
+def _weights(bound: BoundAnimation, names: ShapeNames, clock: _Clock) -> WeightsTake:
+    query, own = bound.animation, _names(bound, names)
     codes = np.array(query.GetBlendShapeWeightTimeSamples())
     values = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr()
     rows = []
     for code in codes:
         row = np.asarray(values.Get(float(code)), np.float64)
-        if row.shape != (len(names),):
+        if row.shape != (len(own),):
             raise InputError(
-                f"{query.GetPrim().GetPath()} has {row.size} blendShapeWeights for {len(names)} "
+                f"{query.GetPrim().GetPath()} has {row.size} blendShapeWeights for {len(own)} "
                 f"blendShapes at time code {code:g}",
                 "WEIGHTS_LENGTH_WRONG",
             )
         rows.append(row)
     times = clock.times(codes)
-    return WeightsTake(names, times, np.array(rows), clock.grid(times))
+    return WeightsTake(own, times, np.array(rows), clock.grid(times))
 
 
 def _merged_weights(
-    queries: Sequence[UsdSkel.AnimQuery], clock: _Clock
+    bounds: Sequence[BoundAnimation], names: ShapeNames, clock: _Clock
 ) -> tuple[WeightsTake | None, list[Finding]]:
     """Return the weights of all SkelAnimations that play at once; of equal names the first."""
-    takes = [_weights(query, clock) for query in queries]
+    takes = [_weights(bound, names, clock) for bound in bounds]
     if len(takes) < 2:
         return (takes[0] if takes else None), []
     times = np.unique(np.concatenate([take.times for take in takes]))
     columns: dict[str, FloatArray] = {}
     found = []
-    for query, take in zip(queries, takes, strict=True):
+    for bound, take in zip(bounds, takes, strict=True):
         for name, curve in zip(take.names, take.weights.T, strict=True):
             own = np.interp(times, take.times, curve)
             if not np.allclose(columns.setdefault(name, own), own, rtol=0, atol=_SAME_WEIGHT):
                 message = f"{name!r} moves otherwise in another SkelAnimation, which comes first"
-                found.append(finding("ANIMATION_DROPPED", str(query.GetPrim().GetPath()), message))
+                where = str(bound.animation.GetPrim().GetPath())
+                found.append(finding("ANIMATION_DROPPED", where, message))
     weights = np.stack([*columns.values()], 1)
     return WeightsTake(tuple(columns), times, weights, max(t.rate for t in takes)), found
 
 
 def _joints(
-    binding: BoundAnimation, skeleton: Skeleton, si: FloatArray, clock: _Clock
+    binding: BoundAnimation, staged: StagedSkeleton, si: FloatArray, clock: _Clock
 ) -> tuple[JointsTake | None, list[Finding]]:
     """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
+    skeleton, renamed = staged.skeleton, staged.renamed
     where = str(binding.animation.GetPrim().GetPath())
     order = tuple(map(str, binding.animation.GetJointOrder()))
     known = [k for k, joint in enumerate(order) if joint in skeleton.joints]
@@ -233,7 +286,7 @@ def _joints(
     if len(known) < len(order):
         message = f"{len(order) - len(known)} animated joints are not in the skeleton"
         found.append(finding("ANIMATION_DROPPED", where, message))
-    codes = np.array(binding.animation.GetJointTransformTimeSamples())
+    codes = np.array(binding.animation.GetJointTransformTimeSamples() or [clock.start])
     rows = [binding.animation.ComputeJointLocalTransformComponents(float(c)) for c in codes]
     if not known or any(row is None or any(len(p) != len(order) for p in row) for row in rows):
         message = "translations, rotations and scales do not fit the joints"
@@ -256,7 +309,7 @@ def _joints(
         parts.append((move, turn, size))
     times = clock.times(codes)
     moves, turns, sizes = (np.stack(values, 1) for values in zip(*parts, strict=True))
-    joints = tuple(order[k] for k in known)
+    joints = tuple(renamed[order[k]] for k in known)
     return JointsTake(joints, times, moves, turns, sizes, clock.grid(times)), found
 
 

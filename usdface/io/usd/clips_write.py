@@ -3,27 +3,32 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import decompose
-from usdface.io.usd.stage import matrices, rate_of, vec3f_array
+from usdface.io.usd.stage import matrices, vec3f_array
 from usdface.rigs import Skeleton
+from usdface.takes import WeightsTake
 
 __all__ = ["CLIPS", "clock_of", "time_codes", "write_clips"]
 
+_UNKNOWN = 60.0  # frames per second
 CLIPS = "animation"  # the variant set
 _SAME_TIME = 5e-7  # [s]: 4 roundings of float32 at one second
 
 
 def clock_of(clips: Sequence[Clip]) -> float:
-    """Return the timeCodesPerSecond for some clips: the highest of their rates."""
-    if not any(len(clip.times) for clip in clips):
+    """Return the timeCodesPerSecond for some clips: the highest of their rates.
+
+    60 where none is known: keys need not be on frames, and their distances may be anything.
+    """
+    if all(clip.still for clip in clips):
         return 24.0
-    rate = max(clip.rate for clip in clips)
-    return rate or rate_of(max((clip.times for clip in clips), key=len))
+    return max(clip.rate for clip in clips) or _UNKNOWN
 
 
 def time_codes(times: FloatArray, rate: float) -> FloatArray:
@@ -50,6 +55,8 @@ def write_clips(
 ) -> None:
     """Author a SkelAnimation for each clip, and bind the first.
 
+    How the face stands without animation are the defaults of all.
+
     One alone is `Anim`; several lie in the scope `Animations`, and a variant set of the SkelRoot
     chooses. Without any, `Anim` holds the rest.
 
@@ -68,16 +75,18 @@ def write_clips(
     for prim in (skel.GetPrim(), root.GetPrim()):
         UsdSkel.BindingAPI.Apply(prim)
     UsdSkel.BindingAPI(root).CreateSkeletonRel().SetTargets([skel.GetPath()])
+    still = next((clip for clip in clips if clip.still), Clip(""))
+    clips = [clip for clip in clips if not clip.still]
     if len(clips) < 2:
         clip = clips[0] if clips else Clip("")
-        made = _write_clip(stage, f"{root.GetPath()}/Anim", skeleton, shapes, clip, rate)
+        made = _write_clip(stage, f"{root.GetPath()}/Anim", skeleton, shapes, clip, still, rate)
         _bind(root, skel, made)
         return
     scope = UsdGeom.Scope.Define(stage, root.GetPath().AppendChild("Animations")).GetPath()
     variants = root.GetPrim().GetVariantSets().AddVariantSet(CLIPS)
     names = prim_names(clip.name for clip in clips)
     for name, clip in zip(names, clips, strict=True):
-        made = _write_clip(stage, f"{scope}/{name}", skeleton, shapes, clip, rate)
+        made = _write_clip(stage, f"{scope}/{name}", skeleton, shapes, clip, still, rate)
         variants.AddVariant(name)
         variants.SetVariantSelection(name)
         with variants.GetVariantEditContext():
@@ -97,8 +106,10 @@ def _write_clip(
     skeleton: Skeleton,
     shapes: tuple[str, ...],
     clip: Clip,
+    still: Clip,
     rate: float,
 ) -> UsdSkel.Animation:
+    """Author a clip as samples, and how the face stands without animation as defaults."""
     anim = UsdSkel.Animation.Define(stage, path)
     if clip.name and clip.name != anim.GetPrim().GetName():
         anim.GetPrim().SetDisplayName(clip.name)
@@ -106,21 +117,26 @@ def _write_clip(
     anim.SetTransforms(matrices(skeleton.rest))
     anim.CreateBlendShapesAttr(shapes)
     values = anim.CreateBlendShapeWeightsAttr(Vt.FloatArray(len(shapes)))
+    if still.weights is not None:
+        values.Set(Vt.FloatArray.FromNumpy(_rows(still.weights, shapes)[0]))
     if clip.weights is not None:
-        rows = clip.weights.reordered(shapes).weights.astype(np.float32)
-        if clip.still:
-            values.Set(Vt.FloatArray.FromNumpy(rows[0]))
-        else:
-            codes = time_codes(clip.weights.times, rate).tolist()
-            for code, row in zip(codes, rows, strict=True):
-                values.Set(Vt.FloatArray.FromNumpy(row), code)
+        codes = time_codes(clip.weights.times, rate).tolist()
+        for code, row in zip(codes, _rows(clip.weights, shapes), strict=True):
+            values.Set(Vt.FloatArray.FromNumpy(row), code)
+    if still.joints is not None:
+        _write_joints(anim, skeleton, still.joints, [Usd.TimeCode.Default()])
     if clip.joints is not None:
-        _write_joints(anim, skeleton, clip.joints, rate)
+        codes = time_codes(clip.joints.times, rate).tolist()
+        _write_joints(anim, skeleton, clip.joints, [Usd.TimeCode(code) for code in codes])
     return anim
 
 
+def _rows(take: WeightsTake, shapes: tuple[str, ...]) -> NDArray[np.float32]:
+    return take.reordered(shapes).weights.astype(np.float32)
+
+
 def _write_joints(
-    anim: UsdSkel.Animation, skeleton: Skeleton, take: JointsTake, rate: float
+    anim: UsdSkel.Animation, skeleton: Skeleton, take: JointsTake, codes: Sequence[Usd.TimeCode]
 ) -> None:
     """Author all joints: programs differ in the fallback of joints that are left out."""
     place = {joint: k for k, joint in enumerate(skeleton.joints)}
@@ -128,7 +144,6 @@ def _write_joints(
     moves, turns, sizes = (np.tile(p, (len(take.times), 1, 1)) for p in decompose(skeleton.rest))
     moves[:, own], turns[:, own], sizes[:, own] = take.translations, take.rotations, take.scales
     attributes = anim.GetTranslationsAttr(), anim.GetRotationsAttr(), anim.GetScalesAttr()
-    codes = time_codes(take.times, rate).tolist()
     for code, move, turn, size in zip(codes, moves, turns, sizes, strict=True):
         values = (
             vec3f_array(move),

@@ -10,9 +10,10 @@ from usdface.certificate.linear_morph import LinearMorph
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
+from usdface.io.usd.shown_meshes import shown_meshes
 from usdface.io.usd.stage import metrics_of, to_si
 
-__all__ = ["UsdMesh", "evaluate_usd", "stage_keys"]
+__all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
 
 _ALIKE = 1e-9  # of transforms, in stage units
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
@@ -35,16 +36,19 @@ class _Bound:
         return weights if mapper is None else mapper.Remap(weights)
 
     def moves(self, code: float) -> Vt.Matrix4dArray | None:
-        """Return the transforms of the mesh's joints; None where no joint moves it."""
+        """Return the transforms of the skeleton's joints; None where no joint moves the mesh."""
         if not self.skinning.HasJointInfluences() or not len(self.skeleton.GetJointOrder()):
             return None
-        moves = self.skeleton.ComputeSkinningTransforms(code)
+        return self.skeleton.ComputeSkinningTransforms(code)
+
+    def _mapped(self, moves: Vt.Matrix4dArray) -> Vt.Matrix4dArray:
+        """Return transforms in the mesh's own order of joints; UsdSkel does so for points."""
         mapper = self.skinning.GetJointMapper()
         return moves if mapper is None else mapper.Remap(moves)
 
     def skin_normals(self, normals: Vt.Vec3fArray, moves: Vt.Matrix4dArray, code: float) -> None:
         """Turn normals with the joints, in place."""
-        turns = _normal_matrix(np.array(moves))
+        turns = _normal_matrix(np.array(self._mapped(moves)))
         UsdSkel.SkinNormals(
             self.skinning.GetSkinningMethod(),
             _matrix3(_normal_matrix(np.array(self.skinning.GetGeomBindTransform(code)))),
@@ -199,7 +203,9 @@ _START = Usd.TimeCode.EarliestTime()
 
 
 def _normal_matrix(matrix: FloatArray) -> FloatArray:
-    turns = np.linalg.inv(matrix[..., :3, :3]).swapaxes(-1, -2)
+    linear = matrix[..., :3, :3]
+    flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to nothing: there is no normal to see
+    turns = np.linalg.inv(np.where(flat[..., None, None], np.eye(3), linear)).swapaxes(-1, -2)
     return np.ascontiguousarray(turns, np.float64)
 
 
@@ -223,7 +229,7 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[UsdMesh, ...]:
                 bound |= {t.GetPrim(): _Bound(t, query) for t in binding.GetSkinningTargets()}
         si = to_si(metrics_of(stage))
         meshes = []
-        for prim in prims:
+        for prim in shown_meshes(prims)[0]:
             used = np.unique(UsdGeom.Mesh(prim).GetFaceVertexIndicesAttr().Get(_START) or [])
             if len(used):
                 tokens = UsdSkel.BindingAPI(prim).GetBlendShapesAttr().Get() or ()
@@ -255,8 +261,22 @@ def stage_keys(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
     sample. Without animation there is one code, the start.
     """
     metrics = metrics_of(stage)
+    name, keys = _keys(stage)
+    if not keys:
+        return name, np.array([metrics.start]), np.zeros(1)
+    codes = np.array(sorted(keys), np.float64)
+    start = min(metrics.start, codes[0]) if stage.HasAuthoredTimeCodeRange() else codes[0]
+    return name, codes, (codes - start) / metrics.time_codes_per_second
+
+
+def has_keys(stage: Usd.Stage) -> bool:
+    """Whether anything on a stage has samples over time."""
+    return bool(_keys(stage)[1])
+
+
+def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
     cache = UsdSkel.Cache()
-    name, keys = "", set()
+    name, keys = "", set[float]()
     for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
         cache.Populate(UsdSkel.Root(root), _ALL)
         for prim in (*_ancestors(root), *Usd.PrimRange(root, _ALL)):
@@ -270,8 +290,4 @@ def stage_keys(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
                 name = name or prim.GetDisplayName() or prim.GetName()
                 keys |= {*query.GetBlendShapeWeightTimeSamples()}
                 keys |= {*query.GetJointTransformTimeSamples()}
-    if not keys:
-        return name, np.array([metrics.start]), np.zeros(1)
-    codes = np.array(sorted(keys), np.float64)
-    start = min(metrics.start, codes[0]) if stage.HasAuthoredTimeCodeRange() else codes[0]
-    return name, codes, (codes - start) / metrics.time_codes_per_second
+    return name, keys

@@ -19,6 +19,8 @@ from usdface.rigs import MaterialSubset, Mesh
 
 __all__ = ["read_mesh_materials"]
 
+_GREY, _BLACK = (0.18, 0.18, 0.18), (0.0, 0.0, 0.0)  # what the schema falls back to
+
 
 def read_mesh_materials(
     stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None = None
@@ -41,7 +43,8 @@ def read_mesh_materials(
             findings.append(finding("NAME_CHANGED", path, f"{wanted!r} is now {names[path]!r}"))
         material, notes = _read_material(UsdShade.Material(prim), names[path], asset_root)
         sided = any(path in _bound(m) and _is_double_sided(stage, m) for m in meshes)
-        materials.append(replace(material, double_sided=sided))
+        single = bool(read_metadata(prim).get("singleSided"))
+        materials.append(replace(material, double_sided=sided and not single))
         findings += notes
     named = tuple(
         replace(
@@ -82,7 +85,7 @@ def _read_material(
     shown, glow = ("emissiveColor", "") if unlit else ("diffuseColor", "emissiveColor")
     result = Material(
         name,
-        colour(shown, Material("").base_color),
+        colour(shown, _BLACK if unlit else _GREY),
         opacity,
         number("metallic", 0.0),
         number("roughness", 0.5),

@@ -10,7 +10,7 @@ from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.blend_shapes import read_shapes
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.face_varying_primvars import read_face_varying, to_face_varying
-from usdface.rigs import CornerValues, MaterialSubset, Mesh, Skin
+from usdface.rigs import CORNER_NORMALS, CornerValues, MaterialSubset, Mesh, Skin
 
 __all__ = ["read_mesh"]
 
@@ -58,11 +58,13 @@ def read_mesh(
         )
     turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
     counts, indices = _faces(mesh, len(points))
-    normals, findings = _normals(mesh, counts, indices, len(points))
+    normals, hard, findings = _normals(mesh, counts, indices, len(points))
     uv_name, uvs, others, new_findings = read_face_varying(
         mesh, counts, indices, len(points), linear
     )
     findings += new_findings
+    if hard is not None:
+        others = (*others, CornerValues(CORNER_NORMALS, unit_or_up(hard @ turn)))
     left = mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
     if left != (determinant < 0):
         order = _reversed_winding(counts)
@@ -71,6 +73,9 @@ def read_mesh(
     shapes, new_findings = read_shapes(prim, len(points), linear, turn)
     findings += new_findings
     subsets, new_findings = _material_subsets(prim, len(counts))
+    if mesh.GetPointsAttr().ValueMightBeTimeVarying():
+        message = "its points change over time; they stay as at the first"
+        findings.append(finding("ANIMATION_DROPPED", path, message))
     findings += new_findings + _dropped_features(mesh, {uv_name, *(c.name for c in others)})
     extras, new_findings = read_extras(prim)
     findings += new_findings
@@ -89,7 +94,10 @@ def read_mesh(
         uv_name,
         others,
         extras,
+        flat=normals is None and mesh.GetSubdivisionSchemeAttr().Get() == UsdGeom.Tokens.none,
     )
+    if result.flat:
+        findings.append(finding("NORMALS_FLAT", path))
     return result, findings
 
 
@@ -120,8 +128,8 @@ def _reversed_winding(counts: IntArray) -> IntArray:
 
 def _normals(
     mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int
-) -> tuple[FloatArray | None, list[Finding]]:
-    """Return vertex normals in the mesh's space; those of face corners are averaged."""
+) -> tuple[FloatArray | None, FloatArray | None, list[Finding]]:
+    """Return normals (V, 3) in the mesh's space, averaged; and those of hard edges (C, 3)."""
     path = str(mesh.GetPath())
     primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
     if primvar and primvar.HasAuthoredValue():
@@ -129,19 +137,18 @@ def _normals(
     else:
         given, interpolation = mesh.GetNormalsAttr().Get(_START), mesh.GetNormalsInterpolation()
     if not given:
-        return None, []
+        return None, None, []
     values = np.asarray(given, np.float64)
     corners = to_face_varying(values, interpolation, counts, indices, count)
     if corners is None or not np.isfinite(values).all():
         message = f"{len(values)} {interpolation} normals do not fit the mesh; they are left out"
-        return None, [finding("FEATURE_DROPPED", path, message)]
+        return None, None, [finding("FEATURE_DROPPED", path, message)]
     if len(values) == count and interpolation in ("vertex", "varying"):
-        return values, []
+        return values, None, []
     total = [np.bincount(indices, corners[:, axis], count) for axis in range(3)]
     normals = unit_or_up(np.stack(total, axis=1))
     hard = (np.abs(unit_or_up(corners) - normals[indices]) > _HARD_EDGE).any()
-    message = "normals are kept per point; hard edges become smooth"
-    return normals, [finding("FEATURE_DROPPED", path, message)] if hard else []
+    return normals, corners if hard else None, []
 
 
 def _material(prim: Usd.Prim) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pxr import Sdf, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.textures import read_texture, scale_of, value_of
@@ -90,7 +90,10 @@ def _source(given: UsdShade.Input, where: str, found: list[Finding]) -> Source:
     if not producers:
         return Source()
     if not UsdShade.Output.IsOutput(producers[0]):
-        return Source(producers[0].Get())
+        if producers[0].ValueMightBeTimeVarying():
+            message = f"{given.GetBaseName()} changes over time; it stays as it is at the first"
+            found.append(finding("ANIMATION_DROPPED", where, message))
+        return Source(producers[0].Get(Usd.TimeCode.EarliestTime()))
     shader = UsdShade.Shader(producers[0].GetPrim())
     kind = str(shader.GetShaderId())
     if kind == "UsdUVTexture":

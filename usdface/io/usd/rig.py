@@ -15,11 +15,13 @@ from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
+from usdface.io.usd.shown_meshes import report_unconverted, shown_meshes
 from usdface.io.usd.skeleton import read_skeleton, read_skin
+from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
-__all__ = ["read_rig", "rig_of_stage", "skel_roots"]
+__all__ = ["read_rig", "rig_of_stage", "skel_roots", "skeleton_of_meshes", "staged_skeletons"]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
@@ -90,18 +92,29 @@ def _rig(
     bound, skeletons = _bindings(roots)
     si = to_si(metrics_of(stage))
     xforms = UsdGeom.XformCache(_START)
-    skeleton, used, findings = _pick_skeleton(skeletons, xforms, si, joints)
+    given, findings = _read_skeletons(skeletons, xforms, si, joints, single=bool(root))
+    skeleton, staged = join_skeletons(given)
+    used = {one.path: one for one in staged}
     below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
     meshes: list[Mesh] = []
-    for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL)):
-        if not prim.IsA(UsdGeom.Mesh) or not prim.GetPath().HasPrefix(below):
-            continue
+    prims = [
+        prim
+        for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL))
+        if prim.IsA(UsdGeom.Mesh) and prim.GetPath().HasPrefix(below)
+    ]
+    if not root:  # a scene, of which what is shown counts; a character may be hidden for now
+        prims, new_findings = shown_meshes(prims)
+        findings += new_findings + report_unconverted(stage)
+    for prim in prims:
         binding = bound.get(prim.GetPath())
         skin: Skin | None = None
-        if binding and skeleton and binding.skinned and binding.skeleton == used:
+        own = used.get(binding.skeleton.GetPath()) if binding and binding.skinned else None
+        if binding and own and skeleton:
             count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
-            skin, new_findings = read_skin(binding.query, count, skeleton.joints)
+            skin, new_findings = read_skin(binding.query, count, own.skeleton.joints)
             findings += new_findings
+            if skin is not None:
+                skin = Skin(skin.joints + skeleton.joints.index(own.joints[0]), skin.weights)
         space = _bind_space(prim, binding, xforms) @ si
         mesh, new_findings = read_mesh(UsdGeom.Mesh(prim), space, skin)
         findings += new_findings
@@ -170,24 +183,41 @@ def _bindings(
     return bound, list(skeletons)
 
 
-def _pick_skeleton(
-    skeletons: list[Usd.Prim], xforms: UsdGeom.XformCache, si: FloatArray, joints: bool
-) -> tuple[Skeleton | None, Usd.Prim | None, list[Finding]]:
-    """Return the first skeleton that moves anything: a rig has one."""
-    picked: Skeleton | None = None
-    used: Usd.Prim | None = None
+def staged_skeletons(stage: Usd.Stage, root: str = "") -> tuple[StagedSkeleton, ...]:
+    """Return the skeletons that `rig_of_stage` joins, and what it names their joints."""
+    _, skeletons = _bindings(skel_roots(stage, root))
+    xforms, si = UsdGeom.XformCache(_START), to_si(metrics_of(stage))
+    given, _ = _read_skeletons(skeletons, xforms, si, joints=False, single=bool(root))
+    return join_skeletons(given)[1]
+
+
+def skeleton_of_meshes(stage: Usd.Stage) -> dict[str, Sdf.Path]:
+    """Return the skeleton that each mesh is bound to, by the mesh's path."""
+    bound, _ = _bindings(skel_roots(stage))
+    return {str(path): binding.skeleton.GetPath() for path, binding in bound.items()}
+
+
+def _read_skeletons(
+    skeletons: list[Usd.Prim],
+    xforms: UsdGeom.XformCache,
+    si: FloatArray,
+    joints: bool,
+    single: bool,
+) -> tuple[list[tuple[Sdf.Path, Skeleton]], list[Finding]]:
+    """Return the skeletons that move anything; of a character, a `single` one."""
+    given: list[tuple[Sdf.Path, Skeleton]] = []
     findings: list[Finding] = []
     for prim in skeletons:
         to_rig = _world(prim, xforms) @ si
         moved = joints or _is_moved(prim)
         skeleton, new_findings = read_skeleton(UsdSkel.Skeleton(prim), to_rig, moved)
         findings += new_findings
-        if skeleton and picked:
-            message = "a rig keeps one skeleton; meshes bound to this one are not skinned"
+        if skeleton and given and single:
+            message = "a character keeps one skeleton; meshes bound to this one are not skinned"
             findings.append(finding("FEATURE_DROPPED", str(prim.GetPath()), message))
         elif skeleton:
-            picked, used = skeleton, prim
-    return picked, used, findings
+            given.append((prim.GetPath(), skeleton))
+    return given, findings
 
 
 def _is_moved(skeleton: Usd.Prim) -> bool:

@@ -1,23 +1,20 @@
 """Writing a rig as UsdSkel, for usdview, Blender, Maya and AR viewers."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 from pxr import Gf, Kind, Tf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
-from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
 from usdface.io.atomic import all_or_none
 from usdface.io.prim_names import prim_names
-from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
-from usdface.io.usd.combinations import write_combination
+from usdface.io.usd.conversion_metadata import write_metadata
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.extras import write_asset, write_extras
 from usdface.io.usd.face_varying_primvars import write_face_varying
@@ -25,6 +22,7 @@ from usdface.io.usd.joint_frames import with_unit_scales
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
 from usdface.io.usd.scene import write_scene
+from usdface.io.usd.shapes_write import write_shapes
 from usdface.io.usd.stage import (
     Metrics,
     matrices,
@@ -32,7 +30,7 @@ from usdface.io.usd.stage import (
     save_layer,
     vec3f_array,
 )
-from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
+from usdface.rigs import CORNER_NORMALS, MaterialSubset, Mesh, Rig, Skeleton, Skin
 
 __all__ = ["write_rig"]
 
@@ -154,17 +152,7 @@ def _write_mesh(
     prim.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     prim.CreateOrientationAttr(UsdGeom.Tokens.rightHanded)
     prim.CreateExtentAttr(UsdGeom.PointBased.ComputeExtent(points))
-    of_faces = cache(  # most meshes bring their normals and need none of this
-        lambda: normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
-    )
-
-    def normals_at(points: FloatArray) -> FloatArray:
-        return of_faces()(points)
-
-    normals = normals_at(mesh.points) if mesh.normals is None else unit_or_up(mesh.normals)
-    prim.CreateNormalsAttr(vec3f_array(normals))
-    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
-    findings = [finding("NORMALS_COMPUTED", path)] if mesh.normals is None else []
+    findings = _write_normals(prim, mesh)
     write_face_varying(prim, mesh)
     if prim.GetPrim().GetName() != mesh.name:
         prim.GetPrim().SetDisplayName(mesh.name)
@@ -172,11 +160,46 @@ def _write_mesh(
     findings += write_extras(prim.GetPrim(), mesh.extras)
     _bind_skin(prim, mesh, rig)
     shape_prims = prim_names(mesh.shape_names)
-    findings += _write_shapes(prim, mesh, shape_prims, normals_at)
+    findings += write_shapes(prim, mesh, shape_prims)
     findings += _bind_materials(prim, mesh, materials, shape_prims)
-    if double_sided & {mesh.material, *(s.material for s in mesh.subsets)}:
-        prim.CreateDoubleSidedAttr(True)
+    findings += _write_sides(prim, mesh, materials, double_sided)
     return findings
+
+
+def _write_sides(
+    prim: UsdGeom.Mesh, mesh: Mesh, materials: dict[str, UsdShade.Material], double_sided: set[str]
+) -> list[Finding]:
+    """Show both sides of a mesh if one of its materials does: USD knows it of meshes alone."""
+    bound = {mesh.material, *(s.material for s in mesh.subsets)}
+    if not double_sided & bound:
+        return []
+    prim.CreateDoubleSidedAttr(True)
+    single = sorted(name for name in bound - double_sided if name in materials)
+    if not single:
+        return []
+    for name in single:
+        write_metadata(materials[name].GetPrim(), "singleSided", True)
+    message = f"both sides are shown also of {', '.join(single)}: USD knows no sides of materials"
+    return [finding("FEATURE_APPROXIMATED", str(prim.GetPath()), message)]
+
+
+def _write_normals(prim: UsdGeom.Mesh, mesh: Mesh) -> list[Finding]:
+    if mesh.flat:
+        return [finding("NORMALS_FLAT", str(prim.GetPath()))]
+    hard = mesh.corners(CORNER_NORMALS)
+    if hard is not None:
+        prim.CreateNormalsAttr(vec3f_array(hard))
+        prim.SetNormalsInterpolation(UsdGeom.Tokens.faceVarying)
+        return []
+    computed = mesh.normals is None
+    if mesh.normals is None:
+        faces = normals_of_faces(mesh.face_counts, mesh.face_indices, len(mesh.points))
+        normals = faces(mesh.points)
+    else:
+        normals = unit_or_up(mesh.normals)
+    prim.CreateNormalsAttr(vec3f_array(normals))
+    prim.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    return [finding("NORMALS_COMPUTED", str(prim.GetPath()))] if computed else []
 
 
 def _bind_skin(prim: UsdGeom.Mesh, mesh: Mesh, rig: Rig) -> None:
@@ -201,70 +224,6 @@ def _bind_skin(prim: UsdGeom.Mesh, mesh: Mesh, rig: Rig) -> None:
         Vt.FloatArray.FromNumpy(skin.weights.astype(np.float32).ravel())
     )
     binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
-
-
-def _write_shapes(
-    prim: UsdGeom.Mesh,
-    mesh: Mesh,
-    names: tuple[str, ...],
-    normals_at: Callable[[FloatArray], FloatArray],
-) -> list[Finding]:
-    if not mesh.shapes:
-        return []
-    stage, path = prim.GetPrim().GetStage(), prim.GetPath()
-    findings: list[Finding] = []
-    neutral = cache(lambda: normals_at(mesh.points))
-    targets = [path.AppendChild(name) for name in names]
-    for target, shape in zip(targets, mesh.shapes, strict=True):
-        made = UsdSkel.BlendShape.Define(stage, target)
-        if target.name != shape.name:
-            made.GetPrim().SetDisplayName(shape.label or shape.name)
-            findings.append(finding("NAME_CHANGED", str(target), f"was {shape.name!r}"))
-
-        if shape.label:
-            made.GetPrim().SetCustomDataByKey(LABEL, shape.label)
-
-        def turned(offsets: FloatArray, shape: BlendShape = shape) -> FloatArray:
-            points = mesh.points.copy()
-            points[shape.indices] += offsets
-            return (normals_at(points) - neutral())[shape.indices]
-
-        normal_offsets = shape.normal_offsets
-        if normal_offsets is None:
-            normal_offsets = turned(shape.offsets)
-        made.CreateOffsetsAttr(vec3f_array(shape.offsets))
-        made.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
-        made.CreatePointIndicesAttr(Vt.IntArray.FromNumpy(shape.indices.astype(np.int32)))
-        findings += _write_inbetweens(made, shape, turned)
-        write_combination(made.GetPrim(), shape.combination)
-    binding = UsdSkel.BindingAPI(prim)
-    binding.CreateBlendShapesAttr(mesh.shape_names)
-    binding.CreateBlendShapeTargetsRel().SetTargets(targets)
-    return findings
-
-
-def _write_inbetweens(
-    made: UsdSkel.BlendShape, shape: BlendShape, turned: Callable[[FloatArray], FloatArray]
-) -> list[Finding]:
-    findings: list[Finding] = []
-    weights = {0.0, 1.0}
-    names = prim_names(between.name for between in shape.inbetweens)
-    for name, between in zip(names, shape.inbetweens, strict=True):
-        if between.weight in weights:
-            message = f"inbetween {between.name!r}: weight {between.weight:g} is taken already"
-            findings.append(finding("INBETWEEN_DROPPED", str(made.GetPath()), message))
-            continue
-        weights.add(between.weight)
-        target = made.CreateInbetween(name)
-        target.SetWeight(between.weight)
-        target.SetOffsets(vec3f_array(between.offsets))
-        normal_offsets = between.normal_offsets
-        if normal_offsets is None:
-            normal_offsets = turned(between.offsets)
-        target.CreateNormalOffsetsAttr(vec3f_array(normal_offsets))
-        if name != between.name:
-            target.GetAttr().SetDisplayName(between.name)
-    return findings
 
 
 def _bind_materials(

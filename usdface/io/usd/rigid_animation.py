@@ -1,6 +1,6 @@
 """Rigid motion of prims as joints, which glTF and UsdSkel move in the same way."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,8 @@ from usdface.arrays import FloatArray
 from usdface.clips import JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import along
+from usdface.io.usd.motion_keys import motion_keys
+from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
@@ -18,7 +20,7 @@ __all__ = [
     "add_rigid_joints",
     "find_rigid_motions",
     "merge_joint_takes",
-    "skeleton_prefix",
+    "prefixes",
     "transform_time_codes",
 ]
 
@@ -36,9 +38,9 @@ class RigidMotion:
     joint : str
         Path of the joint that it becomes, at the root of the skeleton.
     paths : tuple of str
-        Meshes, or the skeleton, with this motion.
+        Meshes and skeletons with this motion.
     codes : (F,) float64
-        Time codes of its keys.
+        Time codes of its keys: those of the samples, and more where it goes along curves.
     matrices : (F, 4, 4) float64
         In the rig's space, for row vectors, metres.
     """
@@ -62,19 +64,23 @@ def transform_time_codes(prim: Usd.Prim) -> dict[Sdf.Path, list[float]]:
 
 
 def find_rigid_motions(stage: Usd.Stage, rig: Rig) -> tuple[RigidMotion, ...]:
-    """Return the rigid motions of the meshes without a skin, and of the skeleton, of a rig.
+    """Return the rigid motions of the meshes without a skin, and of the skeletons, of a rig.
 
     A mesh with a skin moves with its skeleton. Prims with equal motion share one.
     """
     prims = [stage.GetPrimAtPath(m.path) for m in rig.meshes if m.skin is None]
-    prims += [skeleton for skeleton in map(_skeleton_of, _skinned(stage, rig)) if skeleton][:1]
+    skeletons = dict.fromkeys(
+        str(prim.GetPath()) for prim in map(_skeleton_of, _skinned(stage, rig))
+    )
+    prims += [stage.GetPrimAtPath(path) for path in skeletons]
     motions: list[RigidMotion] = []
     for prim in prims:
         keys = transform_time_codes(prim)
         if not keys:
             continue
-        codes = np.unique(np.concatenate([np.array(k) for k in keys.values()]))
-        matrices = _motion_since_start(prim, codes)
+        motion = _motion_since_start(prim)
+        codes = motion_keys(motion, np.unique(np.concatenate([np.array(k) for k in keys.values()])))
+        matrices = np.array([motion(code) for code in codes.tolist()])
         path = str(prim.GetPath())
         same = [m for m in motions if _same_motion(m, codes, matrices)]
         if same:
@@ -101,7 +107,7 @@ def _same_motion(motion: RigidMotion, codes: FloatArray, matrices: FloatArray) -
     )
 
 
-def _motion_since_start(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
+def _motion_since_start(prim: Usd.Prim) -> Callable[[float], FloatArray]:
     si = to_si(metrics_of(prim.GetStage()))
 
     def world(code: Usd.TimeCode) -> FloatArray:
@@ -109,24 +115,29 @@ def _motion_since_start(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
         return np.array(xform, np.float64) @ si
 
     start = np.linalg.inv(world(Usd.TimeCode.EarliestTime()))
-    worlds = np.array([world(Usd.TimeCode(code)) for code in codes.tolist()])
-    return np.asarray(start @ worlds, np.float64)
+    return lambda code: np.asarray(start @ world(Usd.TimeCode(code)), np.float64)
 
 
-def skeleton_prefix(rig: Rig, motions: Sequence[RigidMotion]) -> str:
-    """Return the path of the joint, with a slash, that moves the skeleton as a whole, else ""."""
-    meshes = {mesh.path for mesh in rig.meshes}
-    return next((f"{m.joint}/" for m in motions if not meshes.issuperset(m.paths)), "")
+def prefixes(
+    skeletons: Sequence[StagedSkeleton], motions: Sequence[RigidMotion]
+) -> dict[Sdf.Path, str]:
+    """Return the path of the joint, with a slash, that moves each skeleton as a whole, else ""."""
+    joints = {path: f"{motion.joint}/" for motion in motions for path in motion.paths}
+    return {one.path: joints.get(str(one.path), "") for one in skeletons}
 
 
-def add_rigid_joints(rig: Rig, motions: Sequence[RigidMotion]) -> Rig:
+def add_rigid_joints(
+    rig: Rig, motions: Sequence[RigidMotion], skeletons: Sequence[StagedSkeleton] = ()
+) -> Rig:
     """Return the rig with a joint at the origin for each rigid motion."""
     if not motions:
         return rig
     old = rig.skeleton or Skeleton((), (), np.zeros((0, 4, 4)), np.zeros((0, 4, 4)))
-    prefix, still = skeleton_prefix(rig, motions), np.tile(np.eye(4), (len(motions), 1, 1))
+    above = prefixes(skeletons, motions)
+    renamed = {joint: above[one.path] + joint for one in skeletons for joint in one.joints}
+    still = np.tile(np.eye(4), (len(motions), 1, 1))
     skeleton = Skeleton(
-        (*(m.joint for m in motions), *(prefix + joint for joint in old.joints)),
+        (*(m.joint for m in motions), *(renamed.get(joint, joint) for joint in old.joints)),
         (*(m.name for m in motions), *old.names),
         np.concatenate([still, old.bind]),
         np.concatenate([still, old.rest]),

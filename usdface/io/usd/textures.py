@@ -29,7 +29,7 @@ def value_of(shader: UsdShade.Shader, name: str) -> Any:
     """Return the value of a shader's input or of its connection; None where there is none."""
     given = shader.GetInput(name)
     producers = given.GetValueProducingAttributes() if given else []
-    return producers[0].Get() if producers else None
+    return producers[0].Get(Usd.TimeCode.EarliestTime()) if producers else None
 
 
 def scale_of(shader: UsdShade.Shader) -> tuple[float, ...]:

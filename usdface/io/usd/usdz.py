@@ -16,6 +16,7 @@ from usdface.io.usd.evaluate import stage_keys
 from usdface.io.usd.stage import open_stage
 from usdface.io.usd.usdz_assets import localise
 from usdface.io.usd.usdz_package import write_package
+from usdface.io.usd.usdz_stage import complete_stage
 from usdface.options import ExportOptions
 
 __all__ = ["write_usdz"]
@@ -34,8 +35,8 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     Returns
     -------
     list of Finding
-        Files that are left out (`usdface.io.usd.usdz_assets.localise`), and clips that do not
-        play (ANIMATION_DROPPED).
+        Files that are left out (`usdface.io.usd.usdz_assets.localise`), clips that do not
+        play (ANIMATION_DROPPED), and what the stage lacked (`usdface.io.usd.usdz_stage`).
 
     Raises
     ------
@@ -52,6 +53,7 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     stage = open_stage(source)
     with usd_errors(str(source)):
         flat, findings = _flattened(stage, options.clip)
+        findings += complete_stage(flat, source.name)
         assets, more = localise(flat, stage, root)
     with atomic_path(path) as temporary:
         try:

@@ -259,8 +259,17 @@ class _Scene(PlayerFile):
                 columns.append(influences.ravel().astype(np.int64))
                 values.append(weights.ravel().astype(np.float64))
                 number += 1
-        held = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        held = np.concatenate(values).clip(min=0), (np.concatenate(rows), np.concatenate(columns))
         weights = csr_array(held, shape=(start, len(joints)))
+        # As programs do on loading; what nothing holds they leave to the first joint.
+        total = np.bincount(held[1][0], held[0], start)
+        if not total.all():
+            alone, first = np.unique(held[1][0], return_index=True)
+            lost = first[total[alone] == 0]
+            places = (held[1][0][lost], held[1][1][lost])
+            weights = weights + csr_array((np.ones(len(lost)), places), shape=weights.shape)
+            total = np.where(total == 0, 1.0, total)
+        weights = weights.multiply(1 / total[:, None]).tocsr()
         return joints, lambda nodes: nodes.of_skin(joints, inverse, weights)
 
 

@@ -47,7 +47,8 @@ class PlayerFile:
         else:
             text = data
         self.json: dict[str, Any] = json.loads(text)
-        self.decoded = bool(_COMPRESSED & set(self.json.get("extensionsRequired", [])))
+        listed = {*self.json.get("extensionsRequired", []), *self.json.get("extensionsUsed", [])}
+        self.decoded = bool(_COMPRESSED & listed)
         if unknown := set(self.json.get("extensionsRequired", [])) - _KNOWN - _COMPRESSED:
             raise InputError(f"{path} cannot be evaluated: it needs {', '.join(sorted(unknown))}")
         if self.decoded:
@@ -59,7 +60,9 @@ class PlayerFile:
 
     def _decoded(self, path: Path, asset_root: Path | None) -> list[memoryview]:
         """Use the decoder of the reader for compressed data: there is no second one."""
-        plain = decompress(load_document(path, asset_root))
+        stored_as = load_document(path, asset_root)
+        plain = decompress(stored_as)
+        self.decoded = plain is not stored_as
         stored = json.loads(plain.document.to_json())
         for name in ("accessors", "bufferViews", "meshes"):
             self.json[name] = stored[name]

@@ -10,8 +10,6 @@ from usdface.arrays import FloatArray
 
 __all__ = ["PlayerTargets", "Target"]
 
-_BLOCK = 2**18  # numbers of all targets at once
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Target:
@@ -67,23 +65,18 @@ class PlayerTargets:
 
     def dense(self) -> NDArray[np.float32]:
         """Return the values of all vertices: (T, N, 3)."""
-        return self._part(np.arange(len(self.targets)), 0, self.count)
-
-    def added(self, weights: FloatArray) -> FloatArray:
-        """Return the weighted sum of the targets for `weights` (F, T): (F, N, 3)."""
-        used = np.flatnonzero(weights.any(axis=0))
-        result = np.zeros((len(weights), self.count, 3))
-        step = max(1, _BLOCK // max(3 * len(used), 1))
-        for start in range(0, self.count if len(used) else 0, step):
-            part = self._part(used, start, min(start + step, self.count)).astype(np.float64)
-            result[:, start : start + step] = np.tensordot(weights[:, used], part, 1)
+        result = np.zeros((len(self.targets), self.count, 3), np.float32)
+        for row, target in zip(result, self.targets, strict=True):
+            row[target.places] = target.values
         return result
 
-    def _part(self, used: NDArray[np.int64], start: int, stop: int) -> NDArray[np.float32]:
-        """Return the values of some targets at vertices `start` to `stop`."""
-        result = np.zeros((len(used), stop - start, 3), np.float32)
-        for row, number in zip(result, used.tolist(), strict=True):
-            target = self.targets[number]
-            first, last = np.searchsorted(target.places, (start, stop))
-            row[target.places[first:last] - start] = target.values[first:last]
+    def added(self, weights: FloatArray) -> FloatArray:
+        """Return the weighted sum of the targets for `weights` (F, T): (F, N, 3).
+
+        In time proportional to the vertices that they move.
+        """
+        result = np.zeros((len(weights), self.count, 3))
+        for k in np.flatnonzero(weights.any(axis=0)).tolist():
+            target = self.targets[k]
+            result[:, target.places] += weights[:, k, None, None] * target.values
         return result

@@ -1,0 +1,171 @@
+"""Avatars keep who may use them, their bones and their expressions; the rest is announced."""
+
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from usdface.io.gltf.read import read_gltf
+from usdface.pipeline import export_scene, import_scene
+
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
+JOINTS = np.array([[0, 1, 0, 0]] * 3, "<u1")
+WEIGHTS = np.array([[0.5, 0.5, 0, 0]] * 3, "<f4")
+
+ONE = {
+    "VRMC_vrm": {
+        "specVersion": "1.0",
+        "meta": {"name": "Alicia", "authors": ["A", "B"], "thumbnailImage": 3},
+        "humanoid": {"humanBones": {"hips": {"node": 0}, "head": {"node": 1}}},
+        "expressions": {
+            "preset": {
+                "happy": {
+                    "isBinary": False,
+                    "overrideBlink": "block",
+                    "morphTargetBinds": [
+                        {"node": 2, "index": 1, "weight": 0.75},
+                        {"node": 2, "index": 0, "weight": 0.25},
+                    ],
+                },
+                "blink": {},
+            },
+            "custom": {"ü wink": {"morphTargetBinds": [{"node": 2, "index": 0, "weight": 1}]}},
+        },
+    }
+}
+ZERO = {
+    "VRM": {
+        "exporterVersion": "x",
+        "meta": {"title": "Alicia", "texture": 0},
+        "humanoid": {"humanBones": [{"bone": "hips", "node": 0}, {"bone": "head", "node": 1}]},
+        "blendShapeMaster": {
+            "blendShapeGroups": [
+                {
+                    "name": "Joy",
+                    "presetName": "joy",
+                    "isBinary": True,
+                    "binds": [{"mesh": 0, "index": 1, "weight": 75}],
+                }
+            ]
+        },
+    }
+}
+
+
+def avatar(extensions: dict[str, Any]) -> dict[str, Any]:
+    primitive = {
+        "attributes": {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2},
+        "targets": [{"POSITION": 3}, {"POSITION": 4}],
+    }
+    return {
+        "extensionsUsed": list(extensions),
+        "extensions": extensions,
+        "scenes": [{"nodes": [0, 2]}],
+        "nodes": [
+            {"name": "Hips", "children": [1]},
+            {"name": "Head", "translation": [0, 1, 0]},
+            {"name": "Face", "mesh": 0, "skin": 0},
+        ],
+        "skins": [{"joints": [0, 1]}],
+        "meshes": [{"primitives": [primitive], "extras": {"targetNames": ["a", "ö"]}}],
+    }
+
+
+def write(write_glb: Any, path: Path, extensions: dict[str, Any]) -> Path:
+    arrays = [POINTS, JOINTS, WEIGHTS, 0.1 * POINTS, POINTS[::-1] * 0.2]
+    return write_glb(path, avatar(extensions), [np.ascontiguousarray(a) for a in arrays])
+
+
+def json_of(path: Path) -> dict[str, Any]:
+    data = path.read_bytes()
+    return json.loads(data[20 : 20 + struct.unpack_from("<I", data, 12)[0]])
+
+
+def there_and_back(folder: Path, path: Path) -> tuple[dict[str, Any], list[Any]]:
+    found = import_scene(path, folder / "a.usda").findings
+    export_scene(folder / "a.usda", folder / "b.glb")
+    return json_of(folder / "b.glb"), [f for f in found if f.severity != "info"]
+
+
+def named(document: dict[str, Any], node: int) -> str:
+    return document["nodes"][node]["name"]
+
+
+def test_version_1_there_and_back(write_glb, tmp_path: Path, validate_gltf) -> None:
+    back, found = there_and_back(tmp_path, write(write_glb, tmp_path / "a.vrm", ONE))
+    assert [(f.code, f.where) for f in found] == [("EXTENSION_DROPPED", "VRMC_vrm")]
+    assert "thumbnailImage" in found[0].message
+    made = back["extensions"]["VRMC_vrm"]
+    assert back["extensionsUsed"] == ["VRMC_vrm"]
+    assert made["meta"] == {"name": "Alicia", "authors": ["A", "B"]}
+    bones = made["humanoid"]["humanBones"]
+    assert {b: named(back, n["node"]) for b, n in bones.items()} == {"hips": "Hips", "head": "Head"}
+    happy = made["expressions"]["preset"]["happy"]
+    binds = {(named(back, b["node"]), b["index"]): b["weight"] for b in happy["morphTargetBinds"]}
+    assert binds == {("Face", 0): 0.25, ("Face", 1): 0.75}
+    assert happy["overrideBlink"] == "block" and happy["isBinary"] is False
+    assert made["expressions"]["preset"]["blink"] == {}
+    assert list(made["expressions"]["custom"]) == ["ü wink"]
+    assert validate_gltf(tmp_path / "b.glb")["issues"]["numErrors"] == 0
+
+
+def test_version_0_there_and_back(write_glb, tmp_path: Path) -> None:
+    back, found = there_and_back(tmp_path, write(write_glb, tmp_path / "a.vrm", ZERO))
+    assert [(f.code, f.where) for f in found] == [("EXTENSION_DROPPED", "VRM")]
+    made = back["extensions"]["VRM"]
+    bones = {b["bone"]: named(back, b["node"]) for b in made["humanoid"]["humanBones"]}
+    assert bones == {"hips": "Hips", "head": "Head"}
+    (joy,) = made["blendShapeMaster"]["blendShapeGroups"]
+    expected = {"name": "Joy", "presetName": "joy", "isBinary": True}
+    assert joy == expected | {"binds": [{"mesh": 0, "index": 1, "weight": 75.0}]}
+
+
+def test_what_else_an_avatar_holds_is_announced(write_glb, tmp_path: Path) -> None:
+    more = ONE["VRMC_vrm"] | {"lookAt": {}, "firstPerson": {}}
+    path = write(write_glb, tmp_path / "a.vrm", {"VRMC_vrm": more, "VRMC_springBone": {}})
+    found = {f.where: f.message for f in read_gltf(path)[2] if f.code == "EXTENSION_DROPPED"}
+    assert "firstPerson, lookAt" in found["VRMC_vrm"]
+    assert found["VRMC_springBone"] == "its data are left out: the file"
+
+
+@pytest.mark.parametrize("part", ["root", "node", "mesh", "primitive", "scene", "skin"])
+def test_unknown_extensions_of_every_part_are_announced(write_glb, tmp_path, part: str) -> None:
+    document = avatar({})
+    places = {
+        "root": document,
+        "node": document["nodes"][0],
+        "mesh": document["meshes"][0],
+        "primitive": document["meshes"][0]["primitives"][0],
+        "scene": document["scenes"][0],
+        "skin": document["skins"][0],
+    }
+    places[part]["extensions"] = {"ACME_x": {"y": 1}}
+    arrays = [POINTS, JOINTS, WEIGHTS, 0.1 * POINTS, 0.2 * POINTS]
+    done = import_scene(write_glb(tmp_path / "a.glb", document, arrays), tmp_path / "a.usda")
+    assert [f.where for f in done.findings if f.code == "EXTENSION_DROPPED"] == ["ACME_x"]
+
+
+def test_instances_and_variants_are_counted_and_named(write_glb, tmp_path: Path) -> None:
+    document = avatar({"KHR_materials_variants": {"variants": [{"name": "red"}, {"name": "blue"}]}})
+    instancing = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 5}}}
+    document["nodes"][2]["extensions"] = instancing
+    arrays = [POINTS, JOINTS, WEIGHTS, 0.1 * POINTS, 0.2 * POINTS, np.zeros((2500, 3), "<f4")]
+    _, _, found = read_gltf(write_glb(tmp_path / "a.glb", document, arrays))
+    said = {f.where: f.message for f in found if f.severity == "warning"}
+    assert said["EXT_mesh_gpu_instancing"].startswith("2500 instances of node 2")
+    assert "red, blue" in said["KHR_materials_variants"]
+
+
+def test_nodes_and_extras_that_are_not_kept_are_announced(write_glb, tmp_path: Path) -> None:
+    document = avatar({})
+    document["nodes"] += [{"name": "Group", "extras": {"a": 1}, "children": [4]}, {"name": "Tip"}]
+    document["nodes"][1]["extras"] = {"bone": True}
+    document["scenes"][0]["nodes"].append(3)
+    arrays = [POINTS, JOINTS, WEIGHTS, 0.1 * POINTS, 0.2 * POINTS]
+    _, _, found = read_gltf(write_glb(tmp_path / "a.glb", document, arrays))
+    said = {f.code: f.message for f in found}
+    assert said["NODES_DROPPED"] == "2 nodes are left out, their transforms kept: Group, Tip"
+    assert said["FEATURE_DROPPED"] == "extras of 2 nodes are left out: Head, Group"

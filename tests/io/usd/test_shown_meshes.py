@@ -1,0 +1,88 @@
+"""What a stage shows is converted; what else is there is announced."""
+
+from pathlib import Path
+
+import pytest
+from pxr import Usd, UsdGeom, Vt
+from sheets import codes, sheet
+
+from usdface.io.usd.rig import rig_of_stage
+from usdface.pipeline import export_scene
+
+
+def another(stage: Usd.Stage, path: str) -> UsdGeom.Mesh:
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 2, 3)])
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    return mesh
+
+
+def names(stage: Usd.Stage) -> list[str]:
+    return [mesh.name for mesh in rig_of_stage(stage)[0].meshes]
+
+
+@pytest.mark.parametrize("purpose", ["guide", "proxy"])
+def test_guides_and_proxies_are_left_out(tmp_path: Path, purpose: str) -> None:
+    stage = sheet()
+    another(stage, "/R/Cage").CreatePurposeAttr(purpose)
+    another(stage, "/R/Fine").CreatePurposeAttr("render")
+    rig, found = rig_of_stage(stage)
+    assert [m.name for m in rig.meshes] == ["M", "Fine"]
+    assert [(f.code, f.where) for f in found] == [("FEATURE_DROPPED", "/R/Cage")]
+    stage.Export(str(tmp_path / "a.usda"))
+    done = export_scene(tmp_path / "a.usda", tmp_path / "a.glb", every_frame=True)
+    assert done.value is not None and done.value.missing == ()
+
+
+def test_a_proxy_alone_is_kept(tmp_path: Path) -> None:
+    stage = sheet()
+    UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).CreatePurposeAttr("proxy")
+    assert names(stage) == ["M"]
+
+
+def test_invisible_meshes_are_left_out_unless_all_are() -> None:
+    stage = sheet()
+    another(stage, "/R/Hidden").CreateVisibilityAttr("invisible")
+    rig, found = rig_of_stage(stage)
+    assert [m.name for m in rig.meshes] == ["M"] and codes(found) == ["FEATURE_DROPPED"]
+    UsdGeom.Imageable(stage.GetPrimAtPath("/R")).CreateVisibilityAttr("invisible")
+    rig, found = rig_of_stage(stage)
+    assert len(rig.meshes) == 2 and codes(found) == ["FEATURE_APPROXIMATED"] * 2
+    assert [m.name for m in rig_of_stage(stage, "/R")[0].meshes] == ["M", "Hidden"]
+
+
+def test_visibility_that_changes_is_announced() -> None:
+    stage = sheet()
+    seen = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).CreateVisibilityAttr()
+    seen.Set("inherited", 0)
+    seen.Set("invisible", 9)
+    assert codes(rig_of_stage(stage)[1]) == ["ANIMATION_DROPPED"]
+
+
+def test_points_that_change_are_announced() -> None:
+    stage = sheet()
+    points = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).GetPointsAttr()
+    for code in (0, 9):
+        points.Set(Vt.Vec3fArray([(0, 0, code), (1, 0, 0), (0, 2, 3)]), code)
+    assert codes(rig_of_stage(stage)[1]) == ["ANIMATION_DROPPED"]
+
+
+@pytest.mark.parametrize(
+    "kind", ["Sphere", "Cube", "Capsule", "BasisCurves", "NurbsPatch", "Points", "PointInstancer"]
+)
+def test_shapes_that_are_no_meshes_are_announced(kind: str) -> None:
+    stage = sheet()
+    stage.DefinePrim("/R/Thing", kind)
+    if kind == "PointInstancer":
+        UsdGeom.PointInstancer(stage.GetPrimAtPath("/R/Thing")).CreateProtoIndicesAttr([0, 0, 0])
+    (found,) = rig_of_stage(stage)[1]
+    assert (found.code, found.where) == ("FEATURE_DROPPED", "/R/Thing")
+    assert kind in found.message and ("3 inst" in found.message) == (kind == "PointInstancer")
+
+
+def test_a_mesh_outside_of_the_skelroot_is_announced() -> None:
+    stage = sheet()
+    another(stage, "/Eyes")
+    (found,) = rig_of_stage(stage)[1]
+    assert (found.code, found.where, found.severity) == ("MESH_OUTSIDE", "/Eyes", "warning")

@@ -1,0 +1,43 @@
+"""The size of a face against that of people: wrong units make it ten times as large, or more.
+
+Constants: the blend shapes of three heads in metres (ICT-FaceKit, MakeHuman, the example) move
+regions that are 0.06 to 0.15 m across in the median; a third of the least and three times the most
+are allowed, so that children and stylised characters pass and a factor of ten does not.
+"""
+
+import numpy as np
+
+from usdface.findings import Finding, finding
+from usdface.rigs import Rig
+
+__all__ = ["moved_size", "report_size"]
+
+_LEAST, _MOST = 0.02, 0.45  # [m]
+_MOVED = 0.1  # of the largest offset of a shape: what moves less does not count
+
+
+def moved_size(rig: Rig) -> float:
+    """Return how large the region is that a blend shape of the face moves, in the median [m].
+
+    0 where none moves anything.
+    """
+    mesh = max(rig.meshes, key=lambda mesh: len(mesh.shapes), default=None)
+    sizes = []
+    for shape in mesh.shapes if mesh is not None else ():
+        length = np.linalg.norm(shape.offsets, axis=1)
+        moved = shape.indices[length > _MOVED * length.max(initial=0.0)]
+        if mesh is not None and len(moved) > 1:
+            sizes.append(float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))))
+    return float(np.median(sizes)) if sizes else 0.0
+
+
+def report_size(rig: Rig) -> list[Finding]:
+    """Return RIG_SIZE_UNUSUAL where the face is far larger or smaller than a human one."""
+    size = moved_size(rig)
+    if not size or _LEAST <= size <= _MOST:
+        return []
+    message = (
+        f"a blend shape moves a region {size:.3g} m across; on a human face about 0.1 m: "
+        "is the unit of length right?"
+    )
+    return [finding("RIG_SIZE_UNUSUAL", rig.source or rig.name, message)]

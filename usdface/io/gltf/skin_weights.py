@@ -1,0 +1,47 @@
+"""Skin weights as the programs that play glTF read them: none negative, of sum 1.
+
+Source: glTF 2.0 specification, section 3.7.3.3: weights are not negative and their sum is 1.
+three.js and Blender bring other sums to 1 when they load a file; UsdSkel multiplies by what is
+authored.
+"""
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.findings import Finding, finding
+
+__all__ = ["normalised_weights"]
+
+_ROUNDED = 1e-6  # of a sum: rounding of float32 and of 16-bit weights
+_REPORTED = 1e-3
+
+
+def normalised_weights(weights: FloatArray, name: str) -> tuple[FloatArray, list[Finding]]:
+    """Return the weights (V, K) of a mesh with sums of 1.
+
+    Negative ones are taken as 0; a point that nothing holds goes to its first joint.
+
+    Returns
+    -------
+    (V, K) float64
+    list of Finding
+        SKIN_WEIGHTS_NORMALISED by how much sums were off; FEATURE_APPROXIMATED where some weights
+        were negative, which programs read in different ways.
+    """
+    if not weights.size:
+        return weights, []
+    found = []
+    if (weights < 0).any():
+        message = (
+            f"{int((weights < 0).any(axis=1).sum())} points have negative skin weights; taken as 0"
+        )
+        found.append(finding("FEATURE_APPROXIMATED", name, message))
+    held = weights.clip(min=0)
+    held[~held.any(axis=1), 0] = 1.0
+    total = held.sum(axis=1, keepdims=True)
+    off = np.abs(weights.sum(axis=1) - 1)
+    if off.max() > _REPORTED:
+        message = f"skin weights of {int((off > _REPORTED).sum())} points add up to 1 only now; "
+        message += f"sums were off by up to {off.max():.3g}"
+        found.append(finding("SKIN_WEIGHTS_NORMALISED", name, message))
+    return np.where(np.abs(total - 1) > _ROUNDED, held / total, held), found

@@ -1,0 +1,77 @@
+"""The meshes of a stage that are shown, and what else is there and is not converted."""
+
+from collections.abc import Iterable
+
+from pxr import Usd, UsdGeom, UsdSkel
+
+from usdface.findings import Finding, finding
+
+__all__ = ["report_unconverted", "shown_meshes"]
+
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+_START = Usd.TimeCode.EarliestTime()
+_OURS = "UsdFace"  # prims of usdface: a take is no part of the picture
+
+
+def shown_meshes(prims: Iterable[Usd.Prim]) -> tuple[list[Usd.Prim], list[Finding]]:
+    """Return the meshes that a render shows at the first time.
+
+    Guides are left out, proxies where others are there to render, and what is invisible; where
+    nothing is visible all is kept, as a file of nothing serves no one. Each is announced.
+
+    Source: OpenUSD, UsdGeomImageable (purpose, visibility).
+    """
+    meshes = list(prims)
+    purposes = {prim: UsdGeom.Imageable(prim).ComputePurpose() for prim in meshes}
+    visible = {p: UsdGeom.Imageable(p).ComputeVisibility(_START) != "invisible" for p in meshes}
+    rendered = any(
+        visible[p] and purposes[p] in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+        for p in meshes
+    )
+    shown, found = [], []
+    for prim in meshes:
+        where, purpose = str(prim.GetPath()), purposes[prim]
+        hidden = "" if visible[prim] else "it is invisible"
+        if purpose in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy):
+            hidden = hidden or f"its purpose is {purpose}"
+        if not hidden:
+            shown.append(prim)
+        elif rendered:
+            found.append(finding("FEATURE_DROPPED", where, f"the mesh is left out: {hidden}"))
+        elif purpose != UsdGeom.Tokens.guide:
+            message = f"the mesh is shown although {hidden}: there is no other"
+            found.append(finding("FEATURE_APPROXIMATED", where, message))
+            shown.append(prim)
+        if _blinks(prim):
+            message = "its visibility changes over time; it stays as at the first"
+            found.append(finding("ANIMATION_DROPPED", where, message))
+    return shown, found
+
+
+def _blinks(prim: Usd.Prim) -> bool:
+    while prim and not prim.IsPseudoRoot():
+        imageable = UsdGeom.Imageable(prim)
+        if imageable and imageable.GetVisibilityAttr().ValueMightBeTimeVarying():
+            return True
+        prim = prim.GetParent()
+    return False
+
+
+def report_unconverted(stage: Usd.Stage) -> list[Finding]:
+    """Return a finding for each shape that is no mesh, and each mesh outside of the SkelRoots."""
+    found = []
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
+    for prim in prims:
+        kind, where = prim.GetTypeName(), str(prim.GetPath())
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()  # prototypes are not shown where they stand
+            count = len(UsdGeom.PointInstancer(prim).GetProtoIndicesAttr().Get(_START) or ())
+            message = f"a PointInstancer of {count} instances is left out: meshes are converted"
+            found.append(finding("FEATURE_DROPPED", where, message))
+        elif prim.IsA(UsdGeom.Mesh):
+            if not UsdSkel.Root.Find(prim) and UsdGeom.Imageable(prim).ComputePurpose() != "guide":
+                found.append(finding("MESH_OUTSIDE", where))
+        elif prim.IsA(UsdGeom.Gprim) and not kind.startswith(_OURS):
+            message = f"a {kind} is left out: meshes are converted"
+            found.append(finding("FEATURE_DROPPED", where, message))
+    return found

@@ -1,0 +1,63 @@
+"""A flattened stage made complete for viewers of packages: default prim, metres per unit, Y up.
+
+Viewers show the default prim, and some take metres and Y for granted.
+
+Source: OpenUSD, "Usdz File Format Specification"; its ARKit checks (upAxis Y).
+"""
+
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdface.findings import Finding, finding
+
+__all__ = ["complete_stage"]
+
+
+def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
+    """Author what a flattened layer lacks, in place; `where` names it in findings.
+
+    What is shown stays where it is.
+
+    Returns
+    -------
+    list of Finding
+        UNITS_ASSUMED and DEFAULT_PRIM_CHOSEN where a value had to be chosen.
+    """
+    stage = Usd.Stage.Open(layer)
+    found = []
+    if not stage.GetDefaultPrim():
+        chosen = _main_prim(stage)
+        if chosen:
+            stage.SetDefaultPrim(chosen)
+            message = f"the stage has no defaultPrim; {chosen.GetPath()} is what viewers show"
+            found.append(finding("DEFAULT_PRIM_CHOSEN", where, message))
+    if not stage.HasAuthoredMetadata(UsdGeom.Tokens.metersPerUnit):
+        unit = UsdGeom.GetStageMetersPerUnit(stage)
+        UsdGeom.SetStageMetersPerUnit(stage, unit)
+        message = f"the stage has no metersPerUnit; {unit:g}, as USD assumes"
+        found.append(finding("UNITS_ASSUMED", where, message))
+    if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
+        for prim in stage.GetPseudoRoot().GetChildren():
+            _lay_down(prim)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    return found
+
+
+def _main_prim(stage: Usd.Stage) -> Usd.Prim | None:
+    """Return the prim at the root that has the first character below it, else the first."""
+    roots = [prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root)]
+    if roots:
+        return stage.GetPrimAtPath(roots[0].GetPath().GetPrefixes()[0])
+    return next(iter(stage.GetPseudoRoot().GetChildren()), None)
+
+
+def _lay_down(prim: Usd.Prim) -> None:
+    """Turn a prim, or those below it where it has no place, from Z up to Y up."""
+    xform = UsdGeom.Xformable(prim)
+    if not xform:
+        for child in prim.GetChildren():
+            _lay_down(child)
+        return
+    resets, ops = xform.GetResetXformStack(), xform.GetOrderedXformOps()
+    turn = xform.AddRotateXOp(opSuffix="upAxis")
+    turn.Set(-90.0)
+    xform.SetXformOpOrder([turn, *ops], resets)
