@@ -11,6 +11,7 @@ GROUPS = {
     "The job": ("process", "apply", "retarget"),
     "Shots": ("make_shot", "set_up", "assemble_shot", "make_markers", "calibrate"),
     "Files in": ("make_rig", "make_take", "read_rig", "read_take", "read_bind"),
+    "Pages": ("view", "make_bind_page"),
     "Scenes and checks": ("export_scene", "import_scene", "check"),
     "The expression layer": (
         "explain",

@@ -56,6 +56,7 @@ if TYPE_CHECKING:
         RigOptions,
         SolveOptions,
         TakeOptions,
+        ViewOptions,
     )
     from usdface.performer_face import PerformerFace
     from usdface.pipeline import (
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
         fit_fuzzy,
         import_scene,
         list_formats,
+        make_bind_page,
         make_markers,
         make_rig,
         make_shot,
@@ -78,6 +80,7 @@ if TYPE_CHECKING:
         read_rig,
         read_take,
         set_up,
+        view,
         write_paper_system,
     )
     from usdface.progress import Step
@@ -134,6 +137,7 @@ __all__ = [
     "TakeOptions",
     "TakeReader",
     "UsdFaceError",
+    "ViewOptions",
     "WeightsTake",
     "apply",
     "assemble_shot",
@@ -149,6 +153,7 @@ __all__ = [
     "fit_fuzzy",
     "import_scene",
     "list_formats",
+    "make_bind_page",
     "make_markers",
     "make_rig",
     "make_shot",
@@ -159,6 +164,7 @@ __all__ = [
     "read_take",
     "retarget",
     "set_up",
+    "view",
     "write_paper_system",
 ]
 
@@ -203,6 +209,7 @@ _HOMES = {
         "RigOptions",
         "SolveOptions",
         "TakeOptions",
+        "ViewOptions",
     ),
     "pipeline": (
         "apply",
@@ -215,6 +222,7 @@ _HOMES = {
         "fit_fuzzy",
         "import_scene",
         "list_formats",
+        "make_bind_page",
         "make_markers",
         "make_rig",
         "make_shot",
@@ -224,6 +232,7 @@ _HOMES = {
         "read_rig",
         "read_take",
         "set_up",
+        "view",
         "write_paper_system",
     ),
     "performer_face": ("PerformerFace",),

@@ -145,6 +145,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "BIND_UNSURE": ("warning", "most proposed vertices have a low confidence"),
     "PLACE_DOUBTED": ("warning", "the given vertex of a marker does not fit the other markers"),
     "PLACE_UNSURE": ("warning", "the proposed vertex of a marker may be wrong"),
+    "PLACES_NOT_PROPOSED": ("warning", "no vertices could be proposed for the markers of a page"),
     "NAME_CONTRADICTED": ("warning", "a marker lies elsewhere on the face than its name tells"),
     "SIDES_EXCHANGED": ("warning", "the names of the markers tell left for right"),
     "NAMES_UNUSED": ("warning", "the names of the markers fit no face; places are found without"),

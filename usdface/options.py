@@ -52,6 +52,7 @@ __all__ = [
     "SolvePlaces",
     "SolvePrior",
     "TakeOptions",
+    "ViewOptions",
     "check_exaggeration",
     "solve_settings",
 ]
@@ -595,6 +596,30 @@ class MarkerOptions:
 
     def __post_init__(self) -> None:
         _check_number("noise", self.noise)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ViewOptions:
+    """A page that shows a face.
+
+    Attributes
+    ----------
+    face_only : bool
+        Leave out meshes that no blend shape moves: the page becomes smaller.
+    textures : bool
+        Show the images of base colours; without them materials have their plain colours.
+    asset_root : str
+        A folder that textures and buffers may come from beside the asset's own.
+
+    Examples
+    --------
+    >>> usdface.ViewOptions(face_only=True).asset_root
+    ''
+    """
+
+    face_only: bool = False
+    textures: bool = True
+    asset_root: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

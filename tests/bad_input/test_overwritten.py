@@ -17,6 +17,7 @@ BIND, LABELS = ["bind.json"], ["labels.csv", "take.usda"]
 HEADS = ["heads/neutral.obj", "heads/smile.obj", "heads/combinations.json"]
 HUMAN = ["human/base.obj", "human/targets/smile.target"]
 USD, FUZZY, SHOWN, SAID = (".usda",), (".fis", ".usda"), (".png",), (".json",)
+PAGE = (".html",)
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,14 @@ CASES = [
     case("calibrate shot.usda", SHOT, output=SAID),
     case("process shot.usda", SHOT, output=USD, gltf=(".glb", ".bin"), figure=SHOWN, sheet=SHOWN),
     case("process shot.usda --in-place", SHOT, gltf=(".glb",), figure=SHOWN, sheet=SHOWN),
+    case("view shot.usda", SHOT, output=PAGE),
+    case("view face.gltf", GLTF, output=PAGE),
+    case("bind shot.usda", SHOT, output=PAGE),
+    case(
+        "bind lay/rig.usda --take take.usda --bind bind.json",
+        ["take.usda", *RIG, *BIND],
+        output=PAGE,
+    ),
     case("export shot.usda", SHOT, output=(".glb", ".bin", ".usdz")),
     case("import face.gltf", GLTF, output=USD),
     case("check lay/rig.usda face.gltf", RIG + GLTF),

@@ -25,6 +25,8 @@ _COMMANDS = {
     "shot": ("shot", "bind a take to a rig, with expressions and a fuzzy system"),
     "calibrate": ("process", "measure a performer's gains, as shares of the character's shapes"),
     "process": ("process", "retarget a shot, correct its expressions, write layers"),
+    "bind": ("view", "write a page to check and move the places of markers: one HTML file"),
+    "view": ("view", "write a page that shows a shot or a face: one HTML file"),
     "export": ("convert", "write a USD scene as glTF or USDZ"),
     "import": ("convert", "write a glTF as USD"),
     "check": ("convert", "check blend shapes of USD and glTF files"),

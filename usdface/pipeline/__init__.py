@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from usdface.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from usdface.pipeline.bind_page import make_bind_page
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
     from usdface.pipeline.explaining import check_neutral, explain
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.setting_up import set_up
     from usdface.pipeline.shot import make_shot
     from usdface.pipeline.take import make_take
+    from usdface.pipeline.viewing import view
 
 __all__ = [
     "apply",
@@ -42,6 +44,7 @@ __all__ = [
     "fit_fuzzy",
     "import_scene",
     "list_formats",
+    "make_bind_page",
     "make_markers",
     "make_rig",
     "make_shot",
@@ -51,10 +54,12 @@ __all__ = [
     "read_rig",
     "read_take",
     "set_up",
+    "view",
     "write_paper_system",
 ]
 
 _HOMES = {
+    "bind_page": ("make_bind_page",),
     "calibration": ("calibrate",),
     "checking": ("check",),
     "explaining": (
@@ -85,6 +90,7 @@ _HOMES = {
     "setting_up": ("set_up",),
     "shot": ("make_shot",),
     "take": ("make_take",),
+    "viewing": ("view",),
 }
 
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)

@@ -121,7 +121,9 @@ def process(
         with progress.step("draw") if picture or faces else nullcontext():
             _draw(solved, reported, picture, faces)
         with progress.step("write"):
-            written = write_layers(path, stage, staged, solved, root, in_place)
+            written = write_layers(
+                path, stage, staged, solved, root, in_place, _deviations(reported)
+            )
     written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces))]
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
@@ -167,10 +169,15 @@ def apply(
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved, reported = _retarget(staged, findings, options, progress)
     with progress.step("write"):
-        content = solve_animation(solved)
+        content = solve_animation(solved, _deviations(reported))
         expressed, closed = express_animation(solved), closure_animation(solved)
         if expressed is not None:
-            content = replace(content, emotions=expressed.emotions, firing=expressed.firing)
+            content = replace(
+                content,
+                emotions=expressed.emotions,
+                firing=expressed.firing,
+                inputs=expressed.inputs,
+            )
         if closed is not None:
             content = replace(content, closure=closed.closure)
         apply_animation(stage, staged, replace(content, weights=solved.weights.weights))
@@ -202,6 +209,11 @@ def _draw(
         from usdface.figures.sheet import write_sheet
 
         write_sheet(solved, sheet)
+
+
+def _deviations(reported: Result[ShotResult]) -> dict[str, float]:
+    """Return the standard deviation of the weight of each blend shape; {} if not known."""
+    return dict(reported.details.get("confidence", {}).get("standard_deviation", {}))
 
 
 def _write_gltf(

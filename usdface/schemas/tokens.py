@@ -71,6 +71,8 @@ __all__ = [
     "IMAGE_SIZE",
     "IMPLICATION",
     "INFERENCE",
+    "INPUTS",
+    "INPUTS_UNIT",
     "LEFT_SHAPES",
     "MAP_CHOICE",
     "MAP_FORM",
@@ -108,6 +110,10 @@ __all__ = [
     "SAMPLES",
     "SAMPLING",
     "SHAPES",
+    "SOLVED_DEVIATIONS",
+    "SOLVED_DISTANCES",
+    "SOLVED_MARKERS",
+    "SOLVED_SHAPES",
     "SOLVE_PREFIX",
     "SOURCE",
     "SOURCE_RATE",
@@ -217,6 +223,10 @@ RESIDUAL_PREFIX: Final = "usdface:residual:"
 # Followed by the name of a blend shape: usdface:pin:jawOpen
 PIN_PREFIX: Final = "usdface:pin:"
 FEATURE_POINTS: Final = "usdface:featurePoints"
+SOLVED_MARKERS: Final = "usdface:solved:markers"
+SOLVED_DISTANCES: Final = "usdface:solved:distances"
+SOLVED_SHAPES: Final = "usdface:solved:shapes"
+SOLVED_DEVIATIONS: Final = "usdface:solved:deviations"
 
 # UsdFaceRetarget: parts of the face
 LEFT_SHAPES: Final = "usdface:left:shapes"
@@ -259,6 +269,8 @@ DEFUZZIFIER: Final = "usdface:defuzzifier"
 SAMPLES: Final = "usdface:samples"
 SAMPLING: Final = "usdface:sampling"
 FIRING: Final = "usdface:firing"
+INPUTS: Final = "usdface:inputs"
+INPUTS_UNIT: Final = "usdface:inputs:unit"
 # Followed by the name of an output: usdface:emotion:joy
 EMOTION_PREFIX: Final = "usdface:emotion:"
 

@@ -13,7 +13,15 @@ from usdface.findings import Finding, finding
 from usdface.io.asset_folder import read_file
 from usdface.materials import Texture
 
-__all__ = ["GltfImage", "channels_image", "has_alpha", "image_type", "to_gltf_image"]
+__all__ = [
+    "GltfImage",
+    "channels_image",
+    "has_alpha",
+    "image_type",
+    "pixels_of",
+    "to_gltf_image",
+    "to_png",
+]
 
 GltfImage = tuple[bytes, str]  # data and MIME type
 
@@ -68,7 +76,7 @@ def to_gltf_image(texture: Texture, colour: bool = True) -> tuple[GltfImage | No
         deep = mime == "image/png" and len(data) > 24 and data[24] == 16  # IHDR bit depth
         if mime and not deep and not (colour and texture.space == "raw"):
             return (data, mime), []
-        encoded = _png(_eight_bit_pixels(texture, data, colour))
+        encoded = to_png(_eight_bit_pixels(texture, data, colour))
     except InputError as error:
         return None, [finding("TEXTURE_MISSING", where, f"left out: {error}")]
     return (encoded, "image/png"), [finding("TEXTURE_CONVERTED", where)]
@@ -120,7 +128,7 @@ def channels_image(
     names = " and ".join(_name(texture) for texture in read)
     message = "channels were put into one PNG, as glTF wants them"
     found.append(finding("TEXTURE_CONVERTED", names, message))
-    return (_png(np.concatenate(parts, axis=2)), "image/png"), found
+    return (to_png(np.concatenate(parts, axis=2)), "image/png"), found
 
 
 def _sized(pixels: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
@@ -205,7 +213,25 @@ def _eight_bit(pixels: NDArray[np.float32], encode: bool) -> NDArray[np.uint8]:
     return np.round(colours * 255).astype(np.uint8)
 
 
-def _png(pixels: NDArray[np.uint8]) -> bytes:
+def pixels_of(texture: Texture) -> NDArray[np.uint8]:
+    """Return the colours of an image as (height, width, channels), sRGB, eight bits.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is too large.
+    """
+    return _eight_bit_pixels(texture, _bytes_of(texture), colour=True)
+
+
+def to_png(pixels: NDArray[np.uint8]) -> bytes:
+    """Return pixels (height, width, channels) as a PNG file; alpha is not multiplied in.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written.
+    """
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape

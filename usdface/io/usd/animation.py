@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
@@ -22,7 +23,10 @@ from usdface.schemas import tokens
 from usdface.shot import ShotResult
 
 __all__ = [
+    "OCCLUDED_DISTANCE",
+    "OCCLUDED_INPUT",
     "Animation",
+    "Inputs",
     "apply_animation",
     "author",
     "closure_animation",
@@ -32,6 +36,16 @@ __all__ = [
 ]
 
 _ANIMATION = "UsdFaceAnim"
+# Results are finite: programs that draw curves do not expect other numbers.
+OCCLUDED_DISTANCE = -1.0
+OCCLUDED_INPUT = float(np.finfo(np.float32).min)
+
+
+class Inputs(NamedTuple):
+    """Inputs of a fuzzy system (F, I), and the length that they are divided by [m]."""
+
+    values: FloatArray
+    unit: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,6 +67,10 @@ class Animation:
         Residual of each region of the face, for the solve layer.
     repairs : tuple of Repair
         Changes of the marker clean-up, for the solve layer.
+    inputs : Inputs or None
+        Inputs of the fuzzy system, for the express layer.
+    deviations : mapping of str to float
+        Standard deviation of the weight of each solved blend shape, for the solve layer.
     closure : mapping of str to (F,) float64
         How far each eye and the mouth are closed, by attribute, for the closure layer.
     motion : Pose or None
@@ -68,9 +86,11 @@ class Animation:
     firing: FloatArray | None = None
     regions: Mapping[str, FloatArray] = field(default_factory=dict)
     closure: Mapping[str, FloatArray] = field(default_factory=dict)
+    inputs: Inputs | None = None
+    deviations: Mapping[str, float] = field(default_factory=dict)
 
 
-def solve_animation(result: ShotResult) -> Animation:
+def solve_animation(result: ShotResult, deviations: Mapping[str, float] | None = None) -> Animation:
     """Return the content of the solve layer: weights before the correction."""
     solved = result.solved
     return Animation(
@@ -80,6 +100,7 @@ def solve_animation(result: ShotResult) -> Animation:
         repairs=result.repairs,
         motion=result.head_motion,
         regions=result.region_residuals,
+        deviations=deviations or {},
     )
 
 
@@ -88,7 +109,12 @@ def express_animation(result: ShotResult) -> Animation | None:
     if result.corrected is None or result.trace is None:
         return None
     return Animation(
-        result.solved.names, result.corrected, None, result.emotions, firing=result.trace.firing
+        result.solved.names,
+        result.corrected,
+        None,
+        result.emotions,
+        firing=result.trace.firing,
+        inputs=Inputs(result.trace.sides["both"].inputs, result.trace.unit),
     )
 
 
@@ -162,6 +188,8 @@ def author(
         _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution, animation.regions)
+        if animation.deviations:
+            _author_deviations(layer, shot, animation.deviations)
         if animation.motion is not None and prims.head is not None:
             author_head(
                 layer,
@@ -187,6 +215,19 @@ def author(
                 fired = animation.firing.astype(np.float32)
                 _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
                 _samples(layer, system, tokens.FIRING, codes, map(Vt.FloatArray.FromNumpy, fired))
+            if animation.inputs is not None:
+                _author_inputs(layer, system, animation.inputs, shot)
+
+
+def _author_inputs(
+    layer: Sdf.Layer, system: Sdf.PrimSpec, inputs: Inputs, shot: StagedShot
+) -> None:
+    rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values).astype(np.float32)
+    _attribute(system, tokens.INPUTS, Sdf.ValueTypeNames.FloatArray)
+    codes = shot.codes.tolist()
+    _samples(layer, system, tokens.INPUTS, codes, map(Vt.FloatArray.FromNumpy, rows))
+    unit = inputs.unit / shot.metrics.meters_per_unit
+    _attribute(system, tokens.INPUTS_UNIT, Sdf.ValueTypeNames.Double, uniform=True).default = unit
 
 
 def _author_repairs(layer: Sdf.Layer, shot: StagedShot, repairs: tuple[Repair, ...]) -> None:
@@ -254,3 +295,18 @@ def _author_solution(
     _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
     features = (solution.feature_points @ to_stage[:3, :3]).astype(np.float32)
     _samples(layer, prim, tokens.FEATURE_POINTS, codes, map(Vt.Vec3fArray.FromNumpy, features))
+    used = _attribute(prim, tokens.SOLVED_MARKERS, Sdf.ValueTypeNames.TokenArray, uniform=True)
+    used.default = Vt.TokenArray(solution.markers)
+    _attribute(prim, tokens.SOLVED_DISTANCES, Sdf.ValueTypeNames.FloatArray)
+    distances = np.where(np.isnan(solution.distances), OCCLUDED_DISTANCE, solution.distances / unit)
+    distances = distances.astype(np.float32)
+    _samples(layer, prim, tokens.SOLVED_DISTANCES, codes, map(Vt.FloatArray.FromNumpy, distances))
+
+
+def _author_deviations(layer: Sdf.Layer, shot: StagedShot, deviations: Mapping[str, float]) -> None:
+    prim, names = Sdf.CreatePrimInLayer(layer, shot.prims.retarget), Sdf.ValueTypeNames
+    for name, kind, value in (
+        (tokens.SOLVED_SHAPES, names.TokenArray, Vt.TokenArray(list(deviations))),
+        (tokens.SOLVED_DEVIATIONS, names.FloatArray, Vt.FloatArray(list(deviations.values()))),
+    ):
+        _attribute(prim, name, kind, uniform=True).default = value

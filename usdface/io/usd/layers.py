@@ -5,6 +5,7 @@ over all frames. Each has its own timeCodesPerSecond: without it, USD scales the
 layer by the ratio to its fallback of 24.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,9 +83,11 @@ def write_layers(
     result: ShotResult,
     root: Path | None,
     in_place: bool,
+    deviations: Mapping[str, float],
 ) -> list[Path]:
     """Write the solve, express and closure layers and the root over them; all of them or none.
 
+    `deviations` are the standard deviations of the weights of the solved blend shapes, by name.
     With `in_place` the layers are added to the shot's own subLayers instead of a new root;
     that is idempotent.
 
@@ -104,7 +107,7 @@ def write_layers(
     metrics = Metrics(shot.metrics.meters_per_unit, shot.metrics.up_axis, *clock, *span)
     layers: list[tuple[Path, Sdf.Layer]] = []
     contents = (
-        (paths.solve, solve_animation(result)),
+        (paths.solve, solve_animation(result, deviations)),
         (paths.express, express_animation(result)),
         (paths.closure, closure_animation(result)),
     )

@@ -31,7 +31,7 @@ from usdface.schemas import tokens
 from usdface.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["ShotPrims", "StagedShot", "read_shot"]
+__all__ = ["ShotPrims", "StagedShot", "base_weights", "read_shot"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,13 +125,13 @@ def _read(
     usdface_prims = [prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
     scopes = dict.fromkeys(each.GetParent() for each in posed)
     findings += ignored_attributes([*usdface_prims, *scopes])
-    base = _base_weights(stage, prims, take, codes)
+    base = base_weights(stage, prims, take, codes)
     exaggeration = read_exaggeration(prim, codes)
     shot = Shot(rig, take, setup, system, expressions, layout, gains, base, exaggeration)
     return StagedShot(shot, prims, codes, metrics), findings
 
 
-def _base_weights(
+def base_weights(
     stage: Usd.Stage, prims: ShotPrims, take: MarkerTake | WeightsTake, codes: FloatArray
 ) -> WeightsTake | None:
     """Return the authored weights of the animation at the frames of the take; 0 without a value."""

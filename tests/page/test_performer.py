@@ -1,0 +1,85 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from worlds import make_world
+
+from usdface.face.bound_face import bound_face
+from usdface.geometry.rigid_fit import rigid_fit
+from usdface.page.performer import heat_of_markers, markers_on_face
+from usdface.retarget.head_joint import matrices_of
+from usdface.retarget_setup import Binding, RetargetSetup
+
+
+def bound(world, neutral=(0, 0)):
+    mesh = world.rig.meshes[0]
+    binding = Binding(tuple(world.points), np.array([*world.points.values()]))
+    setup = RetargetSetup(binding, neutral=neutral, nose_tip=next(iter(world.points)))
+    return setup, bound_face(mesh, setup)
+
+
+def test_markers_come_onto_their_vertices_whatever_their_space_and_size() -> None:
+    world = make_world(head_moves=False)
+    setup, face = bound(world)
+    expected = face.neutral + face.displacements(world.weights)
+    turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    elsewhere = replace(world.take, positions=3.0 * world.take.positions @ turn + (1, 2, 3))
+    shown = markers_on_face(elsewhere, setup, face, np.zeros((0, 4, 4)))
+    np.testing.assert_allclose(shown, expected, atol=1e-6)
+
+
+def test_the_head_stands_still() -> None:
+    world, still = make_world(), make_world(head_moves=False)
+    setup, face = bound(world)
+    pose, _ = rigid_fit(still.take.positions, world.take.positions)
+    shown = markers_on_face(world.take, setup, face, matrices_of(pose))
+    expected = markers_on_face(still.take, setup, face, np.zeros((0, 4, 4)))
+    np.testing.assert_allclose(shown, expected, atol=1e-6)
+
+
+def test_occluded_markers_stay_hidden_and_few_bound_ones_are_shown_all_the_same() -> None:
+    world = make_world(head_moves=False)
+    positions = world.take.positions.copy()
+    positions[5, 2] = np.nan
+    take = replace(world.take, positions=positions)
+    setup, _ = bound(world)
+    two = replace(setup, binding=Binding(setup.binding.markers[:2], setup.binding.points[:2]))
+    for each in (setup, two):
+        face = bound_face(world.rig.meshes[0], each)
+        shown = markers_on_face(take, each, face, np.zeros((0, 4, 4)))
+        assert np.isnan(shown).any(axis=2).sum() == 1 and np.isnan(shown[5, 2]).all()
+
+
+def test_heat_is_whole_at_a_marker_and_fades_far_from_all() -> None:
+    world = make_world()
+    _, face = bound(world)
+    nearest, shares = heat_of_markers(face.mesh, face.vertices)
+    assert nearest.shape == shares.shape == (len(face.mesh.points), min(4, len(face.markers)))
+    own = [list(nearest[v]).index(m) for m, v in enumerate(face.vertices)]
+    at_markers = shares[face.vertices, own]
+    np.testing.assert_allclose(at_markers, 1.0, atol=0.05)
+    assert (shares >= 0).all() and shares.sum(axis=1).max() <= 1.0 + 1e-9
+    one, alone = heat_of_markers(face.mesh, face.vertices[:1])
+    assert one.shape[1] == 1 and alone.min() == 0.0 and alone[face.vertices[0]] == 1.0
+
+
+def test_heat_is_the_same_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, face = bound(make_world())
+    whole = heat_of_markers(face.mesh, face.vertices)
+    monkeypatch.setattr("usdface.page.performer._DISTANCES", 3 * len(face.mesh.points))
+    pieces = heat_of_markers(face.mesh, face.vertices)
+    np.testing.assert_allclose(pieces[1], whole[1], atol=1e-12)
+    np.testing.assert_array_equal(pieces[0][whole[1] > 0], whole[0][whole[1] > 0])
+
+
+def test_a_spike_is_hidden_and_leaves_the_others_where_they_are() -> None:
+    world = make_world(head_moves=False)
+    positions = world.take.positions.copy()
+    positions[20, 3] = 1e4
+    setup, face = bound(world)
+    spiked = replace(world.take, positions=positions)
+    shown = markers_on_face(spiked, setup, face, np.zeros((0, 4, 4)))
+    expected = markers_on_face(world.take, setup, face, np.zeros((0, 4, 4)))
+    assert np.isnan(shown[20, 3]).all()
+    shown[20, 3] = expected[20, 3]
+    np.testing.assert_array_equal(shown, expected)

@@ -1,0 +1,39 @@
+// Elements of the page. Text from outside only ever becomes text.
+
+/** Make an element: `properties` are attributes, `text` its text, `on` its listeners. */
+export function element(tag, properties = {}, children = []) {
+  const made = document.createElement(tag);
+  const { text, on, ...attributes } = properties;
+  for (const [name, value] of Object.entries(attributes))
+    if (value !== undefined && value !== false) made.setAttribute(name, value === true ? "" : value);
+  if (text !== undefined) made.textContent = text;
+  for (const [name, listener] of Object.entries(on ?? {})) made.addEventListener(name, listener);
+  made.append(...children.filter(Boolean));
+  return made;
+}
+
+/** Fit a canvas to its place on a screen of any density; return its context, in CSS pixels. */
+export function fitted(canvas) {
+  const { clientWidth: width, clientHeight: height } = canvas;
+  const density = Math.min(globalThis.devicePixelRatio || 1, 2);
+  const pixels = [Math.max(1, Math.round(width * density)), Math.max(1, Math.round(height * density))];
+  if (canvas.width !== pixels[0] || canvas.height !== pixels[1]) [canvas.width, canvas.height] = pixels;
+  const context = canvas.getContext("2d");
+  context.setTransform(density, 0, 0, density, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return { context, width, height };
+}
+
+/** Let go of what the mouse has used, so that keys are those of the page again. */
+export function mouseKeepsNoFocus() {
+  document.addEventListener("click", (event) => event.detail > 0 && event.target.closest("button")?.blur());
+  document.addEventListener("change", (event) => event.target.matches("input[type=range], select") && event.target.blur());
+}
+
+/** A button that stays pressed while `isOn()`; call its `refresh` after a change. */
+export function toggle(text, title, isOn, press) {
+  const button = element("button", { text, title, type: "button", on: { click: press } });
+  button.refresh = () => button.setAttribute("aria-pressed", isOn());
+  button.refresh();
+  return button;
+}

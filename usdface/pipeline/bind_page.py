@@ -1,0 +1,171 @@
+"""Pages to place markers on: `usdface bind`."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from usdface.binding.resolve_binding import UnsureBindingError, binding_findings, resolve_binding
+from usdface.blas_threads import one_blas_thread
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.atomic import StrPath, write_text
+from usdface.io.bind_file import bind_json, read_bind
+from usdface.io.inputs import check_outputs, files_read
+from usdface.io.usd.played_shot import has_setup
+from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import default_prim, open_stage
+from usdface.io.usd.take import read_take_prim
+from usdface.options import BindOptions
+from usdface.page.bind_data import bind_data
+from usdface.page.character import character_data
+from usdface.page.document import page_html
+from usdface.pipeline.schemas import register_schemas
+from usdface.pipeline.viewing import check_page_name, images_of
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.rigs import Mesh, Rig
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["make_bind_page"]
+
+_NOTHING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+# Takes for which no vertex can be proposed; a person can place their markers.
+_UNPROPOSED = ("MARKERS_TOO_FEW", "TAKE_STILL", "TAKE_KIND_WRONG")
+
+
+@one_blas_thread()
+def make_bind_page(
+    source: StrPath,
+    output: StrPath,
+    *,
+    take: StrPath | None = None,
+    bind: StrPath | None = None,
+    binding: BindOptions = BindOptions(),
+    on_progress: OnProgress | None = None,
+) -> Result[RetargetSetup]:
+    """Write a page on which a person checks and moves the places of markers.
+
+    It shows the proposed vertices on the face with their confidence, and saves ``bind.json`` for
+    `make_shot`. The page is one HTML file that makes no request.
+
+    Parameters
+    ----------
+    source : path
+        A rig, as `make_rig` writes it, or a shot.
+    output : path
+        The page, .html.
+    take : path, optional
+        The take, as `make_take` writes it; of a shot it is its own.
+    bind : path, optional
+        A binding to begin with, JSON; without one vertices are proposed, or those of the shot are
+        taken.
+    binding : BindOptions
+    on_progress : callable, optional
+        Called with each `Step`; an exception from it ends the job before anything is written.
+
+    Returns
+    -------
+    Result of RetargetSetup
+        As the page shows it. Keys of the summary: ``markers``, ``markers_bound``,
+        ``markers_unsure``, ``size_mb``.
+
+    Raises
+    ------
+    InputError
+        If rig and take cannot be read, or the take has no markers.
+    OutputError
+        If the page is not named as one, or cannot be written.
+
+    Examples
+    --------
+    >>> result = usdface.make_bind_page(
+    ...     "examples/head.usdc",
+    ...     "bind.html",
+    ...     take="examples/take.usdc",
+    ...     bind="examples/bind.json",
+    ... )
+    >>> result.summary["markers"], result.summary["markers_unsure"]
+    (42, 0)
+    """
+    path, page = Path(source), Path(output)
+    check_page_name(page)
+    register_schemas()
+    progress = Progress.of(on_progress)
+    others = [Path(other) for other in (take, bind) if other]
+    check_outputs([page], files_read(path, *others))
+    with progress.step("read"):
+        rig, recorded, setup, findings = _read(path, Path(take) if take else None)
+        if bind:
+            setup, new_findings = read_bind(Path(bind))
+            findings += new_findings
+    with progress.step("bind"):
+        mesh, setup, new_findings = _bound(rig, recorded, setup, binding)
+        findings += new_findings
+    with progress.step("page"):
+        setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
+        data = bind_data(recorded, mesh, setup, bind_json(setup))
+        meshes = rig.meshes
+        images, new_findings = images_of(rig, meshes)
+        findings += new_findings
+        data |= {
+            "character": character_data(replace(rig, skeleton=None), meshes, images),
+            "mesh": next(i for i, each in enumerate(meshes) if each is mesh),
+            "findings": [f.as_dict() for f in findings],
+        }
+        about = f"{len(recorded.names)} markers on {mesh.name}"
+        text = page_html("bind", f"{path.name}: places of the markers", about, data)
+    with progress.step("write"):
+        write_text(page, text)
+    summary = {
+        "markers": len(recorded.names),
+        "markers_bound": len(setup.binding.markers),
+        "markers_unsure": len(setup.unsure.markers),
+        "size_mb": round(len(text) / 1e6, 2),
+    }
+    return Result(setup, (page,), tuple(findings), summary, seconds=progress.seconds)
+
+
+def _read(
+    path: Path, take: Path | None
+) -> tuple[Rig, MarkerTake, RetargetSetup | None, list[Finding]]:
+    """Return rig, take and setup, if there is one."""
+    stage = open_stage(path)
+    recorded: MarkerTake | WeightsTake | None = None
+    setup = None
+    if has_setup(stage):
+        staged, findings = read_shot(stage, str(path))
+        rig, recorded, setup = staged.shot.rig, staged.shot.take, staged.shot.setup
+    else:
+        rig, findings = rig_of_stage(stage)
+    if take is not None:
+        take_stage = open_stage(take)
+        recorded, _ = read_take_prim(default_prim(take_stage, take))
+    if recorded is None:
+        raise InputError(f"{path} is no shot and has no take; name one: --take take.usdc")
+    if not isinstance(recorded, MarkerTake):
+        raise InputError(
+            f"the take {recorded.source} has weights and no markers; it needs no binding",
+            "TAKE_KIND_WRONG",
+        )
+    return rig, recorded, setup, findings
+
+
+def _bound(
+    rig: Rig, take: MarkerTake, given: RetargetSetup | None, options: BindOptions
+) -> tuple[Mesh, RetargetSetup, list[Finding]]:
+    """Return the mesh and the setup as given or proposed, whatever a person will think of it."""
+    try:
+        resolved = resolve_binding(rig, take, given, options=options)
+    except UnsureBindingError as error:
+        message = "more places are unsure than sure; look at each"
+        return error.mesh, error.setup, [finding("BIND_UNSURE", take.source, message)]
+    except InputError as error:
+        if error.code not in _UNPROPOSED:
+            raise
+        mesh = rig.mesh(given.binding.mesh) if given else rig.face()
+        message = f"place them by hand: {error}"
+        return mesh, given or _NOTHING, [finding("PLACES_NOT_PROPOSED", take.source, message)]
+    return resolved.mesh, resolved.setup, binding_findings(resolved, take)
