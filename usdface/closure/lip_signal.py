@@ -103,10 +103,15 @@ def lip_distances(
     vertices = face.vertices_of(solution.markers)
     rest = face.mesh.points[vertices]
     order = [face.markers.index(name) for name in solution.markers]
-    posed = face.displacements(solved.reordered(face.shape_names).weights)[:, order]
+    posed, as_solved = (
+        face.displacements(take.reordered(face.shape_names).weights)[:, order]
+        for take in (solved, solution.weights)
+    )
+    # On the character's own lips: what the solve left over is the same on both faces.
+    performed = as_solved + solution.leftover if solution.model else solution.displacements
     seen, shown = (
         _smooth((moved[:, pairs[:, 0]] - moved[:, pairs[:, 1]]) @ across, solved.times)
-        for moved in (solution.displacements, posed)
+        for moved in (performed, posed)
     )
     sure = np.flatnonzero([_agree(a, b) for a, b in zip(seen.T, shown.T, strict=True)])
     if not len(sure):

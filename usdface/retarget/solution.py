@@ -85,3 +85,16 @@ class Solution:
     def displacements(self) -> FloatArray:
         """Displacements of the markers on the character from rest: (F, M, 3) [m]."""
         return np.asarray(self.feature_points - self.rest)
+
+    @property
+    def leftover(self) -> FloatArray:
+        """What the solved weights leave of the displacements, as solved with: (F, M, 3) [m].
+
+        0 where there is no `model`.
+        """
+        moved = self.displacements
+        if self.model is None:
+            return np.zeros_like(moved)
+        return np.asarray(
+            moved - self.model.displacements(self.weights.weights).reshape(moved.shape)
+        )
