@@ -1,4 +1,4 @@
-"""The command line: parses, calls `usdface.pipeline`, prints; exit status 0, 1 or 2.
+"""The command line: parses, calls `usdface.pipeline`, prints; returns the exit status.
 
 Each module has a group of commands with their options. Heavy libraries are imported only when a
 command runs, so that `usdface --help` is fast.
@@ -13,6 +13,7 @@ from usdface import __version__
 from usdface.blas_threads import limit_from_start
 from usdface.cli.command import FAILED, check_files
 from usdface.errors import UsdFaceError
+from usdface.signals import say_stopped, was_stopped
 
 __all__ = ["main"]
 
@@ -46,9 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return FAILED
     except KeyboardInterrupt:
-        print("usdface: interrupted", file=sys.stderr)
-        return FAILED
+        return say_stopped()
     except Exception as error:
+        if was_stopped():
+            return say_stopped()
         if parsed.debug:
             raise
         print(f"usdface: {_in_one_line(error)}", file=sys.stderr)
@@ -64,7 +66,8 @@ def _parser(command: str | None = None) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="usdface",
         description="Marker takes onto blend-shape characters, in USD and glTF.",
-        epilog="exit status: 0 done, 1 an error (one line says which), 2 wrong usage",
+        epilog="exit status: 0 done, 1 an error (one line says which), 2 wrong usage, "
+        "130 interrupted, 143 terminated",
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")

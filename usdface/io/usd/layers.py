@@ -11,6 +11,7 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from usdface.errors import InputError
+from usdface.io.atomic import all_or_none, remove_when_written
 from usdface.io.usd.animation import (
     author,
     closure_animation,
@@ -85,6 +86,8 @@ def write_layers(
 ) -> list[Path]:
     """Write the solve, express and closure layers and the root over them; all of them or none.
 
+    A layer of an earlier run that has no successor is removed.
+
     With `in_place` the layers are added to the shot's own subLayers instead of a new root;
     that is idempotent.
 
@@ -123,7 +126,11 @@ def write_layers(
         layers.append((shot_path, top))
     else:
         layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))
-    save_layers(layers)
+    with all_or_none():
+        save_layers(layers)
+        for path in paths.layers:  # of an earlier run that had one more
+            if path not in stronger_first:
+                remove_when_written(path)
     return [layers[-1][0], *stronger_first]
 
 

@@ -8,13 +8,20 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils, Vt
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
-from usdface.io.atomic import all_or_none, atomic_path, when_written
+from usdface.io.atomic import (
+    all_or_none,
+    atomic_path,
+    staged_files,
+    when_written,
+    write_bridge,
+)
+from usdface.io.staging import finish_dead_runs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
 
 __all__ = [
@@ -77,6 +84,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         )
     if not path.is_file():
         raise InputError(f"no such USD file: {path}", "FILE_UNREADABLE")
+    finish_dead_runs(path.parent)
     left_out = {str(layer.resolve()) for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
@@ -263,14 +271,42 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
             raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
     with all_or_none():
         for path, layer in layers:
+            bridge = _bridge(layer, path)
             with atomic_path(path) as temporary:
-                try:
-                    done = layer.Export(str(temporary))
-                except Tf.ErrorException as error:
-                    raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
-                if not done:
-                    raise OutputError(f"cannot write {path}")
+                _export(layer, temporary, path)
+            if bridge is not None:
+                with write_bridge(path) as temporary:
+                    _export(bridge, temporary, path)
             when_written(partial(_reload, path))
+
+
+def _export(layer: Sdf.Layer, temporary: Path, path: Path) -> None:
+    try:
+        done = layer.Export(str(temporary))
+    except Tf.ErrorException as error:
+        raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+    if not done:
+        raise OutputError(f"cannot write {path}")
+
+
+def _bridge(layer: Sdf.Layer, path: Path) -> Sdf.Layer | None:
+    """Return the layer with files that are staged named where they lie; None if it names none."""
+    folder = path.resolve().parent
+    places = {place.parent.resolve() / place.name: f for place, f in staged_files().items()}
+    found = False
+
+    def where(asset: str) -> str:
+        nonlocal found
+        file = places.get(Path(os.path.normpath(folder / asset))) if asset else None
+        found = found or file is not None
+        return asset if file is None else relative_asset(file, path)
+
+    if not places:
+        return None
+    bridge = Sdf.Layer.CreateAnonymous(".usda")
+    bridge.TransferContent(layer)
+    UsdUtils.ModifyAssetPaths(bridge, where)
+    return bridge if found else None
 
 
 def _reload(path: Path) -> None:
