@@ -18,6 +18,7 @@ from usdface.io.usd.animation import (
     express_animation,
     solve_animation,
 )
+from usdface.io.usd.fingerprint import is_unedited, sign
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import (
     Metrics,
@@ -123,6 +124,8 @@ def write_layers(
         added = [relative_asset(path, shot_path) for path in stronger_first]
         previous = {relative_asset(path, shot_path) for path in paths.layers}
         top.subLayerPaths = added + [p for p in top.subLayerPaths if p not in previous]
+        if is_unedited(stage.GetRootLayer()):
+            sign(top)
         layers.append((shot_path, top))
     else:
         layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))

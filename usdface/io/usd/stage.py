@@ -35,6 +35,7 @@ __all__ = [
     "missing_metrics",
     "new_layer",
     "new_stage",
+    "open_layer",
     "open_stage",
     "rate_of",
     "relative_asset",
@@ -96,6 +97,21 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
     return stage
+
+
+def open_layer(path: Path) -> Sdf.Layer:
+    """Open one layer, without those that it names.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    with usd_errors(str(path)):
+        layer = Sdf.Layer.FindOrOpen(str(path))
+    if not layer:
+        raise InputError(f"{path} cannot be read as USD", "FILE_UNREADABLE")
+    return layer
 
 
 def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
