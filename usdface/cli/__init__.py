@@ -5,6 +5,7 @@ command runs, so that `usdface --help` is fast.
 """
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -40,6 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     limit_from_start()
     words = sys.argv[1:] if arguments is None else arguments
     parsed = _parser(next((word for word in words if word in _COMMANDS), "")).parse_args(words)
+    if parsed.trusted:
+        os.environ["USDFACE_TRUSTED"] = "1"
     try:
         check_files(parsed)
         status: int = parsed.run(parsed)

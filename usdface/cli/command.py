@@ -51,6 +51,11 @@ def add_command(
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
     command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
     command.add_argument("--strict", action="store_true", help="a warning is a failure")
+    command.add_argument(
+        "--trusted",
+        action="store_true",
+        help="open USD files at once, not in a process with limits first",
+    )
     command.add_argument("--debug", action="store_true", help="show tracebacks")
     return command
 

@@ -41,7 +41,9 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
         # Only the composed stage knows layers named by variables that a stronger one sets.
         stage = open_stage(path, without=apart)
         used = sorted(layer.realPath for layer in stage.GetUsedLayers() if layer.realPath)
-    except InputError:
+    except InputError as error:
+        if error.code == "TOO_LARGE":  # it is not to be opened
+            return []
         stage, used = None, []
     root = str(path.resolve())
     waiting, found = [root, *used], dict.fromkeys((root, *used))

@@ -23,6 +23,7 @@ from usdface.io.atomic import (
 )
 from usdface.io.staging import finish_dead_runs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
+from usdface.io.usd.trial import try_to_open
 
 __all__ = [
     "Metrics",
@@ -72,6 +73,8 @@ class Metrics:
 def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     """Open a USD file, leaving out layers at `without`, be they there or not.
 
+    One that is not known is opened by a process of its own first (`usdface.io.usd.trial`).
+
     Raises
     ------
     InputError
@@ -86,6 +89,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     if not path.is_file():
         raise InputError(f"no such USD file: {path}", "FILE_UNREADABLE")
     finish_dead_runs(path.parent)
+    try_to_open(path)
     left_out = {str(layer.resolve()) for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
@@ -107,6 +111,7 @@ def open_layer(path: Path) -> Sdf.Layer:
     InputError
         If it cannot be read.
     """
+    try_to_open(path)
     with usd_errors(str(path)):
         layer = Sdf.Layer.FindOrOpen(str(path))
     if not layer:
