@@ -8,7 +8,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from usdface.plain_text import plain
+
 __all__ = ["CODES", "Finding", "Severity", "finding", "severest"]
+
+_LONGEST, _LONGEST_PLACE = 800, 400  # characters
 
 Severity = Literal["info", "warning", "error"]
 
@@ -211,6 +215,11 @@ class Finding:
     where: str
     message: str
     severity: Severity
+
+    def __post_init__(self) -> None:
+        """Escape and shorten what came from a file."""
+        object.__setattr__(self, "where", plain(self.where, _LONGEST_PLACE))
+        object.__setattr__(self, "message", plain(self.message, _LONGEST))
 
     def as_dict(self) -> dict[str, str]:
         """Return the finding as plain values for a JSON report."""

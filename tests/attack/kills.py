@@ -14,6 +14,7 @@ silent      SIGINT or SIGTERM, but no line, or another exit status
 """
 
 import argparse
+import atexit
 import hashlib
 import json
 import os
@@ -35,8 +36,8 @@ os.environ.setdefault("PXR_WORK_THREAD_LIMIT", "1")  # threads do not survive a 
 
 from worlds import make_world
 
+from usdface import __main__ as program
 from usdface.cli import main as usdface
-from usdface.signals import handle_signals
 
 __all__ = ["Command", "Report", "kill", "make_commands", "run_pairs"]
 
@@ -244,10 +245,19 @@ def kill(command: Command, rng: random.Random, report: Report) -> None:
     log = command.folder.parent / "log"
 
     def work() -> int:
-        handle_signals()
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
-        return usdface(command.runs[1])
+        handle = program.handle_signals
 
+        def handled() -> None:
+            handle()
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
+
+        program.handle_signals = handled  # type: ignore[assignment]
+        try:
+            return program.main()
+        finally:
+            atexit._run_exitfuncs()
+
+    sys.argv[1:] = command.runs[1]
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # until the command handles them
     child = in_fork(work, log)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)

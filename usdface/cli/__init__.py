@@ -9,14 +9,18 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
 from usdface.cli.command import FAILED, check_files
 from usdface.errors import UsdFaceError
+from usdface.plain_text import plain
 from usdface.signals import say_stopped, was_stopped
 
 __all__ = ["main"]
+
+_LONGEST = 800  # characters of an error
 
 # Each command with the module of its options, which is loaded when the command is named, and a
 # line of help.
@@ -39,6 +43,7 @@ _COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit status (argparse exits with 2 on wrong usage)."""
     limit_from_start()
+    _write_anything()
     words = sys.argv[1:] if arguments is None else arguments
     parsed = _parser(next((word for word in words if word in _COMMANDS), "")).parse_args(words)
     if parsed.trusted:
@@ -87,6 +92,17 @@ def _in_one_line(error: Exception) -> str:
         return f"{error} [{error.code}]"
     if isinstance(error, OSError):  # a name too long, a folder that may not be entered, a full disk
         where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror or error}"
-    summary = f"{type(error).__name__}: {error}".splitlines()[0]
+        return plain(f"{where}{error.strerror or error}", _LONGEST)
+    if isinstance(error, UnicodeEncodeError) and error.reason.startswith("surrogates"):
+        return f"{plain(error.object, _LONGEST)!r} is not UTF-8, as USD wants it; rename the file"
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this"
+    summary = plain(f"{type(error).__name__}: {error}", _LONGEST)
     return f"a mistake in usdface: {summary}; --debug shows where"
+
+
+def _write_anything() -> None:
+    """Escape what the terminal cannot show, and file names that are no UTF-8."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")

@@ -130,14 +130,18 @@ def all_or_none() -> Iterator[None]:
     if _WRITING.get() is not None:
         yield
         return
-    with ExitStack() as undo:
-        writing = _Writing(undo)
+    undo = ExitStack()
+    writing = _Writing(undo)
+    try:
         token = _WRITING.set(writing)
         try:
             yield
         finally:
             _WRITING.reset(token)
         writing.commit()
+    finally:
+        with _signals_later():
+            undo.close()
 
 
 def when_written(action: Callable[[], object]) -> None:
@@ -266,5 +270,5 @@ def write_bytes(path: Path, *data: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` to `path` atomically, as UTF-8."""
-    write_bytes(path, text.encode())
+    """Write `text` to `path` atomically, as UTF-8; names of files may hold what is none."""
+    write_bytes(path, text.encode(errors="backslashreplace"))

@@ -139,6 +139,7 @@ def _files_of(path: Path, apart: Collection[Path] = ()) -> list[Path]:
 
     if may_be_gltf(path):
         return [path, *files_beside(path)]
-    from usdface.io.usd.dependencies import dependencies, is_usd
+    from usdface.io.usd.dependencies import dependencies
+    from usdface.io.usd.stage import is_usd
 
     return [path, *dependencies(path, apart)] if is_usd(path) else [path]

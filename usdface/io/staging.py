@@ -11,10 +11,11 @@ knows device, inode and change time of a file beside it, which nobody can choose
 in an archive does nothing.
 """
 
+import atexit
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
@@ -30,19 +31,23 @@ _LONGEST_WAIT = 60.0  # s for another run to put its files in place, which takes
 _LARGEST_JOURNAL = 2**24  # bytes
 
 
+# Of this process, to be removed at its end if a signal came in between.
+_living: dict[Path, int] = {}
+
+
 class Staging:
     """A locked folder beside outputs, for files that are not finished."""
 
     def __init__(self, folder: Path) -> None:
         while True:
-            self.path = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=folder))
+            self.path = folder.absolute() / f"{_PREFIX}{secrets.token_hex(6)}"
+            _living[self.path] = os.getpid()
+            self.path.mkdir()
             with suppress(OSError):  # another run took it for the litter of a dead one
                 lock = try_lock(self.path)
                 if lock is not None and same_folder(self.path, lock):
                     break
         self._lock = lock
-        # As other new folders: those who read a result while it is put in place read here.
-        self.path.chmod(0o777 & ~_umask())
         self._count = 0
 
     def new_file(self, suffix: str) -> Path:
@@ -56,6 +61,14 @@ class Staging:
         """Remove the folder with all that is left in it."""
         shutil.rmtree(self.path, ignore_errors=True)
         self._lock.release()
+        _living.pop(self.path, None)
+
+
+@atexit.register
+def _remove_living() -> None:
+    for path, process in _living.items():
+        if process == os.getpid():
+            shutil.rmtree(path, ignore_errors=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,9 +298,3 @@ def _identity(mark: Path) -> list[int]:
 
 def _is_name(name: object) -> bool:
     return isinstance(name, str) and name not in ("", ".", "..") and Path(name).name == name
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

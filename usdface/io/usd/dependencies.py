@@ -6,14 +6,9 @@ from pathlib import Path
 from pxr import Ar, Sdf, Tf, UsdShade, UsdUtils
 
 from usdface.errors import InputError
-from usdface.io.usd.stage import open_stage
+from usdface.io.usd.stage import is_usd, open_stage
 
-__all__ = ["dependencies", "is_usd"]
-
-
-def is_usd(path: Path) -> bool:
-    """Return whether USD reads files of this name."""
-    return Sdf.FileFormat.FindByExtension(str(path)) is not None
+__all__ = ["dependencies"]
 
 
 def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:

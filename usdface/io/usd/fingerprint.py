@@ -10,8 +10,7 @@ from pxr import Sdf
 
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.conversion_metadata import KEY
-from usdface.io.usd.dependencies import is_usd
-from usdface.io.usd.stage import open_layer
+from usdface.io.usd.stage import is_usd, open_layer
 
 __all__ = ["check_unedited", "is_unedited", "sign"]
 

@@ -24,6 +24,7 @@ from usdface.io.atomic import (
 from usdface.io.staging import finish_dead_runs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
 from usdface.io.usd.trial import try_to_open
+from usdface.plain_text import plain
 
 __all__ = [
     "Metrics",
@@ -31,6 +32,7 @@ __all__ = [
     "author_metrics",
     "codes_of",
     "default_prim",
+    "is_usd",
     "matrices",
     "metrics_of",
     "missing_metrics",
@@ -80,7 +82,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     InputError
         If it, or a file that it brings in, is missing or cannot be read as USD.
     """
-    if path.is_dir() or (path.is_file() and Sdf.FileFormat.FindByExtension(str(path)) is None):
+    if path.is_dir() or (path.is_file() and not is_usd(path)):
         raise InputError(
             f"{path} is no USD file; `usdface rig` makes one of a character, `usdface take` of a "
             "recording, `usdface shot` of both",
@@ -101,6 +103,11 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
     return stage
+
+
+def is_usd(path: Path) -> bool:
+    """Return whether USD reads files of this name."""
+    return Sdf.FileFormat.FindByExtension(plain(path.suffix, 20)) is not None
 
 
 def open_layer(path: Path) -> Sdf.Layer:
