@@ -166,6 +166,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "FIT_CONFUSED": ("warning", "a fitted system confuses an emotion with another"),
     "FIT_UNTESTED": ("info", "an emotion was learned from one recording and could not be tested"),
     "RULE_FIRES_AT_NEUTRAL": ("warning", "a rule fires on a neutral face"),
+    "ATTRIBUTE_REPLACED": ("warning", "an attribute of another type is replaced by the result"),
     "SETTING_UNREAD": ("warning", "a setting, a curve or an override is ignored"),
     "RULE_UNREACHABLE": ("warning", "a rule can never fire"),
     "RULE_OFF": ("info", "a rule is disabled or has weight 0"),
