@@ -1,6 +1,9 @@
 """The program: ``usdface`` and ``python -m usdface``."""
 
+import os
 import sys
+import warnings
+from contextlib import suppress
 
 from usdface.signals import handle_signals, ignore_signals, say_stopped, was_stopped
 
@@ -14,6 +17,7 @@ def main() -> int:
     """
     try:
         handle_signals()
+        _quiet_libraries()
         from usdface.cli import main as run
 
         status = run()
@@ -26,6 +30,20 @@ def main() -> int:
             raise
         return say_stopped()
     return status
+
+
+def _quiet_libraries() -> None:
+    """Keep words of libraries about damaged files off standard error, where our one line goes."""
+    if "--debug" in sys.argv:
+        return
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+    with suppress(OSError, AttributeError, ValueError):  # there is none
+        ours = os.fdopen(os.dup(2), "w", buffering=1, encoding=sys.stderr.encoding)
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 2)  # C and C++ write there
+        os.close(nowhere)
+        sys.stderr = ours
 
 
 if __name__ == "__main__":

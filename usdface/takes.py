@@ -11,7 +11,12 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 
-__all__ = ["MarkerTake", "WeightsTake", "visible"]
+__all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "visible"]
+
+# From the origin [m, or pixels of an image]: no capture volume and no image is larger, and squares
+# of it keep their digits.
+FARTHEST = 1e5
+_LARGEST_WEIGHT = 1000.0  # 10 times 100 %, where someone means per cent
 
 
 def visible(positions: FloatArray) -> BoolArray:
@@ -103,6 +108,10 @@ class MarkerTake:
             raise InputError(
                 "marker positions must be finite, or NaN in all components", "VALUES_WRONG"
             )
+        if (np.abs(self.positions) > FARTHEST).any():  # not of NaN
+            raise InputError(
+                f"markers lie beyond {FARTHEST / 1000:g} km from the origin", "VALUES_WRONG"
+            )
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
 
@@ -177,6 +186,11 @@ class WeightsTake:
         _check_times(self.times, shape[0], "weights take")
         if not np.isfinite(self.weights).all():
             raise InputError("blend shape weights must be finite", "VALUES_WRONG")
+        if (np.abs(self.weights) > _LARGEST_WEIGHT).any():
+            raise InputError(
+                f"blend shape weights go up to {np.abs(self.weights).max():g}; expected 0 to 1",
+                "VALUES_WRONG",
+            )
 
     def column(self, name: str) -> FloatArray:
         """Return the curve of one blend shape: (F,)."""

@@ -23,6 +23,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout, suppress
@@ -67,6 +68,7 @@ class Verdicts:
     def add(self, name: str, number: int, verdict: str) -> None:
         self.counts[name, verdict.split(":")[0]] += 1
         if verdict.split(":")[0] not in PLAIN:
+            print(name, number, verdict, flush=True)
             self.faults.append((name, number, verdict))
 
 
@@ -228,6 +230,7 @@ def _try_all(seed: Seed, batch: list[int], folder: Path, tell: Callable[[str], o
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     pages = int(Path("/proc/self/statm").read_text().split()[5])
     base = pages * os.sysconf("SC_PAGESIZE")
+    warnings.simplefilter("ignore")  # as the program does
     for number in batch:
         arguments, size = prepared(seed, number, folder)
         os.ftruncate(output, 0)
@@ -289,7 +292,8 @@ def verdict(status: object, said: bytes, out: Path) -> str:
 def _again(seed: Seed, number: int, folder: Path, fault: str) -> str:
     """Run a command that ended the fork again, as users have it; its verdict."""
     arguments, _ = prepared(seed, number, folder)
-    environment = {k: v for k, v in os.environ.items() if k != "USDFACE_TRUSTED"}
+    ours = ("USDFACE_TRUSTED", "PXR_WORK_THREAD_LIMIT")
+    environment = {k: v for k, v in os.environ.items() if k not in ours}
     environment["XDG_CACHE_HOME"] = str(folder / "cache")
     command = [sys.executable, "-m", "usdface", *arguments]
     begin = time.monotonic()
@@ -328,8 +332,6 @@ def main() -> int:
         shutil.rmtree(place, ignore_errors=True)
     for (name, kind), number in sorted(verdicts.counts.items()):
         print(f"{number:8} {name}: {kind}")
-    for fault in verdicts.faults:
-        print(*fault)
     print(f"{sum(verdicts.counts.values())} inputs, {len(verdicts.faults)} faults")
     return 1 if verdicts.faults else 0
 

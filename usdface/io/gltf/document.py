@@ -246,7 +246,12 @@ def save_document(
     layout: dict[str, Any] = (
         {"separators": (",", ":")} if binary else {"indent": 1, "ensure_ascii": False}
     )
-    text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
+    try:
+        text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
+    except ValueError as error:
+        raise OutputError(
+            f"cannot write {path}: a number of the scene is not finite ({error})"
+        ) from error
     if not binary:
         with all_or_none():
             if size:
