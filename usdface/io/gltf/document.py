@@ -85,6 +85,8 @@ def load_document(path: Path, asset_root: Path | None = None) -> GltfFile:
     """
     finish_dead_runs(path.parent)
     try:
+        if not path.is_file() and path.exists():  # a pipe or device may never end
+            raise InputError("is no regular file", "FILE_UNREADABLE")
         if path.stat().st_size > _MAX_BYTES:
             raise InputError(
                 "the file is larger than 4 GiB, the most that GLB can hold", "TOO_LARGE"
