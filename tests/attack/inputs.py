@@ -275,7 +275,7 @@ def verdict(status: object, said: bytes, out: Path) -> str:
     last = text.splitlines()[-1][:300] if text.strip() else ""
     if isinstance(status, str):
         return status
-    if "MemoryError" in text or "bad allocation" in text:
+    if "MemoryError" in text or "bad_alloc" in text:
         return f"memory: {last}"
     if "a mistake in usdface" in text or "Traceback" in text:
         return f"traceback: {last}"

@@ -3,7 +3,9 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
+from pxr import Sdf, Usd, Vt
 
 from usdface.cli import main
 from usdface.errors import InputError
@@ -95,3 +97,27 @@ def test_a_folder_that_others_may_write_is_not_believed(tmp_path: Path, asked: l
 
 def test_the_worker_allows_for_large_files() -> None:
     assert trial_worker._MEMORY_PER_BYTE >= 10  # text becomes several times its size
+
+
+def test_a_value_that_cannot_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.usdc"
+    stage = Usd.Stage.CreateNew(str(path))
+    attribute = stage.DefinePrim("/A").CreateAttribute("w", Sdf.ValueTypeNames.FloatArray)
+    rng = np.random.default_rng(0)
+    for code in range(50):
+        attribute.Set(Vt.FloatArray.FromNumpy(rng.random(40, np.float32)), code)
+    stage.Save()
+    del attribute, stage
+    data = bytearray(path.read_bytes())
+    refused = 0
+    for place in range(200, 600, 50):  # where values lie
+        changed = data.copy()
+        changed[-place] ^= 0xFF
+        spoilt = tmp_path / f"{place}.usdc"
+        spoilt.write_bytes(changed)
+        try:
+            open_stage(spoilt)
+        except InputError as error:
+            assert "\n" not in str(error)
+            refused += 1
+    assert refused

@@ -7,6 +7,7 @@ from pxr import Ar, Sdf, Tf, UsdShade, UsdUtils
 
 from usdface.errors import InputError
 from usdface.io.usd.stage import is_usd, open_stage
+from usdface.io.usd.trial import RefusedError
 
 __all__ = ["dependencies"]
 
@@ -36,9 +37,9 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
         # Only the composed stage knows layers named by variables that a stronger one sets.
         stage = open_stage(path, without=apart)
         used = sorted(layer.realPath for layer in stage.GetUsedLayers() if layer.realPath)
-    except InputError as error:
-        if error.code == "TOO_LARGE":  # it is not to be opened
-            return []
+    except RefusedError:
+        return []
+    except InputError:
         stage, used = None, []
     root = str(path.resolve())
     waiting, found = [root, *used], dict.fromkeys((root, *used))

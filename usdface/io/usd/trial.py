@@ -17,7 +17,7 @@ from typing import Any
 
 from usdface.errors import InputError
 
-__all__ = ["try_to_open"]
+__all__ = ["RefusedError", "try_to_open"]
 
 _TRUSTED = "USDFACE_TRUSTED"  # of the environment: files are opened at once
 _WORKER = Path(__file__).with_name("trial_worker.py")
@@ -26,13 +26,17 @@ _LONGEST = 300  # characters of a worker's word
 _MOST_KNOWN = 4096  # files of the folder that remembers
 
 
+class RefusedError(InputError):
+    """A file that is not to be opened in this process."""
+
+
 def try_to_open(path: Path) -> None:
     """Open a USD file in a process with limits, unless files are trusted or it is known.
 
     Raises
     ------
-    InputError
-        If that process ends, or takes too much memory or time.
+    RefusedError
+        If that process ends, or takes too much memory or time, or cannot read a value.
     """
     if os.environ.get(_TRUSTED, "0") not in ("", "0"):
         return
@@ -44,7 +48,9 @@ def try_to_open(path: Path) -> None:
         return
     answer = _ask(python, path)
     if refused := answer.get("refused"):
-        raise InputError(f"{path} {str(refused)[:_LONGEST]}; is it damaged?", "TOO_LARGE")
+        raise RefusedError(
+            f"{path} {str(refused)[:_LONGEST]}", str(answer.get("code", "TOO_LARGE"))
+        )
     if memory is not None:
         _remember(memory, [str(name) for name in answer.get("files", ())])
 
@@ -78,7 +84,7 @@ def _ask(python: str, path: Path) -> dict[str, Any]:
             return found
     if done.returncode in (-24, -9):  # SIGXCPU
         return {"refused": "takes too much time to open"}
-    return {"refused": "ends the process that opens it, or takes too much memory"}
+    return {"refused": "ends the process that opens it, or takes too much memory; is it damaged?"}
 
 
 def _memory_of(path: Path) -> Path | None:

@@ -1,7 +1,7 @@
 """Run as a script by `usdface.io.usd.trial`: opens a USD file as we do, and reads all of it.
 
-Prints JSON: ``{"files": [...]}``, or ``{"refused": "..."}``. USD's own errors are no matter here:
-they are raised again where the file is opened for good.
+Prints JSON: ``{"files": [...]}``, or ``{"refused": "..."}``. Also a file that USD itself refuses is
+not to be opened again: without limits that may take any memory.
 """
 
 import json
@@ -34,19 +34,24 @@ def main() -> None:
     files: dict[str, int] = {}
     try:
         for name in _layers(os.path.realpath(sys.argv[1]), files, limits):
-            with suppress(Tf.ErrorException, UnicodeError):
+            with suppress(UnicodeError):
                 layer = Sdf.Layer.FindOrOpen(name)
                 if layer:
                     _read(layer)
-        with suppress(Tf.ErrorException, UnicodeError):
+        with suppress(UnicodeError):
             stage = Usd.Stage.Open(sys.argv[1])
             for _ in stage.TraverseAll() if stage else ():
                 pass
         answer = {"files": [name for name in files if Path(name).is_file()]}
-    except _Refused as refused:
-        answer = {"refused": str(refused)}
+    except Tf.ErrorException as error:
+        first = _first(error)
+        answer = {"refused": f"cannot be read as USD: {first}", "code": "FILE_UNREADABLE"}
+        if "bad_alloc" in first:
+            answer = {"refused": limits.exceeded()}
+    except _Refused as error:
+        answer = {"refused": str(error), "code": "FILE_UNREADABLE"}
     except MemoryError:
-        answer = {"refused": f"takes more than {limits.memory >> 20} MB of memory"}
+        answer = {"refused": limits.exceeded()}
     del delegate
     sys.stdout.buffer.write(json.dumps(answer).encode())
     sys.stdout.flush()
@@ -59,6 +64,10 @@ class _Limits:
     def __init__(self) -> None:
         self.memory = self.used = 0
         self.grow(0)
+
+    def exceeded(self) -> str:
+        """Return the word for a file that takes more memory."""
+        return f"takes more than {self.memory >> 20} MB of memory to open; is it damaged?"
 
     def grow(self, size: int) -> None:
         """Allow for a file of `size` bytes more."""
@@ -83,7 +92,7 @@ class _Limits:
 
 def _layers(root: str, files: dict[str, int], limits: _Limits) -> Iterator[str]:
     """Yield the root layer and all that it leads to, each before those that it names."""
-    from pxr import Ar, Sdf, Tf, UsdUtils
+    from pxr import Ar, Sdf, UsdUtils
 
     waiting = [root]
     while waiting:
@@ -102,7 +111,7 @@ def _layers(root: str, files: dict[str, int], limits: _Limits) -> Iterator[str]:
         if Sdf.FileFormat.FindByExtension(name) is None:
             continue
         yield name
-        with suppress(Tf.ErrorException, UnicodeError):
+        with suppress(UnicodeError):
             layer = Sdf.Layer.FindOrOpen(name)
             if not layer:
                 continue
@@ -118,18 +127,27 @@ def _read(layer: Any) -> None:
     """Read every value of a layer, which USD does only when it is asked for it."""
     from pxr import Tf
 
-    def visit(path: Any) -> None:
-        spec = layer.GetObjectAtPath(path)
-        for key in spec.ListInfoKeys() if spec else ():
-            with suppress(Tf.ErrorException, UnicodeError, TypeError, ValueError, RuntimeError):
+    paths: list[Any] = []
+    layer.Traverse(layer.pseudoRoot.path, paths.append)
+    for path in paths:
+        try:
+            spec = layer.GetObjectAtPath(path)
+            for key in spec.ListInfoKeys() if spec else ():
                 if key != "timeSamples":
-                    spec.GetInfo(key)
-        if path.IsPropertyPath():
-            for code in layer.ListTimeSamplesForPath(path):
-                with suppress(Tf.ErrorException, UnicodeError, TypeError, ValueError, RuntimeError):
+                    with suppress(UnicodeError, TypeError, ValueError):  # no value of Python's
+                        spec.GetInfo(key)
+            for code in layer.ListTimeSamplesForPath(path) if path.IsPropertyPath() else ():
+                with suppress(UnicodeError, TypeError, ValueError):
                     layer.QueryTimeSample(path, code)
+        except Tf.ErrorException as error:
+            raise _Refused(f"holds a value that cannot be read: {_first(error)}") from error
 
-    layer.Traverse(layer.pseudoRoot.path, visit)
+
+def _first(error: Exception) -> str:
+    """Return the first of USD's errors, without its C++ context."""
+    with suppress(UnicodeError, AttributeError, IndexError):
+        return str(error.args[0].commentary).splitlines()[0][:200]
+    return "damaged"
 
 
 if __name__ == "__main__":
