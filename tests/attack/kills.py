@@ -69,6 +69,7 @@ class Report:
     def count(self, name: str, verdict: str, fault: bool = False) -> None:
         self.verdicts[name, verdict] += 1
         if fault:
+            print(f"{name}: {verdict}", flush=True)
             self.faults.append(f"{name}: {verdict}")
 
 
@@ -324,14 +325,17 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=1000)
     parser.add_argument("--pairs", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="stop kills after")
     given = parser.parse_args()
     rng, report = random.Random(given.seed), Report()
     place = Path(tempfile.mkdtemp(prefix="usdface-kills-"))
     try:
         commands = make_commands(place)
         print({c.name: round(c.seconds, 2) for c in commands}, flush=True)
+        end = time.monotonic() + given.seconds
         for k in range(given.kills):
-            kill(commands[k % len(commands)], rng, report)
+            if time.monotonic() < end:
+                kill(commands[k % len(commands)], rng, report)
         for k in range(given.pairs):
             run_pairs(commands[k % len(commands)], report)
     finally:
