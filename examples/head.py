@@ -6,11 +6,11 @@ import numpy as np
 
 from examples import parts, topology
 from examples.parts import Part, mirrored
-from examples.picture import triangulated, vertex_normals
 from examples.shapes import ARKIT_NAMES, eye_turns, head_shapes, jaw_moves
 from examples.skin import smooth
 from examples.topology import FLIP
 from usdface.arrays import FloatArray
+from usdface.figures.render import triangulated, vertex_normals
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
 
 __all__ = ["MATERIALS", "build_head"]

@@ -12,8 +12,10 @@ import numpy as np
 from examples.expressions import EMOTIONS
 from examples.head import build_head
 from examples.performance import NEUTRAL, binding, perform
-from examples.picture import View, render_rig, write_png
+from examples.png import write_png
 from usdface.cli import main as usdface
+from usdface.figures.render import View
+from usdface.figures.rig_picture import render_rig
 from usdface.io.atomic import write_text
 from usdface.io.bind_file import bind_json
 from usdface.io.usd.rig_write import write_rig

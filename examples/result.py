@@ -12,7 +12,8 @@ from pxr import Usd, UsdSkel
 
 from examples.head import build_head
 from examples.performance import perform
-from examples.picture import View, render_rig
+from usdface.figures.render import View
+from usdface.figures.rig_picture import render_rig
 from usdface.takes import MarkerTake
 
 __all__ = ["curves", "main"]

@@ -56,7 +56,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (shot_report, "free_places", "next markers"),
         (solve_report, "region_errors", "residual"),
         (solve_report, "confidence_of", "confidence"),
-        (solve_report, "place_names", "confidence"),
+        (solve_report, "places_of", "confidence"),
     ],
 )
 def test_a_result_has_the_same_bytes_whatever_advice_fails(

@@ -62,7 +62,7 @@ def test_json_is_all_that_standard_output_holds(
         said = capfd.readouterr()
         document = json.loads(said.out)
         plain = {"written", "findings", "summary", "seconds", "peak_memory_mb"}
-        more = {"process": {"residual", "confidence", "travel"}}
+        more = {"process": {"residual", "confidence", "travel", "travel_by_part", "verdict"}}
         more |= {"export": {"certificate"}, "import": {"certificate"}}
         assert set(document) == plain | more.get(command[0], set())
         assert all(Path(path).is_file() for path in document["written"])

@@ -9,8 +9,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))  # the examples are no part of the installed package
 
-from examples import head, make_example, performance, picture, rings, sculpt, shapes, topology  # noqa: E402
+from examples import head, make_example, performance, rings, sculpt, shapes, topology  # noqa: E402
 from examples.expressions import EMOTIONS  # noqa: E402
+from usdface.figures import render  # noqa: E402
 from usdface.io.bind_file import bind_json, read_bind  # noqa: E402
 from usdface.io.takes.trc import read_trc  # noqa: E402
 from usdface.io.usd.rig import read_rig  # noqa: E402
@@ -154,7 +155,7 @@ def test_shapes_move_where_apple_says(name, place, towards, base, moves):
 
 def test_normals_point_outwards(rig, base):
     for mesh in rig.meshes:
-        triangles, _ = picture.triangulated(mesh.face_counts, mesh.face_indices)
+        triangles, _ = render.triangulated(mesh.face_counts, mesh.face_indices)
         a, b, c = np.moveaxis(mesh.points[triangles], 1, 0)
         assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() > 0, mesh.name
         np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-9)
@@ -245,8 +246,8 @@ def test_the_renderer_draws_the_nearest_triangle_and_the_background():
     points = np.array([[-1, -1, 0], [1, -1, 0], [0, 1, 0], [-1, -1, -1], [1, -1, -1], [0, 1, -1]])
     triangles = np.array([[3, 4, 5], [0, 1, 2]])
     colors = np.array([[0, 1.0, 0], [1.0, 0, 0]])
-    view = picture.View(centre=(0, 0, 0), height=3, size=(40, 30), background=(0, 0, 1), samples=1)
-    image = picture.render(points.astype(float), triangles, colors, view).astype(int)
+    view = render.View(centre=(0, 0, 0), height=3, size=(40, 30), background=(0, 0, 1), samples=1)
+    image = render.render(points.astype(float), triangles, colors, view).astype(int)
     assert image.shape == (30, 40, 3)
     assert image[15, 20, 0] > 100 and image[15, 20, 1] < 20
     assert tuple(image[0, 0]) == (0, 0, 255)

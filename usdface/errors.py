@@ -80,6 +80,7 @@ ERROR_CODES: dict[str, str] = {
     "FRAMES_OUTSIDE": "neutral or peak frames are not in the take",
     "SHOT_INCOMPLETE": "a file is no shot, or a target of the shot does not exist",
     "SOLVE_UNDETERMINED": "the numbers do not determine a solution",
+    "RESULT_UNUSABLE": "the result is not usable, and is refused as requested; nothing is written",
     # formats of other packages
     "PLUGIN_FAILED": "a format of another package cannot be loaded, fails or returns nonsense",
     "PLUGIN_CONFLICT": "formats of several packages fit one file",

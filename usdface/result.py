@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from usdface.findings import Finding
+from usdface.verdict.judge import Verdict
 
 __all__ = ["Result", "peak_memory"]
 
@@ -30,6 +31,8 @@ class Result(Generic[ValueT]):
         The same, too long for a screen: residual of each frame, deviation of each weight.
     seconds : mapping of str to float [s]
         Time of each step.
+    verdict : Verdict or None
+        Of a job that retargets a shot: good, look at, or not usable.
 
     Examples
     --------
@@ -46,12 +49,14 @@ class Result(Generic[ValueT]):
     summary: dict[str, Any] = field(default_factory=dict)
     details: dict[str, Any] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
+    verdict: Verdict | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return all but the value as plain values for JSON."""
         return {
             "written": [str(path) for path in self.written],
             "findings": [finding.as_dict() for finding in self.findings],
+            **({"verdict": self.verdict.as_dict()} if self.verdict else {}),
             "summary": self.summary,
             **self.details,
             "seconds": {name: round(value, 3) for name, value in self.seconds.items()},

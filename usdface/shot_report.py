@@ -19,11 +19,12 @@ from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.travel import Travel, region_travel
 from usdface.shot import ShotResult
+from usdface.shot_measures import shot_measures
 from usdface.takes import MarkerTake
+from usdface.verdict.judge import Verdict, judge
 
 __all__ = ["ShotReport", "report_of"]
 
-_NOT_DETERMINED = "not determined"
 # A region with a smaller travel ratio is reported, with a factor on its weights between these: more
 # would enlarge something else. Set by hand: they only advise.
 _MUTED = 0.7
@@ -39,15 +40,19 @@ class ShotReport:
     summary : mapping of str to value
         A few numbers, see `usdface.Result`.
     details : mapping of str to value
-        ``residual``, ``confidence`` and ``travel`` of a marker take; ``closings`` of its eyes.
+        ``residual``, ``confidence``, ``travel`` and ``travel_by_part`` of a marker take;
+        ``closings`` of its eyes.
     findings : tuple of Finding
         Blend shapes that the markers hardly see, regions that are muted; ADVICE_FAILED for a part
         that is left out.
+    verdict : Verdict or None
+        None if it could not be given.
     """
 
     summary: dict[str, Any]
     details: dict[str, Any]
     findings: tuple[Finding, ...]
+    verdict: Verdict | None = None
 
 
 def report_of(result: ShotResult) -> ShotReport:
@@ -89,7 +94,15 @@ def report_of(result: ShotResult) -> ShotReport:
         summary["blinks"], summary["eyes_held_closed"] = kinds.count("blink"), kinds.count("held")
         summary["frames_with_closed_lips"] = int((result.closure.mouth > 0).sum())
         details = details | {"closings": [_closing(each) for each in closings]}
-    return ShotReport(summary, details, findings)
+    verdict, failed = advice("verdict", lambda: _verdict(result, summary, details), None)
+    return ShotReport(summary, details, (*findings, *failed), verdict)
+
+
+def _verdict(result: ShotResult, summary: dict[str, Any], details: dict[str, Any]) -> Verdict:
+    """Return the verdict on a result by its measures and those of its report."""
+    travels = details.get("travel_by_part", {})
+    ratios = {part: t["ratio"] for part, t in travels.items() if t["ratio"] is not None}
+    return judge(shot_measures(result, ratios, summary.get("weight_deviation_median", np.nan)))
 
 
 def _closing(completed: CompletedClosing) -> dict[str, Any]:
@@ -168,17 +181,20 @@ def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> S
     if not travels:
         return ShotReport({}, {}, tuple(failed))
     ratios = {
-        region: _NOT_DETERMINED if np.isnan(travel.ratio) else round(travel.ratio, 2)
+        region: None if np.isnan(travel.ratio) else round(travel.ratio, 2)
         for region, travel in travels.items()
     }
-    details = {region: _travel_details(travel) for region, travel in travels.items()}
+    details = {
+        "travel": {region: _travel_details(travel) for region, travel in travels.items()},
+        "travel_by_part": {part: _travel_details(travel) for part, travel in merged.items()},
+    }
     exaggeration = result.shot.factors
     muted = [
         finding("REGION_MUTED", region, _muted(region, travel, exaggeration.mean_of(region)))
         for region, travel in merged.items()
         if travel.ratio < _MUTED
     ]
-    return ShotReport({"travel_ratio_by_region": ratios}, {"travel": details}, (*failed, *muted))
+    return ShotReport({"travel_ratio_by_region": ratios}, details, (*failed, *muted))
 
 
 def _travel_details(travel: Travel) -> dict[str, Any]:

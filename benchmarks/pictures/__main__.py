@@ -5,10 +5,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.pictures.peaks import peak_frames
 from benchmarks.pictures.rendering import pictures
 from benchmarks.pictures.sheet import draw_sheets
 from benchmarks.pictures.shots import HEADS, TAKES, played
+from usdface.figures.peak_frames import peak_frames
 
 __all__ = ["main"]
 

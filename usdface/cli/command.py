@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from usdface.cli.progress import PROGRESS
 from usdface.errors import OutputError
 
 if TYPE_CHECKING:
@@ -50,7 +51,17 @@ def add_command(
     command.set_defaults(run=run, writes=("output", *writes))
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
     command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
-    command.add_argument("--strict", action="store_true", help="a warning is a failure")
+    command.add_argument(
+        "--progress",
+        choices=PROGRESS,
+        default="auto",
+        help="on standard error: a bar on a terminal (auto), lines, lines of JSON, or none",
+    )
+    command.add_argument(
+        "--strict",
+        action="store_true",
+        help="a warning is a failure; process writes no result that is not usable",
+    )
     command.add_argument(
         "--trusted",
         action="store_true",

@@ -39,7 +39,7 @@ def add_rig(commands: Any, summary: str) -> None:
 
 def _rig(parsed: argparse.Namespace) -> int:
     options = RigOptions(**settings(parsed, RigOptions))
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.make_rig(parsed.source, parsed.output, options=options, on_progress=step)
     return report(parsed, result)
 
@@ -66,7 +66,7 @@ def _take(parsed: argparse.Namespace) -> int:
     if parsed.image_size:
         parsed.image_size = tuple(parsed.image_size)
     options = TakeOptions(**settings(parsed, TakeOptions))
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.make_take(parsed.source, parsed.output, options=options, on_progress=step)
     return report(parsed, result)
 
@@ -93,7 +93,7 @@ def add_export(commands: Any, summary: str) -> None:
 def _export(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
     options = ExportOptions(**settings(parsed, ExportOptions))
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.export_scene(
             parsed.scene, parsed.output, every_frame=every, options=options, on_progress=step
         )
@@ -111,7 +111,7 @@ def add_import(commands: Any, summary: str) -> None:
 def _import(parsed: argparse.Namespace) -> int:
     every = bool(parsed.report or parsed.strict)
     options = ImportOptions(**settings(parsed, ImportOptions))
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.import_scene(
             parsed.source, parsed.output, every_frame=every, options=options, on_progress=step
         )
@@ -125,6 +125,6 @@ def add_check(commands: Any, summary: str) -> None:
 
 
 def _check(parsed: argparse.Namespace) -> int:
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.check(parsed.files, on_progress=step)
     return report(parsed, result, fail_on=("error",))

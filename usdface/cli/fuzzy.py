@@ -50,7 +50,7 @@ def add_fuzzy(commands: Any, summary: str) -> None:
 def _explain(parsed: argparse.Namespace) -> int:
     from usdface.cli.report import print_json, print_written
 
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.explain(
             parsed.shot,
             frame=parsed.frame,
@@ -70,7 +70,7 @@ def _explain(parsed: argparse.Namespace) -> int:
 def _neutral(parsed: argparse.Namespace) -> int:
     from usdface.cli.report import print_json, print_written
 
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         responses = pipeline.check_neutral(parsed.shot, on_progress=step).value
     if not print_json([response.as_dict() for response in responses], parsed.format, parsed.report):
         from usdface.cli.print_fuzzy import print_neutral_responses
@@ -81,12 +81,12 @@ def _neutral(parsed: argparse.Namespace) -> int:
 
 
 def _convert(parsed: argparse.Namespace) -> int:
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.convert_fuzzy(parsed.source, parsed.output, on_progress=step)
     return report(parsed, result)
 
 
 def _paper(parsed: argparse.Namespace) -> int:
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.write_paper_system(parsed.output, on_progress=step)
     return report(parsed, result)

@@ -63,7 +63,7 @@ def _fit(parsed: argparse.Namespace) -> int:
     if bool(parsed.rig) != bool(parsed.bind):
         raise InputError("--rig and --bind belong together: give both, or --shot alone")
     options = FitOptions(**settings(parsed, FitOptions))
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.fit_fuzzy(
             parsed.shot or parsed.rig,
             parsed.output,

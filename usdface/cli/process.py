@@ -20,12 +20,18 @@ def add_process(commands: Any, summary: str) -> None:
         "process",
         _process,
         summary,
-        writes=("gltf", "figure"),
+        writes=("gltf", "figure", "sheet"),
     )
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
     command.add_argument(
         "--figure", default="", metavar="FILE", help="also draw the take: .png, .svg or .pdf"
+    )
+    command.add_argument(
+        "--sheet",
+        default="",
+        metavar="FILE",
+        help="also draw the face at its peaks and worst frames, solved above corrected",
     )
     command.add_argument("--no-express", dest="express", action="store_false")
     command.add_argument(
@@ -67,14 +73,16 @@ def add_process(commands: Any, summary: str) -> None:
 def _process(parsed: argparse.Namespace) -> int:
     given = settings(parsed, ProcessOptions)
     options = ProcessOptions(**given | {"exaggeration": _factors(parsed.exaggeration)})
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.process(
             parsed.shot,
             output=parsed.output,
             gltf=parsed.gltf,
             figure=parsed.figure,
+            sheet=parsed.sheet,
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
+            strict=parsed.strict,
             options=options,
             on_progress=step,
         )
@@ -109,7 +117,7 @@ def add_calibrate(commands: Any, summary: str) -> None:
 
 
 def _calibrate(parsed: argparse.Namespace) -> int:
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.calibrate(
             parsed.shot, parsed.output, extremes=parsed.extremes, on_progress=step
         )

@@ -1,14 +1,40 @@
-"""Progress while a command works."""
+"""Progress while a command works, on standard error: bars, lines of text, or lines of JSON."""
 
+import argparse
+import json
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from usdface.progress import OnProgress, Step
 
-__all__ = ["progress"]
+__all__ = ["PROGRESS", "progress"]
+
+PROGRESS = ("auto", "plain", "json", "none")
+# A step is told again when so much more of it is done.
+_STEPS = 10
+
+
+@contextmanager
+def progress(parsed: argparse.Namespace) -> "Iterator[OnProgress]":
+    """Show the running step on standard error; yield the callback for it.
+
+    Of the forms of ``--progress``, "auto" is a bar on a terminal, unless the report is JSON.
+    Elsewhere it only names the compilation of the solver, which delays the first command.
+    """
+    form = parsed.progress
+    if form in ("plain", "json"):
+        yield _lines(_as_text if form == "plain" else _as_json)
+    elif form == "none":
+        yield lambda _: None
+    elif parsed.format == "text" and sys.stderr.isatty():
+        with _bar() as show:
+            yield show
+    else:
+        yield _announce_compilation
 
 
 def _announce_compilation(step: "Step") -> None:
@@ -18,15 +44,33 @@ def _announce_compilation(step: "Step") -> None:
         print(f"usdface: {step.name} ...", file=sys.stderr)
 
 
-@contextmanager
-def progress(shown: bool) -> "Iterator[OnProgress]":
-    """Show the running step on a terminal, on standard error; yield the callback for it.
+def _lines(line: "Callable[[Step, float], str]") -> "OnProgress":
+    """Return a callback that prints a line for each step, and for each tenth of a long one."""
+    begin, told = time.perf_counter(), ("", -1)
 
-    Elsewhere only the compilation of the solver is named, which delays the first command.
-    """
-    if not shown or not sys.stderr.isatty():
-        yield _announce_compilation
-        return
+    def show(step: "Step") -> None:
+        nonlocal told
+        tenth = -1 if step.fraction is None else int(_STEPS * step.fraction)
+        if told != (step.name, tenth):
+            told = step.name, tenth
+            print(line(step, time.perf_counter() - begin), file=sys.stderr, flush=True)
+
+    return show
+
+
+def _as_text(step: "Step", _: float) -> str:
+    done = "" if step.fraction is None else f" {step.fraction:.0%}"
+    return f"usdface: {step.name}{done}"
+
+
+def _as_json(step: "Step", seconds: float) -> str:
+    fraction = None if step.fraction is None else round(step.fraction, 3)
+    said = {"step": step.name, "fraction": fraction, "seconds": round(seconds, 3)}
+    return json.dumps(said, ensure_ascii=False)
+
+
+@contextmanager
+def _bar() -> "Iterator[OnProgress]":
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 

@@ -4,13 +4,16 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from usdface.face.place import Place
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
 from usdface.plain_text import plain
 from usdface.result import Result
+from usdface.verdict import Level, Verdict
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,9 +22,12 @@ if TYPE_CHECKING:
 __all__ = ["print_json", "print_result", "print_whole", "print_written", "shown", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
+_WORDS: dict[Level, str] = {"good": "good", "look_at": "look at", "not_usable": "not usable"}
+_LEVELS: dict[Level, str] = {"good": "green", "look_at": "yellow", "not_usable": "red"}
 _EXAMPLES = 4  # findings of one kind that a line names: they fit a terminal of 100 columns
 _LONGEST = 5000  # characters of one cell or line
 _ANY_WIDTH = 1000  # characters
+_PLACE = {field.name for field in fields(Place)}
 _UNITS = {"degrees": "degrees", "mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
 
 
@@ -43,6 +49,9 @@ def print_result(result: Result[Any], form: str, file: TextIO | None = None) -> 
         console.print(shown(line), style=_STYLES[severity])
     for path in result.written:
         console.print(f"wrote {shown(str(path))}", style="bold")
+    if result.verdict:
+        for line, style in _verdict_lines(result.verdict):
+            console.print(shown(line), style=style)
 
 
 def shown(text: str) -> str:
@@ -50,6 +59,14 @@ def shown(text: str) -> str:
     from rich.markup import escape
 
     return escape(plain(text, _LONGEST, keep="\n"))
+
+
+def _verdict_lines(verdict: Verdict) -> Iterator[tuple[str, str]]:
+    """Yield the verdict, and for each reason a line that says it and one with its remedy."""
+    yield f"verdict: {_WORDS[verdict.level]}", f"bold {_LEVELS[verdict.level]}"
+    for reason in verdict.reasons:
+        yield f"  {reason.criterion.code}: {reason.message}", _LEVELS[reason.level]
+        yield f"    {reason.criterion.remedy}", ""
 
 
 def _label(key: str) -> str:
@@ -61,10 +78,14 @@ def _label(key: str) -> str:
 
 def _text(value: Any) -> str:
     """Return a value of a summary as text: names with their numbers in one line."""
+    if isinstance(value, Mapping) and value.keys() == _PLACE:
+        return str(Place(**value))
     if isinstance(value, Mapping):
         return ", ".join(f"{_label(str(name))} {_text(part)}" for name, part in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(map(_text, value)) or "none"
+    if value is None:
+        return "not determined"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 

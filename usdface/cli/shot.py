@@ -122,7 +122,7 @@ def _shot(parsed: argparse.Namespace) -> int:
         neutral = neutral[0], neutral[-1]
     binding = BindOptions(propose=parsed.propose, neutral=neutral, peaks=peaks)
     try:
-        with progress(parsed.format == "text") as step:
+        with progress(parsed) as step:
             result = pipeline.make_shot(
                 parsed.rig,
                 parsed.take,
@@ -192,7 +192,7 @@ def add_markers(commands: Any, summary: str) -> None:
 
 def _markers(parsed: argparse.Namespace) -> int:
     options = MarkerOptions(**settings(parsed, MarkerOptions))
-    with progress(parsed.format == "text") as step:
+    with progress(parsed) as step:
         result = pipeline.make_markers(
             parsed.rig,
             bind=parsed.bind,

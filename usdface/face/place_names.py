@@ -5,18 +5,23 @@ import numpy as np
 from usdface.arrays import IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import sides_of
+from usdface.face.place import Place
 from usdface.face.regions import regions_of
 
-__all__ = ["place_names"]
+__all__ = ["place_names", "places_of"]
 
-_ONE = {"cheeks": "cheek", "brows": "brow", "eyes": "eye"}
 _SIDES = {1: "left", -1: "right"}
 # Half the width of the middle, as a share of the face's width.
 _MIDDLE = 0.06
 
 
 def place_names(face: BoundFace, vertices: IntArray) -> tuple[str, ...]:
-    """Return descriptions of vertices: region, side, and the nearest bound marker.
+    """Return descriptions of vertices: region, side, and the nearest bound marker."""
+    return tuple(map(str, places_of(face, vertices)))
+
+
+def places_of(face: BoundFace, vertices: IntArray) -> tuple[Place, ...]:
+    """Return the region and side of vertices, and the nearest bound marker.
 
     Left is the character's.
     """
@@ -27,17 +32,15 @@ def place_names(face: BoundFace, vertices: IntArray) -> tuple[str, ...]:
     sides = sides_of(mesh.points[vertices], middle, _MIDDLE * width)
     regions = regions_of(mesh, vertices)
     return tuple(
-        _place_name(face, vertex, region, _SIDES.get(side, ""))
+        _place(face, vertex, region, _SIDES.get(side, ""))
         for vertex, region, side in zip(vertices.tolist(), regions, sides.tolist(), strict=True)
     )
 
 
-def _place_name(face: BoundFace, vertex: int, region: str, side: str) -> str:
-    # In the middle there is no one brow.
-    named = f"{side} {_ONE.get(region, region)}" if side else f"middle of the {region}"
+def _place(face: BoundFace, vertex: int, region: str, side: str) -> Place:
     if not face.markers:
-        return f"{named} (vertex {vertex})"
+        return Place(vertex, region, side)
     away = np.linalg.norm(face.neutral - face.mesh.points[vertex], axis=1)
     nearest = int(away.argmin())
-    distance = f"{1000 * away[nearest]:.0f} mm from marker {face.markers[nearest]}"
-    return f"{named}, {distance} (vertex {vertex})"
+    distance = round(1000.0 * float(away[nearest]), 1)
+    return Place(vertex, region, side, face.markers[nearest], distance)

@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +25,9 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
         If the file cannot be written.
     """
     check_picture(path)
-    try:
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise InputError("figures need matplotlib: pip install 'usdface[plot]'") from error
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
     figure = Figure(layout="constrained")
     draw(figure)
     drawn = io.BytesIO()
@@ -41,14 +40,16 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
 
 
 def check_picture(path: Path) -> None:
-    """Refuse a file name without the suffix of a supported picture format.
+    """Refuse a picture before the work for it: its format, or the want of matplotlib.
 
     Raises
     ------
     InputError
-        If it ends in something else.
+        If the file name ends in none of the formats, or matplotlib is not installed.
     """
     if path.suffix.lower() not in _SUFFIXES:
         raise InputError(
             f"{path} is no picture; end it in {', '.join(_SUFFIXES)}", "FILE_KIND_UNKNOWN"
         )
+    if find_spec("matplotlib") is None:
+        raise InputError("figures need matplotlib: pip install 'usdface[plot]'")

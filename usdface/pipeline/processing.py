@@ -1,6 +1,7 @@
 """The main job, retarget and correct: `usdface process`, and on a host's open stage."""
 
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from usdface.result import Result
 from usdface.retarget_shot import retarget
 from usdface.shot import ShotResult
 from usdface.shot_report import report_of
+from usdface.verdict.judge import refuse_unusable
 
 __all__ = ["apply", "process"]
 
@@ -37,8 +39,10 @@ def process(
     output: StrPath | None = None,
     gltf: StrPath | None = None,
     figure: StrPath | None = None,
+    sheet: StrPath | None = None,
     in_place: bool = False,
     asset_root: StrPath | None = None,
+    strict: bool = False,
     options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[ShotResult]:
@@ -54,10 +58,14 @@ def process(
         Also write the character and its final weights, .glb or .gltf.
     figure : path, optional
         Also draw the take: .png, .svg or .pdf.
+    sheet : path, optional
+        Also draw the face, solved above corrected, in the frames most worth a look: likewise.
     in_place : bool
         Add the layers to the shot's own subLayers, in place of a root layer of the result.
     asset_root : path, optional
         A folder that textures may come from beside those of the layers that name them.
+    strict : bool
+        Refuse a result whose verdict is "not usable": write nothing.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
@@ -72,6 +80,8 @@ def process(
     ------
     UsdFaceError
         One clear line; nothing is half-written.
+    SolveError
+        If the result is refused.
 
     Examples
     --------
@@ -80,15 +90,16 @@ def process(
     'shot.usdface.usda'
     >>> result.summary["residual_mean_mm"] < 1.0
     True
+    >>> result.verdict.level
+    'good'
     """
     path = Path(shot)
-    root, glb, picture = (Path(p) if p else None for p in (output, gltf, figure))
+    root, glb, picture, faces = (Path(p) if p else None for p in (output, gltf, figure, sheet))
     folder = asset_folder(asset_root)
-    if picture:
+    for drawn in filter(None, (picture, faces)):
         from usdface.figures.picture import check_picture
-        from usdface.figures.take import write_take_figure
 
-        check_picture(picture)
+        check_picture(drawn)
     register_schemas()
     progress = Progress.of(on_progress)
     with progress.step("read"):
@@ -97,20 +108,21 @@ def process(
         # Layers that an earlier run put into the shot itself are written anew.
         read = files_read(path, apart=ours.layers)
         new_root = None if in_place else ours.root
-        check_outputs([new_root, *ours.layers, glb, picture], read)
+        check_outputs([new_root, *ours.layers, glb, picture, faces], read)
         staged, findings = read_shot(stage, str(path), folder)
     solved, reported = _retarget(staged, findings, options, progress)
+    if strict and reported.verdict is not None:
+        refuse_unusable(reported.verdict)
     with all_or_none():
         if glb:
             with progress.step("gltf"):
                 lost = _write_gltf(staged, solved, glb, read)
                 reported = replace(reported, findings=(*reported.findings, *lost))
-        if picture:
-            with progress.step("draw"):
-                write_take_figure(solved, reported.details, picture)
+        with progress.step("draw") if picture or faces else nullcontext():
+            _draw(solved, reported, picture, faces)
         with progress.step("write"):
             written = write_layers(path, stage, staged, solved, root, in_place)
-    written += [*(files_written(glb, read) if glb else ()), *([picture] if picture else [])]
+    written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces))]
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
 
@@ -178,7 +190,20 @@ def _retarget(
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
     found = (*findings, *solved.findings, *report.findings)
-    return solved, Result(solved, (), found, summary, report.details)
+    return solved, Result(solved, (), found, summary, report.details, verdict=report.verdict)
+
+
+def _draw(
+    solved: ShotResult, reported: Result[ShotResult], figure: Path | None, sheet: Path | None
+) -> None:
+    if figure:
+        from usdface.figures.take import write_take_figure  # only here: most runs draw none
+
+        write_take_figure(solved, reported.details, figure)
+    if sheet:
+        from usdface.figures.sheet import write_sheet
+
+        write_sheet(solved, sheet)
 
 
 def _write_gltf(

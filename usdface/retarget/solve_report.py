@@ -8,7 +8,7 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
-from usdface.face.place_names import place_names
+from usdface.face.place_names import places_of
 from usdface.face.region_residuals import region_errors
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
@@ -95,13 +95,13 @@ def _confidence_report(
     wanted = [int(places[place]) for place in confidence.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
     there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
-    named = dict(zip(there.tolist(), place_names(face, there), strict=True))
+    named = dict(zip(there.tolist(), places_of(face, there), strict=True))
     summary: dict[str, Any] = {
         "weight_deviation_median": round(float(np.median(deviations)), 3),
         "least_certain": {names[s]: round(float(deviations[s]), 2) for s in least.tolist()},
     }
     if wanted:
-        summary["next_markers"] = [named[vertex] for vertex in wanted]
+        summary["next_markers"] = [named[vertex].as_dict() for vertex in wanted]
     details = {
         "confidence": {
             "standard_deviation": {
@@ -109,7 +109,7 @@ def _confidence_report(
             },
             "hardly_seen": {**dict.fromkeys(hidden), **unseen},
             "next_marker_vertices": wanted,
-            "places": {str(vertex): where for vertex, where in named.items()},
+            "places": [place.as_dict() for place in named.values()],
         },
     }
     found = [

@@ -1,30 +1,13 @@
-"""Pictures of triangle meshes in pure numpy: a z-buffer, smooth shading, ambient occlusion.
+"""Pictures of triangle meshes in pure numpy: a z-buffer, smooth shading, ambient occlusion."""
 
-``render`` takes plain arrays; ``render_rig`` draws a rig at given blend shape weights.
-"""
-
-import struct
-import zlib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shape_evaluator import evaluator_of
-from usdface.rigs import Rig
 
-__all__ = [
-    "View",
-    "render",
-    "render_rig",
-    "rig_triangles",
-    "triangulated",
-    "vertex_normals",
-    "write_png",
-]
+__all__ = ["View", "openness", "render", "triangulated", "vertex_normals"]
 
 # Direction towards each light [camera space: x right, y up, z to the viewer], colour, wrap.
 # A wrapped light reaches a little behind the terminator, which reads as soft skin.
@@ -136,8 +119,9 @@ def _rasterise(
     return nearest, shares, buffer
 
 
-def _openness(points: FloatArray, normals: FloatArray, triangles: IntArray) -> FloatArray:
+def openness(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return the share of the sky (V,) that each vertex sees, cosine-weighted."""
+    normals = vertex_normals(points, triangles)
     index = np.arange(AMBIENT_DIRECTIONS) + 0.5
     polar = np.degrees(np.arcsin(1 - 2 * index / AMBIENT_DIRECTIONS))
     around = np.degrees(index * np.pi * (1 + 5**0.5)) % 360
@@ -168,6 +152,7 @@ def render(
     colors: FloatArray,
     view: View | None = None,
     gloss: FloatArray | None = None,
+    sky: FloatArray | None = None,
 ) -> NDArray[np.uint8]:
     """Render triangles with smooth normals.
 
@@ -181,6 +166,8 @@ def render(
     view : View
     gloss : (T,), optional
         Strength of the highlight in [0, 1].
+    sky : (V,), optional
+        Openness of the vertices, if it is known.
 
     Returns
     -------
@@ -189,7 +176,7 @@ def render(
     view = view or View()
     width, height = (n * view.samples for n in view.size)
     normals = vertex_normals(points, triangles)
-    openness = _openness(points, normals, triangles)
+    open_to_sky = openness(points, triangles) if sky is None else sky
     camera = _camera(view.yaw, view.pitch)
     local = (points - view.centre) @ camera.T
     distance = 3.0 * view.height  # a portrait lens
@@ -206,7 +193,7 @@ def render(
 
     normal = across(normals @ camera.T)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
-    open_sky = across(openness[:, None])
+    open_sky = across(open_to_sky[:, None])
     albedo = colors[face] if len(colors) == len(triangles) else across(colors)
     shine = np.zeros(len(face)) if gloss is None else gloss[face]
     light = np.array(AMBIENT) * (0.15 + 0.85 * open_sky)
@@ -223,53 +210,3 @@ def render(
     image[hit] = albedo * light + highlight[:, None]
     blocks = image.reshape(view.size[1], view.samples, view.size[0], view.samples, 3)
     return np.asarray(np.round(_tone(blocks.mean(axis=(1, 3))) * 255), dtype=np.uint8)
-
-
-def rig_triangles(
-    rig: Rig, weights: Mapping[str, float]
-) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
-    """Return all meshes of a rig as one: points, triangles, colours and gloss per triangle."""
-    materials = {material.name: material for material in rig.materials}
-    points, triangles, colors, gloss = [], [], [], []
-    start = 0
-    for mesh in rig.meshes:
-        named = np.full(len(mesh.face_counts), mesh.material, dtype=object)
-        for subset in mesh.subsets:
-            named[subset.faces] = subset.material
-        tri, polygon = triangulated(mesh.face_counts, mesh.face_indices)
-        evaluator, _ = evaluator_of(mesh, np.arange(len(mesh.points)))
-        shown = evaluator.combined(np.array([[weights.get(n, 0.0) for n in mesh.shape_names]]))
-        points.append(mesh.points + evaluator.displacements(shown).reshape(-1, 3))
-        triangles.append(tri + start)
-        used = [materials[name] for name in named[polygon]]
-        colors.append(np.array([material.base_color for material in used]))
-        gloss.append(np.array([0.9 * max(0.0, 1 - material.roughness) ** 2 for material in used]))
-        start += len(mesh.points)
-    return (
-        np.concatenate(points),
-        np.concatenate(triangles),
-        np.concatenate(colors),
-        np.concatenate(gloss),
-    )
-
-
-def render_rig(
-    rig: Rig, weights: Mapping[str, float] | None = None, view: View | None = None
-) -> NDArray[np.uint8]:
-    """Render a rig at the given weights (shape name to weight): (H, W, 3) uint8, sRGB."""
-    points, triangles, colors, gloss = rig_triangles(rig, weights or {})
-    return render(points, triangles, colors, view, gloss)
-
-
-def write_png(image: NDArray[np.uint8], path: Path) -> None:
-    """Write an image (H, W, 3) as PNG; the same image gives the same bytes."""
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        check = zlib.crc32(kind + data)
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
-
-    height, width = image.shape[:2]
-    rows = np.pad(image.reshape(height, -1), ((0, 0), (1, 0)))  # filter type 0 before each row
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    packed = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9))
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + packed + chunk(b"IEND", b""))

@@ -1,0 +1,50 @@
+from pathlib import Path
+
+import pytest
+from processed import shoot
+from worlds import make_world
+
+from usdface.cli import main
+
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return shoot(make_world(head_moves=False).write(tmp_path_factory.mktemp("sheet")))
+
+
+def test_the_sheet_names_frames_reasons_and_residuals(
+    shot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "sheet.svg"
+    assert main(["process", str(shot), "--sheet", str(path)]) == 0
+    assert f"wrote {path}" in capsys.readouterr().out
+    said = path.read_text()
+    for text in ("rest", "residual", "solved", "corrected", "changed by"):
+        assert text in said, text
+
+
+def test_the_same_result_gives_the_same_bytes(shot: Path, tmp_path: Path) -> None:
+    drawn = []
+    for name in ("one.png", "two.png"):
+        assert main(["process", str(shot), "--sheet", str(tmp_path / name)]) == 0
+        drawn.append((tmp_path / name).read_bytes())
+    assert drawn[0].startswith(PNG) and drawn[0] == drawn[1]
+
+
+@pytest.mark.parametrize("option", ["--sheet", "--figure"])
+def test_the_want_of_matplotlib_is_told_before_the_work(
+    shot: Path,
+    tmp_path: Path,
+    option: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def work(*_: object, **__: object) -> None:
+        raise AssertionError("solved before the check")
+
+    monkeypatch.setattr("usdface.figures.picture.find_spec", lambda _: None)
+    monkeypatch.setattr("usdface.pipeline.processing.retarget", work)
+    assert main(["process", str(shot), option, str(tmp_path / "a.png")]) != 0
+    assert "usdface[plot]" in capsys.readouterr().err

@@ -1,0 +1,67 @@
+"""Contact sheet of a result: the solved face above the corrected one, frame by frame."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.figures.peak_frames import sheet_frames
+from usdface.figures.picture import save_figure
+from usdface.figures.rig_picture import face_view, rig_pictures
+from usdface.shot import ShotResult
+
+__all__ = ["write_sheet"]
+
+# Pictures in a row, their rows, and their size [px].
+_COLUMNS, _ROWS = 6, 2
+_SIZE = (250, 280)
+_DPI = 110  # of saved figures
+_HEARD = 0.05  # an emotion is named from here on
+
+
+def write_sheet(result: ShotResult, path: Path) -> None:
+    """Draw the frames of a result that are most worth a look: solved above corrected.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed, or the suffix is not .png, .svg or .pdf.
+    OutputError
+        If the file cannot be written.
+    """
+    frames = sheet_frames(result, _COLUMNS * _ROWS)
+    numbers = list(frames)
+    solved, final = result.solved, result.weights
+    weights = np.concatenate([solved.weights[numbers], final.weights[numbers]])
+    rig = result.shot.rig
+    images = rig_pictures(rig, solved.names, weights, face_view(rig, _SIZE))
+
+    def draw(figure: Any) -> None:
+        rows = 2 * -(-len(numbers) // _COLUMNS)
+        figure.set_size_inches(_COLUMNS * _SIZE[0] / _DPI, rows * (_SIZE[1] / _DPI + 0.35))
+        axes = figure.subplots(rows, _COLUMNS, squeeze=False)
+        for axis in axes.ravel():
+            axis.set(xticks=[], yticks=[], frame_on=False)
+        for place, frame in enumerate(numbers):
+            block, column = divmod(place, _COLUMNS)
+            above, below = axes[2 * block, column], axes[2 * block + 1, column]
+            above.imshow(images[place])
+            below.imshow(images[len(numbers) + place])
+            seconds = solved.times[frame] - solved.times[0]
+            above.set_title(f"frame {frame}, {seconds:.2f} s\n{frames[frame]}", fontsize=9)
+            below.set_xlabel(_caption(result, frame), fontsize=9)
+        for row, axis in enumerate(axes[:, 0]):
+            axis.set_ylabel(("solved", "corrected")[row % 2], fontsize=11)
+
+    save_figure(draw, path)
+
+
+def _caption(result: ShotResult, frame: int) -> str:
+    """Return by how much a frame was changed, its strongest emotion and its residual."""
+    change = np.abs(result.weights.weights[frame] - result.solved.weights[frame]).max(initial=0.0)
+    heard = {name: float(curve[frame]) for name, curve in result.emotions.items()}
+    name = max(heard, key=heard.__getitem__, default="")
+    emotion = f", {name} {heard[name]:.2f}" if name and heard[name] > _HEARD else ""
+    solution = result.solution
+    residual = "" if solution is None else f"\nresidual {1000 * solution.residual[frame]:.2f} mm"
+    return f"changed by {change:.2f}{emotion}{residual}"

@@ -1,0 +1,200 @@
+"""The measures of a verdict: figures of a retargeted shot, and the places that they come from."""
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.errors import SolveError
+from usdface.face.bound_face import BoundFace
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import similarity_fit
+from usdface.retarget.solution import Solution
+from usdface.shot import ShotResult
+from usdface.takes import MarkerTake, visible
+from usdface.verdict.judge import Measured
+
+__all__ = ["shot_measures"]
+
+_NAMED = 4  # places that a reason names
+# Mean distance between the pupils of adults (N. Dodgson, "Variation and extrema of human
+# interpupillary distance", 2004): here between the middles of both eyes' lids.
+_EYES_APART = 0.063  # m
+# Share of the mean energy of a shape by which the plain least squares are held. Set by hand.
+_RIDGE = 0.02
+_LIMIT = 0.999
+# Proposed places of a lower confidence are unsure, and none is flatter than this.
+_SURE, _FLATTEST = 0.5, 0.01
+# A shape is open while it is above its own 10th percentile.
+_OPEN = 10.0
+
+
+def shot_measures(
+    result: ShotResult, ratios: dict[str, float], deviation: float = np.nan
+) -> dict[str, Measured]:
+    """Measure a retargeted shot by the criteria of `usdface.verdict`.
+
+    Parameters
+    ----------
+    result : ShotResult
+    ratios : dict of str to float
+        Travel ratio of each region (`usdface.retarget.travel`); without those not determined.
+    deviation : float
+        Median standard deviation of the weights; NaN where it is unknown.
+
+    Returns
+    -------
+    dict of str to Measured
+        By code; without the codes that the shot says nothing about.
+    """
+    found = _of_weights(result)
+    if result.solution is not None:
+        found |= _of_markers(result, result.solution)
+        found["SHAPES_UNDETERMINED"] = Measured(deviation)
+        found |= _of_travel(ratios)
+    return {code: measured for code, measured in found.items() if np.isfinite(measured.value)}
+
+
+def _of_weights(result: ShotResult) -> dict[str, Measured]:
+    names, weights = result.solved.names, result.solved.weights
+    if not names:
+        return {}
+    limit = (weights >= _LIMIT).mean(axis=0)
+    still_open = np.percentile(weights, _OPEN, axis=0)
+    return {
+        "WEIGHTS_AT_LIMIT": _worst("shapes", names, limit),
+        "SHAPE_RESTS_OPEN": _worst("shapes", names, still_open),
+    }
+
+
+def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
+    face, take, markers = result.shot.face, result.shot.take, solution.markers
+    assert isinstance(take, MarkerTake)
+    size = _size(face)
+    human_mm = 1000.0 / size if np.isfinite(size) else 1000.0
+    away = np.sqrt(np.nanmean(solution.distances**2, axis=0))
+    motion = float(np.sqrt((solution.displacements**2).sum(axis=2).mean()))
+    noise = np.sqrt(3.0) * solution.noise
+    unexplained = float(np.sqrt(max(np.nanmean(away**2) - noise**2, 0.0)))
+    seen = visible(take.positions)[:, [take.names.index(name) for name in markers]]
+    hidden = 1.0 - seen.mean(axis=0)
+    found = {
+        "MOTION_UNEXPLAINED": Measured(
+            _share(unexplained, motion), "markers", _most(markers, away)
+        ),
+        "NOISE_LARGE": Measured(_share(noise, motion)),
+        "MARKER_ASTRAY": _worst("markers", markers, human_mm * away),
+        "MARKERS_OCCLUDED": Measured(float(hidden.mean()), "markers", _most(markers, hidden)),
+        "NEUTRAL_EXPRESSIVE": _neutral(result, solution, face, motion),
+        "BINDING_UNSURE": _unsure(result),
+    }
+    if solution.shifts is not None:
+        beside = human_mm * np.linalg.norm(solution.shifts, axis=1)
+        found["PLACES_BESIDE"] = Measured(
+            float(np.median(beside)), "markers", _most(markers, beside)
+        )
+    if solution.in_space:
+        found |= _of_rest(solution, face, size)
+    return found
+
+
+def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Measured]:
+    """Measure how the resting markers lie on the character under the best similarity."""
+    at = face.mesh.points[face.vertices_of(solution.markers)]
+    try:
+        beside, scale = _beside(solution.neutral, at)
+        mirrored, _ = _beside(solution.neutral * [-1.0, 1.0, 1.0], at)
+    except SolveError:  # all markers at one place
+        return {}
+    off = float(np.sqrt((beside**2).mean()))
+    found = {
+        "PLACES_MISFIT": Measured(
+            _share(off, rms_radius(at)), "markers", _most(solution.markers, beside)
+        ),
+        "SIDES_MIRRORED": Measured(_share(off, float(np.sqrt((mirrored**2).mean())))),
+        "RIG_SIZE": _unusual(size),
+        "TAKE_SIZE": _unusual(size / scale if scale else np.nan),
+    }
+    return found
+
+
+def _beside(source: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
+    """Return the distances (M,) that the best similarity leaves, and its scale."""
+    linear, offset = similarity_fit(source, target)
+    distances = np.linalg.norm(source @ linear + offset - target, axis=1)
+    return distances, float(np.cbrt(abs(np.linalg.det(linear))))
+
+
+def _size(face: BoundFace) -> float:
+    """Return the size of a face in human ones, by the distance between its eyes; NaN if unknown."""
+    lids = face.mesh.points[face.layout.lids].mean(axis=1) if len(face.layout.lids) else None
+    if lids is None:
+        return np.nan
+    left = lids[:, 0] > np.median(face.mesh.points[:, 0])
+    if left.all() or not left.any():
+        return np.nan
+    return float(np.linalg.norm(lids[left].mean(axis=0) - lids[~left].mean(axis=0))) / _EYES_APART
+
+
+def _unusual(size: float) -> Measured:
+    """Return how many times as large or as small as usual."""
+    if not size > 0:
+        return Measured(np.nan)
+    return Measured(max(size, 1.0 / size), "size", ("large",) if size >= 1.0 else ("small",))
+
+
+def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: float) -> Measured:
+    """Measure what the neutral frames show: motion that lies on the other side of them.
+
+    Where a shape is open in the neutral, the take needs its weight below 0 whenever it closes:
+    least squares without bounds show by how much, in half of the frames. Where the solve has
+    corrected the neutral, the neutral frames are away from it.
+    """
+    neutral = result.shot.setup.neutral
+    if neutral is None or not motion:
+        return Measured(np.nan)
+    moved = solution.displacements
+    shown = moved[neutral[0] : neutral[1] + 1].mean(axis=0)
+    corrected = float(np.sqrt((shown**2).sum(axis=1).mean()))
+    shapes = face.mesh.offsets_at(face.vertices_of(solution.markers))
+    flat = shapes.reshape(len(shapes), -1)
+    gram = flat @ flat.T
+    held = gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
+    free = np.linalg.solve(held, flat @ moved.reshape(len(moved), -1).T)
+    below = -np.median(free, axis=1) * np.sqrt(np.diag(gram) / len(solution.markers))
+    return Measured(
+        max(corrected, float(below.max())) / motion,
+        "shapes",
+        _most(face.shape_names, below),
+        neutral,
+    )
+
+
+def _unsure(result: ShotResult) -> Measured:
+    setup = result.shot.setup
+    left_out = setup.unsure.markers
+    confidence = setup.binding.confidence
+    low = () if confidence is None else np.flatnonzero(confidence < _SURE)
+    unsure = (*left_out, *(setup.binding.markers[i] for i in low))
+    count = len(setup.binding.markers) + len(left_out)
+    return Measured(_share(len(unsure), count), "markers", unsure[:_NAMED])
+
+
+def _of_travel(ratios: dict[str, float]) -> dict[str, Measured]:
+    if not ratios:
+        return {}
+    region = min(ratios, key=ratios.__getitem__)
+    return {"REGION_FLAT": Measured(1.0 / max(ratios[region], _FLATTEST), "regions", (region,))}
+
+
+def _share(part: float, whole: float) -> float:
+    return part / whole if whole else np.nan
+
+
+def _worst(kind: str, names: tuple[str, ...], values: FloatArray) -> Measured:
+    """Return the largest value, and its name."""
+    worst = int(values.argmax())
+    return Measured(float(values[worst]), kind, (names[worst],))
+
+
+def _most(names: tuple[str, ...], values: FloatArray) -> tuple[str, ...]:
+    """Return the names of the largest values."""
+    return tuple(names[i] for i in np.argsort(-values, kind="stable")[:_NAMED].tolist())

@@ -1,0 +1,159 @@
+"""The criteria of a verdict: a measure, its two limits, and the remedy.
+
+Limits lie between takes that are known to be good and takes that were spoilt on purpose;
+``python -m benchmarks.verdict`` prints both (docs/verdict.md).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["CRITERIA", "Criterion"]
+
+
+@dataclass(frozen=True, slots=True)
+class Criterion:
+    """A criterion of a verdict.
+
+    Attributes
+    ----------
+    code : str
+        Stable.
+    look_at : float
+        From this value of the measure on a person should look.
+    not_usable : float
+        From this value on the result is not usable; infinite: it never is for this reason alone.
+    subject : str
+        What is wrong, in a line; ``{value}`` and ``{where}`` are filled in.
+    remedy : str
+        What to do about it.
+    unit : str
+        Of the measure: "" for a share of 1.
+    """
+
+    code: str
+    look_at: float
+    not_usable: float
+    subject: str
+    remedy: str
+    unit: str = ""
+
+
+_BINDING = "usdface shot ... --write-bind bind.json --bind-figure bind.png"
+
+CRITERIA: tuple[Criterion, ...] = (
+    Criterion(
+        "SIDES_MIRRORED",
+        1.3,
+        1.5,
+        "the markers fit the mirrored face {value} times better",
+        "exchange the left and right labels of the take or of the binding",
+        unit="times",
+    ),
+    Criterion(
+        "PLACES_MISFIT",
+        0.17,
+        0.28,
+        "at rest the markers lie {value} of their spread beside their vertices, most {where}",
+        f"check the binding: {_BINDING}",
+    ),
+    Criterion(
+        "MOTION_UNEXPLAINED",
+        0.3,
+        0.7,
+        "the blend shapes leave {value} of the motion unexplained, most {where}",
+        f"check where these markers sit ({_BINDING}) and whether the character has blend shapes "
+        "for this motion",
+    ),
+    Criterion(
+        "NEUTRAL_EXPRESSIVE",
+        0.18,
+        0.3,
+        "the neutral frames show an expression: {value} of the motion is away from it ({where})",
+        "name frames in which the face rests: usdface shot ... --neutral FIRST LAST, or auto",
+    ),
+    Criterion(
+        "NOISE_LARGE",
+        0.4,
+        0.9,
+        "noise of the markers is {value} of all motion",
+        "check the capture; usdface:solve:smoothness above 1 smooths more",
+    ),
+    Criterion(
+        "MARKER_ASTRAY",
+        2.5,
+        np.inf,
+        "a marker is {value} mm from the solved face in the mean: {where}",
+        "look at its track and its vertex; leave it out of the binding if it is lost",
+        unit="mm",
+    ),
+    Criterion(
+        "BINDING_UNSURE",
+        0.15,
+        0.5,
+        "{value} of the places are unsure: {where}",
+        f"place them by hand: {_BINDING}",
+    ),
+    Criterion(
+        "PLACES_BESIDE",
+        5.0,
+        np.inf,
+        "half the markers sit {value} mm or more beside their vertices, as the take shows",
+        f"correct the binding: {_BINDING}",
+        unit="mm",
+    ),
+    Criterion(
+        "MARKERS_OCCLUDED",
+        0.3,
+        0.7,
+        "markers are occluded in {value} of the take, most {where}",
+        "check the labels; leave out markers that are hardly seen",
+    ),
+    Criterion(
+        "SHAPES_UNDETERMINED",
+        0.36,
+        0.42,
+        "the markers leave half the blend shapes undetermined: standard deviation {value}",
+        "add markers where the report says (next markers), or choose a character with fewer shapes",
+    ),
+    Criterion(
+        "SHAPE_RESTS_OPEN",
+        0.35,
+        np.inf,
+        "a blend shape never comes back to 0: {where} stays above {value}",
+        "check the neutral frames, or pin it",
+    ),
+    Criterion(
+        "WEIGHTS_AT_LIMIT",
+        0.15,
+        np.inf,
+        "a blend shape is at its limit in {value} of the take: {where}",
+        "the performer goes beyond the character: a lower --exaggeration, usdface calibrate, or a "
+        "larger shape",
+    ),
+    Criterion(
+        "REGION_FLAT",
+        2.0,
+        np.inf,
+        "the skin of a region travels {value} times less than the performer's: {where}",
+        "check its markers' vertices; --exaggeration REGION=FACTOR enlarges it",
+        unit="times",
+    ),
+    Criterion(
+        "TAKE_SIZE",
+        2.0,
+        np.inf,
+        "the performer's face is {value} times as {where} as a human one",
+        "name the unit of length: usdface take ... --units",
+        unit="times",
+    ),
+    Criterion(
+        "RIG_SIZE",
+        2.0,
+        np.inf,
+        "the character's face is {value} times as {where} as a human one; all millimetres are its "
+        "own",
+        "if it is meant to be human, set its unit: usdface rig ... --meters-per-unit",
+        unit="times",
+    ),
+)

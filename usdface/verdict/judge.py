@@ -1,0 +1,156 @@
+"""The verdict: measures against the criteria, the reasons that weigh most first."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from usdface.errors import SolveError
+from usdface.verdict.criteria import CRITERIA, Criterion
+
+__all__ = ["Level", "Measured", "Reason", "Verdict", "judge", "refuse_unusable"]
+
+Level = Literal["good", "look_at", "not_usable"]
+
+_REASONS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A measure: its value, and what it comes from.
+
+    Attributes
+    ----------
+    value : float
+    kind : str
+        What `where` names: ``"markers"``, ``"shapes"``, ``"regions"``, ``"size"``.
+    where : tuple of str
+    frames : tuple of int
+        First and last frame index; () = the whole take.
+    """
+
+    value: float
+    kind: str = ""
+    where: tuple[str, ...] = ()
+    frames: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """A reason of a verdict.
+
+    Attributes
+    ----------
+    criterion : Criterion
+    measured : Measured
+        At or beyond a limit of the criterion.
+    """
+
+    criterion: Criterion
+    measured: Measured
+
+    @property
+    def level(self) -> Level:
+        """``"look_at"`` or ``"not_usable"``."""
+        beyond = self.measured.value >= self.criterion.not_usable
+        return "not_usable" if beyond else "look_at"
+
+    @property
+    def message(self) -> str:
+        """What is wrong, in a line."""
+        share = not self.criterion.unit
+        value = f"{self.measured.value:.0%}" if share else f"{self.measured.value:.2g}"
+        return self.criterion.subject.format(value=value, where=self._where)
+
+    @property
+    def _where(self) -> str:
+        names = ", ".join(self.measured.where)
+        if not self.measured.frames:
+            return names
+        first, last = self.measured.frames[0], self.measured.frames[-1]
+        return f"frames {first} to {last}: {names}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the reason as plain values."""
+        limit = self.criterion.not_usable
+        place = {self.measured.kind: list(self.measured.where)} if self.measured.kind else {}
+        frames = {"frames": list(self.measured.frames)} if self.measured.frames else {}
+        return {
+            "code": self.criterion.code,
+            "level": self.level,
+            "value": round(self.measured.value, 4),
+            "unit": self.criterion.unit,
+            "look_at_from": self.criterion.look_at,
+            "not_usable_from": None if np.isinf(limit) else limit,
+            **place,
+            **frames,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The verdict on a result.
+
+    Attributes
+    ----------
+    level : {"good", "look_at", "not_usable"}
+    reasons : tuple of Reason
+        The three at most that weigh most; none of a good result.
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda")
+    >>> result.verdict.level
+    'good'
+    """
+
+    level: Level
+    reasons: tuple[Reason, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the verdict as plain values for a JSON report."""
+        return {"level": self.level, "reasons": [reason.as_dict() for reason in self.reasons]}
+
+
+def judge(measured: Mapping[str, Measured]) -> Verdict:
+    """Judge a result by its measures.
+
+    Parameters
+    ----------
+    measured : mapping of str to Measured
+        By the code of their criterion; what is not measured is not judged.
+    """
+    reasons = [
+        Reason(criterion, measured[criterion.code])
+        for criterion in CRITERIA
+        if criterion.code in measured and measured[criterion.code].value >= criterion.look_at
+    ]
+    if not reasons:
+        return Verdict("good")
+    ranked = sorted(reasons, key=_weight, reverse=True)
+    return Verdict(ranked[0].level, tuple(ranked[:_REASONS]))
+
+
+def _weight(reason: Reason) -> tuple[bool, float]:
+    """Return by what reasons are ranked: the level, then how far beyond its limit."""
+    fatal = reason.level == "not_usable"
+    limit = reason.criterion.not_usable if fatal else reason.criterion.look_at
+    return fatal, reason.measured.value / limit
+
+
+def refuse_unusable(verdict: Verdict) -> None:
+    """Raise the error of a result that is not usable.
+
+    Raises
+    ------
+    SolveError
+        With the reason that weighs most and its remedy.
+    """
+    if verdict.level == "not_usable":
+        reason = verdict.reasons[0]
+        raise SolveError(
+            f"the result is not usable and nothing is written: {reason.message}; "
+            f"{reason.criterion.remedy}",
+            "RESULT_UNUSABLE",
+        )
