@@ -6,7 +6,7 @@ import pytest
 from usdface.errors import InputError, SolveError
 from usdface.io.takes.files import read_take
 from usdface.solve_errors import solve_errors
-from usdface.takes import FARTHEST, MarkerTake, WeightsTake
+from usdface.takes import FARTHEST, MarkerTake, WeightsTake, check_range
 
 
 def test_a_matrix_that_is_not_positive_definite() -> None:
@@ -22,12 +22,12 @@ def test_markers_beyond_any_volume() -> None:
     positions = np.zeros((2, 1, 3))
     positions[1] = 2 * FARTHEST
     with pytest.raises(InputError, match="beyond 100 km"):
-        MarkerTake(("a",), np.arange(2.0), positions)
+        check_range(MarkerTake(("a",), np.arange(2.0), positions))
 
 
 def test_weights_beyond_any_meaning() -> None:
     with pytest.raises(InputError, match="up to 1e\\+30"):
-        WeightsTake(("a",), np.arange(2.0), np.array([[0.0], [1e30]]))
+        check_range(WeightsTake(("a",), np.arange(2.0), np.array([[0.0], [1e30]])))
 
 
 def test_a_reader_takes_far_places_as_occluded(tmp_path) -> None:

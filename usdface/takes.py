@@ -11,7 +11,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 
-__all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "visible"]
+__all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "check_range", "visible"]
 
 # From the origin [m, or pixels of an image]: no capture volume and no image is larger, and squares
 # of it keep their digits.
@@ -108,10 +108,6 @@ class MarkerTake:
             raise InputError(
                 "marker positions must be finite, or NaN in all components", "VALUES_WRONG"
             )
-        if (np.abs(self.positions) > FARTHEST).any():  # not of NaN
-            raise InputError(
-                f"markers lie beyond {FARTHEST / 1000:g} km from the origin", "VALUES_WRONG"
-            )
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
 
@@ -186,11 +182,6 @@ class WeightsTake:
         _check_times(self.times, shape[0], "weights take")
         if not np.isfinite(self.weights).all():
             raise InputError("blend shape weights must be finite", "VALUES_WRONG")
-        if (np.abs(self.weights) > _LARGEST_WEIGHT).any():
-            raise InputError(
-                f"blend shape weights go up to {np.abs(self.weights).max():g}; expected 0 to 1",
-                "VALUES_WRONG",
-            )
 
     def column(self, name: str) -> FloatArray:
         """Return the curve of one blend shape: (F,)."""
@@ -204,3 +195,23 @@ class WeightsTake:
             if name in columns:
                 weights[:, target] = self.weights[:, columns[name]]
         return WeightsTake(names, self.times, weights, self.rate, self.start_timecode, self.source)
+
+
+def check_range(take: MarkerTake | WeightsTake) -> None:
+    """Refuse a take from a file whose numbers are beyond any volume or meaning.
+
+    Raises
+    ------
+    InputError
+        If a marker lies beyond `FARTHEST`, or a weight beyond 1000 either side of 0.
+    """
+    if isinstance(take, MarkerTake):
+        if (np.abs(take.positions) > FARTHEST).any():  # not of NaN
+            raise InputError(
+                f"markers lie beyond {FARTHEST / 1000:g} km from the origin", "VALUES_WRONG"
+            )
+    elif (np.abs(take.weights) > _LARGEST_WEIGHT).any():
+        raise InputError(
+            f"blend shape weights go up to {np.abs(take.weights).max():g}; expected 0 to 1",
+            "VALUES_WRONG",
+        )

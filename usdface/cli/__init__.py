@@ -97,7 +97,7 @@ def _in_one_line(error: Exception) -> str:
         return f"{plain(error.object, _LONGEST)!r} is not UTF-8, as USD wants it; rename the file"
     if isinstance(error, MemoryError):
         return "there is not enough memory for this"
-    summary = plain(f"{type(error).__name__}: {error}", _LONGEST)
+    summary = plain(f"{type(error).__name__}: {error}".splitlines()[0], _LONGEST)
     return f"a mistake in usdface: {summary}; --debug shows where"
 
 

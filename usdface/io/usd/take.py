@@ -22,7 +22,7 @@ from usdface.io.usd.stage import (
 )
 from usdface.plain_text import plain
 from usdface.schemas import tokens, write_fallback_types
-from usdface.takes import MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake, check_range
 
 __all__ = ["define_take", "read_take_prim", "write_take"]
 
@@ -142,7 +142,9 @@ def read_take_prim(prim: Usd.Prim) -> tuple[MarkerTake | WeightsTake, FloatArray
         If the prim is not a take, has no samples, or its arrays do not fit each other.
     """
     with usd_errors(_where(prim)):
-        return _read_weights(prim) if prim.IsA(UsdSkel.Animation) else _read_markers(prim)
+        read = _read_weights(prim) if prim.IsA(UsdSkel.Animation) else _read_markers(prim)
+        check_range(read[0])
+        return read
 
 
 def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:
