@@ -65,6 +65,13 @@ def test_a_fifo_as_a_layer(tmp_path: Path) -> None:
         open_stage(tmp_path / "a.usda")
 
 
+@pytest.mark.parametrize("clock", ["0", "-24", "inf", "nan"])
+def test_a_clock_that_does_not_run(tmp_path: Path, clock: str) -> None:
+    (tmp_path / "a.usda").write_text(f"#usda 1.0\n(\n timeCodesPerSecond = {clock}\n)\n")
+    with pytest.raises(InputError, match="timeCodesPerSecond"):
+        open_stage(tmp_path / "a.usda")
+
+
 def test_a_file_is_tried_once(tmp_path: Path, asked: list[str]) -> None:
     layer, root = tmp_path / "layer.usda", tmp_path / "root.usda"
     layer.write_text('#usda 1.0\ndef "a" {}\n')

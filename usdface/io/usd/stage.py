@@ -99,6 +99,11 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         for layer in stage.GetUsedLayers():
             if layer.realPath in left_out:
                 stage.MuteLayer(layer.identifier)
+    clock = stage.GetTimeCodesPerSecond()
+    if not 0 < clock < np.inf:  # USD would loop over its frames for ever
+        raise InputError(
+            f"{path}: timeCodesPerSecond is {clock:g}; expected a positive number", "SETTING_WRONG"
+        )
     for error in broken:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
