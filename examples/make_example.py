@@ -63,7 +63,8 @@ def make_stages(folder: Path) -> None:
     """Write what the commands make of the sources: take.usdc and shot.usda."""
     rig, take, bind = folder / "head.usdc", folder / "take.usdc", folder / "bind.json"
     convert = ("take", folder / "performance.trc", "-o", take)
-    shot = ("shot", "--rig", rig, "--take", take, "--bind", bind, "-o", folder / "shot.usda")
+    shot = ("shot", "--rig", rig, "--take", take, "--bind", bind)
+    shot = (*shot, "--overwrite", "-o", folder / "shot.usda")
     for command in (convert, shot):
         if status := usdface([str(word) for word in command]):
             raise SystemExit(status)

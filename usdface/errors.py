@@ -17,6 +17,8 @@ below are caught in ``usdface.io`` and raised again as one of these, ``from`` th
 
 from collections.abc import Iterable
 
+from usdface.plain_text import plain
+
 __all__ = [
     "ERROR_CODES",
     "Cancelled",
@@ -28,6 +30,8 @@ __all__ = [
     "UsdFaceError",
     "did_you_mean",
 ]
+
+_LONGEST = 800  # characters of a message, which may quote a file
 
 ERROR_CODES: dict[str, str] = {
     "INPUT_UNUSABLE": "a file, prim or setting cannot be used as it is",
@@ -109,7 +113,7 @@ class UsdFaceError(Exception):
     default_code = "INPUT_UNUSABLE"
 
     def __init__(self, message: str, code: str = "") -> None:
-        super().__init__(message)
+        super().__init__(plain(message, _LONGEST))
         self.code = code or self.default_code
 
 

@@ -8,7 +8,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
+from usdface.plain_text import plain
+
 __all__ = ["CODES", "Finding", "Severity", "finding", "severest"]
+
+_LONGEST, _LONGEST_PLACE = 800, 400  # characters
 
 Severity = Literal["info", "warning", "error"]
 
@@ -208,6 +212,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "FIT_CONFUSED": ("warning", "a fitted system confuses an emotion with another"),
     "FIT_UNTESTED": ("info", "an emotion was learned from one recording and could not be tested"),
     "RULE_FIRES_AT_NEUTRAL": ("warning", "a rule fires on a neutral face"),
+    "ATTRIBUTE_REPLACED": ("warning", "an attribute of another type is replaced by the result"),
     "SETTING_UNREAD": ("warning", "a setting, a curve or an override is ignored"),
     "RULE_UNREACHABLE": ("warning", "a rule can never fire"),
     "RULE_OFF": ("info", "a rule is disabled or has weight 0"),
@@ -258,6 +263,11 @@ class Finding:
     where: str
     message: str
     severity: Severity
+
+    def __post_init__(self) -> None:
+        """Escape and shorten what came from a file."""
+        object.__setattr__(self, "where", plain(self.where, _LONGEST_PLACE))
+        object.__setattr__(self, "message", plain(self.message, _LONGEST))
 
     def as_dict(self) -> dict[str, str]:
         """Return the finding as plain values for a JSON report."""

@@ -23,12 +23,14 @@ from usdface.retarget.pins import faded_at_pins, with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
+from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["retarget"]
 
 
 @one_blas_thread()
+@solve_errors()
 def retarget(
     shot: Shot,
     *,

@@ -16,12 +16,14 @@ from usdface.options import BindOptions, CorrectionOptions
 from usdface.retarget_setup import Calibration, Expression, RetargetSetup, fit_setup
 from usdface.rigs import Mesh, Rig
 from usdface.shot import Shot
+from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["assemble_shot"]
 
 
 @one_blas_thread()
+@solve_errors()
 def assemble_shot(
     rig: Rig,
     take: MarkerTake | WeightsTake,

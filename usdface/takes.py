@@ -11,7 +11,12 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import InputError
 
-__all__ = ["MarkerTake", "WeightsTake", "visible"]
+__all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "check_range", "visible"]
+
+# From the origin [m, or pixels of an image]: no capture volume and no image is larger, and squares
+# of it keep their digits.
+FARTHEST = 1e5
+_LARGEST_WEIGHT = 1000.0  # 10 times 100 %, where someone means per cent
 
 
 def visible(positions: FloatArray) -> BoolArray:
@@ -190,3 +195,23 @@ class WeightsTake:
             if name in columns:
                 weights[:, target] = self.weights[:, columns[name]]
         return WeightsTake(names, self.times, weights, self.rate, self.start_timecode, self.source)
+
+
+def check_range(take: MarkerTake | WeightsTake) -> None:
+    """Refuse a take from a file whose numbers are beyond any volume or meaning.
+
+    Raises
+    ------
+    InputError
+        If a marker lies beyond `FARTHEST`, or a weight beyond 1000 either side of 0.
+    """
+    if isinstance(take, MarkerTake):
+        if (np.abs(take.positions) > FARTHEST).any():  # not of NaN
+            raise InputError(
+                f"markers lie beyond {FARTHEST / 1000:g} km from the origin", "VALUES_WRONG"
+            )
+    elif (np.abs(take.weights) > _LARGEST_WEIGHT).any():
+        raise InputError(
+            f"blend shape weights go up to {np.abs(take.weights).max():g}; expected 0 to 1",
+            "VALUES_WRONG",
+        )

@@ -39,7 +39,7 @@ def test_an_interrupted_run_says_so(
     before = listing(place.folder)
     # After the first of three files was written to its temporary place.
     monkeypatch.setattr("usdface.io.usd.layers._root_layer", interrupted)
-    assert main([str(a) for a in place.process]) == 1
+    assert main([str(a) for a in place.process]) == 130
     assert capsys.readouterr() == ("", "usdface: interrupted\n")
     assert listing(place.folder) == before
 

@@ -27,7 +27,13 @@ def commands(place: Place) -> dict[str, Command]:
     return {
         "rig": ["rig", scene, "-o", place / "out/rig.usda"],
         "take": ["take", csv, "-o", place / "out/take.usda"],
-        "shot": [*place.shot[:-1], place / "out/shot.usda", "--write-bind", place / "out/b.json"],
+        "shot": [
+            *place.shot[:-1],
+            place / "out/shot.usda",
+            "--overwrite",
+            "--write-bind",
+            place / "out/b.json",
+        ],
         "process": [*place.process, "-o", place / "out/done.usda", "--gltf", place / "out/a.glb"],
         "glb": ["export", scene, "-o", place / "out/face.glb"],
         "gltf": ["export", scene, "-o", place / "out/face.gltf"],

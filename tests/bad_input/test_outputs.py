@@ -73,10 +73,10 @@ def test_a_name_that_the_system_refuses(place: Place, refused: Refused) -> None:
         ["take", place / f"{name}.c3d", "-o", place / "out.usda"],
         ["rig", place / name, "-o", place / "out.usda"],
         [*place.process, "-o", place / f"{name}.usda"],
-        # Fits, but for the ending that a file has while it is written.
-        [*place.process, "-o", place / f"{245 * 'a'}.usda"],
     ):
         assert "File name too long" in refused(command)
+    # Files have short names while they are written.
+    assert main([*map(str, place.process), "-o", str(place / f"{245 * 'a'}.usda")]) == 0
 
 
 @pytest.mark.parametrize("name", [".", "/", ""])

@@ -1,20 +1,26 @@
-"""The command line: parses, calls `usdface.pipeline`, prints; exit status 0, 1 or 2.
+"""The command line: parses, calls `usdface.pipeline`, prints; returns the exit status.
 
 Each module has a group of commands with their options. Heavy libraries are imported only when a
 command runs, so that `usdface --help` is fast.
 """
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
 from usdface.cli.command import FAILED, check_files
 from usdface.errors import UsdFaceError
+from usdface.plain_text import plain
+from usdface.signals import say_stopped, was_stopped
 
 __all__ = ["main"]
+
+_LONGEST = 800  # characters of an error
 
 # Each command with the module of its options, which is loaded when the command is named, and a
 # line of help.
@@ -39,8 +45,11 @@ _COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit status (argparse exits with 2 on wrong usage)."""
     limit_from_start()
+    _write_anything()
     words = sys.argv[1:] if arguments is None else arguments
     parsed = _parser(next((word for word in words if word in _COMMANDS), "")).parse_args(words)
+    if parsed.trusted:
+        os.environ["USDFACE_TRUSTED"] = "1"
     try:
         check_files(parsed)
         status: int = parsed.run(parsed)
@@ -48,9 +57,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return FAILED
     except KeyboardInterrupt:
-        print("usdface: interrupted", file=sys.stderr)
-        return FAILED
+        return say_stopped()
     except Exception as error:
+        if was_stopped():
+            return say_stopped()
         if parsed.debug:
             raise
         print(f"usdface: {_in_one_line(error)}", file=sys.stderr)
@@ -66,7 +76,8 @@ def _parser(command: str | None = None) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="usdface",
         description="Marker takes onto blend-shape characters, in USD and glTF.",
-        epilog="exit status: 0 done, 1 an error (one line says which), 2 wrong usage",
+        epilog="exit status: 0 done, 1 an error (one line says which), 2 wrong usage, "
+        "130 interrupted, 143 terminated",
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
@@ -83,6 +94,17 @@ def _in_one_line(error: Exception) -> str:
         return f"{error} [{error.code}]"
     if isinstance(error, OSError):  # a name too long, a folder that may not be entered, a full disk
         where = f"{error.filename}: " if error.filename else ""
-        return f"{where}{error.strerror or error}"
-    summary = f"{type(error).__name__}: {error}".splitlines()[0]
+        return plain(f"{where}{error.strerror or error}", _LONGEST)
+    if isinstance(error, UnicodeEncodeError) and error.reason.startswith("surrogates"):
+        return f"{plain(error.object, _LONGEST)!r} is not UTF-8, as USD wants it; rename the file"
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this"
+    summary = plain(f"{type(error).__name__}: {error}".splitlines()[0], _LONGEST)
     return f"a mistake in usdface: {summary}; --debug shows where"
+
+
+def _write_anything() -> None:
+    """Escape what the terminal cannot show, and file names that are no UTF-8."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")

@@ -62,6 +62,11 @@ def add_command(
         action="store_true",
         help="a warning is a failure; process writes no result that is not usable",
     )
+    command.add_argument(
+        "--trusted",
+        action="store_true",
+        help="open USD files at once, not in a process with limits first",
+    )
     command.add_argument("--debug", action="store_true", help="show tracebacks")
     return command
 

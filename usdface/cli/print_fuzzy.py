@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
-from usdface.cli.report import print_whole
+from usdface.cli.report import print_whole, shown
 
 if TYPE_CHECKING:
     from usdface.correction.neutral_check import NeutralResponse
@@ -21,18 +20,18 @@ def print_fit(fitted: "Fitted") -> None:
     """Print a fitted system: rules, cross-validation, and the motions that separate emotions."""
     console = Console(highlight=False, soft_wrap=True)
     for rule in fitted.system.fuzzy.rules:
-        console.print(escape(" ".join(rule.text.split())))
+        console.print(shown(" ".join(rule.text.split())))
     tested = fitted.validation
     if tested is not None and tested.tested:
         title = f"true (rows) and predicted emotions, each {tested.holding} held out"
         table = Table(title=title, title_justify="left", box=SIMPLE)
         labels = [*tested.names, "none"]
         for label in ("", *labels, "margin: mean", "worst"):
-            table.add_column(escape(label), justify="right" if label else "left", no_wrap=True)
+            table.add_column(shown(label), justify="right" if label else "left", no_wrap=True)
         for label, row in zip(labels, tested.counts, strict=True):
             margins = tested.margins_of("" if label == "none" else label)
             figures = [f"{margins.mean():+.2f}", f"{margins.min():+.2f}"] if margins.size else []
-            table.add_row(escape(label), *(str(n) if n else "." for n in row), *figures)
+            table.add_row(shown(label), *(str(n) if n else "." for n in row), *figures)
         print_whole(console, table)
     if fitted.separations:
         title = "motions that separate two emotions best, in standard deviations"
@@ -44,7 +43,7 @@ def print_fit(fitted: "Fitted") -> None:
             mistaken = f"{pair.mistaken} of {pair.tested}" if pair.tested else "not tested"
             cells = " / ".join(pair.emotions), ", ".join(pair.features)
             distance = f"{pair.sensitivity:.1f}"
-            table.add_row(*map(escape, cells), distance, *([mistaken] if tests else []))
+            table.add_row(*map(shown, cells), distance, *([mistaken] if tests else []))
         print_whole(console, table)
 
 
@@ -69,37 +68,37 @@ def print_explanation(facts: dict[str, Any]) -> None:
     for feature in facts["features"]:
         terms = ", ".join(f"{name} {value:.2f}" for name, value in feature["terms"].items())
         if feature["name"] not in used:
-            table.add_row(_distance(feature), escape(feature["name"]), escape(terms))
+            table.add_row(_distance(feature), shown(feature["name"]), shown(terms))
     if table.row_count:
         console.print(table)
     if facts["closed"]:
         parts = "  ".join(f"{name} {share:.2f}" for name, share in facts["closed"].items())
-        console.print(escape(f"\nclosed: {parts}"))
+        console.print(shown(f"\nclosed: {parts}"))
     if facts["weights"]:
         console.print("\nweights, solved and corrected", style="bold")
     for shape, weight in facts["weights"].items():
         by = f"  ({weight['by']})" if weight["by"] else ""
         line = f"{weight['solved']:.2f} -> {weight['corrected']:.2f}  {shape}{by}"
-        console.print(escape(line))
+        console.print(shown(line))
 
 
 def _print_emotions(console: Console, facts: dict[str, Any]) -> None:
     emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
-    console.print(escape("  ".join(emotions)))
+    console.print(shown("  ".join(emotions)))
     poses = [f"{name} {value:.2f}" for name, value in facts["poses_shown"].items() if value > 0]
     if poses:
-        console.print(escape(f"intensity of the pose: {'  '.join(poses)}"))
+        console.print(shown(f"intensity of the pose: {'  '.join(poses)}"))
     for name, regions in facts["held_back"].items():
         line = f"{name} is held back: not shown in {' and '.join(regions)}"
-        console.print(escape(line))
+        console.print(shown(line))
 
 
 def _print_rules(console: Console, rules: Sequence[dict[str, Any]]) -> None:
     for rule in rules:
-        console.print(escape(f"{rule['fires']:.2f}  {rule['rule']}"))
+        console.print(shown(f"{rule['fires']:.2f}  {rule['rule']}"))
         for condition in rule["conditions"]:
             line = f"        {_distance(condition)}  {condition['variable']} is {condition['is']}"
-            console.print(escape(f"{line} {condition['degree']:.2f}"))
+            console.print(shown(f"{line} {condition['degree']:.2f}"))
 
 
 def _distance(fact: dict[str, Any]) -> str:
@@ -117,14 +116,14 @@ def print_neutral_responses(responses: "Sequence[NeutralResponse]") -> None:
             columns["jitter, mean"], columns["largest"] = response.mean, response.largest
     table = Table(title="outputs for a neutral face", title_justify="left", box=SIMPLE)
     for name in ("", *columns):
-        table.add_column(escape(name), justify="right" if name else "left", no_wrap=True)
+        table.add_column(shown(name), justify="right" if name else "left", no_wrap=True)
     for emotion in dict.fromkeys(e for column in columns.values() for e in column):
         cells = (f"{c[emotion]:.3f}" if emotion in c else "" for c in columns.values())
-        table.add_row(escape(emotion), *cells)
+        table.add_row(shown(emotion), *cells)
     print_whole(console, table)
     console.print("jitter: 20 s of neutral markers with 0.3 mm of noise, solved", style="dim")
     for response in responses:
         if response.rules:
-            console.print(escape(f"rules that fire at neutral, {response.system}:"), style="bold")
+            console.print(shown(f"rules that fire at neutral, {response.system}:"), style="bold")
         for rule in response.rules:
-            console.print(escape(f"  {rule}"))
+            console.print(shown(f"  {rule}"))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from usdface.face.place import Place
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
+from usdface.plain_text import plain
 from usdface.result import Result
 from usdface.verdict import Level, Verdict
 
@@ -18,12 +19,13 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_json", "print_result", "print_whole", "print_written", "write_report"]
+__all__ = ["print_json", "print_result", "print_whole", "print_written", "shown", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _WORDS: dict[Level, str] = {"good": "good", "look_at": "look at", "not_usable": "not usable"}
 _LEVELS: dict[Level, str] = {"good": "green", "look_at": "yellow", "not_usable": "red"}
 _EXAMPLES = 4  # findings of one kind that a line names: they fit a terminal of 100 columns
+_LONGEST = 5000  # characters of one cell or line
 _ANY_WIDTH = 1000  # characters
 _PLACE = {field.name for field in fields(Place)}
 _UNITS = {"degrees": "degrees", "mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
@@ -35,22 +37,28 @@ def print_result(result: Result[Any], form: str, file: TextIO | None = None) -> 
         print(json.dumps(result.as_dict(), indent=1, ensure_ascii=False), file=file)
         return
     from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
     console = Console(file=file, soft_wrap=True, highlight=False)
     if result.summary:
         table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
         for key, value in result.summary.items():
-            table.add_row(escape(_label(key)), escape(_text(value)))
+            table.add_row(shown(_label(key)), shown(_text(value)))
         console.print(table)
     for line, severity in _lines(result.findings):
-        console.print(escape(line), style=_STYLES[severity])
+        console.print(shown(line), style=_STYLES[severity])
     for path in result.written:
-        console.print(f"wrote {escape(str(path))}", style="bold")
+        console.print(f"wrote {shown(str(path))}", style="bold")
     if result.verdict:
         for line, style in _verdict_lines(result.verdict):
-            console.print(escape(line), style=style)
+            console.print(shown(line), style=style)
+
+
+def shown(text: str) -> str:
+    """Return text for a console: no markup, no control characters."""
+    from rich.markup import escape
+
+    return escape(plain(text, _LONGEST, keep="\n"))
 
 
 def _verdict_lines(verdict: Verdict) -> Iterator[tuple[str, str]]:
@@ -147,7 +155,7 @@ def print_json(document: object, form: str, report: Path | None) -> bool:
 def print_written(paths: Iterable[Path]) -> None:
     """Print which files were written."""
     for path in paths:
-        print(f"wrote {path}")
+        print(f"wrote {plain(str(path), _LONGEST)}")
 
 
 def print_whole(console: "Console", table: "Table") -> None:

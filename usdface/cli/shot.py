@@ -30,6 +30,11 @@ def add_shot(commands: Any, summary: str) -> None:
         "--take", type=Path, required=True, help="USD take, as `usdface take` makes it"
     )
     add_output(command, "the shot, .usda")
+    command.add_argument(
+        "--overwrite",
+        action="store_true",
+        help="replace the shot also where it was edited since usdface wrote it",
+    )
     _binding_options(command.add_argument_group("binding of the markers"))
     _correction_options(command.add_argument_group("correction of the solved weights"))
     command.add_argument(
@@ -130,6 +135,7 @@ def _shot(parsed: argparse.Namespace) -> int:
                 correction=overrides,
                 write_bind=parsed.write_bind,
                 figure=parsed.bind_figure,
+                overwrite=parsed.overwrite,
                 on_progress=step,
             )
     except InputError as error:

@@ -1,20 +1,27 @@
-"""Atomic writing: after a failure the old files are unchanged."""
+"""Atomic writing: after a failure, or a kill, the old files are unchanged or all are new."""
 
 import os
-import tempfile
-from collections.abc import Callable, Iterator
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 
 from usdface.errors import OutputError
+from usdface.io.staging import Staging, Step, put_in_place
 
 __all__ = [
     "StrPath",
     "all_or_none",
     "atomic_path",
     "check_place",
+    "remove_when_written",
+    "staged_files",
     "when_written",
+    "write_bridge",
     "write_bytes",
     "write_text",
 ]
@@ -40,22 +47,74 @@ def check_place(path: Path) -> None:
         raise OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
 
 
+@dataclass(slots=True)
+class _File:
+    """A finished file in a staging folder, and its bridge if it has one."""
+
+    staging: Path
+    temporary: Path
+    place: Path
+    bridge: Path | None = None
+
+
 class _Writing:
     """Files that are written aside; `undo` removes those that are left."""
 
     def __init__(self, undo: ExitStack) -> None:
         self.undo = undo
-        self.finished: list[tuple[Path, Path]] = []  # temporary file and its place
+        self.finished: list[_File] = []
+        self.removed: list[Path] = []
         self.afterwards: list[Callable[[], object]] = []
+        self._stagings: dict[Path, Staging] = {}
+
+    def staging(self, folder: Path) -> Staging:
+        """Return the staging folder in `folder`, which is made if it is missing."""
+        if folder not in self._stagings:
+            self.undo.enter_context(_folder(folder))
+            made = Staging(folder)
+            self.undo.callback(made.remove)
+            self._stagings[folder] = made
+        return self._stagings[folder]
 
     def commit(self) -> None:
-        for temporary, path in self.finished:
-            try:
-                temporary.replace(path)
-            except OSError as error:
-                raise _unwritable(path, error) from error
-        for action in self.afterwards:
-            action()
+        steps = self._steps()
+        try:
+            with _signals_later():
+                if steps:
+                    put_in_place(steps, [step.staging.parent for step in steps])
+                for action in self.afterwards:
+                    action()
+        except OSError as error:
+            raise _unwritable(self.finished[-1].place, error) from error
+
+    def _steps(self) -> list[Step]:
+        """Return the moves, such that a reader finds one generation between any two of them.
+
+        Bridges first, which name the other new files where they are staged, then those files,
+        at last the files that bridges stand for.
+        """
+        bridged = any(file.bridge for file in self.finished)
+        first = [
+            Step("move", file.staging, file.bridge.name, file.place.name)
+            for file in self.finished
+            if file.bridge
+        ]
+        others = [
+            Step("link" if bridged else "move", file.staging, file.temporary.name, file.place.name)
+            for file in self.finished
+            if not file.bridge
+        ]
+        last = [
+            Step("move", file.staging, file.temporary.name, file.place.name)
+            for file in self.finished
+            if file.bridge
+        ]
+        gone = [
+            Step("remove", self.staging(place.parent).path, "", place.name)
+            for place in self.removed
+            if place.is_file()
+        ]
+        return first + others + last + gone
 
 
 _WRITING: ContextVar[_Writing | None] = ContextVar("_WRITING", default=None)
@@ -65,20 +124,24 @@ _WRITING: ContextVar[_Writing | None] = ContextVar("_WRITING", default=None)
 def all_or_none() -> Iterator[None]:
     """Replace all files that are written in the block at its end, or none.
 
-    They are put in place in the order in which they were finished. Within another `all_or_none`
-    it is part of that.
+    If the process is killed between two of the moves, whoever reads or writes there next makes
+    the others (`usdface.io.staging`). Within another `all_or_none` it is part of that.
     """
     if _WRITING.get() is not None:
         yield
         return
-    with ExitStack() as undo:
-        writing = _Writing(undo)
+    undo = ExitStack()
+    writing = _Writing(undo)
+    try:
         token = _WRITING.set(writing)
         try:
             yield
         finally:
             _WRITING.reset(token)
         writing.commit()
+    finally:
+        with _signals_later():
+            undo.close()
 
 
 def when_written(action: Callable[[], object]) -> None:
@@ -90,9 +153,16 @@ def when_written(action: Callable[[], object]) -> None:
         writing.afterwards.append(action)
 
 
+def remove_when_written(path: Path) -> None:
+    """Remove a file of an earlier result as part of the `all_or_none` around, if it is there."""
+    writing = _WRITING.get()
+    assert writing is not None
+    writing.removed.append(path)
+
+
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path` with the same suffix; it replaces `path` at the end.
+    """Yield a temporary path near `path` with the same suffix; it replaces `path` at the end.
 
     If the block raises, or the file was not written, the old file stays and nothing
     else is left behind. The folder of `path` is made if it is missing. Within `all_or_none` the
@@ -109,19 +179,45 @@ def atomic_path(path: Path) -> Iterator[Path]:
         try:
             if path.is_dir():
                 raise IsADirectoryError(f"{path} is a folder")
-            folder = writing.undo.enter_context(_folder(path.parent))
-            handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=folder)
-            os.close(handle)
-            temporary = Path(name)
+            _check_name(path)
+            staging = writing.staging(path.parent)
+            temporary = staging.new_file(path.suffix)
             writing.undo.callback(temporary.unlink, missing_ok=True)
             yield temporary
-            # mkstemp makes files private; a result should be as readable as any new file.
-            mask = os.umask(0)
-            os.umask(mask)
-            temporary.chmod(0o666 & ~mask)
         except OSError as error:
             raise _unwritable(path, error) from error
-        writing.finished.append((temporary, path))
+        writing.finished.append(_File(staging.path, temporary, path))
+
+
+def staged_files() -> Mapping[Path, Path]:
+    """Return where the files lie now that the `all_or_none` around will put in place, by place."""
+    writing = _WRITING.get()
+    return {file.place: file.temporary for file in writing.finished} if writing else {}
+
+
+@contextmanager
+def write_bridge(path: Path) -> Iterator[Path]:
+    """Yield a temporary path for the bridge of `path`, which was written in this `all_or_none`.
+
+    A bridge says what `path` says, but names the other new files as `staged_files` has them. It
+    stands at `path` while they are put in place: who opens `path` then, or after a kill, finds all
+    of the new result.
+    """
+    writing = _WRITING.get()
+    assert writing is not None
+    file = next(file for file in reversed(writing.finished) if file.place == path)
+    try:
+        bridge = writing.staging(path.parent).new_file(path.suffix)
+        yield bridge
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    file.bridge = bridge
+
+
+def _check_name(path: Path) -> None:
+    """Fail where no file can have that name: the name of a staged file is another."""
+    with suppress(FileNotFoundError):
+        path.lstat()
 
 
 def _unwritable(path: Path, error: OSError) -> OutputError:
@@ -142,6 +238,31 @@ def _folder(folder: Path) -> Iterator[Path]:
                 place.rmdir()
 
 
+@contextmanager
+def _signals_later() -> Iterator[None]:
+    """Keep Ctrl-C and SIGTERM until the block is done, which takes milliseconds."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are handled in the main thread
+        return
+    kept: list[int] = []
+
+    def keep(number: int, frame: FrameType | None) -> None:
+        kept.append(number)
+
+    previous = {
+        number: signal.signal(number, keep)
+        for number in (signal.SIGINT, signal.SIGTERM)
+        if callable(signal.getsignal(number))
+    }
+    try:
+        yield
+    finally:
+        for handled, handler in previous.items():
+            signal.signal(handled, handler)
+    for number in kept:
+        signal.raise_signal(number)
+
+
 def write_bytes(path: Path, *data: bytes) -> None:
     """Write `data`, one part after the other, to `path` atomically."""
     with atomic_path(path) as temporary, temporary.open("wb") as file:
@@ -149,5 +270,5 @@ def write_bytes(path: Path, *data: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` to `path` atomically, as UTF-8."""
-    write_bytes(path, text.encode())
+    """Write `text` to `path` atomically, as UTF-8; names of files may hold what is none."""
+    write_bytes(path, text.encode(errors="backslashreplace"))

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from usdface.errors import OutputError
 from usdface.io.atomic import check_place
+from usdface.io.staging import finish_dead_runs
 
 __all__ = ["among", "check_outputs", "files_read", "files_written", "first_free"]
 
@@ -83,6 +84,7 @@ def check_outputs(places: Iterable[Path | None], read: Mapping[Path, Path]) -> N
             reason = "is an input" if same else f"is read by {source}"
             raise OutputError(f"{place} {reason} and would be overwritten; choose another place")
         check_place(place)
+        finish_dead_runs(place.parent)
         other = taken.setdefault(identity or place.resolve(), place)
         if other is not place:
             raise OutputError(
@@ -137,6 +139,7 @@ def _files_of(path: Path, apart: Collection[Path] = ()) -> list[Path]:
 
     if may_be_gltf(path):
         return [path, *files_beside(path)]
-    from usdface.io.usd.dependencies import dependencies, is_usd
+    from usdface.io.usd.dependencies import dependencies
+    from usdface.io.usd.stage import is_usd
 
     return [path, *dependencies(path, apart)] if is_usd(path) else [path]

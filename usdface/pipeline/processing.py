@@ -137,7 +137,8 @@ def apply(
 ) -> Result[ShotResult]:
     """Do the main job on a stage that a host holds open, and author on its edit target.
 
-    The final weights, emotion curves and residual go onto the edit target; nothing is saved.
+    The final weights, emotion curves and residual go onto the edit target, inside its variant if
+    it has one, all of them or nothing; those of an earlier run are replaced. Nothing is saved.
 
     Parameters
     ----------
@@ -180,8 +181,9 @@ def apply(
             )
         if closed is not None:
             content = replace(content, closure=closed.closure)
-        apply_animation(stage, staged, replace(content, weights=solved.weights.weights))
-    return replace(reported, seconds=progress.seconds)
+        content = replace(content, weights=solved.weights.weights)
+        found = apply_animation(stage, staged, content)
+    return replace(reported, findings=(*reported.findings, *found), seconds=progress.seconds)
 
 
 def _retarget(

@@ -12,6 +12,7 @@ from usdface.io.calibration_file import read_calibration_file
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.usd.fingerprint import check_unedited
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot_write import write_shot
 from usdface.io.usd.stage import default_prim, open_stage
@@ -42,6 +43,7 @@ def make_shot(
     correction: Mapping[str, Any] | None = None,
     write_bind: StrPath | None = None,
     figure: StrPath | None = None,
+    overwrite: bool = False,
     on_progress: OnProgress | None = None,
 ) -> Result[Shot]:
     """Write a shot: a rig and a take brought together, with expressions and a fuzzy system.
@@ -68,6 +70,8 @@ def make_shot(
         also where most of them are, and no shot is written.
     figure : path, optional
         Also draw the markers on the face: .png, .svg or .pdf.
+    overwrite : bool
+        Replace `output` also where it was edited since usdface wrote it, or is of another origin.
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
 
@@ -83,6 +87,8 @@ def make_shot(
     InputError
         If the binding does not fit rig and take, or no places can be proposed; with the code
         BINDING_UNSURE if most of them are unsure.
+    OutputError
+        If `output` was edited and `overwrite` is not set, or it cannot be written.
 
     Examples
     --------
@@ -98,6 +104,8 @@ def make_shot(
     files = [Path(path) for path in (bind, fuzzy, expressions, calibration) if path]
     others = [Path(path) for path in (write_bind, figure) if path]
     check_outputs([shot_path, *others], files_read(rig, take, *files))
+    if not overwrite:
+        check_unedited(shot_path)
     if figure:
         from usdface.figures.picture import check_picture
 

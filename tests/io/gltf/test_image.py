@@ -1,4 +1,6 @@
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -129,3 +131,45 @@ def test_a_truncated_image_is_announced(tmp_path: Path) -> None:
     image, found = to_gltf_image(Texture(str(path)))
     assert image is None
     assert [f.code for f in found] == ["TEXTURE_MISSING"]
+
+
+def test_a_large_flat_image_takes_little_memory(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.png"
+    spec = oiio.ImageSpec(4096, 4096, 4, "uint16")
+    target = oiio.ImageOutput.create(str(path))
+    assert target.open(str(path), spec)
+    row = np.full((1, 4096, 4), 0.5, np.float32)
+    for y in range(4096):
+        target.write_scanline(y, 0, row)
+    target.close()
+    code = (
+        "import resource, sys\n"
+        "from usdface.io.gltf.image import to_gltf_image\nfrom usdface.materials import Texture\n"
+        "to_gltf_image(Texture(sys.argv[2]))\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
+        "image, _ = to_gltf_image(Texture(sys.argv[1]))\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"
+    )
+    small = write_image(tmp_path / "small.png", flat(0.2, 0.4, 0.6, 1.0), "uint16")
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(path), str(small)], capture_output=True, text=True
+    )
+    assert int(done.stdout) < 300 * 1024, done.stderr  # kB; 64 MB are the pixels
+
+
+@pytest.mark.parametrize("tiles", [0, 64])
+def test_strips_are_the_whole_image(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tiles: int
+) -> None:
+    rng = np.random.default_rng(0)
+    path = tmp_path / "a.exr"
+    spec = oiio.ImageSpec(100, 150, 4, "float")
+    spec.tile_width = spec.tile_height = tiles
+    target = oiio.ImageOutput.create(str(path))
+    assert target.open(str(path), spec)
+    target.write_image(rng.uniform(0.1, 1, (150, 100, 4)).astype(np.float32))
+    target.close()
+    (whole, _), _ = to_gltf_image(Texture(str(path)))
+    monkeypatch.setattr("usdface.io.gltf.image._STRIP", 1000)
+    (strips, _), _ = to_gltf_image(Texture(str(path)))
+    assert strips == whole

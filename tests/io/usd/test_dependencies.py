@@ -6,7 +6,8 @@ import pytest
 from composed import LAYERS, PICTURES, compose
 from pxr import Sdf, UsdUtils
 
-from usdface.io.usd.dependencies import dependencies, is_usd
+from usdface.io.usd.dependencies import dependencies
+from usdface.io.usd.stage import is_usd
 
 
 @pytest.fixture

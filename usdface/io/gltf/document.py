@@ -6,6 +6,7 @@ Source: glTF 2.0 specification, sections 3.6 (binary data), 4.4 (GLB layout), 2.
 import base64
 import binascii
 import json
+import os
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ from pygltflib import GLTF2, Buffer
 
 from usdface.errors import InputError, OutputError
 from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
-from usdface.io.atomic import all_or_none, write_bytes
+from usdface.io.atomic import all_or_none, staged_files, write_bridge, write_bytes
+from usdface.io.staging import finish_dead_runs
 
 __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
 
@@ -81,7 +83,10 @@ def load_document(path: Path, asset_root: Path | None = None) -> GltfFile:
         If the file or a buffer is missing, truncated, not glTF 2.0, reaches outside its
         folder, or requires an extension that is not decoded here.
     """
+    finish_dead_runs(path.parent)
     try:
+        if not path.is_file() and path.exists():  # a pipe or device may never end
+            raise InputError("is no regular file", "FILE_UNREADABLE")
         if path.stat().st_size > _MAX_BYTES:
             raise InputError(
                 "the file is larger than 4 GiB, the most that GLB can hold", "TOO_LARGE"
@@ -243,7 +248,12 @@ def save_document(
     layout: dict[str, Any] = (
         {"separators": (",", ":")} if binary else {"indent": 1, "ensure_ascii": False}
     )
-    text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
+    try:
+        text = document.to_json(allow_nan=False, **layout).encode("utf-8", "replace")
+    except ValueError as error:
+        raise OutputError(
+            f"cannot write {path}: a number of the scene is not finite ({error})"
+        ) from error
     if not binary:
         with all_or_none():
             if size:
@@ -251,6 +261,9 @@ def save_document(
             for file, data in beside.items():
                 write_bytes(path.parent / file, data)
             write_bytes(path, text)
+            if _name_staged(document, path):
+                with write_bridge(path) as bridge:
+                    bridge.write_bytes(document.to_json(allow_nan=False, **layout).encode())
         return
     text += b" " * (-len(text) % 4)
     chunks = [struct.pack("<II", len(text), _JSON_CHUNK), text]
@@ -260,3 +273,14 @@ def save_document(
     if length > _MAX_BYTES:
         raise OutputError(f"cannot write {path}: a GLB holds at most 4 GiB; use .gltf")
     write_bytes(path, struct.pack("<4sII", b"glTF", 2, length), *chunks)
+
+
+def _name_staged(document: GLTF2, path: Path) -> bool:
+    """Let the document name staged files where they lie; return whether it names any."""
+    staged, found = staged_files(), False
+    for named in (*(document.buffers or ()), *(document.images or ())):
+        place = staged.get(path.parent / unquote(named.uri)) if named.uri else None
+        if place is not None:
+            named.uri = quote(Path(os.path.relpath(place, path.parent)).as_posix())
+            found = True
+    return found

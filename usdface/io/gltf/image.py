@@ -1,7 +1,7 @@
 """Images as glTF holds them: PNG or JPEG, eight bits, sRGB for colours and linear for data."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,8 @@ GltfImage = tuple[bytes, str]  # data and MIME type
 # First bytes: PNG (Third Edition) 5.2; JPEG, ITU-T T.81, B.1.1.3.
 _PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
 _MAX_BYTES = 2**30  # of a file: more than _MAX_PIXELS as 32-bit colours
-_MAX_PIXELS = 2**26  # 8192 x 8192; as floats with four channels this is 1 GiB
+_MAX_PIXELS = 2**26  # 8192 x 8192; with four channels of a byte this is 256 MiB
+_STRIP = 2**20  # pixels that are converted at a time
 
 
 def image_type(data: bytes) -> str:
@@ -155,19 +156,7 @@ def _name(texture: Texture) -> str:
 
 
 def _eight_bit_pixels(texture: Texture, data: bytes, colour: bool) -> NDArray[np.uint8]:
-    pixels, floating = _pixels(texture, data)
-    linear = texture.space == "raw" or (texture.space == "auto" and floating)
-    return _eight_bit(pixels, encode=colour and linear)
-
-
-def _bytes_of(texture: Texture) -> bytes:
-    if texture.data is not None:
-        return texture.data
-    return read_file(Path(texture.path), _MAX_BYTES)
-
-
-def _pixels(texture: Texture, data: bytes) -> tuple[NDArray[np.float32], bool]:
-    """Return (height, width, channels) floats and whether the file stores floats."""
+    """Return (height, width, channels), converted in strips, which as floats are larger."""
     import OpenImageIO as oiio  # a fifth of a small conversion; most images pass unchanged
 
     suffix = (texture.suffix or Path(texture.path).suffix).lstrip(".")
@@ -185,17 +174,40 @@ def _pixels(texture: Texture, data: bytes) -> tuple[NDArray[np.float32], bool]:
                     f"the image is {spec.width} x {spec.height} x {spec.depth}; expected a flat "
                     f"one of at most {_MAX_PIXELS} pixels"
                 )
-            linear = spec.format.basetype in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
-            # More channels than RGBA are render layers, depth and the like.
-            channels = 4 if spec.nchannels >= 4 and spec.alpha_channel == 3 else 3
-            channels = min(channels, spec.nchannels)
-            pixels: Any = source.read_image(0, 0, 0, channels, oiio.FLOAT)
-            fault = source.geterror()  # OpenImageIO before 3.1.8 fills in missing pixels
-            if pixels is None or fault:
-                raise InputError(f"the image is not readable: {_first_line(fault)}")
+            floating = spec.format.basetype in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
+            linear = texture.space == "raw" or (texture.space == "auto" and floating)
+            strips = [_eight_bit(strip, colour and linear) for strip in _strips(source, spec)]
         finally:
             source.close()
-    return np.nan_to_num(np.asarray(pixels, np.float32)), linear
+    return np.concatenate(strips) if len(strips) > 1 else strips[0]
+
+
+def _bytes_of(texture: Texture) -> bytes:
+    if texture.data is not None:
+        return texture.data
+    return read_file(Path(texture.path), _MAX_BYTES)
+
+
+def _strips(source: Any, spec: Any) -> Iterator[NDArray[np.float32]]:
+    """Yield (rows, width, channels) floats from top to bottom."""
+    import OpenImageIO as oiio
+
+    # More channels than RGBA are render layers, depth and the like.
+    channels = 4 if spec.nchannels >= 4 and spec.alpha_channel == 3 else 3
+    channels = min(channels, spec.nchannels)
+    height = spec.tile_height or 1
+    step = max(1, _STRIP // (spec.width * height)) * height
+    for top in range(spec.y, spec.y + spec.height, step):
+        end = min(top + step, spec.y + spec.height)
+        if spec.tile_width:
+            across = spec.x, spec.x + spec.width
+            pixels = source.read_tiles(0, 0, *across, top, end, 0, 1, 0, channels, oiio.FLOAT)
+        else:
+            pixels = source.read_scanlines(0, 0, top, end, 0, 0, channels, oiio.FLOAT)
+        fault = source.geterror()  # OpenImageIO before 3.1.8 fills in missing pixels
+        if pixels is None or fault:
+            raise InputError(f"the image is not readable: {_first_line(fault)}")
+        yield np.nan_to_num(np.asarray(pixels, np.float32)).reshape(-1, spec.width, channels)
 
 
 def _eight_bit(pixels: NDArray[np.float32], encode: bool) -> NDArray[np.uint8]:

@@ -88,7 +88,8 @@ def _camera(
     flat, deep = source.orthographic, source.perspective
     if source.type == "perspective" and deep is not None:
         far = np.inf if deep.zfar is None else _positive(deep.zfar, name)
-        numbers = _positive(deep.yfov, name), float(deep.aspectRatio or 0.0)
+        aspect = _positive(deep.aspectRatio, name) if deep.aspectRatio else 0.0
+        numbers = _positive(deep.yfov, name), aspect
         return Camera(name, rigid(matrix), *numbers, _positive(deep.znear, name), far, True, extras)
     if source.type == "orthographic" and flat is not None:
         across, up = (abs(_positive(abs(v), name)) for v in (flat.xmag, flat.ymag))

@@ -67,7 +67,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     if not path.is_file():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     try:
-        data = np.memmap(path, np.uint8, "r") if path.stat().st_size else np.empty(0, np.uint8)
+        data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error
     if len(data) < 2 * _BLOCK or data[1] != _KEY:

@@ -16,7 +16,7 @@ from usdface.io.takes.raw_take import DEFAULTS, listed
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
-from usdface.takes import WeightsTake
+from usdface.takes import WeightsTake, check_range
 
 __all__ = ["read_livelink"]
 
@@ -68,6 +68,7 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)
     try:
         take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name)
+        check_range(take)
     except InputError as error:
         raise InputError(f"{path}: {error}", error.code) from error
     return take, findings + base_findings + time_findings

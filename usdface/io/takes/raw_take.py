@@ -17,7 +17,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
-from usdface.takes import MarkerTake
+from usdface.takes import FARTHEST, MarkerTake
 
 __all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
 
@@ -155,7 +155,11 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     findings += new_findings
     positions, unit, up_axis, new_findings = _in_metres(raw, options)
     findings += new_findings
-    hidden = np.any(~np.isfinite(positions), axis=2)
+    far = np.any(np.isfinite(positions) & (np.abs(positions) > FARTHEST), axis=2)
+    if far.any():
+        message = f"{far.sum()} places beyond {FARTHEST / 1000:g} km are taken as occluded"
+        findings.append(finding("MARKER_SPIKE", str(path), message))
+    hidden = far | np.any(~np.isfinite(positions), axis=2)
     positions[hidden] = np.nan
     seen, occlusion = find_occlusion(path, labels, hidden)
     findings += occlusion

@@ -10,8 +10,10 @@ from pxr import Gf, Sdf, Usd, Vt
 from usdface.arrays import FloatArray
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
+from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.head_motion import author_head
+from usdface.io.usd.overs import put_overs
 from usdface.io.usd.shot import ShotPrims, StagedShot
 from usdface.io.usd.stage import (
     matrices,
@@ -39,6 +41,13 @@ _ANIMATION = "UsdFaceAnim"
 # Results are finite: programs that draw curves do not expect other numbers.
 OCCLUDED_DISTANCE = -1.0
 OCCLUDED_INPUT = float(np.finfo(np.float32).min)
+_RESULTS = (
+    *(tokens.RESIDUAL, tokens.HEAD_TRANSFORM, tokens.FEATURE_POINTS, tokens.FIRING),
+    *(tokens.CLOSURE_LEFT_EYE, tokens.CLOSURE_RIGHT_EYE, tokens.CLOSURE_MOUTH),
+    *(tokens.CLEAN_REPAIRS_MARKERS, tokens.CLEAN_REPAIRS_FRAMES, tokens.CLEAN_REPAIRS_KINDS),
+    *(tokens.SOLVED_MARKERS, tokens.SOLVED_DISTANCES, tokens.SOLVED_SHAPES),
+    *(tokens.SOLVED_DEVIATIONS, tokens.INPUTS, tokens.INPUTS_UNIT),
+)
 
 
 class Inputs(NamedTuple):
@@ -131,8 +140,15 @@ def closure_animation(result: ShotResult) -> Animation | None:
     return Animation(result.solved.names, closure.weights, None, closure=curves)
 
 
-def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) -> None:
-    """Author one animation as overs on the edit target of an open stage.
+def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) -> list[Finding]:
+    """Author one animation as overs on the edit target of an open stage, all of it or nothing.
+
+    What an earlier result has there and this one lacks is removed.
+
+    Returns
+    -------
+    list of Finding
+        ATTRIBUTE_REPLACED.
 
     Raises
     ------
@@ -143,7 +159,14 @@ def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) ->
     # USD scales the time codes of a layer by the ratio of its timeCodesPerSecond to the stage's.
     offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
     codes = np.array([offset * code for code in shot.codes.tolist()])
-    author(layer, stage, replace(shot, codes=codes), animation, shot.codes.tolist())
+    overs = Sdf.Layer.CreateAnonymous(".usda")
+    author(overs, stage, replace(shot, codes=codes), animation, shot.codes.tolist())
+    return put_overs(overs, stage, _is_result)
+
+
+def _is_result(name: str) -> bool:
+    """Return whether only results have a property of this name."""
+    return name in _RESULTS or name.startswith((tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX))
 
 
 def editable_layer(stage: Usd.Stage) -> Sdf.Layer:

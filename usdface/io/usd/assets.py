@@ -49,7 +49,12 @@ def read_asset(resolved: str) -> bytes:
         return read_file(Path(outer), LARGEST_ASSET)
     try:
         with zipfile.ZipFile(outer) as package:
-            if package.getinfo(inner).file_size > LARGEST_ASSET:
+            entry = package.getinfo(inner)
+            if entry.compress_type != zipfile.ZIP_STORED:  # small ones may become anything
+                raise InputError(
+                    f"{inner} is compressed in its package, which USDZ forbids", "SCHEMA_BROKEN"
+                )
+            if entry.file_size > LARGEST_ASSET:
                 raise InputError(f"{inner} is larger than {LARGEST_ASSET >> 20} MiB", "TOO_LARGE")
             return package.read(inner)
     except (OSError, KeyError, RuntimeError, zipfile.BadZipFile) as error:

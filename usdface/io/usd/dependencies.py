@@ -6,14 +6,10 @@ from pathlib import Path
 from pxr import Ar, Sdf, Tf, UsdShade, UsdUtils
 
 from usdface.errors import InputError
-from usdface.io.usd.stage import open_stage
+from usdface.io.usd.stage import is_usd, open_stage
+from usdface.io.usd.trial import RefusedError
 
-__all__ = ["dependencies", "is_usd"]
-
-
-def is_usd(path: Path) -> bool:
-    """Return whether USD reads files of this name."""
-    return Sdf.FileFormat.FindByExtension(str(path)) is not None
+__all__ = ["dependencies"]
 
 
 def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
@@ -41,6 +37,8 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
         # Only the composed stage knows layers named by variables that a stronger one sets.
         stage = open_stage(path, without=apart)
         used = sorted(layer.realPath for layer in stage.GetUsedLayers() if layer.realPath)
+    except RefusedError:
+        return []
     except InputError:
         stage, used = None, []
     root = str(path.resolve())

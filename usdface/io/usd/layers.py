@@ -12,12 +12,14 @@ from pathlib import Path
 from pxr import Sdf, Usd
 
 from usdface.errors import InputError
+from usdface.io.atomic import all_or_none, remove_when_written
 from usdface.io.usd.animation import (
     author,
     closure_animation,
     express_animation,
     solve_animation,
 )
+from usdface.io.usd.fingerprint import is_unedited, sign
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import (
     Metrics,
@@ -87,6 +89,8 @@ def write_layers(
 ) -> list[Path]:
     """Write the solve, express and closure layers and the root over them; all of them or none.
 
+    A layer of an earlier run that has no successor is removed.
+
     `deviations` are the standard deviations of the weights of the solved blend shapes, by name.
     With `in_place` the layers are added to the shot's own subLayers instead of a new root;
     that is idempotent.
@@ -123,10 +127,16 @@ def write_layers(
         added = [relative_asset(path, shot_path) for path in stronger_first]
         previous = {relative_asset(path, shot_path) for path in paths.layers}
         top.subLayerPaths = added + [p for p in top.subLayerPaths if p not in previous]
+        if is_unedited(stage.GetRootLayer()):
+            sign(top)
         layers.append((shot_path, top))
     else:
         layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))
-    save_layers(layers)
+    with all_or_none():
+        save_layers(layers)
+        for path in paths.layers:  # of an earlier run that had one more
+            if path not in stronger_first:
+                remove_when_written(path)
     return [layers[-1][0], *stronger_first]
 
 

@@ -94,6 +94,7 @@ def _camera(prim: Usd.Prim, matrix: FloatArray, si: FloatArray) -> Camera:
     clip, notes, unit = seen.clippingRange, read_metadata(prim), _unit(si)
     far = math.inf if notes.get("endless") else clip.max * unit
     aspect = 0.0 if notes.get("anyAspect") else seen.aspectRatio
+    aspect = aspect if 0 < aspect < 1e6 else 0.0  # of an aperture without height
     if seen.projection == Gf.Camera.Perspective:
         height = math.radians(seen.GetFieldOfView(Gf.Camera.FOVVertical))
     else:

@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.animation import editable_layer
 from usdface.io.usd.face_layout import write_layout
+from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.io.usd.retarget_setup import write_expressions, write_setup
 from usdface.io.usd.stage import (
@@ -67,6 +68,7 @@ def write_shot(path: Path, rig: Path, take: Path, shot: Shot) -> None:
         prim.specifier = Sdf.SpecifierDef
         prim.referenceList.prependedItems = [Sdf.Reference(relative_asset(asset, path), root)]
     write_fallback_types(layer)
+    sign(layer)
     save_layer(layer, path)
 
 

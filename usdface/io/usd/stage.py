@@ -8,14 +8,23 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdUtils, Vt
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
-from usdface.io.atomic import all_or_none, atomic_path, when_written
+from usdface.io.atomic import (
+    all_or_none,
+    atomic_path,
+    staged_files,
+    when_written,
+    write_bridge,
+)
+from usdface.io.staging import finish_dead_runs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
+from usdface.io.usd.trial import try_to_open
+from usdface.plain_text import plain
 
 __all__ = [
     "Metrics",
@@ -23,11 +32,13 @@ __all__ = [
     "author_metrics",
     "codes_of",
     "default_prim",
+    "is_usd",
     "matrices",
     "metrics_of",
     "missing_metrics",
     "new_layer",
     "new_stage",
+    "open_layer",
     "open_stage",
     "rate_of",
     "relative_asset",
@@ -64,12 +75,14 @@ class Metrics:
 def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     """Open a USD file, leaving out layers at `without`, be they there or not.
 
+    One that is not known is opened by a process of its own first (`usdface.io.usd.trial`).
+
     Raises
     ------
     InputError
         If it, or a file that it brings in, is missing or cannot be read as USD.
     """
-    if path.is_dir() or (path.is_file() and Sdf.FileFormat.FindByExtension(str(path)) is None):
+    if path.is_dir() or (path.is_file() and not is_usd(path)):
         raise InputError(
             f"{path} is no USD file; `usdface rig` makes one of a character, `usdface take` of a "
             "recording, `usdface shot` of both",
@@ -77,6 +90,8 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         )
     if not path.is_file():
         raise InputError(f"no such USD file: {path}", "FILE_UNREADABLE")
+    finish_dead_runs(path.parent)
+    try_to_open(path)
     left_out = {str(layer.resolve()) for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
@@ -84,10 +99,36 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         for layer in stage.GetUsedLayers():
             if layer.realPath in left_out:
                 stage.MuteLayer(layer.identifier)
+    clock = stage.GetTimeCodesPerSecond()
+    if not 0 < clock < np.inf:  # USD would loop over its frames for ever
+        raise InputError(
+            f"{path}: timeCodesPerSecond is {clock:g}; expected a positive number", "SETTING_WRONG"
+        )
     for error in broken:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
     return stage
+
+
+def is_usd(path: Path) -> bool:
+    """Return whether USD reads files of this name."""
+    return Sdf.FileFormat.FindByExtension(plain(path.suffix, 20)) is not None
+
+
+def open_layer(path: Path) -> Sdf.Layer:
+    """Open one layer, without those that it names.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    try_to_open(path)
+    with usd_errors(str(path)):
+        layer = Sdf.Layer.FindOrOpen(str(path))
+    if not layer:
+        raise InputError(f"{path} cannot be read as USD", "FILE_UNREADABLE")
+    return layer
 
 
 def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
@@ -263,14 +304,42 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
             raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
     with all_or_none():
         for path, layer in layers:
+            bridge = _bridge(layer, path)
             with atomic_path(path) as temporary:
-                try:
-                    done = layer.Export(str(temporary))
-                except Tf.ErrorException as error:
-                    raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
-                if not done:
-                    raise OutputError(f"cannot write {path}")
+                _export(layer, temporary, path)
+            if bridge is not None:
+                with write_bridge(path) as temporary:
+                    _export(bridge, temporary, path)
             when_written(partial(_reload, path))
+
+
+def _export(layer: Sdf.Layer, temporary: Path, path: Path) -> None:
+    try:
+        done = layer.Export(str(temporary))
+    except Tf.ErrorException as error:
+        raise OutputError(f"cannot write {path}: {usd_message(error)}") from error
+    if not done:
+        raise OutputError(f"cannot write {path}")
+
+
+def _bridge(layer: Sdf.Layer, path: Path) -> Sdf.Layer | None:
+    """Return the layer with files that are staged named where they lie; None if it names none."""
+    folder = path.resolve().parent
+    places = {place.parent.resolve() / place.name: f for place, f in staged_files().items()}
+    found = False
+
+    def where(asset: str) -> str:
+        nonlocal found
+        file = places.get(Path(os.path.normpath(folder / asset))) if asset else None
+        found = found or file is not None
+        return asset if file is None else relative_asset(file, path)
+
+    if not places:
+        return None
+    bridge = Sdf.Layer.CreateAnonymous(".usda")
+    bridge.TransferContent(layer)
+    UsdUtils.ModifyAssetPaths(bridge, where)
+    return bridge if found else None
 
 
 def _reload(path: Path) -> None:

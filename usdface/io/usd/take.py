@@ -20,11 +20,13 @@ from usdface.io.usd.stage import (
     to_si,
     vec3f_array,
 )
+from usdface.plain_text import plain
 from usdface.schemas import tokens, write_fallback_types
-from usdface.takes import MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake, check_range
 
 __all__ = ["define_take", "read_take_prim", "write_take"]
 
+_LONGEST = 400  # characters of a source's name
 # Drawn width of a marker in a viewer [m].
 _MARKER_WIDTH = 0.003
 
@@ -67,7 +69,7 @@ def define_take(
         prim = _define_markers(stage, path, take, codes, metrics)
     else:
         prim = _define_weights(stage, path, take, codes)
-    author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, Path(take.source).name)
+    author(prim, tokens.SOURCE, Sdf.ValueTypeNames.String, plain(Path(take.source).name, _LONGEST))
     author(prim, tokens.SOURCE_RATE, Sdf.ValueTypeNames.Double, take.rate)
     author(prim, tokens.START_TIMECODE, Sdf.ValueTypeNames.String, take.start_timecode)
     return prim
@@ -140,7 +142,9 @@ def read_take_prim(prim: Usd.Prim) -> tuple[MarkerTake | WeightsTake, FloatArray
         If the prim is not a take, has no samples, or its arrays do not fit each other.
     """
     with usd_errors(_where(prim)):
-        return _read_weights(prim) if prim.IsA(UsdSkel.Animation) else _read_markers(prim)
+        read = _read_weights(prim) if prim.IsA(UsdSkel.Animation) else _read_markers(prim)
+        check_range(read[0])
+        return read
 
 
 def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:

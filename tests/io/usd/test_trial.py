@@ -1,0 +1,130 @@
+"""Files that end the process which opens them, or take any memory or time, end no command."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, Vt
+
+from usdface.cli import main
+from usdface.errors import InputError
+from usdface.io.usd import trial, trial_worker
+from usdface.io.usd.dependencies import dependencies
+from usdface.io.usd.stage import open_layer, open_stage
+
+DEEP = "#usda 1.0\n" + "".join(f'def "a{n}" {{\n' for n in range(60_000)) + 60_000 * "}\n"
+
+
+@pytest.fixture(autouse=True)
+def from_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("USDFACE_TRUSTED")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The files that a worker was asked about."""
+    names: list[str] = []
+    ask = trial._ask
+
+    def listed(python: str, path: Path) -> dict[str, object]:
+        names.append(path.name)
+        return ask(python, path)
+
+    monkeypatch.setattr(trial, "_ask", listed)
+    return names
+
+
+def test_text_that_is_nested_too_deeply(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "deep.usda"
+    path.write_text(DEEP)
+    for opens in (open_stage, open_layer):
+        with pytest.raises(InputError, match="ends the process that opens it"):
+            opens(path)
+    assert dependencies(path) == []
+    report = tmp_path / "report.json"
+    assert main(["check", str(path), "--report", str(report)]) == 1
+    assert capfd.readouterr().err.count("\n") == 1
+
+
+def test_references_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for n in range(9):
+        named = "".join(f'def "c{k}" (references = @{n + 1}.usda@</a>) {{}}\n' for k in range(10))
+        text = f'#usda 1.0\n(defaultPrim = "a")\ndef "a" {{\n{named if n < 8 else ""}}}\n'
+        (tmp_path / f"{n}.usda").write_text(text)
+    monkeypatch.setattr(trial, "_TIMEOUT", 1.0)
+    with pytest.raises(InputError, match="does not open within 1 s"):
+        open_stage(tmp_path / "0.usda")
+
+
+def test_a_fifo_as_a_layer(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo.usda")
+    (tmp_path / "a.usda").write_text("#usda 1.0\n(subLayers = [@fifo.usda@])\n")
+    with pytest.raises(InputError, match="is no regular file"):
+        open_stage(tmp_path / "a.usda")
+
+
+@pytest.mark.parametrize("clock", ["0", "-24", "inf", "nan"])
+def test_a_clock_that_does_not_run(tmp_path: Path, clock: str) -> None:
+    (tmp_path / "a.usda").write_text(f"#usda 1.0\n(\n timeCodesPerSecond = {clock}\n)\n")
+    with pytest.raises(InputError, match="timeCodesPerSecond"):
+        open_stage(tmp_path / "a.usda")
+
+
+def test_a_file_is_tried_once(tmp_path: Path, asked: list[str]) -> None:
+    layer, root = tmp_path / "layer.usda", tmp_path / "root.usda"
+    layer.write_text('#usda 1.0\ndef "a" {}\n')
+    root.write_text("#usda 1.0\n(subLayers = [@layer.usda@])\n")
+    open_stage(root)
+    open_stage(root)
+    assert asked == ["root.usda"]
+    layer.write_text('#usda 1.0\ndef "b" {}\n')
+    open_stage(root)
+    assert asked == ["root.usda", "root.usda"]
+
+
+def test_trusted_files_are_opened_at_once(
+    tmp_path: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.usda").write_text('#usda 1.0\ndef "a" {}\n')
+    monkeypatch.setenv("USDFACE_TRUSTED", "1")
+    open_stage(tmp_path / "a.usda")
+    assert asked == []
+
+
+def test_a_folder_that_others_may_write_is_not_believed(tmp_path: Path, asked: list[str]) -> None:
+    (tmp_path / "a.usda").write_text('#usda 1.0\ndef "a" {}\n')
+    (tmp_path / "cache/usdface/opened").mkdir(parents=True)
+    (tmp_path / "cache/usdface/opened").chmod(0o777)
+    open_stage(tmp_path / "a.usda")
+    open_stage(tmp_path / "a.usda")
+    assert len(asked) == 2
+
+
+def test_the_worker_allows_for_large_files() -> None:
+    assert trial_worker._MEMORY_PER_BYTE >= 10  # text becomes several times its size
+
+
+def test_a_value_that_cannot_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.usdc"
+    stage = Usd.Stage.CreateNew(str(path))
+    attribute = stage.DefinePrim("/A").CreateAttribute("w", Sdf.ValueTypeNames.FloatArray)
+    rng = np.random.default_rng(0)
+    for code in range(50):
+        attribute.Set(Vt.FloatArray.FromNumpy(rng.random(40, np.float32)), code)
+    stage.Save()
+    del attribute, stage
+    data = bytearray(path.read_bytes())
+    refused = 0
+    for place in range(200, 600, 50):  # where values lie
+        changed = data.copy()
+        changed[-place] ^= 0xFF
+        spoilt = tmp_path / f"{place}.usdc"
+        spoilt.write_bytes(changed)
+        try:
+            open_stage(spoilt)
+        except InputError as error:
+            assert "\n" not in str(error)
+            refused += 1
+    assert refused

@@ -1,0 +1,127 @@
+"""USD files from outside are opened in a process of their own first.
+
+A damaged file may end the process that opens it, or take any memory or time, within USD. So a
+worker with limits of both opens and reads it before this process does. A file that was opened once
+is known by device, inode, size and change time, and so is every layer that it is composed of: it is
+tried again only after a change.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from usdface.errors import InputError
+
+__all__ = ["RefusedError", "try_to_open"]
+
+_TRUSTED = "USDFACE_TRUSTED"  # of the environment: files are opened at once
+_WORKER = Path(__file__).with_name("trial_worker.py")
+_TIMEOUT, _PER_BYTE = 60.0, 1 / 1e6  # s, for a file that waits for something; other limits: there
+_LONGEST = 300  # characters of a worker's word
+_MOST_KNOWN = 4096  # files of the folder that remembers
+
+
+class RefusedError(InputError):
+    """A file that is not to be opened in this process."""
+
+
+def try_to_open(path: Path) -> None:
+    """Open a USD file in a process with limits, unless files are trusted or it is known.
+
+    Raises
+    ------
+    RefusedError
+        If that process ends, or takes too much memory or time, or cannot read a value.
+    """
+    if os.environ.get(_TRUSTED, "0") not in ("", "0"):
+        return
+    python = _python()
+    if python is None:
+        return
+    memory = _memory_of(path)
+    if memory is not None and _known(memory):
+        return
+    answer = _ask(python, path)
+    if refused := answer.get("refused"):
+        raise RefusedError(
+            f"{path} {str(refused)[:_LONGEST]}", str(answer.get("code", "TOO_LARGE"))
+        )
+    if memory is not None:
+        _remember(memory, [str(name) for name in answer.get("files", ())])
+
+
+def _python() -> str | None:
+    """Return a Python to run the worker with; None in a host that has none of its own."""
+    for place in (sys.executable, str(Path(sys.prefix, "bin", "python3"))):
+        if place and Path(place).stem.startswith("python") and Path(place).is_file():
+            return place
+    return None
+
+
+def _ask(python: str, path: Path) -> dict[str, Any]:
+    command = [python, "-P", str(_WORKER), str(path.absolute())]
+    environment = {**os.environ, "PXR_WORK_THREAD_LIMIT": "1"}
+    timeout = _TIMEOUT + _PER_BYTE * path.stat().st_size
+    try:
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=environment,
+            timeout=timeout,
+        )
+    except subprocess.TimeoutExpired:
+        return {"refused": f"does not open within {timeout:.0f} s"}
+    with suppress(ValueError):
+        found = json.loads(done.stdout)
+        if isinstance(found, dict):
+            return found
+    if done.returncode in (-24, -9):  # SIGXCPU
+        return {"refused": "takes too much time to open"}
+    return {"refused": "ends the process that opens it, or takes too much memory; is it damaged?"}
+
+
+def _memory_of(path: Path) -> Path | None:
+    """Return the file that remembers a path; None where there is no place for such."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    folder = Path(home, "usdface", "opened")
+    key = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:32]
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        status = folder.stat()
+        if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
+            return None  # others could put their word in
+    except OSError:
+        return None
+    return folder / f"{key}.json"
+
+
+def _known(memory: Path) -> bool:
+    with suppress(OSError, ValueError, AttributeError):
+        held = json.loads(memory.read_text())
+        return bool(held) and all(_state(name) == state for name, state in held.items())
+    return False
+
+
+def _remember(memory: Path, files: list[str]) -> None:
+    with suppress(OSError):
+        held = {name: _state(name) for name in files}
+        if not held:
+            return
+        known = sorted(memory.parent.iterdir(), key=lambda p: p.stat().st_mtime_ns)
+        for old in known[: max(0, len(known) - _MOST_KNOWN)]:
+            old.unlink(missing_ok=True)
+        half = memory.with_suffix(f".{os.getpid()}")
+        half.write_text(json.dumps(held))
+        half.replace(memory)
+
+
+def _state(name: str) -> list[int]:
+    status = Path(name).stat()
+    return [status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns]
