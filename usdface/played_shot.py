@@ -15,6 +15,7 @@ from usdface.fuzzy.inference import Evaluation, evaluate
 from usdface.rigs import Rig
 from usdface.shot import Shot
 from usdface.takes import WeightsTake
+from usdface.verdict.judge import Verdict
 
 __all__ = ["PlayedShot"]
 
@@ -58,6 +59,7 @@ class PlayedShot:
         How far "left eye", "right eye" and "mouth" are closed by the closure layer.
     start_code : float
         Time code of the first frame on the stage.
+    verdict : Verdict or None
     """
 
     rig: Rig
@@ -78,6 +80,7 @@ class PlayedShot:
     unit: float = 0.0
     closures: Mapping[str, FloatArray] = field(default_factory=dict)
     start_code: float = 0.0
+    verdict: Verdict | None = None
 
     def evaluation(self) -> Evaluation | None:
         """Return the memberships of all conditions of the rules; None without inputs.

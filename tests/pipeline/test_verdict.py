@@ -8,6 +8,9 @@ from processed import digests, shoot
 from worlds import make_world
 
 from usdface.cli import main
+from usdface.io.usd.played_shot import read_played_shot
+from usdface.io.usd.stage import open_stage
+from usdface.page.shot_data import shot_data
 from usdface.verdict import Measured
 
 
@@ -51,6 +54,17 @@ def test_strict_writes_nothing_that_is_not_usable(
     assert main(["process", str(shot), *options]) != 0
     assert "not usable" in capsys.readouterr().err
     assert digests(shot.parent) == before
+
+
+def test_the_verdict_is_in_the_solve_layer_and_on_the_page(shot: Path, spoilt: None) -> None:
+    assert main(["process", str(shot)]) == 0
+    root = shot.with_name("shot.usdface.usda")
+    stage = open_stage(root)
+    played, _ = read_played_shot(stage, str(root))
+    assert played.verdict is not None and played.verdict.level == "not_usable"
+    (reason,) = shot_data(played, played.rig.shape_names, played.rig.meshes)["verdict"]["reasons"]
+    assert reason["message"] == played.verdict.reasons[0].message and "90%" in reason["message"]
+    assert "usdface shot" in reason["remedy"]
 
 
 @pytest.mark.usefixtures("as_users_have_it")

@@ -5,7 +5,7 @@ import pytest
 
 from usdface.errors import ERROR_CODES, SolveError
 from usdface.verdict import CRITERIA, Measured, judge
-from usdface.verdict.judge import refuse_unusable
+from usdface.verdict.judge import Verdict, refuse_unusable, verdict_from
 
 CODES = [criterion.code for criterion in CRITERIA]
 
@@ -65,3 +65,27 @@ def test_only_what_is_not_usable_is_refused() -> None:
     with pytest.raises(SolveError, match="not usable") as caught:
         refuse_unusable(judge(at("PLACES_MISFIT", 0.9)))
     assert caught.value.code == "RESULT_UNUSABLE" and caught.value.code in ERROR_CODES
+
+
+def test_a_verdict_comes_back_from_its_plain_values() -> None:
+    verdict = judge(at("PLACES_MISFIT", 0.5) | at("TAKE_SIZE", 10.0))
+    assert verdict_from(json.loads(json.dumps(verdict.as_dict()))) == verdict
+    assert verdict_from(Verdict("good").as_dict()) == Verdict("good")
+
+
+@pytest.mark.parametrize(
+    "plain",
+    [
+        *(None, 3, "good", [], {}, {"reasons": 3}, {"reasons": [3]}, {"reasons": [{}]}),
+        {"reasons": [{"code": "TAKE_SIZE", "value": "many"}]},
+        {"reasons": [{"code": "TAKE_SIZE", "value": 10, "frames": [1e999]}]},
+        {"reasons": [{"code": "TAKE_SIZE", "value": 10, "markers": 3}]},
+    ],
+)
+def test_what_is_no_verdict_is_none(plain: object) -> None:
+    assert verdict_from(plain) is None
+
+
+def test_a_code_that_is_not_known_is_no_reason() -> None:
+    plain = {"reasons": [{"code": "__class__", "value": 1e9}]}
+    assert verdict_from(plain) == Verdict("good")

@@ -18,6 +18,7 @@ from usdface.played_shot import PlayedShot
 from usdface.retarget.head_joint import carrying_joint
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
+from usdface.verdict.judge import Verdict
 
 __all__ = ["carrier_of", "gap_curves", "shot_data"]
 
@@ -65,7 +66,23 @@ def shot_data(
         "gaps": gap_curves(played, face),
         "deviations": [round(played.deviations.get(name, 0.0), 5) for name in shapes],
         "regions": _shape_regions(face, shapes),
+        "verdict": _verdict(played.verdict),
     }
+
+
+def _verdict(verdict: Verdict | None) -> dict[str, Any] | None:
+    """Return a verdict with the text of its reasons."""
+    if verdict is None:
+        return None
+    reasons = [
+        {
+            "message": reason.message,
+            "remedy": reason.criterion.remedy,
+            "frames": list(reason.measured.frames),
+        }
+        for reason in verdict.reasons
+    ]
+    return {"level": verdict.level, "reasons": reasons}
 
 
 def _rate(times: FloatArray) -> float:

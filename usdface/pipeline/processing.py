@@ -121,9 +121,8 @@ def process(
         with progress.step("draw") if picture or faces else nullcontext():
             _draw(solved, reported, picture, faces)
         with progress.step("write"):
-            written = write_layers(
-                path, stage, staged, solved, root, in_place, _deviations(reported)
-            )
+            known = reported.verdict, _deviations(reported)
+            written = write_layers(path, stage, staged, solved, root, in_place, *known)
     written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces))]
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
@@ -170,7 +169,7 @@ def apply(
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved, reported = _retarget(staged, findings, options, progress)
     with progress.step("write"):
-        content = solve_animation(solved, _deviations(reported))
+        content = solve_animation(solved, _deviations(reported), reported.verdict)
         expressed, closed = express_animation(solved), closure_animation(solved)
         if expressed is not None:
             content = replace(

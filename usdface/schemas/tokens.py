@@ -131,6 +131,7 @@ __all__ = [
     "VARIABLE_MEASURE",
     "VARIABLE_RANGE",
     "VARIABLE_ROLE",
+    "VERDICT",
     "WEIGHTS",
 ]
 
@@ -227,6 +228,7 @@ SOLVED_MARKERS: Final = "usdface:solved:markers"
 SOLVED_DISTANCES: Final = "usdface:solved:distances"
 SOLVED_SHAPES: Final = "usdface:solved:shapes"
 SOLVED_DEVIATIONS: Final = "usdface:solved:deviations"
+VERDICT: Final = "usdface:verdict"
 
 # UsdFaceRetarget: parts of the face
 LEFT_SHAPES: Final = "usdface:left:shapes"

@@ -9,11 +9,12 @@ import numpy as np
 from usdface.errors import SolveError
 from usdface.verdict.criteria import CRITERIA, Criterion
 
-__all__ = ["Level", "Measured", "Reason", "Verdict", "judge", "refuse_unusable"]
+__all__ = ["Level", "Measured", "Reason", "Verdict", "judge", "refuse_unusable", "verdict_from"]
 
 Level = Literal["good", "look_at", "not_usable"]
 
 _REASONS = 3
+_KINDS = ("markers", "shapes", "regions", "size")
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,3 +155,26 @@ def refuse_unusable(verdict: Verdict) -> None:
             f"{reason.criterion.remedy}",
             "RESULT_UNUSABLE",
         )
+
+
+def verdict_from(plain: object) -> Verdict | None:
+    """Return the verdict that `Verdict.as_dict` gave, or None if `plain` is none.
+
+    Parameters
+    ----------
+    plain : object
+        Of any content: a file from outside may hold it. The level follows from the values.
+    """
+    try:
+        listed = plain["reasons"]  # type: ignore[index]
+        measured = {str(reason["code"]): _measured(reason) for reason in listed[:_REASONS]}
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return None
+    return judge(measured)
+
+
+def _measured(reason: Mapping[str, Any]) -> Measured:
+    kind = next((kind for kind in _KINDS if kind in reason), "")
+    where = tuple(str(name) for name in reason.get(kind, ()))
+    frames = tuple(int(frame) for frame in reason.get("frames", ()))
+    return Measured(float(reason["value"]), kind, where, frames)

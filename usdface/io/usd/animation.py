@@ -1,5 +1,6 @@
 """The result of a shot authored as overs: weights, head motion, residual, emotions."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -23,6 +24,7 @@ from usdface.retarget.head_joint import matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
 from usdface.shot import ShotResult
+from usdface.verdict.judge import Verdict
 
 __all__ = [
     "OCCLUDED_DISTANCE",
@@ -45,7 +47,7 @@ _RESULTS = (
     *(tokens.RESIDUAL, tokens.HEAD_TRANSFORM, tokens.FEATURE_POINTS, tokens.FIRING),
     *(tokens.CLOSURE_LEFT_EYE, tokens.CLOSURE_RIGHT_EYE, tokens.CLOSURE_MOUTH),
     *(tokens.CLEAN_REPAIRS_MARKERS, tokens.CLEAN_REPAIRS_FRAMES, tokens.CLEAN_REPAIRS_KINDS),
-    *(tokens.SOLVED_MARKERS, tokens.SOLVED_DISTANCES, tokens.SOLVED_SHAPES),
+    *(tokens.SOLVED_MARKERS, tokens.SOLVED_DISTANCES, tokens.SOLVED_SHAPES, tokens.VERDICT),
     *(tokens.SOLVED_DEVIATIONS, tokens.INPUTS, tokens.INPUTS_UNIT),
 )
 
@@ -97,9 +99,14 @@ class Animation:
     closure: Mapping[str, FloatArray] = field(default_factory=dict)
     inputs: Inputs | None = None
     deviations: Mapping[str, float] = field(default_factory=dict)
+    verdict: Verdict | None = None
 
 
-def solve_animation(result: ShotResult, deviations: Mapping[str, float] | None = None) -> Animation:
+def solve_animation(
+    result: ShotResult,
+    deviations: Mapping[str, float] | None = None,
+    verdict: Verdict | None = None,
+) -> Animation:
     """Return the content of the solve layer: weights before the correction."""
     solved = result.solved
     return Animation(
@@ -110,6 +117,7 @@ def solve_animation(result: ShotResult, deviations: Mapping[str, float] | None =
         motion=result.head_motion,
         regions=result.region_residuals,
         deviations=deviations or {},
+        verdict=verdict,
     )
 
 
@@ -213,6 +221,10 @@ def author(
             _author_solution(layer, shot, animation.solution, animation.regions)
         if animation.deviations:
             _author_deviations(layer, shot, animation.deviations)
+        if animation.verdict is not None:
+            said = json.dumps(animation.verdict.as_dict(), ensure_ascii=False)
+            prim = Sdf.CreatePrimInLayer(layer, prims.retarget)
+            _attribute(prim, tokens.VERDICT, Sdf.ValueTypeNames.String, uniform=True).default = said
         if animation.motion is not None and prims.head is not None:
             author_head(
                 layer,

@@ -30,6 +30,7 @@ from usdface.io.usd.stage import (
 )
 from usdface.schemas import write_fallback_types
 from usdface.shot import ShotResult
+from usdface.verdict.judge import Verdict
 
 __all__ = ["layer_paths", "open_shot", "write_layers"]
 
@@ -85,13 +86,15 @@ def write_layers(
     result: ShotResult,
     root: Path | None,
     in_place: bool,
+    verdict: Verdict | None,
     deviations: Mapping[str, float],
 ) -> list[Path]:
     """Write the solve, express and closure layers and the root over them; all of them or none.
 
     A layer of an earlier run that has no successor is removed.
 
-    `deviations` are the standard deviations of the weights of the solved blend shapes, by name.
+    `deviations` are the standard deviations of the weights of the solved blend shapes, by name;
+    they and the verdict are kept in the solve layer.
     With `in_place` the layers are added to the shot's own subLayers instead of a new root;
     that is idempotent.
 
@@ -111,7 +114,7 @@ def write_layers(
     metrics = Metrics(shot.metrics.meters_per_unit, shot.metrics.up_axis, *clock, *span)
     layers: list[tuple[Path, Sdf.Layer]] = []
     contents = (
-        (paths.solve, solve_animation(result, deviations)),
+        (paths.solve, solve_animation(result, deviations, verdict)),
         (paths.express, express_animation(result)),
         (paths.closure, closure_animation(result)),
     )

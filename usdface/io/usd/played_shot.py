@@ -1,5 +1,6 @@
 """Reading a processed shot from its stage: the shot, and what the layers over it hold."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +20,11 @@ from usdface.io.usd.stage import Metrics, metrics_of, to_si
 from usdface.played_shot import PlayedShot
 from usdface.schemas import tokens
 from usdface.takes import WeightsTake
+from usdface.verdict.judge import Verdict, verdict_from
 
 __all__ = ["has_setup", "read_played_shot"]
 
+_LONGEST_VERDICT = 100_000  # characters
 _CLOSURES = {
     "left eye": tokens.CLOSURE_LEFT_EYE,
     "right eye": tokens.CLOSURE_RIGHT_EYE,
@@ -139,7 +142,19 @@ def _with_solution(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) -> Pl
         head=_in_metres(head, staged.metrics),
         deviations={str(n): float(d) for n, d in zip(shapes, deviations, strict=False)},
         closures={name: curve for name, curve in closures.items() if curve.any()},
+        verdict=_verdict(prim),
     )
+
+
+def _verdict(prim: Usd.Prim) -> Verdict | None:
+    """Return the verdict of the result; None where there is none, or nothing that can be read."""
+    said = prim.GetAttribute(tokens.VERDICT).Get()
+    if not said or len(said) > _LONGEST_VERDICT:
+        return None
+    try:
+        return verdict_from(json.loads(said))
+    except (ValueError, RecursionError):
+        return None
 
 
 def _with_expressions(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) -> PlayedShot:
