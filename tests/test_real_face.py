@@ -173,7 +173,8 @@ def test_every_blink_closes_both_eyes_and_the_eye_that_is_held_shut_stays_shut(
         assert len(own) == len(blinks)
         for each, frame in zip(own, blinks, strict=True):
             assert abs(each["peak"] - frame) <= 2 and each["eyes"] == ["left", "right"]
-            assert min(each["weight_after"]) > 0.75 and max(each["gap_mm"]) < 1.1
+            # Contact is what closes an eye; where other shapes narrow it, at a lower weight.
+            assert min(each["weight_after"]) > 0.7 and max(each["gap_mm"]) < 1.1
             assert max(each["weight_before"]) < 0.3
     (held,) = [each for each in eyebrows.report["closings"] if each["kind"] == "held"]
     assert held["eyes"] == ["left"]

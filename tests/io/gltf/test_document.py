@@ -160,8 +160,8 @@ def test_glb_version_and_chunk_sizes(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    for path in (tmp_path / "none.glb", tmp_path):
-        with pytest.raises(InputError, match="cannot be read"):
+    for path, says in ((tmp_path / "none.glb", "cannot be read"), (tmp_path, "no regular file")):
+        with pytest.raises(InputError, match=says):
             load_document(path)
 
 
