@@ -1,18 +1,17 @@
 """Kills at random moments, a few of those of `kills.py`."""
 
-import random
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from attack.kills import Report, kill, make_commands, run_pairs
+
+PROGRAM = Path(__file__).with_name("kills.py")
 
 
 @pytest.mark.slow
-def test_kills(tmp_path: Path) -> None:
-    report, rng = Report(), random.Random(0)
-    commands = make_commands(tmp_path)
-    for k in range(64):
-        kill(commands[k % len(commands)], rng, report)
-    for command in commands:
-        run_pairs(command, report)
-    assert not report.faults
+def test_kills() -> None:
+    # A process of its own: it forks, before which USD must have no threads.
+    options = ["--kills", "64", "--pairs", "6"]
+    ended = subprocess.run([sys.executable, PROGRAM, *options], capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -49,7 +49,7 @@ def lid_signal(
         if solution is None:
             signal[:, column] = weights.weights[:, gaps[eye].closer]
             continue
-        closing = _closing_displacements(face, weights.names[gaps[eye].closer], solution)
+        closing = _closing_displacements(face, gaps[eye], weights.names, solution.markers)
         size = np.linalg.norm(closing, axis=1)
         if size.max(initial=0.0) < _NEAR * gaps[eye].opening:
             continue
@@ -60,13 +60,10 @@ def lid_signal(
     return signal
 
 
-def _closing_displacements(face: BoundFace, closer: str, solution: Solution) -> FloatArray:
-    """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m].
-
-    As the take was solved: the performer's own lids may go another way than the character's.
-    """
-    if solution.model is None:
-        order = [face.markers.index(name) for name in solution.markers]
-        return np.asarray(face.offsets[face.shape_names.index(closer)][order])
-    alone = np.array([[name == closer for name in solution.weights.names]], dtype=np.float64)
-    return np.asarray(solution.model.displacements(alone)).reshape(-1, 3)
+def _closing_displacements(
+    face: BoundFace, gaps: LidGaps, names: tuple[str, ...], markers: tuple[str, ...]
+) -> FloatArray:
+    """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m]."""
+    shape = face.shape_names.index(names[gaps.closer])
+    order = [face.markers.index(name) for name in markers]
+    return np.asarray(face.offsets[shape][order])
