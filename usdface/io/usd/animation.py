@@ -222,9 +222,7 @@ def author(
         if animation.deviations:
             _author_deviations(layer, shot, animation.deviations)
         if animation.verdict is not None:
-            said = json.dumps(animation.verdict.as_dict(), ensure_ascii=False)
-            prim = Sdf.CreatePrimInLayer(layer, prims.retarget)
-            _attribute(prim, tokens.VERDICT, Sdf.ValueTypeNames.String, uniform=True).default = said
+            _author_verdict(layer, shot, animation.verdict)
         if animation.motion is not None and prims.head is not None:
             author_head(
                 layer,
@@ -242,16 +240,20 @@ def author(
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:
-            system = Sdf.CreatePrimInLayer(layer, prims.fuzzy)
-            for name, curve in animation.emotions.items():
-                _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
-                _samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
-            if animation.firing is not None:
-                fired = animation.firing.astype(np.float32)
-                _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
-                _samples(layer, system, tokens.FIRING, codes, map(Vt.FloatArray.FromNumpy, fired))
-            if animation.inputs is not None:
-                _author_inputs(layer, system, animation.inputs, shot)
+            _author_expressions(layer, shot, animation)
+
+
+def _author_expressions(layer: Sdf.Layer, shot: StagedShot, animation: Animation) -> None:
+    system, codes = Sdf.CreatePrimInLayer(layer, shot.prims.fuzzy), shot.codes.tolist()
+    for name, curve in animation.emotions.items():
+        _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
+        _samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
+    if animation.firing is not None:
+        fired = animation.firing.astype(np.float32)
+        _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
+        _samples(layer, system, tokens.FIRING, codes, map(Vt.FloatArray.FromNumpy, fired))
+    if animation.inputs is not None:
+        _author_inputs(layer, system, animation.inputs, shot)
 
 
 def _author_inputs(
@@ -336,6 +338,12 @@ def _author_solution(
     distances = np.where(np.isnan(solution.distances), OCCLUDED_DISTANCE, solution.distances / unit)
     distances = distances.astype(np.float32)
     _samples(layer, prim, tokens.SOLVED_DISTANCES, codes, map(Vt.FloatArray.FromNumpy, distances))
+
+
+def _author_verdict(layer: Sdf.Layer, shot: StagedShot, verdict: Verdict) -> None:
+    prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
+    said = json.dumps(verdict.as_dict(), ensure_ascii=False)
+    _attribute(prim, tokens.VERDICT, Sdf.ValueTypeNames.String, uniform=True).default = said
 
 
 def _author_deviations(layer: Sdf.Layer, shot: StagedShot, deviations: Mapping[str, float]) -> None:
