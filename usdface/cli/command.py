@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from usdface.cli.examples import EXAMPLES
 from usdface.cli.progress import PROGRESS
 from usdface.errors import OutputError
 
@@ -48,6 +49,8 @@ def add_command(
         Files that other options name are read.
     """
     command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
+    command.formatter_class = argparse.RawDescriptionHelpFormatter
+    command.epilog = "\n  ".join(("examples:", *EXAMPLES[command.prog.partition(" ")[2]]))
     command.set_defaults(run=run, writes=("output", *writes))
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
     command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")

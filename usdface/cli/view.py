@@ -15,12 +15,6 @@ __all__ = ["add_bind", "add_view"]
 def add_view(commands: Any, summary: str) -> None:
     """Add `usdface view`."""
     command = add_command(commands, "view", _view, summary)
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = (
-        "examples:\n"
-        "  usdface view shot.usdface.usda -o shot.html\n"
-        "  usdface view head.glb -o head.html --face-only"
-    )
     command.add_argument(
         "source", type=Path, help="result of `usdface process`, or USD or glTF with blend shapes"
     )
@@ -44,12 +38,6 @@ def _view(parsed: argparse.Namespace) -> int:
 def add_bind(commands: Any, summary: str) -> None:
     """Add `usdface bind`."""
     command = add_command(commands, "bind", _bind, summary)
-    command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = (
-        "examples:\n"
-        "  usdface bind rig.usdc --take take.usdc -o bind.html\n"
-        "  usdface bind shot.usda -o bind.html"
-    )
     command.add_argument("source", type=Path, help="rig, as `usdface rig` makes it, or a shot")
     command.add_argument("--take", type=Path, help="USD take, as `usdface take` makes it")
     command.add_argument(

@@ -1,0 +1,70 @@
+"""Two examples for each command, at the end of its help."""
+
+__all__ = ["EXAMPLES"]
+
+EXAMPLES: dict[str, tuple[str, str]] = {
+    "rig": (
+        "usdface rig head.glb -o rig.usdc",
+        "usdface rig obj_folder --neutral rest --meters-per-unit 0.01 -o rig.usdc",
+    ),
+    "take": (
+        "usdface take performance.c3d -o take.usdc",
+        "usdface take markers.csv --units mm -o take.usdc",
+    ),
+    "markers": (
+        "usdface markers rig.usdc -n 24",
+        "usdface markers rig.usdc -n 12 --bind bind.json --figure places.png",
+    ),
+    "shot": (
+        "usdface shot --rig rig.usdc --take take.usdc --bind bind.json -o shot.usda",
+        "usdface shot --rig rig.usdc --take take.usdc --neutral auto --write-bind bind.json "
+        "--bind-figure bind.png -o shot.usda",
+    ),
+    "calibrate": (
+        "usdface calibrate shot.usda -o performer.json",
+        "usdface calibrate range_of_motion.usda --extremes -o performer.json",
+    ),
+    "process": (
+        "usdface process shot.usda --gltf face.glb --sheet faces.png",
+        "usdface process shot.usda --exaggeration brows=1.3 --strict --report report.json",
+    ),
+    "bind": (
+        "usdface bind rig.usdc --take take.usdc -o bind.html",
+        "usdface bind shot.usda -o bind.html",
+    ),
+    "view": (
+        "usdface view shot.usdface.usda -o shot.html",
+        "usdface view head.glb -o head.html --face-only",
+    ),
+    "export": (
+        "usdface export shot.usdface.usda -o face.glb",
+        "usdface export face.usda --clip smile -o face.usdz",
+    ),
+    "import": (
+        "usdface import face.glb -o face.usda",
+        "usdface import avatar.vrm -o avatar.usdc --report report.json",
+    ),
+    "check": (
+        "usdface check face.usda face.glb",
+        "usdface check assets/*.glb --format json --strict",
+    ),
+    "formats": ("usdface formats", "usdface formats --format json"),
+    "fuzzy explain": (
+        "usdface fuzzy explain shot.usda --frame 72",
+        "usdface fuzzy explain shot.usda --time 1.2 --figure why.png",
+    ),
+    "fuzzy neutral": (
+        "usdface fuzzy neutral shot.usda",
+        "usdface fuzzy neutral shot.usda --format json",
+    ),
+    "fuzzy convert": (
+        "usdface fuzzy convert mine.fis -o mine.usda",
+        "usdface fuzzy convert shot.usda -o rules.usda",
+    ),
+    "fuzzy paper": ("usdface fuzzy paper -o paper.fis", "usdface fuzzy paper -o paper.usda"),
+    "fuzzy fit": (
+        "usdface fuzzy fit --shot shot.usda --labels labels.csv -o mine.usda",
+        "usdface fuzzy fit --rig rig.usdc --bind bind.json --expressions poses.json -o mine.usda",
+    ),
+    "bench": ("usdface bench papers", "usdface bench papers --format json"),
+}
