@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear, nnls
+from scipy.optimize import lsq_linear
 
 from usdface.errors import SolveError
 from usdface.retarget import bounded_least_squares as box
@@ -110,7 +110,9 @@ def kkt_error(
         active.append(bounds.rows[bounds.rows @ w[t] >= limits[t] - 1e-9])
         columns = (np.vstack(active) * scale).T
         gradient = (normal @ w[t] - right[t]) * scale
-        error = nnls(columns, -gradient)[1] if columns.size else np.linalg.norm(gradient)
+        # Not nnls, which fails on a singular matrix in SciPy 1.12.
+        found = lsq_linear(columns, -gradient, (0, np.inf), "bvls").x if columns.size else ()
+        error = np.linalg.norm(columns @ found + gradient)
         worst = max(worst, error / (1.0 + np.abs(right[t] * scale).max()))
     return float(outside), worst
 
