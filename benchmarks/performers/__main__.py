@@ -34,7 +34,7 @@ def main() -> None:
     numbers = BUILT_WITH if parsed.built_with else JUDGED_ON
     face = ict(parsed.data)
     names = ", ".join(str(number) for number in numbers)
-    table = Table(title=f"weight RMS error / skin [mm], performers {names}")
+    table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
     for column in ("take", *SOLVERS):
         table.add_column(column, justify="right")
     with tempfile.TemporaryDirectory() as folder:
