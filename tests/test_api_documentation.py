@@ -17,6 +17,12 @@ ROOT = Path(__file__).parents[1]
 FLAGS = doctest.ELLIPSIS | doctest.IGNORE_EXCEPTION_DETAIL | doctest.NORMALIZE_WHITESPACE
 NAMES = pytest.mark.parametrize("name", usdface.__all__)
 
+# Their examples solve the example's take, which takes seconds.
+SOLVE = {
+    *("Explanation", "ShotResult", "apply", "calibrate", "check_neutral", "explain"),
+    *("process", "retarget", "set_up", "view"),
+}
+
 
 @pytest.fixture
 def beside_the_examples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -25,7 +31,10 @@ def beside_the_examples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path
     return tmp_path
 
 
-@NAMES
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[pytest.mark.slow] if n in SOLVE else []) for n in usdface.__all__],
+)
 def test_its_example_runs(name: str, beside_the_examples: Path) -> None:
     public = getattr(usdface, name)
     text = inspect.getdoc(public) or ""

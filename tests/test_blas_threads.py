@@ -166,6 +166,7 @@ def test_what_the_environment_says_goes_first(monkeypatch: pytest.MonkeyPatch) -
     assert [os.environ[name] for name in BLAS_THREADS] == ["3", "1", "1"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not hasattr(os, "sched_setaffinity") or len(os.sched_getaffinity(0)) < 2,
     reason="needs two cores and a system that gives a process less",
