@@ -16,5 +16,8 @@ export function showVerdict(place, verdict, go) {
     ]),
   );
   place.dataset.level = level;
-  place.append(element("strong", { text: level.replaceAll("_", " ") }), ...reasons);
+  // Closed at first: the reasons would hide the face.
+  const count = reasons.length ? ` (${reasons.length})` : "";
+  const summary = element("summary", {}, [element("strong", { text: level.replaceAll("_", " ") + count })]);
+  place.append(reasons.length ? element("details", {}, [summary, ...reasons]) : element("strong", { text: level }));
 }
