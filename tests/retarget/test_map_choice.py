@@ -166,3 +166,13 @@ def test_the_take_of_a_bent_performer_chooses_the_map_that_carries_it() -> None:
     assert choice.name == "similarity" and at_rest_name(face, bent) != "similarity"
     assert share(space) == choice.unexplained["similarity"] < 0.2
     assert min(v for k, v in choice.unexplained.items() if k != "similarity") > 1.2 * share(space)
+
+
+def test_exchanged_sides_are_not_carried_by_a_mirror() -> None:
+    """A field can turn a face inside out and predict resting markers well; no face is a mirror."""
+    rng = np.random.default_rng(4)
+    face = rng.uniform(-0.08, 0.08, size=(40, 3)) * [1.0, 1.0, 0.5]
+    space, choice = choose_map(face, face * [-1.0, 1.0, 1.0], MapOptions())
+    assert min(choice.best.values()) < 0.5 * choice.similarity_error  # a mirror predicts better
+    assert choice.name == "similarity" and not space.coefficients.any()
+    assert np.linalg.det(space.derivative).min() > 0

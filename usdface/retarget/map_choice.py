@@ -94,6 +94,8 @@ def choose_map(
     plain = candidates[0].error
     best: dict[str, float] = {c.settings.kernel: c.error for c in candidates if c.settings}
     space = {c.name: c.fitted(source, target, fixed) for c in candidates}
+    # Where left and right are exchanged the field that predicts best is a mirror: no face is one.
+    candidates = [c for c in candidates if c.settings is None or not _mirrors(space[c.name])]
     shares = {}
     if unexplained_share is not None:
         shares = {c.name: unexplained_share(space[c.name]) for c in candidates}
@@ -105,6 +107,14 @@ def choose_map(
     least = min(c.error for c in candidates)
     chosen = min((c for c in candidates if c.error <= _AS_GOOD * least), key=lambda c: c.freedom)
     return space[chosen.name], MapChoice(chosen.name, chosen.error, plain, best, shares)
+
+
+def _mirrors(space: SpaceMap) -> bool:
+    """Return whether a map in space turns the surroundings of most markers inside out."""
+    derivative = space.derivative
+    if derivative.shape[1] != 3:
+        return False
+    return bool(np.mean(np.linalg.det(derivative) < 0.0) > 0.5)
 
 
 @dataclass(frozen=True, slots=True)
