@@ -54,6 +54,7 @@ def put_overs(
                         _keep(spec, kept, prim.path)
                     spec = spec or Sdf.CreatePrimInLayer(layer, place)
                     findings += _put(prim, spec, stale)
+            # Also after Ctrl-C or a host's cancel: half a result is never left on the stage.
             except BaseException:
                 _restore(places, kept, layer, new)
                 raise
