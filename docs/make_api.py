@@ -8,7 +8,7 @@ import griffe
 import usdface
 
 GROUPS = {
-    "The job": ("process", "apply", "retarget"),
+    "The job": ("process", "apply", "retarget", "correct"),
     "Shots": ("make_shot", "set_up", "assemble_shot", "make_markers", "calibrate"),
     "Files in": ("make_rig", "make_take", "read_rig", "read_take", "read_bind"),
     "Pages": ("view", "make_bind_page"),
@@ -48,6 +48,7 @@ GROUPS = {
         "finish_take",
         "check_size",
     ),
+    "Hooks of other packages": ("Hook", "installed_hooks", "list_plugins"),
     "Errors": (
         "UsdFaceError",
         "InputError",

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from usdface.findings import Finding, finding
     from usdface.formats import ExportTarget, RigReader, TakeReader
     from usdface.fuzzy.system import FuzzySystem
+    from usdface.hooks import Hook
+    from usdface.io.plugins import installed_hooks
     from usdface.io.takes.raw_take import RawTake, check_size, finish_take
     from usdface.options import (
         BindOptions,
@@ -70,6 +72,7 @@ if TYPE_CHECKING:
         fit_fuzzy,
         import_scene,
         list_formats,
+        list_plugins,
         make_bind_page,
         make_markers,
         make_rig,
@@ -86,7 +89,7 @@ if TYPE_CHECKING:
     from usdface.progress import Step
     from usdface.result import Result
     from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
-    from usdface.retarget_shot import retarget
+    from usdface.retarget_shot import correct, retarget
     from usdface.rigs import BlendShape, Mesh, Rig
     from usdface.shot import Shot, ShotResult
     from usdface.shot_assembly import assemble_shot
@@ -111,6 +114,7 @@ __all__ = [
     "Finding",
     "FitOptions",
     "FuzzySystem",
+    "Hook",
     "ImportOptions",
     "InputError",
     "MapOptions",
@@ -146,13 +150,16 @@ __all__ = [
     "check_neutral",
     "check_size",
     "convert_fuzzy",
+    "correct",
     "explain",
     "export_scene",
     "finding",
     "finish_take",
     "fit_fuzzy",
     "import_scene",
+    "installed_hooks",
     "list_formats",
+    "list_plugins",
     "make_bind_page",
     "make_markers",
     "make_rig",
@@ -190,6 +197,8 @@ _HOMES = {
         "TakeReader",
     ),
     "fuzzy.system": ("FuzzySystem",),
+    "hooks": ("Hook",),
+    "io.plugins": ("installed_hooks",),
     "io.takes.raw_take": (
         "RawTake",
         "check_size",
@@ -222,6 +231,7 @@ _HOMES = {
         "fit_fuzzy",
         "import_scene",
         "list_formats",
+        "list_plugins",
         "make_bind_page",
         "make_markers",
         "make_rig",
@@ -245,7 +255,10 @@ _HOMES = {
         "Pin",
         "RetargetSetup",
     ),
-    "retarget_shot": ("retarget",),
+    "retarget_shot": (
+        "correct",
+        "retarget",
+    ),
     "rigs": (
         "BlendShape",
         "Mesh",

@@ -5,7 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
+from usdface.cli.command import (
+    add_asset_root,
+    add_command,
+    add_output,
+    add_skip_hook,
+    report,
+    settings,
+)
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import EXAGGERATION_PARTS, ProcessOptions
@@ -61,6 +68,7 @@ def add_process(commands: Any, summary: str) -> None:
         help="play the solve larger or smaller, 1 = as solved: 1.2, or brows=1.5,eyes=1.3",
     )
     add_asset_root(command)
+    add_skip_hook(command)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
         "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
@@ -83,6 +91,7 @@ def _process(parsed: argparse.Namespace) -> int:
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
             strict=parsed.strict,
+            skip_hooks=parsed.skip_hooks,
             options=options,
             on_progress=step,
         )
@@ -114,11 +123,16 @@ def add_calibrate(commands: Any, summary: str) -> None:
         action="store_true",
         help="the take is a range of motion: each movement goes to its extreme",
     )
+    add_skip_hook(command)
 
 
 def _calibrate(parsed: argparse.Namespace) -> int:
     with progress(parsed) as step:
         result = pipeline.calibrate(
-            parsed.shot, parsed.output, extremes=parsed.extremes, on_progress=step
+            parsed.shot,
+            parsed.output,
+            extremes=parsed.extremes,
+            skip_hooks=parsed.skip_hooks,
+            on_progress=step,
         )
     return report(parsed, result)
