@@ -11,10 +11,12 @@ GROUPS = {
     "The job": ("process", "apply", "retarget", "correct"),
     "Shots": ("make_shot", "set_up", "assemble_shot", "make_markers", "calibrate"),
     "Files in": ("make_rig", "make_take", "read_rig", "read_take", "read_bind"),
+    "Looking at a result": ("peak_frames", "residual_colours"),
     "Pages": ("view", "make_bind_page"),
     "Scenes and checks": ("export_scene", "import_scene", "check"),
     "The expression layer": (
         "explain",
+        "explain_result",
         "check_neutral",
         "fit_fuzzy",
         "convert_fuzzy",

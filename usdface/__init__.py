@@ -27,6 +27,7 @@ import_module("usdface.retarget")
 del globals()["retarget"]
 
 if TYPE_CHECKING:
+    from usdface.correct_shot import correct
     from usdface.errors import (
         Cancelled,
         InputError,
@@ -36,8 +37,9 @@ if TYPE_CHECKING:
         SolveError,
         UsdFaceError,
     )
-    from usdface.explanation import Explanation
+    from usdface.explanation import Explanation, explain_result
     from usdface.expression_system import ExpressionSystem
+    from usdface.figures.peak_frames import peak_frames
     from usdface.findings import Finding, finding
     from usdface.formats import ExportTarget, RigReader, TakeReader
     from usdface.fuzzy.system import FuzzySystem
@@ -89,10 +91,11 @@ if TYPE_CHECKING:
     from usdface.progress import Step
     from usdface.result import Result
     from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
-    from usdface.retarget_shot import correct, retarget
+    from usdface.retarget_shot import retarget
     from usdface.rigs import BlendShape, Mesh, Rig
     from usdface.shot import Shot, ShotResult
     from usdface.shot_assembly import assemble_shot
+    from usdface.skin_colours import residual_colours
     from usdface.takes import MarkerTake, WeightsTake
 
 __version__ = "0.1.0"
@@ -152,6 +155,7 @@ __all__ = [
     "convert_fuzzy",
     "correct",
     "explain",
+    "explain_result",
     "export_scene",
     "finding",
     "finish_take",
@@ -165,10 +169,12 @@ __all__ = [
     "make_rig",
     "make_shot",
     "make_take",
+    "peak_frames",
     "process",
     "read_bind",
     "read_rig",
     "read_take",
+    "residual_colours",
     "retarget",
     "set_up",
     "view",
@@ -176,6 +182,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "correct_shot": ("correct",),
     "errors": (
         "Cancelled",
         "InputError",
@@ -185,8 +192,12 @@ _HOMES = {
         "SolveError",
         "UsdFaceError",
     ),
-    "explanation": ("Explanation",),
+    "explanation": (
+        "Explanation",
+        "explain_result",
+    ),
     "expression_system": ("ExpressionSystem",),
+    "figures.peak_frames": ("peak_frames",),
     "findings": (
         "Finding",
         "finding",
@@ -255,10 +266,7 @@ _HOMES = {
         "Pin",
         "RetargetSetup",
     ),
-    "retarget_shot": (
-        "correct",
-        "retarget",
-    ),
+    "retarget_shot": ("retarget",),
     "rigs": (
         "BlendShape",
         "Mesh",
@@ -269,6 +277,7 @@ _HOMES = {
         "ShotResult",
     ),
     "shot_assembly": ("assemble_shot",),
+    "skin_colours": ("residual_colours",),
     "takes": (
         "MarkerTake",
         "WeightsTake",

@@ -1,6 +1,6 @@
 """The main job on arrays: a shot cleaned, solved and corrected."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,29 +8,24 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.blend_shape_evaluator import with_combinations
-from usdface.closure.closure_layer import Closure, close_eyes_and_lips
-from usdface.correction.expression_layer import Correction, express
-from usdface.correction.feature_extraction import sided_features
-from usdface.correction.gains import Gains
-from usdface.errors import InputError, did_you_mean
+from usdface.correct_shot import correct
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.hooks import Hook, run_hooks
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
-from usdface.retarget.pins import faded_at_pins, with_pins
+from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["correct", "retarget"]
+__all__ = ["retarget"]
 
 
 @one_blas_thread()
@@ -117,105 +112,6 @@ def retarget(
     return replace(corrected, findings=(*findings, *corrected.findings))
 
 
-@one_blas_thread()
-@solve_errors()
-def correct(
-    result: ShotResult,
-    *,
-    gains: Mapping[str, float] | None = None,
-    options: ProcessOptions = ProcessOptions(),
-    hooks: Sequence[Hook] = (),
-    on_progress: OnProgress | Progress | None = None,
-) -> ShotResult:
-    """Correct the solved weights of a shot, again or with other gains: nothing is solved.
-
-    Parameters
-    ----------
-    result : ShotResult
-        An earlier correction in it is replaced.
-    gains : mapping of emotion to float, optional
-        Constant factors on the poses of emotions, in place of the shot's; those not named stay.
-    options : ProcessOptions
-        `express`, `closure` and `trace` have an effect.
-    hooks : sequence of Hook, optional
-    on_progress : callable, optional
-        Called with each `Step`; an exception from it ends the job.
-
-    Returns
-    -------
-    ShotResult
-        With the findings of the correction alone.
-
-    Raises
-    ------
-    InputError
-        If the shot has no such emotion, or a gain is below 0 or no number.
-    PluginError
-        If a hook fails.
-
-    Examples
-    --------
-    >>> result = usdface.process("examples/shot.usda").value
-    >>> without_joy = usdface.correct(result, gains={"joy": 0.0})
-    >>> smile = result.weights.names.index("mouthSmileLeft")
-    >>> bool((without_joy.weights.weights[:, smile] <= result.weights.weights[:, smile]).all())
-    True
-    """
-    progress = Progress.of(on_progress)
-    shot = _with_gains(result.shot, gains or {})
-    result = replace(result, shot=shot, corrected=None, closure=None, trace=None)
-    face = shot.face
-    findings: list[Finding] = []
-    if options.express and (shot.system is None or not shot.expressions):
-        findings.append(finding("EXPRESS_SKIPPED", ""))
-    elif options.express:
-        with progress.step("express"):
-            expressed = _express(face, result, trace=options.trace)
-            findings += expressed.findings
-            weights, new_findings = _after_correction(result, expressed, hooks)
-            findings += new_findings
-            result = replace(result, corrected=weights, trace=expressed.trace)
-    if options.closure:
-        with progress.step("closure"):
-            closure = _close(face, result)
-            findings += closure.findings if closure else ()
-            result = replace(result, closure=closure)
-    return replace(result, findings=tuple(findings))
-
-
-def _after_correction(
-    result: ShotResult, expressed: Correction, hooks: Sequence[Hook]
-) -> tuple[FloatArray, list[Finding]]:
-    """Return corrected weights with pins, combinations and hooks."""
-    shot, solved = result.shot, result.solved
-    pinned = faded_at_pins(
-        shot.setup.pins, solved.names, solved.times, solved.weights, expressed.weights
-    )
-    combined = with_combinations(shot.mesh, solved.names, pinned)
-    corrected = replace(solved, weights=combined)
-    corrected, findings = run_hooks(hooks, "weights_corrected", corrected, shot)
-    return corrected.weights, findings
-
-
-def _with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
-    """Return the shot with other gains of some emotions."""
-    if not gains:
-        return shot
-    emotions = [expression.name for expression in shot.expressions]
-    for name in gains:
-        if name not in emotions:
-            raise InputError(
-                f"there is no emotion {name!r}{did_you_mean(name, emotions)}; the shot has "
-                f"{', '.join(emotions) or 'none'}",
-                "SETTING_WRONG",
-            )
-    present = shot.gains
-    if present is None:
-        present = Gains.constant(shot.system.gain if shot.system else 1.0, shot.expressions)
-    changed = {name: np.array([float(gain)]) for name, gain in gains.items()}
-    return replace(shot, gains=replace(present, emotions={**present.emotions, **changed}))
-
-
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
     """Return the shot with the options of this run."""
     setup, exaggeration = shot.setup, shot.factors.with_constant(options.exaggeration)
@@ -245,45 +141,6 @@ def _region_residuals(
         lambda: region_residuals(face, solution.markers, solution.distances),
         {},
     )
-
-
-def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
-    shot = result.shot
-    assert shot.system is not None
-    features = sided_features(
-        shot.system,
-        face,
-        shot.take,
-        weights=result.solved,
-        solution=result.solution,
-        sides=face.layout.sides,
-    )
-    return express(
-        shot.system,
-        features,
-        face,
-        names=result.solved.names,
-        weights=result.solved.weights,
-        expressions=shot.expressions,
-        gains=shot.gains,
-        times=shot.take.times,
-        trace=trace,
-    )
-
-
-def _close(face: BoundFace, result: ShotResult) -> Closure | None:
-    closure = close_eyes_and_lips(
-        face,
-        result.solved,
-        result.weights.weights,
-        solution=result.solution,
-        pins=result.shot.setup.pins,
-        options=result.shot.setup.closure,
-    )
-    if closure is None:
-        return None
-    complete = with_combinations(face.mesh, result.solved.names, closure.weights)
-    return replace(closure, weights=complete)
 
 
 def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:

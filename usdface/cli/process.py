@@ -67,6 +67,12 @@ def add_process(commands: Any, summary: str) -> None:
         metavar="FACTORS",
         help="play the solve larger or smaller, 1 = as solved: 1.2, or brows=1.5,eyes=1.3",
     )
+    command.add_argument(
+        "--gains",
+        default="",
+        metavar="FACTORS",
+        help="show emotions more or less, 1 = as designed: joy=0.5,anger=0",
+    )
     add_asset_root(command)
     add_skip_hook(command)
     result = command.add_mutually_exclusive_group()
@@ -80,7 +86,11 @@ def add_process(commands: Any, summary: str) -> None:
 
 def _process(parsed: argparse.Namespace) -> int:
     given = settings(parsed, ProcessOptions)
-    options = ProcessOptions(**given | {"exaggeration": _factors(parsed.exaggeration)})
+    factors = {
+        "exaggeration": _factors("exaggeration", parsed.exaggeration, EXAGGERATION_PARTS[0]),
+        "gains": _factors("gains", parsed.gains),
+    }
+    options = ProcessOptions(**given | factors)
     with progress(parsed) as step:
         result = pipeline.process(
             parsed.shot,
@@ -98,18 +108,18 @@ def _process(parsed: argparse.Namespace) -> int:
     return report(parsed, result)
 
 
-def _factors(text: str) -> dict[str, float]:
-    """Return the factors of a list such as 1.2,brows=1.5; without a region, that of the face."""
+def _factors(option: str, text: str, otherwise: str = "") -> dict[str, float]:
+    """Return the factors of a list such as 1.2,brows=1.5; a number alone is that of `otherwise`."""
     factors = {}
     for word in text.split(",") if text else ():
         part, _, number = word.rpartition("=")
         try:
-            factors[part or EXAGGERATION_PARTS[0]] = float(number)
+            if not (part or otherwise):
+                raise ValueError(word)
+            factors[part or otherwise] = float(number)
         except ValueError as error:
-            raise InputError(
-                f"--exaggeration {word}: expected a number, or a region and a number: brows=1.5",
-                "SETTING_WRONG",
-            ) from error
+            expected = "a number, or a region and a number: brows=1.5" if otherwise else "joy=0.5"
+            raise InputError(f"--{option} {word}: expected {expected}", "SETTING_WRONG") from error
     return factors
 
 

@@ -5,8 +5,12 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
+from usdface.correct_shot import correct
+from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
@@ -27,7 +31,7 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.retarget_shot import retarget
-from usdface.shot import ShotResult
+from usdface.shot import Shot, ShotResult
 from usdface.shot_report import report_of
 from usdface.verdict.judge import refuse_unusable
 
@@ -46,6 +50,7 @@ def process(
     asset_root: StrPath | None = None,
     strict: bool = False,
     skip_hooks: Sequence[str] = (),
+    solved: ShotResult | None = None,
     options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[ShotResult]:
@@ -71,6 +76,8 @@ def process(
         Refuse a result whose verdict is "not usable": write nothing.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
+    solved : ShotResult, optional
+        Of an earlier run of the same shot: it is corrected again, and not solved again.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
@@ -116,7 +123,9 @@ def process(
         new_root = None if in_place else ours.root
         check_outputs([new_root, *ours.layers, glb, picture, faces], read)
         staged, findings = read_shot(stage, str(path), folder)
-    solved, reported = _retarget(staged, skipped + findings, options, hooks, progress)
+    solved, reported = _retarget(
+        staged, skipped + findings, options, hooks, progress, earlier=solved
+    )
     if strict and reported.verdict is not None:
         refuse_unusable(reported.verdict)
     with all_or_none():
@@ -138,6 +147,7 @@ def apply(
     stage: Stage,
     *,
     skip_hooks: Sequence[str] = (),
+    solved: ShotResult | None = None,
     options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[ShotResult]:
@@ -152,6 +162,8 @@ def apply(
         With a setup, as `make_shot` or `set_up` authors it.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
+    solved : ShotResult, optional
+        Of an earlier run of the same shot: it is corrected again, and not solved again.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is authored.
@@ -177,7 +189,9 @@ def apply(
     with progress.step("read"):
         hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
-    solved, reported = _retarget(staged, skipped + findings, options, hooks, progress)
+    solved, reported = _retarget(
+        staged, skipped + findings, options, hooks, progress, earlier=solved
+    )
     with progress.step("write"):
         content = solve_animation(solved, _deviations(reported), reported.verdict)
         expressed, closed = express_animation(solved), closure_animation(solved)
@@ -201,9 +215,14 @@ def _retarget(
     options: ProcessOptions,
     hooks: Sequence[Hook],
     progress: Progress,
+    earlier: ShotResult | None,
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
-    solved = retarget(staged.shot, options=options, hooks=hooks, on_progress=progress)
+    if earlier is None:
+        solved = retarget(staged.shot, options=options, hooks=hooks, on_progress=progress)
+    else:
+        again = _earlier(staged.shot, earlier)
+        solved = correct(again, options=options, hooks=hooks, on_progress=progress)
     with progress.step("report"):
         report = report_of(solved)
     summary = dict(report.summary)
@@ -212,6 +231,22 @@ def _retarget(
     details = report.details | hook_report(hooks)
     found = (*findings, *solved.findings, *report.findings)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
+
+
+def _earlier(shot: Shot, earlier: ShotResult) -> ShotResult:
+    """Return an earlier result with the expressions, rules and gains of the shot as it is now.
+
+    Raises
+    ------
+    InputError
+        If it is the result of another shot.
+    """
+    own = np.array_equal(shot.take.times, earlier.shot.take.times)
+    if not own or shot.rig.shape_names != earlier.shot.rig.shape_names:
+        raise InputError(
+            "the earlier result has another take or rig than this shot; process it without"
+        )
+    return replace(earlier, shot=replace(shot, take=earlier.shot.take))
 
 
 def _draw(

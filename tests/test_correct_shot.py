@@ -4,14 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from processed import shoot
+from processed import run, shoot
 from pxr import Usd
 from worlds import make_world
 
+from usdface.cli import main
+from usdface.correct_shot import correct
 from usdface.errors import InputError
 from usdface.options import ProcessOptions
-from usdface.pipeline import process
-from usdface.retarget_shot import correct
+from usdface.pipeline import apply, process
 from usdface.shot import ShotResult
 
 
@@ -42,7 +43,7 @@ def test_a_gain_is_that_of_the_prim(shot: Path, result: ShotResult, tmp_path: Pa
         text = text.replace(f"@./{name}@", f"@{shot.parent / name}@")
     other.write_text(text.replace("@rig.usda@", f"@{shot.parent / 'rig.usda'}@"))
     authored = process(other).value
-    given = correct(result, gains={"joy": 0.3, "surprise": 0.0})
+    given = correct(result, options=ProcessOptions(gains={"joy": 0.3, "surprise": 0.0}))
     np.testing.assert_allclose(given.weights.weights, authored.weights.weights, atol=1e-7)
     assert np.abs(given.weights.weights - result.weights.weights).max() > 0.05
 
@@ -55,6 +56,34 @@ def test_without_the_layers_it_is_the_solve(result: ShotResult) -> None:
 
 def test_an_unknown_emotion_or_gain_is_one_line(result: ShotResult) -> None:
     with pytest.raises(InputError, match="did you mean joy"):
-        correct(result, gains={"jy": 1.0})
-    with pytest.raises(InputError, match="expected 0 or more"):
-        correct(result, gains={"joy": -1.0})
+        correct(result, options=ProcessOptions(gains={"jy": 1.0}))
+    with pytest.raises(InputError, match="gain of joy"):
+        ProcessOptions(gains={"joy": -1.0})
+
+
+def test_process_corrects_an_earlier_result_again(shot: Path, result: ShotResult) -> None:
+    """The layers hold what the command with these gains writes, byte for byte."""
+    softer = ProcessOptions(gains={"joy": 0.3})
+    again = process(shot, options=softer, solved=result)
+    layers = [path.read_bytes() for path in again.written]
+    assert "solve" not in again.seconds
+    run("process", shot, "--gains", "joy=0.3")
+    assert [path.read_bytes() for path in again.written] == layers
+    assert again.value.weights.weights.max() < result.weights.weights.max() + 1e-9
+    stage = Usd.Stage.Open(str(shot))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    applied = apply(stage, options=softer, solved=result)
+    np.testing.assert_array_equal(applied.value.weights.weights, again.value.weights.weights)
+
+
+def test_the_result_of_another_shot_is_refused(result: ShotResult, tmp_path: Path) -> None:
+    other = shoot(make_world(rate=24.0).write(tmp_path))
+    with pytest.raises(InputError, match="another take or rig"):
+        process(other, solved=result)
+
+
+def test_gains_on_the_command_line_name_an_emotion(
+    shot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["process", str(shot), "--gains", "0.5"]) == 1
+    assert "--gains 0.5: expected joy=0.5" in capsys.readouterr().err
