@@ -24,7 +24,7 @@ def process(usdview: Any) -> None:
 def toggle_expressions(usdview: Any) -> None:
     """Mute or unmute the expression layer."""
     dock = _dock(usdview)
-    dock.expressions.setChecked(not dock.expressions.isChecked())
+    dock.panel.expressions.setChecked(not dock.panel.expressions.isChecked())
 
 
 def save(usdview: Any) -> None:

@@ -66,6 +66,7 @@ class Curves(QtWidgets.QWidget):  # type: ignore[misc]
             painter.drawPolyline(self._points(self._residual, low + 4.0, self.height() - 4.0, most))
             painter.drawText(6, int(low) + 14, f"residual, top = {most:.1f} mm")
         if self.frames:
+            painter.setRenderHint(QtGui.QPainter.Antialiasing, False)
             painter.setPen(QtGui.QPen(_HEAD, 1.0))
             x = round(self._x(self.frame))
             painter.drawLine(x, 0, x, self.height())
