@@ -160,6 +160,7 @@ class Usdview:
         self.said: list[str] = []
         field = QtWidgets.QLineEdit(self.qMainWindow)
         field.setObjectName("frameField")
+        field.hide()
         field.editingFinished.connect(lambda: self.set_frame(float(field.text())))
 
     def set_frame(self, code: float) -> None:

@@ -54,8 +54,7 @@ def process(held: _Held | None, request: dict[str, Any], announce: Callable[...,
         "summary": result.summary,
     }
     if not again:
-        frames = usdface.peak_frames(value)
-        answer["frames"] = [[frame, why] for frame, why in frames.items()]
+        answer["frames"] = _worst_first(usdface.peak_frames(value))
     return _Held(shot, value, again.solved if again else value), answer
 
 
@@ -78,6 +77,17 @@ def colours(held: _Held | None, request: dict[str, Any], announce: Callable[...,
 
 
 _JOBS = {"process": process, "explain": explain, "colours": colours}
+
+
+def _worst_first(frames: dict[int, str]) -> list[list[Any]]:
+    """Return frames with the reasons to look at them: residuals, corrections, then the others."""
+    first = ("residual", "correction")
+
+    def rank(frame: int) -> int:
+        reasons = frames[frame].split(", ")
+        return next((i for i, reason in enumerate(first) if reason in reasons), len(first))
+
+    return [[frame, frames[frame]] for frame in sorted(frames, key=lambda f: (rank(f), f))]
 
 
 def _verdict(result: usdface.Result) -> dict[str, Any] | None:
