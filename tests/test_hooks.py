@@ -320,6 +320,16 @@ def test_a_plug_in_that_would_not_load_says_why(install: Install) -> None:
     run("plugins")
 
 
+@pytest.mark.parametrize("host", ["usdview", "maya"])
+def test_plug_ins_for_hosts_are_listed_with_their_reasons(install: Install, host: str) -> None:
+    folder = Path(__file__).parents[1] / "plugins" / host
+    project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
+    install(project["name"].replace("-", "_"), "", project["entry-points"])
+    (row,) = list_plugins().details["plugins"]
+    assert (row["kind"], row["host"], row["loads"]) == ("host", host, False)
+    assert "this Python has no" in row["why_not"]
+
+
 @pytest.mark.slow
 def test_the_example_is_installed_by_pip(tmp_path: Path) -> None:
     """Into a folder of its own, with its metadata from its pyproject.toml."""
