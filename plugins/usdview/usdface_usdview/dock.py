@@ -21,7 +21,7 @@ _POLL, _SETTLE = 50, 150  # ms: how often the frame is looked at; rest before th
 _WORDS = {"good": "good", "look_at": "look at", "not_usable": "not usable"}
 
 
-class Dock(QtWidgets.QDockWidget):  # type: ignore[misc]
+class Dock(QtWidgets.QDockWidget):
     """The dock of usdface in usdview.
 
     Parameters

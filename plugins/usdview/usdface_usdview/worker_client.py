@@ -14,7 +14,7 @@ __all__ = ["WorkerClient"]
 Answer = Callable[[Any], object]
 
 
-class WorkerClient(QtCore.QObject):  # type: ignore[misc]
+class WorkerClient(QtCore.QObject):
     """A worker process, started with the first request and again after it was ended.
 
     Signals
