@@ -77,12 +77,14 @@ if TYPE_CHECKING:
         make_take,
         process,
         read_bind,
+        read_result,
         read_rig,
         read_take,
         set_up,
         view,
         write_paper_system,
     )
+    from usdface.played_shot import PlayedShot
     from usdface.progress import Step
     from usdface.result import Result
     from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
@@ -120,6 +122,7 @@ __all__ = [
     "OutputError",
     "PerformerFace",
     "Pin",
+    "PlayedShot",
     "PluginError",
     "ProcessOptions",
     "RawTake",
@@ -160,6 +163,7 @@ __all__ = [
     "make_take",
     "process",
     "read_bind",
+    "read_result",
     "read_rig",
     "read_take",
     "retarget",
@@ -229,6 +233,7 @@ _HOMES = {
         "make_take",
         "process",
         "read_bind",
+        "read_result",
         "read_rig",
         "read_take",
         "set_up",
@@ -236,6 +241,7 @@ _HOMES = {
         "write_paper_system",
     ),
     "performer_face": ("PerformerFace",),
+    "played_shot": ("PlayedShot",),
     "progress": ("Step",),
     "result": ("Result",),
     "retarget_setup": (
