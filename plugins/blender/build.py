@@ -38,8 +38,15 @@ def main() -> None:
         if parsed.output:
             write_zip(parsed.output, wheels, parsed.platform)
         else:
-            pip("install", "--no-deps", "--upgrade", "--target", str(parsed.target),
-                *only(blender, host["platforms"][parsed.platform]), *map(str, wheels))
+            pip(
+                "install",
+                "--no-deps",
+                "--upgrade",
+                "--target",
+                str(parsed.target),
+                *only(blender, host["platforms"][parsed.platform]),
+                *map(str, wheels),
+            )
     print(f"wrote {parsed.output or parsed.target}: {len(wheels)} packages")
 
 
@@ -51,8 +58,19 @@ def get_wheels(folder: Path, blender: dict, platforms: list[str]) -> list[Path]:
     pins = folder / "pins.txt"
     pins.write_text("\n".join(blender["pins"]))
     chosen = only(blender, platforms)
-    pip("install", "--dry-run", "--ignore-installed", "--report", str(plan), "--target",
-        str(folder / "none"), "-c", str(pins), *chosen, str(own))  # fmt: skip
+    pip(
+        "install",
+        "--dry-run",
+        "--ignore-installed",
+        "--report",
+        str(plan),
+        "--target",
+        str(folder / "none"),
+        "-c",
+        str(pins),
+        *chosen,
+        str(own),
+    )
     needed = [
         f"{item['metadata']['name']}=={item['metadata']['version']}"
         for item in json.loads(plan.read_text())["install"]

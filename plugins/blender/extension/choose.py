@@ -59,7 +59,9 @@ class USDFACE_OT_neutral_here(bpy.types.Operator):
         if frame < 0:
             self.report({"ERROR"}, f"the take begins at frame {settings.first_frame}")
             return {"CANCELLED"}
-        first, last = (settings.neutral_start, settings.neutral_end) if self.extend else (frame,) * 2
+        first, last = (
+            (settings.neutral_start, settings.neutral_end) if self.extend else (frame,) * 2
+        )
         settings.neutral_start = min(frame, first) if first >= 0 else frame
         settings.neutral_end = max(frame, last)
         return {"FINISHED"}

@@ -106,7 +106,9 @@ class USDFACE_PT_result(_Sidebar, bpy.types.Panel):
             return
         frame = scene.frame_current_final
         column = layout.column(align=True)
-        shown = [f"{n} {v:.2f}" for n, v in last_result.emotions_at(scene, frame).items() if v > 0.02]
+        shown = [
+            f"{n} {v:.2f}" for n, v in last_result.emotions_at(scene, frame).items() if v > 0.02
+        ]
         column.label(text=", ".join(shown) or "no emotion at this frame")
         for strength, text in last_result.rules_at(scene, frame):
             _text(column, f"{strength:.2f}  {text}")

@@ -58,7 +58,7 @@ class Surface:
         self._tree.balance()
 
     def nearest(self, world: Vector) -> tuple[int, float]:
-        """Return the vertex nearest to a place of the scene, and how far off, by the face's size."""
+        """Return the vertex nearest to a place of the scene; how far off, by the face's size."""
         _, vertex, distance = self._tree.find(self.mesh.matrix_world.inverted() @ world)
         return vertex, distance / self.size
 
@@ -170,6 +170,7 @@ class USDFACE_OT_snap_markers(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Snap the empties of the panel's collection."""
+        context.view_layer.update()
         try:
             surface = Surface(bound_mesh(context.scene))
         except FaceError as error:
@@ -214,6 +215,7 @@ class USDFACE_OT_mirror_markers(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Mirror in the plane x = 0 of the mesh."""
+        context.view_layer.update()
         try:
             surface = Surface(bound_mesh(context.scene))
         except FaceError as error:

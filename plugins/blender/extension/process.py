@@ -163,6 +163,7 @@ class _Job:
         if RUNNING:
             self.report({"ERROR"}, "usdface is at work already; wait, or cancel it")
             return False
+        context.view_layer.update()  # a script may have moved markers just now
         try:
             commands = self.prepare(context)
         except FaceError as error:

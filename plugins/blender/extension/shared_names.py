@@ -37,9 +37,7 @@ def _animation(skeleton: Usd.Prim | None) -> UsdSkel.Animation | None:
     return UsdSkel.Animation(source) if source else None
 
 
-def _share(
-    animation: UsdSkel.Animation | None, bindings: list[UsdSkel.BindingAPI]
-) -> list[str]:
+def _share(animation: UsdSkel.Animation | None, bindings: list[UsdSkel.BindingAPI]) -> list[str]:
     columns, codes = _columns(animation)
     still = (0.0,) * len(codes)
     own: dict[str, tuple[float, ...]] = {}  # column of each own name

@@ -58,8 +58,9 @@ class StageTake:
             for each in _with_parents(prim)
             for code in UsdGeom.Xformable(each).GetTimeSamples()
         }
-        self.codes = sorted(c for c in sampled if not stage.HasAuthoredTimeCodeRange()
-                            or first <= c <= last)
+        self.codes = sorted(
+            c for c in sampled if not stage.HasAuthoredTimeCodeRange() or first <= c <= last
+        )
         if len(self.codes) < _LEAST:
             raise FaceError(
                 "the marker empties have no animation in the frames of the scene; "

@@ -33,13 +33,15 @@ class USDFACE_UH_shot(bpy.types.USDHook):
         if INTERNAL["exporting"] or not (scene.usdface.export_setup and is_set_up(scene)):
             return True
         stage = context.get_stage()
+        subject = "the export has no set-up for usdface"
         try:
             with _all_or_nothing(stage):
                 author(scene, stage)
             if scene.usdface.export_process:
+                subject = "the exported shot has its set-up, but was not processed"
                 _process(scene, stage)
         except Exception as error:  # whatever it is, the export goes on
-            _fail(scene, "the export has no set-up for usdface", error)
+            _fail(scene, subject, error)
         return True
 
     @staticmethod
@@ -198,16 +200,27 @@ def _import(scene: bpy.types.Scene, context) -> None:
     scene.render.fps = max(1, round(rate))
     scene.render.fps_base = scene.render.fps / rate
     settings.first_frame = round(stage.GetStartTimeCode())
-    for own in own_prims(stage):
-        for name, item in objects.items():
-            if name == str(own) or name.startswith(f"{own}/"):
-                bpy.data.objects.remove(item)
+    _remove(objects, {str(path) for path in own_prims(stage)})
     if len(setups) > 1:
         say(scene, "warning", f"the shot has {len(setups)} set-ups; {setups[0].GetPath()} is kept")
     if is_processed(setups[0]) and mesh is not None:
         from .playback import play_imported
 
         play_imported(scene, path)
+
+
+def _remove(objects: dict[str, bpy.types.Object], own: set[str]) -> None:
+    """Remove the objects of our prims: empties of settings, and the take's point cloud.
+
+    Blender makes one object of a transform and the only prim below it.
+    """
+    for name, item in sorted(objects.items(), key=lambda pair: -len(pair[0])):
+        ours = any(name == o or name.startswith(f"{o}/") for o in own)
+        holds = [o for o in own if o.startswith(f"{name}/")]
+        merged = item.type == "POINTCLOUD" and len(holds) == 1
+        emptied = item.type == "EMPTY" and holds and not item.children
+        if ours or merged or emptied:
+            bpy.data.objects.remove(item)
 
 
 def _objects(prim_map: dict) -> dict[str, bpy.types.Object]:
@@ -243,5 +256,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Remove it."""
-    bpy.utils.unregister_class(USDFACE_UH_shot)
+    """Remove it, unless it was removed at Blender's end."""
+    if getattr(USDFACE_UH_shot, "is_registered", False):
+        bpy.utils.unregister_class(USDFACE_UH_shot)

@@ -50,9 +50,8 @@ def is_processed(retarget: Usd.Prim) -> bool:
 
 
 def own_prims(stage: Usd.Stage) -> list[Sdf.Path]:
-    """Return the prims of usdface on a stage, the outermost of each."""
-    paths = [p.GetPath() for p in stage.Traverse() if p.GetTypeName().startswith("UsdFace")]
-    return [path for path in paths if not any(path != o and path.HasPrefix(o) for o in paths)]
+    """Return the prims of usdface on a stage."""
+    return [p.GetPath() for p in stage.Traverse() if p.GetTypeName().startswith("UsdFace")]
 
 
 def bound_mesh_path(retarget: Usd.Prim) -> Sdf.Path | None:
@@ -156,7 +155,9 @@ def _scale_codes(layer: Sdf.Layer, ratio: float) -> None:
     layer.Traverse(layer.pseudoRoot.path, paths.append)
     for path in paths:
         if path.IsPropertyPath():
-            samples = [(c, layer.QueryTimeSample(path, c)) for c in layer.ListTimeSamplesForPath(path)]
+            samples = [
+                (c, layer.QueryTimeSample(path, c)) for c in layer.ListTimeSamplesForPath(path)
+            ]
             for code, _ in samples:
                 layer.EraseTimeSample(path, code)
             for code, value in samples:

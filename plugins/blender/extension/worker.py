@@ -125,7 +125,8 @@ class Worker:
             try:
                 said = json.loads(line)
                 self.step = f"{self._label}: {said['step']}"
-                self.progress = (len(self.answers) + (said["fraction"] or 0.0)) / self._count
+                done = (len(self.answers) + (said["fraction"] or 0.0)) / self._count
+                self.progress = max(self.progress, done)  # a step may begin again
             except (ValueError, KeyError, TypeError):
                 self._other.append(line.strip())
 
@@ -150,9 +151,11 @@ class Worker:
         if isinstance(answer, dict) and "error" in answer:
             return answer["error"]["message"]
         if status < 0:
-            return f"the process of {self._label} was ended from outside (signal {-status})"
+            return f"`usdface {self._label}` was ended from outside (signal {-status})"
         told = [line.removeprefix("usdface: ") for line in self._other if line]
-        return (told[-1] if told else f"{self._label} ended with status {status}")[:_LONGEST]
+        return (told[-1] if told else f"`usdface {self._label}` ended with status {status}")[
+            :_LONGEST
+        ]
 
 
 def python() -> str:
