@@ -138,6 +138,10 @@ CODES: dict[str, tuple[Severity, str]] = {
         "info",
         "skin weights that did not add up to 1 were brought to it, as glTF programs do",
     ),
+    "POINTS_TO_SHAPES": (
+        "info",
+        "points that change over time became blend shapes",
+    ),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "joint scales are stored as 16-bit floats in UsdSkel"),
     "ANIMATION_DROPPED": ("warning", "an animation was left out"),

@@ -245,10 +245,9 @@ def _seeds(place: Path) -> Iterator[Seed]:
     from usdface.io.takes.files import read_take
 
     take = (("take", "FILE", *_OUT),)
-    for name, share in (("take.c3d", 400), ("wide.csv", 300), ("long.csv", 300),
-                        ("take.trc", 300), ("take.bvh", 400), ("livelink.csv", 300)):  # fmt: skip
+    for name in ("take.c3d", "wide.csv", "long.csv", "take.trc", "take.bvh", "livelink.csv"):
         kind = "binary" if name.endswith("c3d") else "text"
-        yield Seed(name, place / name, kind, (read_take,), take, share)
+        yield Seed(name, place / name, kind, (read_take,), take, 1500)
     yield Seed("clip.usda", place / "clip.usda", "text", (read_take,), take, 60)
     yield Seed("clip.usdc", place / "clip.usdc", "binary", (read_take,), take, 60)
     scene = (("rig", "FILE", *_OUT), ("export", "FILE", *_GLB), ("check", "FILE"))
@@ -258,36 +257,36 @@ def _seeds(place: Path) -> Iterator[Seed]:
         yield Seed(name, place / name, "binary", usd, scene, 60)
     scene = (("rig", "FILE", *_OUT), ("import", "FILE", *_OUT), ("check", "FILE"))
     gltf = (read_rig_file, check_file, read_gltf)
-    yield Seed("small.gltf", place / "small.gltf", "json", gltf, scene, 100)
-    yield Seed("small.glb", place / "small.glb", "glb", gltf, scene, 100)
+    yield Seed("small.gltf", place / "small.gltf", "json", gltf, scene, 400)
+    yield Seed("small.glb", place / "small.glb", "glb", gltf, scene, 400)
     folder = (("rig", "FOLDER", *_OUT),)
     for name in ("jawOpen.obj", "combinations.json"):
         kind = "json" if name.endswith("n") else "text"
-        yield Seed(name, place / name, kind, (_read_folder,), folder, 100)
+        yield Seed(name, place / name, kind, (_read_folder,), folder, 400)
     shot = tuple(f"--{n}={place / n}.usda" for n in ("rig", "take"))
     shot = ("shot", *shot, *_OUT)
     bound = (*shot, f"--bind={place / 'bind.json'}")
     yield Seed(
-        "bind.json", place / "bind.json", "json", (read_bind,), ((*shot, "--bind", "FILE"),), 300
+        "bind.json", place / "bind.json", "json", (read_bind,), ((*shot, "--bind", "FILE"),), 1200
     )
     for option, reader in (
         ("expressions", read_expressions_file),
         ("calibration", read_calibration_file),
     ):
         file = place / f"{option}.json"
-        yield Seed(file.name, file, "json", (reader,), ((*bound, f"--{option}", "FILE"),), 400)
+        yield Seed(file.name, file, "json", (reader,), ((*bound, f"--{option}", "FILE"),), 1200)
     for name in ("labels.csv", "labels.json"):
         kind = "json" if name.endswith("n") else "text"
-        yield Seed(name, place / name, kind, (read_labels,), (), 400)
+        yield Seed(name, place / name, kind, (read_labels,), (), 1000)
     process = (("process", "FILE", *_OUT),)
     yield Seed("shot.usda", place / "shot.usda", "text", (_read_shot,), process, 40)
     for name in ("mamdani", "default"):
-        for suffix, share in ((".fis", 200), (".fcl", 200), (".fll", 200), (".usda", 40)):
+        for suffix, share in ((".fis", 1200), (".fcl", 1200), (".fll", 1200), (".usda", 40)):
             file = place / f"{name}{suffix}"
             convert = ("fuzzy", "convert", "FILE", "-o", "OUT/x.fll")
             yield Seed(file.name, file, "text", (read_fuzzy_file,), (convert,), share)
     for suffix in (".png", ".tif", ".exr", ".webp"):
-        yield Seed(f"image{suffix}", place / f"image{suffix}", "binary", (_read_image,), (), 100)
+        yield Seed(f"image{suffix}", place / f"image{suffix}", "binary", (_read_image,), (), 400)
 
 
 def _read_scene(path: Path) -> Any:

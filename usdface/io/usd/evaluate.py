@@ -12,6 +12,7 @@ from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.shown_meshes import shown_meshes
 from usdface.io.usd.stage import metrics_of, to_si
+from usdface.io.usd.vertex_cache import points_move
 
 __all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
 
@@ -78,6 +79,11 @@ class UsdMesh:
     _bound: _Bound | None
     _deformer: UsdBlendShapes
     _si: FloatArray
+
+    @property
+    def points_move(self) -> bool:
+        """Whether its points change over time."""
+        return points_move(self._mesh)
 
     def weights_at(self, codes: FloatArray) -> FloatArray:
         """Return the weights (F, S) of the shapes at time codes (F,)."""
@@ -283,6 +289,8 @@ def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
             xform = UsdGeom.Xformable(prim)
             if xform and xform.TransformMightBeTimeVarying():
                 keys |= {*xform.GetTimeSamples()}
+            if (mesh := UsdGeom.Mesh(prim)) and points_move(mesh):
+                keys |= {*mesh.GetPointsAttr().GetTimeSamples()}
         for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
             if query:

@@ -19,9 +19,17 @@ from usdface.io.usd.shown_meshes import report_unconverted, shown_meshes
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
+from usdface.io.usd.vertex_cache import points_move
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
-__all__ = ["read_rig", "rig_of_stage", "skel_roots", "skeleton_of_meshes", "staged_skeletons"]
+__all__ = [
+    "read_rig",
+    "rig_of_stage",
+    "skel_roots",
+    "skeleton_of_meshes",
+    "spaces_of_meshes",
+    "staged_skeletons",
+]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
@@ -48,7 +56,11 @@ def read_rig(path: Path, asset_root: Path | None = None) -> tuple[Rig, list[Find
 
 
 def rig_of_stage(
-    stage: Usd.Stage, root: str = "", joints: bool = False, asset_root: Path | None = None
+    stage: Usd.Stage,
+    root: str = "",
+    joints: bool = False,
+    asset_root: Path | None = None,
+    caches: bool = False,
 ) -> tuple[Rig, list[Finding]]:
     """Return all meshes under the SkelRoots of an open stage as one rig.
 
@@ -66,6 +78,9 @@ def rig_of_stage(
         Keep a skeleton that nothing moves yet.
     asset_root : Path, optional
         A folder that textures may come from beside those of their layers.
+    caches : bool
+        The caller reads points that change over time (`usdface.io.usd.vertex_cache`); else that
+        they stay as at the first time is a finding.
 
     Raises
     ------
@@ -78,7 +93,12 @@ def rig_of_stage(
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
     with usd_errors(_source(stage)):
-        return _rig(stage, root, joints, asset_root)
+        rig, findings = _rig(stage, root, joints, asset_root)
+    for mesh in () if caches else rig.meshes:
+        if points_move(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))):
+            message = "its points change over time; they stay as at the first"
+            findings.append(finding("ANIMATION_DROPPED", mesh.path, message))
+    return rig, findings
 
 
 def _source(stage: Usd.Stage) -> str:
@@ -195,6 +215,19 @@ def skeleton_of_meshes(stage: Usd.Stage) -> dict[str, Sdf.Path]:
     """Return the skeleton that each mesh is bound to, by the mesh's path."""
     bound, _ = _bindings(skel_roots(stage))
     return {str(path): binding.skeleton.GetPath() for path, binding in bound.items()}
+
+
+def spaces_of_meshes(stage: Usd.Stage) -> dict[str, FloatArray]:
+    """Return the transform (4, 4) from the points of each mesh to rig space, by its path."""
+    roots = skel_roots(stage)
+    bound, _ = _bindings(roots)
+    si, xforms = to_si(metrics_of(stage)), UsdGeom.XformCache(_START)
+    return {
+        str(prim.GetPath()): _bind_space(prim, bound.get(prim.GetPath()), xforms) @ si
+        for root in roots
+        for prim in Usd.PrimRange(root, _ALL)
+        if prim.IsA(UsdGeom.Mesh)
+    }
 
 
 def _read_skeletons(
