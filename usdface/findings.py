@@ -68,7 +68,8 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TARGETS_UNEQUAL": ("error", "primitives of a mesh differ in their number of morph targets"),
     "MESH_OUTSIDE": (
         "warning",
-        "a mesh is outside of every SkelRoot and is left out; move it below one",
+        "a mesh is outside of every SkelRoot: it is kept, without its blend shapes, which UsdSkel "
+        "does not move there",
     ),
     "TOPOLOGY_DIFFERS": ("error", "faces and points do not belong together"),
     "NORMALS_MISSING": ("info", "normals are missing or do not follow a shape; shading may differ"),

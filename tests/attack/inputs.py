@@ -79,6 +79,7 @@ class Verdicts:
     counts: Counter[tuple[str, str, str, str]] = field(default_factory=Counter)
     faults: list[tuple[str, int, str]] = field(default_factory=list)
     rounds: int = 0
+    seeds: list[str] = field(default_factory=list)  # done in this round
 
     def add(self, name: str, number: int, way: str, kind: str, verdict: str) -> None:
         word = verdict.split(":")[0]
@@ -97,7 +98,8 @@ class Verdicts:
             return cls()
         held = json.loads(file.read_text())
         counts = Counter({tuple(key): number for *key, number in held["counts"]})
-        return cls(counts, [tuple(fault) for fault in held["faults"]], held["rounds"])
+        faults = [tuple(fault) for fault in held["faults"]]
+        return cls(counts, faults, held["rounds"], held.get("seeds", []))
 
     def save(self, file: Path | None) -> None:
         if file is None:
@@ -105,7 +107,15 @@ class Verdicts:
         counts = [[*key, number] for key, number in sorted(self.counts.items())]
         half = file.with_suffix(".half")
         half.write_text(
-            json.dumps({"rounds": self.rounds, "counts": counts, "faults": self.faults}, indent=0)
+            json.dumps(
+                {
+                    "rounds": self.rounds,
+                    "seeds": self.seeds,
+                    "counts": counts,
+                    "faults": self.faults,
+                },
+                indent=0,
+            )
         )
         half.replace(file)
 
@@ -405,11 +415,12 @@ def main() -> int:
             seeds = []
         check_seeds(seeds, folder)
         while seeds and verdicts.total < given.inputs and time.monotonic() - begin < given.seconds:
-            for seed in seeds:
+            for seed in (seed for seed in seeds if seed.name not in verdicts.seeds):
                 first = verdicts.rounds * seed.share
                 attack(seed, range(first, first + seed.share), folder, verdicts)
-            verdicts.rounds += 1
-            verdicts.save(given.state)
+                verdicts.seeds.append(seed.name)
+                verdicts.save(given.state)
+            verdicts.rounds, verdicts.seeds = verdicts.rounds + 1, []
     finally:
         shutil.rmtree(place, ignore_errors=True)
     print_table(verdicts)

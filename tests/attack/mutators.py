@@ -174,9 +174,9 @@ def _tree(data: bytes, rng: random.Random) -> bytes:
     """Change one place of a JSON document: another value, another place's, none, or one more."""
     try:
         document = json.loads(data)
-    except (ValueError, RecursionError):
+    except (ValueError, RecursionError):  # no JSON any more
         return _token(data, rng)
-    places = list(_places_of(document))
+    places = list(_places_of(document)) if isinstance(document, dict | list) else []
     if not places:
         return _token(data, rng)
     holder, key = rng.choice(places)
