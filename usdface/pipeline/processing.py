@@ -7,6 +7,7 @@ from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
+from usdface.face.head_size import report_size
 from usdface.findings import Finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
@@ -195,7 +196,7 @@ def _retarget(
     summary = dict(report.summary)
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
-    found = (*findings, *solved.findings, *report.findings)
+    found = (*findings, *report_size(staged.shot.rig), *solved.findings, *report.findings)
     return solved, Result(solved, (), found, summary, report.details, verdict=report.verdict)
 
 
