@@ -67,7 +67,7 @@ def _seams(mesh: Mesh, edges: IntArray) -> IntArray:
     # Lips that touch at rest have two open edges, too, but part.
     one, other = (mesh.offsets_at(pairs[:, k]) for k in (0, 1))
     apart = np.linalg.norm(one - other, axis=2).max(axis=0, initial=0.0)
-    return pairs[apart <= _TOGETHER]
+    return np.asarray(pairs[apart <= _TOGETHER])
 
 
 def _distinct(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:
