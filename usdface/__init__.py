@@ -82,12 +82,14 @@ if TYPE_CHECKING:
         make_take,
         process,
         read_bind,
+        read_result,
         read_rig,
         read_take,
         set_up,
         view,
         write_paper_system,
     )
+    from usdface.played_shot import PlayedShot
     from usdface.progress import Step
     from usdface.result import Result
     from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
@@ -127,6 +129,7 @@ __all__ = [
     "OutputError",
     "PerformerFace",
     "Pin",
+    "PlayedShot",
     "PluginError",
     "ProcessOptions",
     "RawTake",
@@ -172,6 +175,7 @@ __all__ = [
     "peak_frames",
     "process",
     "read_bind",
+    "read_result",
     "read_rig",
     "read_take",
     "residual_colours",
@@ -250,6 +254,7 @@ _HOMES = {
         "make_take",
         "process",
         "read_bind",
+        "read_result",
         "read_rig",
         "read_take",
         "set_up",
@@ -257,6 +262,7 @@ _HOMES = {
         "write_paper_system",
     ),
     "performer_face": ("PerformerFace",),
+    "played_shot": ("PlayedShot",),
     "progress": ("Step",),
     "result": ("Result",),
     "retarget_setup": (

@@ -4,12 +4,12 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.signal import find_peaks
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import regions_of
+from usdface.local_maxima import local_maxima
 from usdface.rigs import Mesh
 from usdface.shot import ShotResult
 
@@ -121,8 +121,8 @@ def _highest(curve: FloatArray, times: FloatArray, count: int, least: float) -> 
     """Return the highest local maxima of a curve over time."""
     apart = max(1, round(_APART / float(np.median(np.diff(times)))))
     padded = np.concatenate([[-np.inf], curve, [-np.inf]])
-    peaks, _ = find_peaks(padded, height=least, distance=apart)
-    return np.asarray((peaks - 1)[np.argsort(-curve[peaks - 1], kind="stable")[:count]])
+    peaks = local_maxima(padded, least, apart) - 1
+    return np.asarray(peaks[np.argsort(-curve[peaks], kind="stable")[:count]])
 
 
 def _rest(raw: FloatArray) -> Iterator[tuple[int, str]]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.markers import make_markers
     from usdface.pipeline.plugins import list_plugins
     from usdface.pipeline.processing import apply, process
-    from usdface.pipeline.reading import read_bind, read_rig, read_take
+    from usdface.pipeline.reading import read_bind, read_result, read_rig, read_take
     from usdface.pipeline.rig import make_rig
     from usdface.pipeline.scenes import export_scene, import_scene
     from usdface.pipeline.setting_up import set_up
@@ -53,6 +53,7 @@ __all__ = [
     "make_take",
     "process",
     "read_bind",
+    "read_result",
     "read_rig",
     "read_take",
     "set_up",
@@ -82,6 +83,7 @@ _HOMES = {
     ),
     "reading": (
         "read_bind",
+        "read_result",
         "read_rig",
         "read_take",
     ),

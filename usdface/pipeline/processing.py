@@ -11,6 +11,7 @@ from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
 from usdface.correct_shot import correct
 from usdface.errors import InputError
+from usdface.face.head_size import report_size
 from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
@@ -229,7 +230,7 @@ def _retarget(
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
     details = report.details | hook_report(hooks)
-    found = (*findings, *solved.findings, *report.findings)
+    found = (*findings, *report_size(staged.shot.rig), *solved.findings, *report.findings)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
 
 
