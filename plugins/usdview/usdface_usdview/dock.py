@@ -128,8 +128,7 @@ class Dock(QtWidgets.QDockWidget):
         self._result = said
         if self._preview is None:
             self._preview = Preview(self._usdview.stage, self._draw)
-        self._preview.show(said["written"][1:])
-        self._preview.mute(self.panel.muted())
+        self._preview.show(said["written"][1:], self.panel.muted())
         self._codes = self._preview.frames
         if not again:
             self.panel.set_gains(said["gains"])
@@ -257,7 +256,8 @@ class Dock(QtWidgets.QDockWidget):
 
     def _draw(self) -> None:
         self._usdview.UpdateViewport()
-        QtWidgets.QApplication.processEvents(QtCore.QEventLoop.ExcludeUserInputEvents)
+        with self.worker.held():
+            QtWidgets.QApplication.processEvents(QtCore.QEventLoop.ExcludeUserInputEvents)
 
     def _timer(self, interval: int, function: Any, once: bool = False) -> Any:
         timer = QtCore.QTimer(self)
