@@ -14,13 +14,7 @@ MODULE = "bl_ext.user_default.usdface"
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 SIZE = (520, 620)
 FRAME = 73  # joy
-COLOURS = {
-    "head": (0.80, 0.60, 0.50, 1),
-    "hair": (0.16, 0.10, 0.07, 1),
-    "brow": (0.16, 0.10, 0.07, 1),
-    "tongue": (0.60, 0.25, 0.25, 1),
-    "marker": (0.10, 0.55, 0.95, 1),
-}
+MARKER = (0.10, 0.55, 0.95, 1)
 
 
 def main(folder: Path) -> None:
@@ -59,13 +53,14 @@ def light() -> None:
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.view_settings.view_transform = "Standard"
     scene.display.shading.light = "STUDIO"
-    scene.display.shading.color_type = "OBJECT"
+    scene.display.shading.color_type = "MATERIAL"
     scene.display.shading.background_type = "VIEWPORT"
     scene.display.shading.background_color = (0.05, 0.05, 0.06)
     scene.render.film_transparent = True
-    for item in bpy.data.objects:
-        colour = next((c for name, c in COLOURS.items() if item.name.startswith(name)), None)
-        item.color = colour or (0.9, 0.9, 0.88, 1)
+    for material in bpy.data.materials:  # Workbench knows one colour, not nodes
+        for node in material.node_tree.nodes if material.node_tree else ():
+            if node.type == "BSDF_PRINCIPLED":
+                material.diffuse_color = node.inputs["Base Color"].default_value
     head = bpy.data.objects["head"]
     corners = [head.matrix_world @ v.co for v in head.data.vertices]
     middle = [(min(c[i] for c in corners) + max(c[i] for c in corners)) / 2 for i in range(3)]
@@ -83,12 +78,14 @@ def marker_spheres(empties: list) -> list:
     """Make spheres where markers are: empties are drawn in the viewport, not in renders."""
     bpy.ops.mesh.primitive_uv_sphere_add(radius=0.0022)
     first = bpy.context.object
+    blue = bpy.data.materials.new("marker")
+    blue.diffuse_color = MARKER
+    first.data.materials.append(blue)
     made = [first]
     for empty in empties:
         sphere = bpy.data.objects.new("marker sphere", first.data)
         bpy.context.scene.collection.objects.link(sphere)
         sphere.location = empty.matrix_world.translation
-        sphere.color = COLOURS["marker"]
         made.append(sphere)
     first.hide_render = True
     return made

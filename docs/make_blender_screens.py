@@ -24,7 +24,7 @@ INSTALL = (
 )
 STYLE = """
 body { margin: 0; background: #303030; color: #ddd; font: 12px sans-serif; display: flex; }
-figure { margin: 0; background: radial-gradient(#4a4a4a, #333); position: relative; }
+figure { margin: 0; background: #3a3a3a; position: relative; min-height: 100vh; }
 figure img { display: block; }
 figcaption { position: absolute; top: 10px; left: 12px; }
 aside { width: 300px; padding: 6px; background: #282828; }
@@ -32,6 +32,7 @@ section { background: #303030; border-radius: 4px; margin-bottom: 5px; padding: 
 h1 { font: 12px sans-serif; margin: 0 0 5px; }
 .column { display: flex; flex-direction: column; gap: 3px; }
 .row { display: flex; gap: 3px; } .row > * { flex: 1; }
+.icon { flex: 0 0 14px !important; }
 .button { background: #545454; border-radius: 3px; padding: 3px 6px; text-align: center; }
 .field, .number { background: #1d1d1d; border-radius: 3px; padding: 3px 6px; display: flex;
   justify-content: space-between; gap: 8px; white-space: nowrap; overflow: hidden; }
@@ -60,7 +61,7 @@ def main() -> None:
             "blender_result.png": (
                 [("raw", "influence 0: raw"), ("expressive", "influence 1: expressive")],
                 panels["after"],
-                (1350, 900),
+                (1350, 1230),
             ),
         }
         with open_browser(executable) as browser:
@@ -98,7 +99,8 @@ def drawn(item: dict) -> str:
         return f'<div class="{kind}">{"".join(map(drawn, item["items"]))}</div>'
     text = {key: html.escape(str(value)) for key, value in item.items()}
     if "button" in item:
-        return f'<div class="button">{text["button"] or "&#8226;"}</div>'
+        kind = "button" if text["button"] else "button icon"
+        return f'<div class="{kind}">{text["button"] or "&#8226;"}</div>'
     if "tab" in item:
         return f'<div class="button {"on" if item["on"] else ""}">{text["tab"]}</div>'
     if "check" in item:
