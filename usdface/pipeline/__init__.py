@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper_system
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
     from usdface.pipeline.markers import make_markers
+    from usdface.pipeline.plugins import list_plugins
     from usdface.pipeline.processing import apply, process
     from usdface.pipeline.reading import read_bind, read_result, read_rig, read_take
     from usdface.pipeline.rig import make_rig
@@ -44,6 +45,7 @@ __all__ = [
     "fit_fuzzy",
     "import_scene",
     "list_formats",
+    "list_plugins",
     "make_bind_page",
     "make_markers",
     "make_rig",
@@ -74,6 +76,7 @@ _HOMES = {
     ),
     "fuzzy_fit": ("fit_fuzzy",),
     "markers": ("make_markers",),
+    "plugins": ("list_plugins",),
     "processing": (
         "apply",
         "process",
