@@ -24,7 +24,8 @@ INSTALL = (
 )
 STYLE = """
 body { margin: 0; background: #303030; color: #ddd; font: 12px sans-serif; display: flex; }
-figure { margin: 0; background: #3a3a3a; position: relative; min-height: 100vh; }
+figure { margin: 0; background: #3a3a3a; position: relative; flex: 1; }
+main { display: flex; flex-direction: column; }
 figure img { display: block; }
 figcaption { position: absolute; top: 10px; left: 12px; }
 aside { width: 300px; padding: 6px; background: #282828; }
@@ -61,7 +62,7 @@ def main() -> None:
             "blender_result.png": (
                 [("raw", "influence 0: raw"), ("expressive", "influence 1: expressive")],
                 panels["after"],
-                (1350, 1230),
+                (820, 1240),
             ),
         }
         with open_browser(executable) as browser:
@@ -88,7 +89,7 @@ def document(folder: Path, renders: list[tuple[str, str]], panels: list[dict]) -
     return (
         f'<!doctype html><meta charset="utf-8"><style>{STYLE}</style>'
         '<title>usdface</title><body data-ready="true">'
-        f"{figures}<aside>{sections}</aside>"
+        f"<main>{figures}</main><aside>{sections}</aside>"
     )
 
 
