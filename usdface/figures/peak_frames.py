@@ -45,7 +45,24 @@ def sheet_frames(result: ShotResult, count: int) -> dict[int, str]:
 
 
 def peak_frames(result: ShotResult) -> dict[int, str]:
-    """Return all frames to look at in order, each with its reason."""
+    """Return all frames to look at in order, each with its reason.
+
+    Parameters
+    ----------
+    result : ShotResult
+
+    Returns
+    -------
+    dict of int to str
+        Frame index to reasons: ``"rest"``, ``"correction"``, ``"blink"``, ``"residual"``, a region
+        that moves farthest there, ``"held"``.
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda").value
+    >>> "residual" in ", ".join(usdface.peak_frames(result).values())
+    True
+    """
     found: dict[int, str] = {}
     for frame, reason in _candidates(result):
         _add(found, frame, reason, result.solved.times)
