@@ -127,9 +127,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.retarget.pose_and_weights", "_ROUNDS _SETTLED_SHARE", SOLVED),
         *rows("usdface.retarget.map_choice", "_AS_GOOD", SOLVED),
         *rows("usdface.retarget.confidence", "_MANY", SOLVED),
-        *rows(
-            "usdface.retarget.neutral_weights", "_ERROR _LASTING_ERROR _STRONG _SEEN", RESTED
-        ),
+        *rows("usdface.retarget.neutral_weights", "_ERROR _LASTING_ERROR _STRONG _SEEN", RESTED),
         *rows("usdface.retarget.neutral_weights", "_SPARSITY _REST_SPREAD _LARGEST", RESTED),
         *rows("usdface.retarget.neutral_weights", "_FEWEST_FRAMES _FEWEST_MARKERS", RESTED),
         *rows("usdface.retarget.neutral_weights", "_NEUTRAL _LEAST _SURE", RESTED),
