@@ -13,7 +13,7 @@ from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding, finding
+from usdface.findings import Finding, finding, timed
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
@@ -100,7 +100,7 @@ def retarget(
             region_residuals=regions,
         )
     if options.express and (shot.system is None or not shot.expressions):
-        findings.append(finding("EXPRESS_SKIPPED", ""))
+        findings.append(finding("EXPRESS_SKIPPED", "", missing="system"))
     elif options.express:
         with progress.step("express"):
             expressed = _express(face, weights, result, trace=options.trace)
@@ -116,7 +116,7 @@ def retarget(
             closure = _close(face, result)
             findings += closure.findings if closure else ()
             result = replace(result, closure=closure)
-    return replace(result, findings=tuple(findings))
+    return replace(result, findings=timed(findings, take.times.tolist()))
 
 
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
