@@ -192,7 +192,7 @@ def test_a_marker_may_play_several_roles(shot, tmp_path):
 
 
 def test_a_shot_of_a_doubtful_system_says_so(shot, tmp_path, capsys):
-    system = write(tmp_path / "a.fll", *DOUBTS["RULES_CONTRADICT"][0])
+    system = write(tmp_path / "a.fll", *DOUBTS["RULES_CONTRADICT"])
     out = tmp_path / "shot.usda"
     assert main(shot_command(shot.parent, out, "--fuzzy", system, "--format", "json")) == 0
     codes = [f["code"] for f in json.loads(capsys.readouterr().out)["findings"]]
