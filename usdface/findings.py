@@ -115,6 +115,9 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "a format of another package cannot be loaded",
     ),
     "PLUGIN_CONFLICT": ("warning", "correct_packages", "two packages claim files of one kind"),
+    # hooks of other packages
+    "HOOK_APPLIED": ("info", "nothing", "a hook of another package changed the data"),
+    "HOOK_SKIPPED": ("info", "nothing", "a hook of another package was left out"),
     # rigs
     "SHAPE_EMPTY": ("info", "nothing", "a blend shape moves no point"),
     "SHAPE_SKIPPED": (
@@ -168,7 +171,8 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "MESH_OUTSIDE": (
         "warning",
         "correct_stage",
-        "a mesh is outside of every SkelRoot and is left out; move it below one",
+        "a mesh is outside of every SkelRoot: it is kept, without its blend shapes, which UsdSkel "
+        "does not move there",
     ),
     "TOPOLOGY_DIFFERS": ("error", "export_again", "faces and points do not belong together"),
     "NORMALS_MISSING": (
@@ -293,6 +297,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "info",
         "nothing",
         "skin weights that did not add up to 1 were brought to it, as glTF programs do",
+    ),
+    "POINTS_TO_SHAPES": (
+        "info",
+        "nothing",
+        "points that change over time became blend shapes",
     ),
     "CURVE_RESAMPLED": ("info", "nothing", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "nothing", "joint scales are stored as 16-bit floats in UsdSkel"),
