@@ -27,6 +27,7 @@ import_module("usdface.retarget")
 del globals()["retarget"]
 
 if TYPE_CHECKING:
+    from usdface.correct_shot import correct
     from usdface.errors import (
         Cancelled,
         InputError,
@@ -36,11 +37,14 @@ if TYPE_CHECKING:
         SolveError,
         UsdFaceError,
     )
-    from usdface.explanation import Explanation
+    from usdface.explanation import Explanation, explain_result
     from usdface.expression_system import ExpressionSystem
+    from usdface.figures.peak_frames import peak_frames
     from usdface.findings import Finding, finding
     from usdface.formats import ExportTarget, RigReader, TakeReader
     from usdface.fuzzy.system import FuzzySystem
+    from usdface.hooks import Hook
+    from usdface.io.plugins import installed_hooks
     from usdface.io.takes.raw_take import RawTake, check_size, finish_take
     from usdface.options import (
         BindOptions,
@@ -70,6 +74,7 @@ if TYPE_CHECKING:
         fit_fuzzy,
         import_scene,
         list_formats,
+        list_plugins,
         make_bind_page,
         make_markers,
         make_rig,
@@ -77,12 +82,14 @@ if TYPE_CHECKING:
         make_take,
         process,
         read_bind,
+        read_result,
         read_rig,
         read_take,
         set_up,
         view,
         write_paper_system,
     )
+    from usdface.played_shot import PlayedShot
     from usdface.progress import Step
     from usdface.result import Result
     from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
@@ -90,6 +97,7 @@ if TYPE_CHECKING:
     from usdface.rigs import BlendShape, Mesh, Rig
     from usdface.shot import Shot, ShotResult
     from usdface.shot_assembly import assemble_shot
+    from usdface.skin_colours import residual_colours
     from usdface.takes import MarkerTake, WeightsTake
 
 __version__ = "0.1.0"
@@ -111,6 +119,7 @@ __all__ = [
     "Finding",
     "FitOptions",
     "FuzzySystem",
+    "Hook",
     "ImportOptions",
     "InputError",
     "MapOptions",
@@ -120,6 +129,7 @@ __all__ = [
     "OutputError",
     "PerformerFace",
     "Pin",
+    "PlayedShot",
     "PluginError",
     "ProcessOptions",
     "RawTake",
@@ -146,22 +156,29 @@ __all__ = [
     "check_neutral",
     "check_size",
     "convert_fuzzy",
+    "correct",
     "explain",
+    "explain_result",
     "export_scene",
     "finding",
     "finish_take",
     "fit_fuzzy",
     "import_scene",
+    "installed_hooks",
     "list_formats",
+    "list_plugins",
     "make_bind_page",
     "make_markers",
     "make_rig",
     "make_shot",
     "make_take",
+    "peak_frames",
     "process",
     "read_bind",
+    "read_result",
     "read_rig",
     "read_take",
+    "residual_colours",
     "retarget",
     "set_up",
     "view",
@@ -169,6 +186,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "correct_shot": ("correct",),
     "errors": (
         "Cancelled",
         "InputError",
@@ -178,8 +196,12 @@ _HOMES = {
         "SolveError",
         "UsdFaceError",
     ),
-    "explanation": ("Explanation",),
+    "explanation": (
+        "Explanation",
+        "explain_result",
+    ),
     "expression_system": ("ExpressionSystem",),
+    "figures.peak_frames": ("peak_frames",),
     "findings": (
         "Finding",
         "finding",
@@ -190,6 +212,8 @@ _HOMES = {
         "TakeReader",
     ),
     "fuzzy.system": ("FuzzySystem",),
+    "hooks": ("Hook",),
+    "io.plugins": ("installed_hooks",),
     "io.takes.raw_take": (
         "RawTake",
         "check_size",
@@ -222,6 +246,7 @@ _HOMES = {
         "fit_fuzzy",
         "import_scene",
         "list_formats",
+        "list_plugins",
         "make_bind_page",
         "make_markers",
         "make_rig",
@@ -229,6 +254,7 @@ _HOMES = {
         "make_take",
         "process",
         "read_bind",
+        "read_result",
         "read_rig",
         "read_take",
         "set_up",
@@ -236,6 +262,7 @@ _HOMES = {
         "write_paper_system",
     ),
     "performer_face": ("PerformerFace",),
+    "played_shot": ("PlayedShot",),
     "progress": ("Step",),
     "result": ("Result",),
     "retarget_setup": (
@@ -256,6 +283,7 @@ _HOMES = {
         "ShotResult",
     ),
     "shot_assembly": ("assemble_shot",),
+    "skin_colours": ("residual_colours",),
     "takes": (
         "MarkerTake",
         "WeightsTake",

@@ -46,6 +46,9 @@ CODES: dict[str, tuple[Severity, str]] = {
     # formats of other packages
     "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
     "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
+    # hooks of other packages
+    "HOOK_APPLIED": ("info", "a hook of another package changed the data"),
+    "HOOK_SKIPPED": ("info", "a hook of another package was left out"),
     # rigs
     "SHAPE_EMPTY": ("info", "a blend shape moves no point"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),

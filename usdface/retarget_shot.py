@@ -1,5 +1,6 @@
 """The main job on arrays: a shot cleaned, solved and corrected."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -7,19 +8,17 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.blend_shape_evaluator import with_combinations
-from usdface.closure.closure_layer import Closure, close_eyes_and_lips
-from usdface.correction.expression_layer import Correction, express
-from usdface.correction.feature_extraction import sided_features
+from usdface.correct_shot import correct
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.hooks import Hook, run_hooks
 from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
-from usdface.retarget.pins import faded_at_pins, with_pins
+from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
@@ -35,6 +34,7 @@ def retarget(
     shot: Shot,
     *,
     options: ProcessOptions = ProcessOptions(),
+    hooks: Sequence[Hook] = (),
     on_progress: OnProgress | Progress | None = None,
 ) -> ShotResult:
     """Clean a shot's markers, solve its weights and correct them: no file, no stage.
@@ -44,6 +44,8 @@ def retarget(
     shot : Shot
     options : ProcessOptions
         Overrides of the shot's settings for this run.
+    hooks : sequence of Hook, optional
+        Functions between the steps; `installed_hooks` returns those of installed packages.
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job.
 
@@ -57,6 +59,8 @@ def retarget(
         If setup, take and rig do not belong together.
     SolveError
         If the markers do not determine a solution.
+    PluginError
+        If a hook fails.
 
     Examples
     --------
@@ -73,14 +77,18 @@ def retarget(
     """
     progress = Progress.of(on_progress)
     shot = _with_overrides(shot, options)
-    with progress.step("clean"):
-        take, cleaned, findings = clean(shot.take, shot.setup)
-        shot = replace(shot, take=take)
+    take, findings = run_hooks(hooks, "take_read", shot.take, shot)
+    shot = replace(shot, take=take)
     face = shot.face
+    with progress.step("clean"):
+        take, cleaned, new_findings = clean(shot.take, shot.setup)
+        shot = replace(shot, take=take)
+    findings += new_findings
     with progress.step("solve"):
         weights, solution, new_findings = solve(
             take, face, shot.setup, cleaned=cleaned, progress=progress
         )
+        findings += new_findings
         weights = exaggerated(
             weights,
             shot.factors,
@@ -89,6 +97,7 @@ def retarget(
             pins=shot.setup.pins,
             limits=shot.setup.solve.limits,
         )
+        weights, new_findings = run_hooks(hooks, "weights_solved", weights, shot)
         regions, failed = _region_residuals(face, solution)
         findings += new_findings + failed
         result = ShotResult(
@@ -99,24 +108,8 @@ def retarget(
             repairs=cleaned.repairs if cleaned else (),
             region_residuals=regions,
         )
-    if options.express and (shot.system is None or not shot.expressions):
-        findings.append(finding("EXPRESS_SKIPPED", ""))
-    elif options.express:
-        with progress.step("express"):
-            expressed = _express(face, weights, result, trace=options.trace)
-            findings += expressed.findings
-            solved = result.solved
-            corrected = faded_at_pins(
-                shot.setup.pins, solved.names, take.times, solved.weights, expressed.weights
-            )
-            corrected = with_combinations(shot.mesh, solved.names, corrected)
-            result = replace(result, corrected=corrected, trace=expressed.trace)
-    if options.closure:
-        with progress.step("closure"):
-            closure = _close(face, result)
-            findings += closure.findings if closure else ()
-            result = replace(result, closure=closure)
-    return replace(result, findings=tuple(findings))
+    corrected = correct(result, options=options, hooks=hooks, on_progress=progress)
+    return replace(corrected, findings=(*findings, *corrected.findings))
 
 
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
@@ -148,47 +141,6 @@ def _region_residuals(
         lambda: region_residuals(face, solution.markers, solution.distances),
         {},
     )
-
-
-def _express(
-    face: BoundFace, weights: WeightsTake, result: ShotResult, *, trace: bool
-) -> Correction:
-    shot = result.shot
-    assert shot.system is not None
-    features = sided_features(
-        shot.system,
-        face,
-        shot.take,
-        weights=weights,
-        solution=result.solution,
-        sides=face.layout.sides,
-    )
-    return express(
-        shot.system,
-        features,
-        face,
-        names=result.solved.names,
-        weights=result.solved.weights,
-        expressions=shot.expressions,
-        gains=shot.gains,
-        times=shot.take.times,
-        trace=trace,
-    )
-
-
-def _close(face: BoundFace, result: ShotResult) -> Closure | None:
-    closure = close_eyes_and_lips(
-        face,
-        result.solved,
-        result.weights.weights,
-        solution=result.solution,
-        pins=result.shot.setup.pins,
-        options=result.shot.setup.closure,
-    )
-    if closure is None:
-        return None
-    complete = with_combinations(face.mesh, result.solved.names, closure.weights)
-    return replace(closure, weights=complete)
 
 
 def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:

@@ -41,6 +41,7 @@ def set_up(
     system: ExpressionSystem | None = None,
     correction: Mapping[str, Any] | None = None,
     scope: str = "/UsdFace",
+    start_code: float = 0.0,
     on_progress: OnProgress | None = None,
 ) -> Result[Shot]:
     """Author the setup of a shot on a stage that a host holds open, for `apply`.
@@ -53,8 +54,7 @@ def set_up(
     stage : Usd.Stage
         With the character; it need not be a file.
     take : str, MarkerTake or WeightsTake
-        The path of a take's prim on the stage, or a take to author below `scope`, whose first
-        frame is at the time code 0.
+        The path of a take's prim on the stage, or a take to author below `scope`.
     rig : str
         Path of the SkelRoot; "" where there is one.
     bind : path or RetargetSetup, optional
@@ -64,6 +64,8 @@ def set_up(
         As of `assemble_shot`.
     scope : str
         Path of the prim that is to hold the setup.
+    start_code : float
+        Time code of the first frame of a take that is authored.
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is authored.
 
@@ -113,7 +115,7 @@ def set_up(
             correction=correction,
         )
     with progress.step("write"):
-        author_shot(stage, scope, shot, take if isinstance(take, str) else "")
+        author_shot(stage, scope, shot, take if isinstance(take, str) else "", start_code)
     summary = {"markers_bound": len(shot.setup.binding.markers), "scope": scope}
     return Result(shot, (), (*findings, *new_findings), summary, seconds=progress.seconds)
 
