@@ -8,7 +8,7 @@ import griffe
 import usdface
 
 GROUPS = {
-    "The job": ("process", "apply", "retarget"),
+    "The job": ("process", "process_sequence", "apply", "retarget"),
     "Shots": ("make_shot", "set_up", "assemble_shot", "make_markers", "calibrate"),
     "Files in": ("make_rig", "make_take", "read_rig", "read_take", "read_bind"),
     "Pages": ("view", "make_bind_page"),

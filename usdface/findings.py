@@ -46,6 +46,11 @@ CODES: dict[str, tuple[Severity, str]] = {
     # formats of other packages
     "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
     "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
+    # sequences
+    "PERFORMER_UNCALIBRATED": ("warning", "a performer of the show file has no calibration"),
+    "SHOT_FAILED": ("error", "a shot of the sequence could not be made or processed"),
+    "SHOT_MISSING": ("error", "a shot of the sequence has no result, or one that is out of date"),
+    "SHOT_KEPT": ("warning", "a shot was edited, and is not made anew from what it is made of"),
     # rigs
     "SHAPE_EMPTY": ("info", "a blend shape moves no point"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),

@@ -11,13 +11,14 @@ from usdface.findings import Finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.io.layer_paths import layer_paths
 from usdface.io.usd.animation import (
     apply_animation,
     closure_animation,
     express_animation,
     solve_animation,
 )
-from usdface.io.usd.layers import layer_paths, open_shot, write_layers
+from usdface.io.usd.layers import open_shot, write_layers
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
 from usdface.options import ProcessOptions
