@@ -1,6 +1,8 @@
 """The main job on arrays: a shot cleaned, solved and corrected."""
 
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -8,6 +10,7 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
+from usdface.cleanup.repairs import Repair
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
@@ -15,7 +18,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
-from usdface.options import CleanOptions, ProcessOptions
+from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
@@ -26,7 +29,55 @@ from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["retarget"]
+__all__ = ["SolvedShot", "Stages", "retarget", "retarget_in_stages"]
+
+ValueT = TypeVar("ValueT")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolvedShot:
+    """A take that was cleaned and solved: the first stage, which takes nearly all of the time.
+
+    Attributes
+    ----------
+    take : MarkerTake or WeightsTake
+        Its markers cleaned.
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights.
+    repairs : tuple of Repair
+    findings : tuple of Finding
+    """
+
+    take: MarkerTake | WeightsTake
+    weights: WeightsTake
+    solution: Solution | None
+    repairs: tuple[Repair, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+
+class Stages(Protocol):
+    """Where the values of stages come from, as `usdface.show.stage_cache.StageCache`."""
+
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        """Return the value that `compute` returns."""
+
+
+class _Uncached:
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        return compute()
 
 
 @one_blas_thread()
@@ -71,18 +122,71 @@ def retarget(
     >>> max(peaks, key=peaks.get)
     'disgust'
     """
-    progress = Progress.of(on_progress)
+    return retarget_in_stages(shot, options, Progress.of(on_progress), _Uncached())
+
+
+@one_blas_thread()
+@solve_errors()
+def retarget_in_stages(
+    shot: Shot, options: ProcessOptions, progress: Progress, stages: Stages
+) -> ShotResult:
+    """Retarget a shot, with stages that an earlier run may have computed.
+
+    Parameters
+    ----------
+    shot : Shot
+    options : ProcessOptions
+    progress : Progress
+    stages : Stages
+        Returns the value of "solve" and of "express", kept or computed.
+    """
     shot = _with_overrides(shot, options)
+    solved = stages.stage("solve", _solve_inputs(shot), {}, lambda: _solve_shot(shot, progress))
+    shot = replace(shot, take=solved.take)
+    inputs = (_express_inputs(shot), options, solved)
+    given = {
+        **{"shot": shot, "solution": solved.solution, "solved": solved.weights},
+        **{"system": shot.system, "repairs": solved.repairs},
+    }
+    if options.trace:
+        return _express_shot(shot, solved, options, progress)
+    return stages.stage(
+        "express", inputs, given, lambda: _express_shot(shot, solved, options, progress)
+    )
+
+
+def _solve_inputs(shot: Shot) -> object:
+    """Return all that the solve of a shot depends on."""
+    setup = replace(shot.setup, closure=ClosureOptions(), exaggeration={})
+    return shot.mesh, shot.rig.shape_names, shot.take, setup, shot.layout
+
+
+def _express_inputs(shot: Shot) -> object:
+    """Return all that correction and closure depend on beside the solve."""
+    system = shot.system, shot.expressions, shot.layout, shot.gains
+    return shot.mesh, shot.rig.shape_names, shot.setup, system, shot.base, shot.factors
+
+
+def _solve_shot(shot: Shot, progress: Progress) -> SolvedShot:
     with progress.step("clean"):
         take, cleaned, findings = clean(shot.take, shot.setup)
         shot = replace(shot, take=take)
-    face = shot.face
     with progress.step("solve"):
         weights, solution, new_findings = solve(
-            take, face, shot.setup, cleaned=cleaned, progress=progress
+            take, shot.face, shot.setup, cleaned=cleaned, progress=progress
         )
+    repairs = cleaned.repairs if cleaned else ()
+    return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings))
+
+
+def _express_shot(
+    shot: Shot, solved: SolvedShot, options: ProcessOptions, progress: Progress
+) -> ShotResult:
+    """Exaggerate, correct and close the solved weights of a shot, whose take is the cleaned one."""
+    face, solution, findings = shot.face, solved.solution, [*solved.findings]
+    with progress.step("solve"):
         weights = exaggerated(
-            weights,
+            solved.weights,
             shot.factors,
             shot.mesh,
             shot.layout,
@@ -90,13 +194,13 @@ def retarget(
             limits=shot.setup.solve.limits,
         )
         regions, failed = _region_residuals(face, solution)
-        findings += new_findings + failed
+        findings += failed
         result = ShotResult(
             shot,
             _with_pinned_base(shot, weights),
             solution=solution,
             head_motion=_head_motion(shot, face, solution) if options.head else None,
-            repairs=cleaned.repairs if cleaned else (),
+            repairs=solved.repairs,
             region_residuals=regions,
         )
     if options.express and (shot.system is None or not shot.expressions):
@@ -105,11 +209,14 @@ def retarget(
         with progress.step("express"):
             expressed = _express(face, weights, result, trace=options.trace)
             findings += expressed.findings
-            solved = result.solved
             corrected = faded_at_pins(
-                shot.setup.pins, solved.names, take.times, solved.weights, expressed.weights
+                shot.setup.pins,
+                result.solved.names,
+                shot.take.times,
+                result.solved.weights,
+                expressed.weights,
             )
-            corrected = with_combinations(shot.mesh, solved.names, corrected)
+            corrected = with_combinations(shot.mesh, result.solved.names, corrected)
             result = replace(result, corrected=corrected, trace=expressed.trace)
     if options.closure:
         with progress.step("closure"):

@@ -60,6 +60,12 @@ def add_process(commands: Any, summary: str) -> None:
         metavar="FACTORS",
         help="play the solve larger or smaller, 1 = as solved: 1.2, or brows=1.5,eyes=1.3",
     )
+    command.add_argument(
+        "--cache",
+        default="",
+        metavar="DIR",
+        help="keep the arrays of solve and correction, and compute only those that changed",
+    )
     add_asset_root(command)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
@@ -83,6 +89,7 @@ def _process(parsed: argparse.Namespace) -> int:
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
             strict=parsed.strict,
+            cache=parsed.cache or None,
             options=options,
             on_progress=step,
         )

@@ -1,13 +1,15 @@
 """The command `sequence`: many shots, in worker processes."""
 
 import argparse
+import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdface import pipeline
 from usdface.cli.command import add_command, report
 from usdface.cli.progress import progress
-from usdface.errors import InputError
+from usdface.errors import InputError, UsdFaceError
 
 if TYPE_CHECKING:
     from usdface.show.table import Row
@@ -49,6 +51,15 @@ def add_sequence(commands: Any, summary: str) -> None:
         metavar="DIR",
         help="names in the sources are relative to it",
     )
+    command.add_argument("--watch", action="store_true", help="process what changes, until Ctrl-C")
+    kept = command.add_mutually_exclusive_group()
+    kept.add_argument(
+        "--cache",
+        default="",
+        metavar="DIR",
+        help="folder for the arrays of solve and correction (default: beside each result)",
+    )
+    kept.add_argument("--no-cache", action="store_true", help="keep no arrays")
     command.add_argument(
         "--gather", action="store_true", help="process nothing: the table of what is there"
     )
@@ -59,6 +70,35 @@ def _sequence(parsed: argparse.Namespace) -> int:
     for name, value in (("workers", parsed.workers), ("time-limit", parsed.time_limit)):
         if value is not None and not value > 0:
             raise InputError(f"--{name} {value:g}: expected more than 0", "SETTING_WRONG")
+    if parsed.watch:
+        return _watch(parsed, limits)
+    return _run(parsed, limits)
+
+
+def _watch(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
+    """Run again after each change of a file of the sequence, until a signal ends it."""
+    from usdface.pipeline.sequence import plans_of
+    from usdface.show.watch import files_of, states_of, wait_for_change
+
+    sources = [Path(source) for source in parsed.sources]
+
+    def files() -> list[Path]:
+        try:
+            return files_of(sources, plans_of(sources, parsed.root))
+        except UsdFaceError:  # a show file that is just being edited
+            return sources
+
+    while True:
+        since = states_of(files())
+        try:
+            _run(parsed, limits)
+        except UsdFaceError as error:
+            print(f"usdface: {error} [{error.code}]", file=sys.stderr)
+        print("usdface: watching; Ctrl-C ends it", file=sys.stderr)
+        wait_for_change(files, since)
+
+
+def _run(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
     with progress(parsed) as step:
         result = pipeline.process_sequence(
             parsed.sources,
@@ -68,6 +108,7 @@ def _sequence(parsed: argparse.Namespace) -> int:
             table=parsed.table,
             root=parsed.root,
             gather=parsed.gather,
+            cache=parsed.cache or not parsed.no_cache,
             on_progress=step,
             **limits,
         )
@@ -95,9 +136,11 @@ def _print_table(rows: "Sequence[Row]") -> None:
         share = "" if row.occluded_share is None else f"{row.occluded_share:.1%}"
         numbers = map(_number, (row.residual_mean_mm, row.residual_max_mm))
         codes = [*row.reasons, *(code for code in row.findings if code not in row.reasons)]
+        cached = [name for name, how in row.stages.items() if how == "cached"]
+        state = row.state + (f", {' and '.join(cached)} cached" if cached else "")
         why = row.code if row.error else ", ".join(codes)
         style = {"not_usable": "red", "look_at": "yellow"}.get(row.verdict, "red" if lost else "")
-        cells = (row.name, verdict, *numbers, share, _number(row.correction_max), why, row.state)
+        cells = (row.name, verdict, *numbers, share, _number(row.correction_max), why, state)
         table.add_row(*(shown(cell) for cell in cells), style=style)
     print_whole(Console(highlight=False), table)
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
@@ -25,10 +26,13 @@ from usdface.options import ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_shot import retarget
+from usdface.retarget_shot import retarget, retarget_in_stages
 from usdface.shot import ShotResult
 from usdface.shot_report import report_of
 from usdface.verdict.judge import refuse_unusable
+
+if TYPE_CHECKING:
+    from usdface.show.stage_cache import StageCache
 
 __all__ = ["apply", "process"]
 
@@ -44,6 +48,7 @@ def process(
     in_place: bool = False,
     asset_root: StrPath | None = None,
     strict: bool = False,
+    cache: StrPath | None = None,
     options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[ShotResult]:
@@ -67,6 +72,9 @@ def process(
         A folder that textures may come from beside those of the layers that name them.
     strict : bool
         Refuse a result whose verdict is "not usable": write nothing.
+    cache : path, optional
+        A folder in which the arrays of the solve and of the correction are kept, and taken from
+        where nothing that they depend on has changed. The result is the same without it.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
@@ -75,7 +83,8 @@ def process(
     -------
     Result of ShotResult
         `written` begins with the file to open; the keys of `summary` are those of
-        `usdface.shot_report.report_of`, and ``head_carrier``.
+        `usdface.shot_report.report_of`, and ``head_carrier``; with a cache ``stages``, each
+        ``"cached"`` or ``"computed"``.
 
     Raises
     ------
@@ -111,7 +120,8 @@ def process(
         new_root = None if in_place else ours.root
         check_outputs([new_root, *ours.layers, glb, picture, faces], read)
         staged, findings = read_shot(stage, str(path), folder)
-    solved, reported = _retarget(staged, findings, options, progress)
+    stages = _stage_cache(cache, path)
+    solved, reported = _retarget(staged, findings, options, progress, stages)
     if strict and reported.verdict is not None:
         refuse_unusable(reported.verdict)
     with all_or_none():
@@ -186,16 +196,33 @@ def apply(
     return replace(reported, findings=(*reported.findings, *found), seconds=progress.seconds)
 
 
+def _stage_cache(folder: StrPath | None, shot: Path) -> "StageCache | None":
+    if folder is None or not str(folder):
+        return None
+    from usdface.show.stage_cache import StageCache  # only here: most runs have none
+
+    return StageCache(Path(folder), shot.stem)
+
+
 def _retarget(
-    staged: StagedShot, findings: list[Finding], options: ProcessOptions, progress: Progress
+    staged: StagedShot,
+    findings: list[Finding],
+    options: ProcessOptions,
+    progress: Progress,
+    cache: "StageCache | None" = None,
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
-    solved = retarget(staged.shot, options=options, on_progress=progress)
+    if cache is None:
+        solved = retarget(staged.shot, options=options, on_progress=progress)
+    else:
+        solved = retarget_in_stages(staged.shot, options, progress, cache)
     with progress.step("report"):
         report = report_of(solved)
     summary = dict(report.summary)
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
+    if cache is not None:
+        summary["stages"] = dict(cache.used)
     found = (*findings, *solved.findings, *report.findings)
     return solved, Result(solved, (), found, summary, report.details, verdict=report.verdict)
 

@@ -20,7 +20,7 @@ from usdface.show.record import read_record, record_path
 from usdface.show.table import Row, by_trouble, row_from
 from usdface.show.workers import Outcome, run_in_workers
 
-__all__ = ["chosen", "process_sequence"]
+__all__ = ["chosen", "plans_of", "process_sequence"]
 
 TIME_LIMIT = 3600.0  # s for a shot: two orders above the longest take that was measured
 
@@ -35,6 +35,7 @@ def process_sequence(
     table: StrPath | None = None,
     root: StrPath | None = None,
     gather: bool = False,
+    cache: StrPath | bool = True,
     on_progress: OnProgress | None = None,
 ) -> Result[tuple[Row, ...]]:
     """Make the shots of a sequence that are missing, and process those that are out of date.
@@ -61,6 +62,9 @@ def process_sequence(
         Folder that names in show files and lists are relative to, in place of theirs.
     gather : bool
         Process nothing: only the table of the results that are there.
+    cache : path or bool
+        A folder for the arrays of each stage, as of `process`; True: beside each result, False:
+        nowhere.
     on_progress : callable, optional
         Called with a `Step` for each shot; an exception from it ends the workers.
 
@@ -88,8 +92,7 @@ def process_sequence(
     progress = Progress.of(on_progress)
     given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
     with progress.step("find shots"):
-        base = Path(root) if root else None
-        plans = find_shots((Path(source) for source in given), _is_shot, base)
+        plans = plans_of(given, root)
         plans = [replace(plan, page=plan.page or pages) for plan in plans]
         clashing = same_outputs(plans)
         numbers = chosen(index, len(plans))
@@ -107,7 +110,9 @@ def process_sequence(
         rows |= {number: _missing(plans[number]) for number in due}
     else:
         with progress.step("process"):
-            done = _processed([plans[number] for number in due], team, time_limit, progress)
+            done = _processed(
+                [_task(plans[number], cache) for number in due], team, time_limit, progress
+            )
             rows |= {due[place]: row for place, row in done}
     table_rows = by_trouble(rows.values())
     written = [Path(path) for number in due for path in rows[number].written]
@@ -123,6 +128,11 @@ def process_sequence(
         {"shots": [row.as_dict() for row in table_rows]},
         progress.seconds,
     )
+
+
+def plans_of(sources: Iterable[StrPath], root: StrPath | None = None) -> list[ShotPlan]:
+    """Return the plans of the shots of a sequence."""
+    return find_shots((Path(source) for source in sources), _is_shot, Path(root) if root else None)
 
 
 def chosen(index: str, count: int) -> range:
@@ -189,15 +199,24 @@ def _kept(plan: ShotPlan) -> Row | None:
     return replace(row, name=plan.name, state="kept", root=str(plan.paths.root), page=page)
 
 
+def _task(plan: ShotPlan, cache: StrPath | bool) -> dict[str, Any]:
+    """Return the task of a worker."""
+    if isinstance(cache, bool):
+        folder = str(plan.paths.folder / "cache") if cache else ""
+    else:
+        folder = os.fspath(cache)
+    return {"plan": plan.as_dict(), "cache": folder}
+
+
 def _processed(
-    plans: Sequence[ShotPlan], team: int, time_limit: float, progress: Progress
+    tasks: Sequence[dict[str, Any]], team: int, time_limit: float, progress: Progress
 ) -> Iterable[tuple[int, Row]]:
     """Yield the row of each shot as it is done."""
-    tasks: list[dict[str, Any]] = [{"plan": plan.as_dict()} for plan in plans]
+    names = [task["plan"]["name"] for task in tasks]
     done = 0
 
     def begin(number: int) -> None:
-        progress(Step(plans[number].name, done / len(plans)))
+        progress(Step(names[number], done / len(names)))
 
     begun = time.monotonic()
     outcomes = run_in_workers(
@@ -210,12 +229,12 @@ def _processed(
     for outcome in outcomes:
         done += 1
         row = row_from(outcome.value) if isinstance(outcome.value, dict) else None
-        yield outcome.number, row or _failed(plans[outcome.number], outcome)
+        yield outcome.number, row or _failed(names[outcome.number], outcome)
     progress.seconds["workers"] = time.monotonic() - begun
 
 
-def _failed(plan: ShotPlan, outcome: Outcome) -> Row:
-    return Row(name=plan.name, state="failed", error=outcome.error, code=outcome.code)
+def _failed(name: str, outcome: Outcome) -> Row:
+    return Row(name=name, state="failed", error=outcome.error, code=outcome.code)
 
 
 def _missing(plan: ShotPlan) -> Row:

@@ -43,7 +43,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     task : mapping
-        ``plan``, from `ShotPlan.as_dict`.
+        ``plan``, from `ShotPlan.as_dict`, and ``cache``, a folder or "".
 
     Raises
     ------
@@ -61,6 +61,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
     result = process(
         plan.file,
         gltf=plan.gltf_path if plan.gltf else None,
+        cache=task.get("cache") or None,
         options=ProcessOptions(**plan.process),
     )
     written = [*result.written]
@@ -138,6 +139,7 @@ def _row(
         correction_max=summary.get("correction_max"),
         findings=dict(Counter(found.code for found in alarming)),
         notes=len(findings) - len(alarming),
+        stages=summary.get("stages", {}),
         seconds=round(sum(result.seconds.values()), 3),
         peak_memory_mb=round(peak_memory() / 1e6, 1),
         root=str(plan.paths.root),

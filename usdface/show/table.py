@@ -38,7 +38,7 @@ class Row:
     notes : int
         Findings that only inform.
     stages : mapping of str to str
-        "computed" or "cached" for each stage: solve, express.
+        "computed" or "cached" for each stage, solve and express; none where nothing is kept.
     seconds : float
         Of processing.
     peak_memory_mb : float
