@@ -72,7 +72,9 @@ def test_plans_come_back_from_plain_values_and_from_json(tmp_path: Path) -> None
     ]
     for one, other in zip(again, plans, strict=True):
         assert one.making is not None and other.making is not None
-        assert one.making.files == other.making.files and one.making.options == other.making.options
+        assert one.making.files == other.making.files
+        assert one.making.options == other.making.options
+        assert one.making.performer == other.making.performer
     with pytest.raises(InputError, match="is not in"):
         show_json(plans, tmp_path / "shots")
 

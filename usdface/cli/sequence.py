@@ -52,6 +52,20 @@ def add_sequence(commands: Any, summary: str) -> None:
         help="names in the sources are relative to it",
     )
     command.add_argument("--watch", action="store_true", help="process what changes, until Ctrl-C")
+    command.add_argument(
+        "--keep-going",
+        action="store_true",
+        help="exit with 0 also where a shot failed: the last step of a farm's job tells",
+    )
+    command.add_argument(
+        "--openjd",
+        default="",
+        metavar="DIR",
+        help="process nothing: write the sequence as a job of Open Job Description",
+    )
+    command.add_argument(
+        "--chunk", type=int, default=1, metavar="N", help="shots in a task of that job"
+    )
     kept = command.add_mutually_exclusive_group()
     kept.add_argument(
         "--cache",
@@ -70,6 +84,8 @@ def _sequence(parsed: argparse.Namespace) -> int:
     for name, value in (("workers", parsed.workers), ("time-limit", parsed.time_limit)):
         if value is not None and not value > 0:
             raise InputError(f"--{name} {value:g}: expected more than 0", "SETTING_WRONG")
+    if parsed.openjd:
+        return _openjd(parsed)
     if parsed.watch:
         return _watch(parsed, limits)
     return _run(parsed, limits)
@@ -114,7 +130,22 @@ def _run(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
         )
     if parsed.format == "text":
         _print_table(result.value)
-    return report(parsed, result, fail_on=("error",))
+    return report(parsed, result, fail_on=() if parsed.keep_going else ("error",))
+
+
+def _openjd(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline.sequence import write_openjd
+
+    with progress(parsed) as step:
+        result = write_openjd(
+            parsed.sources,
+            parsed.openjd,
+            chunk=parsed.chunk,
+            pages=parsed.pages,
+            root=parsed.root or None,
+            on_progress=step,
+        )
+    return report(parsed, result)
 
 
 def _print_table(rows: "Sequence[Row]") -> None:

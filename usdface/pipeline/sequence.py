@@ -16,11 +16,11 @@ from usdface.result import Result
 from usdface.show.discovery import find_shots
 from usdface.show.page import table_page
 from usdface.show.plan import ShotPlan, same_outputs
-from usdface.show.record import read_record, record_path
+from usdface.show.record import note_failure, read_failure, read_record, record_path
 from usdface.show.table import Row, by_trouble, row_from
 from usdface.show.workers import Outcome, run_in_workers
 
-__all__ = ["chosen", "plans_of", "process_sequence"]
+__all__ = ["chosen", "plans_of", "process_sequence", "write_openjd"]
 
 TIME_LIMIT = 3600.0  # s for a shot: two orders above the longest take that was measured
 
@@ -107,13 +107,16 @@ def process_sequence(
                 due.append(number)
     team = max(1, min(workers or _cores(), len(due)))
     if gather:
-        rows |= {number: _missing(plans[number]) for number in due}
+        rows |= {number: _lacking(plans[number]) for number in due}
     else:
         with progress.step("process"):
             done = _processed(
                 [_task(plans[number], cache) for number in due], team, time_limit, progress
             )
-            rows |= {due[place]: row for place, row in done}
+            for number, row in done:
+                rows[due[number]] = row
+                failed = row.as_dict() if row.state == "failed" else None
+                note_failure(plans[due[number]].file, failed)
     table_rows = by_trouble(rows.values())
     written = [Path(path) for number in due for path in rows[number].written]
     if place is not None:
@@ -128,6 +131,76 @@ def process_sequence(
         {"shots": [row.as_dict() for row in table_rows]},
         progress.seconds,
     )
+
+
+def write_openjd(
+    sources: StrPath | Sequence[StrPath],
+    folder: StrPath,
+    *,
+    chunk: int = 1,
+    pages: bool = False,
+    root: StrPath | None = None,
+    on_progress: OnProgress | None = None,
+) -> Result[None]:
+    """Write a sequence as a job of Open Job Description: a bundle of four files.
+
+    Its first step processes the shots, some in a task; its second gathers the table.
+
+    Parameters
+    ----------
+    sources : path or sequence of path
+        As of `process_sequence`.
+    folder : path
+        Of the bundle; what it has of these files is replaced.
+    chunk : int
+        Shots in a task.
+    pages : bool
+        Also write a page for each shot.
+    root : path, optional
+        The folder that holds all files of the show; the deepest that does, if left out.
+    on_progress : callable, optional
+        Called with each `Step`.
+
+    Returns
+    -------
+    Result of None
+        `written` begins with the template. Keys of the summary: ``shots``, ``tasks``, ``inputs``.
+
+    Raises
+    ------
+    InputError
+        If a source cannot be read, or a file lies outside of `root`.
+    """
+    from usdface.show.openjd import common_folder, write_bundle
+
+    if chunk < 1:
+        raise InputError(f"a task of {chunk} shots; expected 1 or more", "SETTING_WRONG")
+    progress = Progress.of(on_progress)
+    given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
+    with progress.step("find shots"):
+        plans = [replace(plan, page=plan.page or pages) for plan in plans_of(given)]
+        inputs = _inputs(plans)
+    with progress.step("write"):
+        base = Path(root) if root else common_folder([*inputs, *(plan.file for plan in plans)])
+        name = f"usdface {Path(given[0]).stem}"
+        written = write_bundle(
+            Path(folder), plans, root=base, inputs=inputs, name=name, chunk=chunk
+        )
+    tasks = -(-len(plans) // chunk)
+    summary = {"shots": len(plans), "tasks": tasks, "inputs": len(inputs), "root": str(base)}
+    return Result(None, written, (), summary, seconds=progress.seconds)
+
+
+def _inputs(plans: Iterable[ShotPlan]) -> list[Path]:
+    """Return all files that the shots read: those that make them, or that they are composed of."""
+    from usdface.io.inputs import files_read
+
+    sources: dict[Path, None] = {}
+    for plan in plans:
+        sources |= dict.fromkeys(plan.making.files if plan.making else (plan.file,))
+        if plan.making and plan.file.is_file():  # it may have been edited
+            sources[plan.file] = None
+    return [file for file in files_read(*sources) if file.is_file()]
 
 
 def plans_of(sources: Iterable[StrPath], root: StrPath | None = None) -> list[ShotPlan]:
@@ -237,7 +310,11 @@ def _failed(name: str, outcome: Outcome) -> Row:
     return Row(name=name, state="failed", error=outcome.error, code=outcome.code)
 
 
-def _missing(plan: ShotPlan) -> Row:
+def _lacking(plan: ShotPlan) -> Row:
+    """Return the row of a shot without a result: why it failed, where it was tried."""
+    row = row_from(read_failure(plan.file) or {})
+    if row is not None and row.state == "failed":
+        return replace(row, name=plan.name)
     error = "there is no result, or it is not what a run would make now"
     return Row(name=plan.name, state="missing", error=error, code="SHOT_MISSING")
 

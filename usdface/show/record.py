@@ -7,15 +7,25 @@ and a record that is not of this form is none.
 import json
 import os
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from usdface.errors import InputError, OutputError
 from usdface.io.atomic import write_text
 from usdface.io.layer_paths import layer_paths
 from usdface.show.keys import content_key, file_digest, numbered_siblings
 
-__all__ = ["Record", "read_record", "record_of", "record_path", "write_record"]
+__all__ = [
+    "Record",
+    "note_failure",
+    "read_failure",
+    "read_record",
+    "record_of",
+    "record_path",
+    "write_record",
+]
 
 _LARGEST = 16_000_000  # bytes
 
@@ -106,6 +116,28 @@ def read_record(path: Path) -> Record | None:
 def write_record(path: Path, record: Record) -> None:
     """Write a record, atomically."""
     write_text(path, json.dumps(asdict(record), indent=1) + "\n")
+
+
+def note_failure(shot: Path, row: Mapping[str, Any] | None) -> None:
+    """Keep the row of a shot that failed, for a table that is gathered later; None: it did not."""
+    place = record_path(shot, "failed")
+    with suppress(OSError, OutputError):  # on a full disk, say
+        if row is not None:
+            write_text(place, json.dumps(row, indent=1) + "\n")
+        else:
+            place.unlink(missing_ok=True)
+
+
+def read_failure(shot: Path) -> dict[str, Any] | None:
+    """Return the row that `note_failure` kept; None where there is none."""
+    try:
+        place = record_path(shot, "failed")
+        if place.stat().st_size > _LARGEST:
+            return None
+        row = json.loads(place.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError, InputError):
+        return None
+    return row if isinstance(row, dict) else None
 
 
 def _same(digests: Mapping[str, str], folder: Path) -> bool:

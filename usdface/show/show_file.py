@@ -239,10 +239,15 @@ def show_json(plans: list[ShotPlan], root: Path) -> str:
             entry |= {name: _relative(path, root) for name, path in named.items() if path}
             entry |= dict(made.correction)
             entry |= {"neutral": made.neutral} if made.neutral else {}
+            entry |= {"performer": made.performer} if made.performer else {}
         wanted = {"gltf": plan.gltf, "page": plan.page}
         entry["process"] = {**plan.process, **{k: True for k, wants in wanted.items() if wants}}
         shots.append(entry)
-    return json.dumps({"shots": shots}, indent=1, ensure_ascii=False) + "\n"
+    performers: dict[str, Any] = {
+        str(shot["performer"]): {} for shot in shots if "performer" in shot
+    }
+    document = {"performers": performers, "shots": shots}
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
 def _relative(path: Path, root: Path) -> str:
