@@ -51,6 +51,7 @@ CODES: dict[str, tuple[Severity, str]] = {
     "SHOT_FAILED": ("error", "a shot of the sequence could not be made or processed"),
     "SHOT_MISSING": ("error", "a shot of the sequence has no result, or one that is out of date"),
     "SHOT_KEPT": ("warning", "a shot was edited, and is not made anew from what it is made of"),
+    "RANGE_OUTSIDE": ("warning", "frames of the range are not in the take, and are not written"),
     # rigs
     "SHAPE_EMPTY": ("info", "a blend shape moves no point"),
     "SHAPE_SKIPPED": ("warning", "a shape file does not fit the neutral mesh and is left out"),

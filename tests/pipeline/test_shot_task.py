@@ -108,6 +108,8 @@ def test_a_result_that_was_touched_or_is_missing_is_made_again(place: Path, name
         "process = {gltf = true}",
         "process = {page = true}",
         "process = {express = false}",
+        "process = {deliver = true}",
+        "process = {deliver = {handles = 8}}",
         "process = {exaggeration = {brows = 1.2}}",
         "process = {solve = 'frame'}",
     ],

@@ -34,7 +34,7 @@ character = "mia"
 performer = "anna"
 gain = 0.5
 neutral = [3, 20]
-process = {gltf = false}
+process = {gltf = false, deliver = {start = 1001, end = 1096, handles = 8, rate = 24.0}}
 """
 
 
@@ -58,6 +58,7 @@ def test_a_shot_goes_before_its_performer_and_that_before_its_character(tmp_path
     assert gains == [0.9, 0.9, 0.5]
     assert third.making.neutral == (3, 20)
     assert [plan.gltf for plan in plans] == [True, True, False]
+    assert (first.deliver, third.deliver and third.deliver["handles"]) == (None, 8)
     assert dict(third.process) == {"exaggeration": {"brows": 1.2}}
 
 
@@ -105,6 +106,9 @@ def test_shots_that_are_there_are_found_by_pattern(tmp_path: Path) -> None:
         ('folder = "a\\u0000b"', "expected text"),
         ("files = ['*']\nprocess = {solve = 'all'}", "solve"),
         ("files = ['*']\nprocess = {express = 1}", "true or false"),
+        ("files = ['*']\nprocess = {deliver = {start = 9, end = 1}}", "ends at 1"),
+        ("files = ['*']\nprocess = {deliver = {start = 1.5}}", "expected a number"),
+        ("files = ['*']\nprocess = {deliver = {first = 1}}", "unknown key"),
         ("files = ['*']\nprocess = {exaggeration = {nose = 2}}", "nose"),
     ],
 )

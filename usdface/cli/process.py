@@ -8,7 +8,7 @@ from usdface import pipeline
 from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
-from usdface.options import EXAGGERATION_PARTS, ProcessOptions
+from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
 
 __all__ = ["add_calibrate", "add_process"]
 
@@ -20,7 +20,7 @@ def add_process(commands: Any, summary: str) -> None:
         "process",
         _process,
         summary,
-        writes=("gltf", "figure", "sheet"),
+        writes=("gltf", "figure", "sheet", "deliver"),
     )
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
@@ -33,6 +33,7 @@ def add_process(commands: Any, summary: str) -> None:
         metavar="FILE",
         help="also draw the face at its peaks and worst frames, solved above corrected",
     )
+    _add_delivery(command)
     command.add_argument("--no-express", dest="express", action="store_false")
     command.add_argument(
         "--no-closure",
@@ -76,6 +77,24 @@ def add_process(commands: Any, summary: str) -> None:
     )
 
 
+def _add_delivery(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("deliverable")
+    group.add_argument(
+        "--deliver",
+        default="",
+        metavar="FILE",
+        help="also write the face animation alone, flattened: .usdc or .usda",
+    )
+    group.add_argument("--start", type=int, metavar="FRAME", help="first frame of the cut")
+    group.add_argument("--end", type=int, metavar="FRAME", help="last frame of the cut")
+    group.add_argument(
+        "--handles", type=int, default=0, metavar="N", help="also N frames before and after the cut"
+    )
+    group.add_argument(
+        "--rate", type=float, default=0.0, help="frames a second (default: those of the shot)"
+    )
+
+
 def _process(parsed: argparse.Namespace) -> int:
     given = settings(parsed, ProcessOptions)
     options = ProcessOptions(**given | {"exaggeration": _factors(parsed.exaggeration)})
@@ -86,6 +105,8 @@ def _process(parsed: argparse.Namespace) -> int:
             gltf=parsed.gltf,
             figure=parsed.figure,
             sheet=parsed.sheet,
+            deliver=parsed.deliver,
+            delivery=DeliverOptions(**settings(parsed, DeliverOptions)),
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
             strict=parsed.strict,

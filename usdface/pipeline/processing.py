@@ -14,6 +14,7 @@ from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.layer_paths import layer_paths
 from usdface.io.usd.animation import (
+    animation_path,
     apply_animation,
     closure_animation,
     express_animation,
@@ -21,8 +22,8 @@ from usdface.io.usd.animation import (
 )
 from usdface.io.usd.layers import open_shot, write_layers
 from usdface.io.usd.shot import StagedShot, read_shot
-from usdface.io.usd.stage import Stage
-from usdface.options import ProcessOptions
+from usdface.io.usd.stage import Stage, open_stage
+from usdface.options import DeliverOptions, ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -45,6 +46,8 @@ def process(
     gltf: StrPath | None = None,
     figure: StrPath | None = None,
     sheet: StrPath | None = None,
+    deliver: StrPath | None = None,
+    delivery: DeliverOptions = DeliverOptions(),
     in_place: bool = False,
     asset_root: StrPath | None = None,
     strict: bool = False,
@@ -66,6 +69,10 @@ def process(
         Also draw the take: .png, .svg or .pdf.
     sheet : path, optional
         Also draw the face, solved above corrected, in the frames most worth a look: likewise.
+    deliver : path, optional
+        Also write a deliverable: the SkelAnimation alone, flattened, a sample on each frame.
+    delivery : DeliverOptions
+        Its range and rate.
     in_place : bool
         Add the layers to the shot's own subLayers, in place of a root layer of the result.
     asset_root : path, optional
@@ -104,7 +111,8 @@ def process(
     'good'
     """
     path = Path(shot)
-    root, glb, picture, faces = (Path(p) if p else None for p in (output, gltf, figure, sheet))
+    places = (output, gltf, figure, sheet, deliver)
+    root, glb, picture, faces, clean = (Path(p) if p else None for p in places)
     folder = asset_folder(asset_root)
     for drawn in filter(None, (picture, faces)):
         from usdface.figures.picture import check_picture
@@ -118,7 +126,7 @@ def process(
         # Layers that an earlier run put into the shot itself are written anew.
         read = files_read(path, apart=ours.layers)
         new_root = None if in_place else ours.root
-        check_outputs([new_root, *ours.layers, glb, picture, faces], read)
+        check_outputs([new_root, *ours.layers, glb, picture, faces, clean], read)
         staged, findings = read_shot(stage, str(path), folder)
     stages = _stage_cache(cache, path)
     solved, reported = _retarget(staged, findings, options, progress, stages)
@@ -134,7 +142,11 @@ def process(
         with progress.step("write"):
             known = reported.verdict, _deviations(reported)
             written = write_layers(path, stage, staged, solved, root, in_place, *known)
-    written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces))]
+    if clean:
+        with progress.step("deliver"):
+            lost = _deliver(written[0], staged, clean, delivery)
+            reported = replace(reported, findings=(*reported.findings, *lost))
+    written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces, clean))]
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
 
@@ -225,6 +237,15 @@ def _retarget(
         summary["stages"] = dict(cache.used)
     found = (*findings, *solved.findings, *report.findings)
     return solved, Result(solved, (), found, summary, report.details, verdict=report.verdict)
+
+
+def _deliver(root: Path, staged: StagedShot, path: Path, options: DeliverOptions) -> list[Finding]:
+    """Write the deliverable of a result, as USD composes it."""
+    from usdface.io.usd.deliverable import write_deliverable  # only here: most runs write none
+
+    return write_deliverable(
+        open_stage(root), animation_path(staged.prims), path, staged.codes, options
+    )
 
 
 def _draw(

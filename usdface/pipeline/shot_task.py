@@ -12,7 +12,7 @@ from usdface.findings import Finding, finding
 from usdface.io.inputs import files_read
 from usdface.io.usd.fingerprint import check_unedited
 from usdface.io.usd.named_files import named_files
-from usdface.options import BindOptions, ProcessOptions
+from usdface.options import BindOptions, DeliverOptions, ProcessOptions
 from usdface.pipeline.processing import process
 from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.shot import make_shot
@@ -61,6 +61,8 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
     result = process(
         plan.file,
         gltf=plan.gltf_path if plan.gltf else None,
+        deliver=plan.deliver_path if plan.deliver is not None else None,
+        delivery=DeliverOptions(**(plan.deliver or {})),
         cache=task.get("cache") or None,
         options=ProcessOptions(**plan.process),
     )

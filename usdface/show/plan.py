@@ -61,6 +61,8 @@ class ShotPlan:
         None: the shot is there, and only processed.
     gltf, page : bool
         Also write the result as .glb, as a page of `usdface view`.
+    deliver : mapping or None
+        Also write a deliverable: fields of `DeliverOptions`.
     process : mapping
         Fields of `ProcessOptions`.
     """
@@ -70,6 +72,7 @@ class ShotPlan:
     making: Making | None = None
     gltf: bool = False
     page: bool = False
+    deliver: Mapping[str, Any] | None = None
     process: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -88,15 +91,23 @@ class ShotPlan:
         return self.paths.root.with_suffix(".html")
 
     @property
+    def deliver_path(self) -> Path:
+        """Where its deliverable lies."""
+        return self.file.with_name(f"{self.file.stem}.face.usdc")
+
+    @property
     def outputs(self) -> tuple[Path, ...]:
         """The files that are written of it under names of their own."""
         others = [self.gltf_path] * self.gltf + [self.page_path] * self.page
+        others += [self.deliver_path] * (self.deliver is not None)
         return (*([self.file] * (self.making is not None)), self.paths.root, *others)
 
     @property
     def options(self) -> dict[str, Any]:
         """The options of its result, as plain values."""
-        return {"gltf": self.gltf, "page": self.page, "process": dict(self.process)}
+        deliver = None if self.deliver is None else dict(self.deliver)
+        wanted = {"gltf": self.gltf, "page": self.page, "deliver": deliver}
+        return {**wanted, "process": dict(self.process)}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as plain values, which `plan_of` reads."""

@@ -35,7 +35,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.errors import InputError, did_you_mean
-from usdface.options import CorrectionOptions, ProcessOptions
+from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
 from usdface.show.plan import Making, ShotPlan
 
 __all__ = ["read_show_file", "show_json"]
@@ -48,7 +48,7 @@ _TOP = ("folder", "files", "process", "characters", "performers", "shots")
 _SHOT = (*_SETUP, "name", "file", "performer", "character", "characters", "process")
 _PROCESS = (
     *(part.name for part in fields(ProcessOptions) if part.name != "trace"),
-    *("gltf", "page"),
+    *("gltf", "page", "deliver"),
 )
 
 
@@ -180,10 +180,12 @@ def _plan(
     name: str, file: Path, making: Making | None, process: dict[str, Any], where: str
 ) -> ShotPlan:
     _check_keys(process, _PROCESS, f"{where}: process")
-    options = {key: value for key, value in process.items() if key not in ("gltf", "page")}
+    others = ("gltf", "page", "deliver")
+    options = {key: value for key, value in process.items() if key not in others}
     _check_options(options, where)
     wanted = {key: _switch(process.get(key, False), f"{where}: {key}") for key in ("gltf", "page")}
-    return ShotPlan(name=name, file=file, making=making, process=options, **wanted)
+    deliver = _delivery(process.get("deliver", False), f"{where}: deliver")
+    return ShotPlan(name=name, file=file, making=making, process=options, deliver=deliver, **wanted)
 
 
 def _check_options(options: dict[str, Any], where: str) -> None:
@@ -195,6 +197,23 @@ def _check_options(options: dict[str, Any], where: str) -> None:
         ProcessOptions(**options)
     except (InputError, AttributeError, TypeError) as error:
         raise InputError(f"{where}: process: {error}", "SETTING_WRONG") from error
+
+
+def _delivery(value: object, where: str) -> dict[str, Any] | None:
+    """Return the fields of `DeliverOptions`; None where nothing is to be delivered."""
+    if isinstance(value, bool):
+        return {} if value else None
+    table = _table(value, where)
+    _check_keys(table, tuple(part.name for part in fields(DeliverOptions)), where)
+    for key, number in table.items():
+        good = type(number) is int or (key == "rate" and isinstance(number, float))
+        if not good:
+            raise InputError(f"{where}: {key} is {number!r}; expected a number", "SETTING_WRONG")
+    try:
+        DeliverOptions(**table)
+    except InputError as error:
+        raise InputError(f"{where}: {error}", error.code) from error
+    return table
 
 
 def _switch(value: object, where: str) -> bool:
@@ -242,6 +261,8 @@ def show_json(plans: list[ShotPlan], root: Path) -> str:
             entry |= {"performer": made.performer} if made.performer else {}
         wanted = {"gltf": plan.gltf, "page": plan.page}
         entry["process"] = {**plan.process, **{k: True for k, wants in wanted.items() if wants}}
+        if plan.deliver is not None:
+            entry["process"]["deliver"] = dict(plan.deliver) or True
         shots.append(entry)
     performers: dict[str, Any] = {
         str(shot["performer"]): {} for shot in shots if "performer" in shot
