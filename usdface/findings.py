@@ -46,6 +46,11 @@ CODES: dict[str, tuple[Severity, str]] = {
     # formats of other packages
     "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
     "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
+    # bindings of other takes
+    "FRAMES_NOT_CARRIED": (
+        "warning",
+        "neutral and peak frames of a binding are of another take, and are looked for anew",
+    ),
     # sequences
     "PERFORMER_UNCALIBRATED": ("warning", "a performer of the show file has no calibration"),
     "SHOT_FAILED": ("error", "a shot of the sequence could not be made or processed"),
