@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.errors import InputError
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
 
-__all__ = ["BindingOrigin", "mesh_difference", "origin_of", "take_differs"]
+__all__ = ["BindingOrigin", "check_mesh", "mesh_difference", "origin_of", "take_differs"]
 
 # Of the travel: files keep positions in single precision.
 _SAME_TRAVEL = 1e-4
@@ -27,6 +28,7 @@ class BindingOrigin:
     take : str
         File of the take, whose frames the binding names as neutral and peaks.
     frames : int
+        0 = the take is not known.
     travel : float [m]
         RMS deviation of its markers from their mean places, which tells takes of one name apart.
     """
@@ -64,8 +66,25 @@ def mesh_difference(origin: BindingOrigin, mesh: Mesh) -> str:
     return ""
 
 
+def check_mesh(origin: BindingOrigin, mesh: Mesh) -> None:
+    """Refuse a mesh that is not that of a binding.
+
+    Raises
+    ------
+    InputError
+    """
+    if difference := mesh_difference(origin, mesh):
+        raise InputError(
+            f"the binding was made for another mesh than {mesh.name!r}: {difference}; bind this "
+            'one anew, or leave "made_with" out of the binding if its vertices are right',
+            "BINDING_OTHER_MESH",
+        )
+
+
 def take_differs(origin: BindingOrigin, take: MarkerTake) -> bool:
     """Return whether a take is not that of a binding."""
+    if not origin.frames:
+        return False  # it is of a shot, whose frames are those of its take
     if (origin.take, origin.frames) != (take.source, len(take.times)):
         return True
     return abs(origin.travel - _travel(take)) > _SAME_TRAVEL * max(origin.travel, 1e-6)

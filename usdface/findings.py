@@ -51,6 +51,7 @@ CODES: dict[str, tuple[Severity, str]] = {
         "warning",
         "neutral and peak frames of a binding are of another take, and are looked for anew",
     ),
+    "LAYER_KEPT": ("warning", "a layer that shots share is kept, and differs from this shot's"),
     # sequences
     "PERFORMER_UNCALIBRATED": ("warning", "a performer of the show file has no calibration"),
     "SHOT_FAILED": ("error", "a shot of the sequence could not be made or processed"),

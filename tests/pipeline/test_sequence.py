@@ -16,6 +16,7 @@ files = ["old/*.usda"]
 [characters.mia]
 rig = "rig.usda"
 bind = "bind.json"
+layer = "sets/mia.usda"
 [performers.anna]
 [[shots]]
 name = "good"
@@ -78,6 +79,9 @@ def test_the_sequence_goes_on_and_the_table_says_why(
     }
     assert "written by again" in str(rows["twice"]["error"])
     assert not (folder / "same.usda").exists()
+    assert "../sets/mia.usda" in (folder / "shots/good.usda").read_text()
+        "@../", "@./../"
+    )
     page = (folder / "show.html").read_text()
     assert 'href="shots/good.usdface.html"' in page
     assert (folder / "shots/good.usdface.html").is_file()

@@ -15,6 +15,7 @@ gltf = true
 exaggeration = {brows = 1.2}
 [characters.mia]
 rig = "mia.usdc"
+layer = "sets/mia.usda"
 bind = {anna = "anna_on_mia.json", ben = "ben_on_mia.json"}
 gain = 0.8
 [characters.tom]
@@ -54,6 +55,8 @@ def test_a_shot_goes_before_its_performer_and_that_before_its_character(tmp_path
     assert first.making.bind == tmp_path / "anna_on_mia.json"
     assert second.making.bind == tmp_path / "tom.json"
     assert first.making.calibration == tmp_path / "anna.json"
+    assert first.making.character_layer == tmp_path / "sets/mia.usda"
+    assert first.making.performer_layer is second.making.character_layer is None
     gains = [plan.making.correction["gain"] for plan in plans]
     assert gains == [0.9, 0.9, 0.5]
     assert third.making.neutral == (3, 20)
@@ -75,6 +78,7 @@ def test_plans_come_back_from_plain_values_and_from_json(tmp_path: Path) -> None
         assert one.making is not None and other.making is not None
         assert one.making.files == other.making.files
         assert one.making.options == other.making.options
+        assert one.making.layers == other.making.layers
         assert one.making.performer == other.making.performer
     with pytest.raises(InputError, match="is not in"):
         show_json(plans, tmp_path / "shots")

@@ -8,7 +8,7 @@ import numpy as np
 from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
-from usdface.binding_origin import BindingOrigin, mesh_difference, origin_of, take_differs
+from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
@@ -108,7 +108,7 @@ def resolve_binding(
     """
     mesh = character.mesh(given.binding.mesh) if given else character.face()
     if given is not None and given.origin is not None:
-        _check_mesh(given.origin, mesh)
+        check_mesh(given.origin, mesh)
     if not isinstance(take, MarkerTake):
         rename_weights(take, character.shape_names)  # refused now, and not when it is played
         return ResolvedBinding(mesh, given or unbound(take))
@@ -139,15 +139,6 @@ def resolve_binding(
         setup = replace(setup, neutral_weights=neutral_weights(take, mesh, setup))
     setup = replace(setup, origin=origin_of(mesh, take))
     return replace(resolved, setup=setup, other_take=other_take)
-
-
-def _check_mesh(origin: BindingOrigin, mesh: Mesh) -> None:
-    if difference := mesh_difference(origin, mesh):
-        raise InputError(
-            f"the binding was made for another mesh than {mesh.name!r}: {difference}; bind this "
-            'one anew, or leave "made_with" out of the binding if its vertices are right',
-            "BINDING_OTHER_MESH",
-        )
 
 
 def _names_frames(setup: RetargetSetup) -> str:

@@ -98,7 +98,7 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
     folder, place = plan.file.parent, record_path(plan.file, "made")
     known = read_record(place)
     unchanged = known is not None and known.key == known.key_now(folder, making.options)
-    if unchanged and plan.file.is_file():
+    if unchanged and all(path.is_file() for path in (plan.file, *making.layers)):
         return []
     read = files_read(*making.files)
     missing = [path for file in (making.rig, making.take) for path in named_files(file)[1]]
@@ -118,6 +118,8 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
         expressions=making.expressions,
         fuzzy=making.fuzzy,
         correction=making.correction,
+        performer_layer=making.performer_layer,
+        character_layer=making.character_layer,
     )
     if before.key_now(folder, making.options) == before.key:
         write_record(place, before)

@@ -24,6 +24,8 @@ class Making:
         Fields of `CorrectionOptions`.
     performer : str
         "" = not named.
+    performer_layer, character_layer : Path or None
+        Layers that shots share; written where they are missing.
     """
 
     rig: Path
@@ -35,12 +37,20 @@ class Making:
     neutral: Any = None
     correction: Mapping[str, Any] = field(default_factory=dict)
     performer: str = ""
+    performer_layer: Path | None = None
+    character_layer: Path | None = None
 
     @property
     def files(self) -> tuple[Path, ...]:
         """The files that it names."""
         others = (self.bind, self.calibration, self.expressions, self.fuzzy)
         return (self.rig, self.take, *(path for path in others if path is not None))
+
+    @property
+    def layers(self) -> tuple[Path, ...]:
+        """The layers that it shares with other shots."""
+        both = (self.performer_layer, self.character_layer)
+        return tuple(path for path in both if path is not None)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -129,6 +139,7 @@ def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
     """Return the plan that `ShotPlan.as_dict` gave."""
     making = plain["making"]
     files = {"rig", "take", "bind", "calibration", "expressions", "fuzzy"}
+    files |= {"performer_layer", "character_layer"}
     if making is not None:
         paths = {name: Path(value) for name, value in making.items() if name in files}
         making = Making(**{**making, **paths})

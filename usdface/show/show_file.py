@@ -13,8 +13,11 @@
     rig = "mia.usdc"
     bind = {anna = "anna_on_mia.json"}  # by performer, or one file
 
+    layer = "mia_setup.usda"          # a layer that all its shots sublayer; made if it is missing
+
     [performers.anna]
     calibration = "anna.json"
+    layer = "anna.usda"
 
     [[shots]]
     name = "sq010_0010"
@@ -42,8 +45,9 @@ __all__ = ["read_show_file", "show_json"]
 
 _LARGEST = 64_000_000  # bytes
 _FILES = ("rig", "take", "bind", "calibration", "expressions", "fuzzy")
+_LAYERS = ("performer_layer", "character_layer")
 _CORRECTION = tuple(part.name for part in fields(CorrectionOptions))
-_SETUP = (*_FILES, "neutral", *_CORRECTION)
+_SETUP = (*_FILES, *_LAYERS, "neutral", *_CORRECTION)
 _TOP = ("folder", "files", "process", "characters", "performers", "shots")
 _SHOT = (*_SETUP, "name", "file", "performer", "character", "characters", "process")
 _PROCESS = (
@@ -140,7 +144,9 @@ def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) 
             "SETTING_WRONG",
         )
     table = dict(_table(tables[name], f"{kind}.{name}"))
-    _check_keys(table, _SETUP, f"{where}: {kind}.{name}")
+    _check_keys(table, (*_SETUP, "layer"), f"{where}: {kind}.{name}")
+    if "layer" in table:
+        table[f"{kind[:-1]}_layer"] = table.pop("layer")
     if isinstance(bind := table.get("bind"), dict):
         table.pop("bind")
         table |= {"bind": bind[other]} if other in bind else {}
@@ -152,7 +158,9 @@ def _making(setup: dict[str, Any], performer: str, base: Path, where: str) -> Ma
         if needed not in setup:
             raise InputError(f"{where} has no {needed}", "SHOT_INCOMPLETE")
     files = {
-        name: base / _text(setup[name], f"{where}: {name}") for name in _FILES if name in setup
+        name: base / _text(setup[name], f"{where}: {name}")
+        for name in (*_FILES, *_LAYERS)
+        if name in setup
     }
     neutral = setup.get("neutral")
     if isinstance(neutral, list):
@@ -254,7 +262,7 @@ def show_json(plans: list[ShotPlan], root: Path) -> str:
     for plan in plans:
         entry: dict[str, Any] = {"name": plan.name, "file": _relative(plan.file, root)}
         if made := plan.making:
-            named = {name: getattr(made, name) for name in _FILES}
+            named = {name: getattr(made, name) for name in (*_FILES, *_LAYERS)}
             entry |= {name: _relative(path, root) for name, path in named.items() if path}
             entry |= dict(made.correction)
             entry |= {"neutral": made.neutral} if made.neutral else {}
