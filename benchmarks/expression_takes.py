@@ -31,6 +31,7 @@ from makehuman_face import landmarks_on, posable_face, published_expressions  # 
 from benchmarks.solve.faces import Face as Performer  # noqa: E402
 from benchmarks.solve.faces import bent  # noqa: E402
 from usdface.arrays import FloatArray  # noqa: E402
+from usdface.face.marker_surface import MarkerSurface  # noqa: E402
 from usdface.retarget.solve_take import solve_take  # noqa: E402
 from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
@@ -62,7 +63,12 @@ def performed(face: Face, positions: FloatArray, rate: float = RATE, seed: int =
     points = face.setup.binding.points
     mesh = face.mesh
     solution, _ = solve_take(
-        take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, face.setup
+        take,
+        mesh.points[points],
+        mesh.offsets_at(points),
+        mesh.shape_names,
+        face.setup,
+        surface=MarkerSurface(mesh, points),
     )
     return face.judge(take, solution.weights, solution, REST)
 

@@ -55,7 +55,7 @@ def travels(shot: Shot) -> tuple[dict[str, Travel], float, float]:
     solution = result.solution
     assert solution is not None and isinstance(shot.take, usdface.MarkerTake)
     weights = solution.weights.weights
-    found = region_travel(shot.face, shot.take, solution, weights)
+    (found,) = region_travel(shot.face, shot.take, solution, weights, str)
     return found, 1000.0 * solution.residual.mean(), weights.sum(axis=1).mean()
 
 

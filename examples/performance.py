@@ -17,7 +17,7 @@ from usdface.retarget_setup import Binding
 from usdface.rigs import Rig
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["MARKERS", "NEUTRAL", "Performance", "binding", "perform"]
+__all__ = ["MARKERS", "NEUTRAL", "Performance", "bent_as_performer", "binding", "perform", "record"]
 
 RATE = 60.0
 SECONDS = 12.0
@@ -146,7 +146,7 @@ def _curves(rig: Rig, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.clip(weights, 0, 1), amounts
 
 
-def _performer(points: FloatArray) -> FloatArray:
+def bent_as_performer(points: FloatArray) -> FloatArray:
     """Bend the example's head into the performer's: longer, narrower, wider jaw, big nose."""
     x, y, z = np.moveaxis(points, -1, 0)
     nose = np.exp(-((x / 0.018) ** 2) - ((y + 0.028) / 0.020) ** 2)
@@ -178,16 +178,30 @@ def _moved(markers: FloatArray, times: FloatArray) -> FloatArray:
     return np.asarray(turned + drift[:, None] + (0.06, 0.14, 0.11))
 
 
-@lru_cache(maxsize=1)
-def perform() -> Performance:
-    """Perform: the take, and the truth behind it. The same on every call."""
+def _clean(weights: FloatArray) -> FloatArray:
+    """Return the performer's markers (F, M, 3) at weights of the rig's shapes (F, S) [m]."""
     rig, bound = build_head(), binding()
-    times = np.arange(round(SECONDS * RATE)) / RATE
-    weights, amounts = _curves(rig, times)
     head = rig.mesh("head")
     used = [rig.shape_names.index(name) for name in head.shape_names]
     offsets = head.offsets_at(bound.points)
-    clean = _performer(head.points[bound.points] + np.tensordot(weights[:, used], offsets, 1))
+    skin = head.points[bound.points] + np.tensordot(weights[:, used], offsets, 1)
+    return bent_as_performer(skin)
+
+
+def record(weights: FloatArray, times: FloatArray, random: np.random.Generator) -> MarkerTake:
+    """Return the take in which the performer shows weights (F, S), with motion and noise."""
+    clean = _clean(weights)
+    seen = _moved(clean, times) + random.normal(0, NOISE, clean.shape)
+    return MarkerTake(MARKERS, times, seen, rate=RATE, meters_per_unit=0.001)
+
+
+@lru_cache(maxsize=1)
+def perform() -> Performance:
+    """Perform: the take, and the truth behind it. The same on every call."""
+    rig = build_head()
+    times = np.arange(round(SECONDS * RATE)) / RATE
+    weights, amounts = _curves(rig, times)
+    clean = _clean(weights)
     random = np.random.default_rng(SEED + 1)
     seen = _moved(clean, times) + random.normal(0, NOISE, clean.shape)
     for marker, start, end in (

@@ -23,6 +23,7 @@ from usdface.correction.feature_extraction import sided_features
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
+from usdface.face.marker_surface import MarkerSurface
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
@@ -101,6 +102,7 @@ class Face:
             self.mesh.offsets_at(points),
             self.mesh.shape_names,
             self.setup,
+            surface=MarkerSurface(self.mesh, points),
         )
         return self.judge(take, solution.weights, solution, round(rate))
 

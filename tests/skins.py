@@ -74,7 +74,7 @@ def joined_lips(gap: float = 1e-4) -> Mesh:
     points = np.column_stack([x, y - np.sign(y) * (0.001 - gap / 2), np.zeros(len(x))])
     between = (quads[:, 0] // LIP == 2) & (quads[:, 0] % LIP > 0)
     kept = quads[~between]
-    below = points[:, 1] < 0
+    below = np.arange(len(points)) < 3 * LIP
     opening = BlendShape.from_dense("open", below[:, None] * np.array([0.0, -0.01, 0.0]))
     return Mesh("lips", points, np.full(len(kept), 4), kept.ravel(), shapes=(opening,))
 

@@ -35,7 +35,7 @@ CASES: dict[str, tuple[set[str], float]] = {
     "skin_no_common_root/quad_skin.glb": ({"FEATURE_DROPPED"}, 0.1),
     "two_faces/two_roots.usda": (set(), 1e-3),
     "value_clips/valueclips.usda": (set(), 1e-3),
-    "vertexcache/vertexcache.usda": ({"ANIMATION_DROPPED", "CONVERSION_INEXACT"}, 1e3),
+    "vertexcache/vertexcache.usda": (set(), 1e-2),
     "vrm_extension_silent/unknown_ext.glb": ({"EXTENSION_DROPPED"}, 1e-3),
     # 16-bit scales of joints
     "weights_not_normalised/skin_unnormalised.glb": ({"CONVERSION_INEXACT"}, 0.1),

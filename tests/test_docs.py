@@ -70,11 +70,22 @@ def test_examples_parse(document: Path) -> None:
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_sessions_are_true(document: Path) -> None:
-    if document.name == "api.md":
-        pytest.skip("tests/test_api_documentation.py runs its examples, where their files are")
     for block in blocks(document, "pycon"):
         session = doctest.DocTestParser().get_doctest(block, {}, document.name, str(document), 0)
         assert session.examples and not doctest.DocTestRunner().run(session).failed
+
+
+def test_every_page_has_a_place_in_the_navigation_of_the_site() -> None:
+    contents = (ROOT / "docs" / "site" / "contents.yml").read_text(encoding="utf-8")
+    placed = re.findall(r"^ *(?:- file|root): (\S+)$", contents, re.MULTILINE)
+    pages = [path.relative_to(ROOT).with_suffix("").as_posix() for path in DOCUMENTS]
+    assert sorted(placed) == sorted([*pages, "benchmarks/README"])
+
+
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", ".ci/run"])
+def test_ci_builds_the_site_with_the_documented_commands(name: str) -> None:
+    lines = (ROOT / name).read_text(encoding="utf-8").splitlines()
+    assert ".venv/bin/sphinx-build -q -W --keep-going -c docs/site . build/site" in lines
 
 
 def command_lines(document: Path) -> list[list[str]]:

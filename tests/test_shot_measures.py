@@ -89,6 +89,14 @@ def test_a_neutral_that_is_none_is_found(shot: Shot) -> None:
     assert verdict.level != "good" and "NEUTRAL_EXPRESSIVE" in codes(verdict)
 
 
+def test_an_expression_that_is_named_as_the_neutral_is_none_too_many(shot: Shot) -> None:
+    peak = 97
+    solved = usdface.retarget(shot, options=ProcessOptions(express=False, closure=False)).weights
+    named = dict(zip(solved.names, np.clip(solved.weights[peak], 0, 1).tolist(), strict=True))
+    setup = replace(shot.setup, neutral=(peak, peak), neutral_weights=named)
+    assert "NEUTRAL_EXPRESSIVE" not in codes(verdict_on(replace(shot, setup=setup)))
+
+
 def test_noise_larger_than_the_motion_is_not_usable(shot: Shot) -> None:
     noise = np.random.default_rng(1).normal(size=shot.take.positions.shape)
     verdict = verdict_on(with_positions(shot, shot.take.positions + 0.008 * noise))

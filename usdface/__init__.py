@@ -27,6 +27,7 @@ import_module("usdface.retarget")
 del globals()["retarget"]
 
 if TYPE_CHECKING:
+    from usdface.correct_shot import correct
     from usdface.errors import (
         Cancelled,
         InputError,
@@ -36,11 +37,14 @@ if TYPE_CHECKING:
         SolveError,
         UsdFaceError,
     )
-    from usdface.explanation import Explanation
+    from usdface.explanation import Explanation, explain_result
     from usdface.expression_system import ExpressionSystem
+    from usdface.figures.peak_frames import peak_frames
     from usdface.findings import Finding, finding
     from usdface.formats import ExportTarget, RigReader, TakeReader
     from usdface.fuzzy.system import FuzzySystem
+    from usdface.hooks import Hook
+    from usdface.io.plugins import installed_hooks
     from usdface.io.takes.raw_take import RawTake, check_size, finish_take
     from usdface.options import (
         BindOptions,
@@ -71,6 +75,7 @@ if TYPE_CHECKING:
         fit_fuzzy,
         import_scene,
         list_formats,
+        list_plugins,
         make_bind_page,
         make_markers,
         make_rig,
@@ -79,12 +84,14 @@ if TYPE_CHECKING:
         process,
         process_sequence,
         read_bind,
+        read_result,
         read_rig,
         read_take,
         set_up,
         view,
         write_paper_system,
     )
+    from usdface.played_shot import PlayedShot
     from usdface.progress import Step
     from usdface.result import Result
     from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
@@ -92,6 +99,7 @@ if TYPE_CHECKING:
     from usdface.rigs import BlendShape, Mesh, Rig
     from usdface.shot import Shot, ShotResult
     from usdface.shot_assembly import assemble_shot
+    from usdface.skin_colours import residual_colours
     from usdface.takes import MarkerTake, WeightsTake
 
 __version__ = "0.1.0"
@@ -114,6 +122,7 @@ __all__ = [
     "Finding",
     "FitOptions",
     "FuzzySystem",
+    "Hook",
     "ImportOptions",
     "InputError",
     "MapOptions",
@@ -123,6 +132,7 @@ __all__ = [
     "OutputError",
     "PerformerFace",
     "Pin",
+    "PlayedShot",
     "PluginError",
     "ProcessOptions",
     "RawTake",
@@ -149,23 +159,30 @@ __all__ = [
     "check_neutral",
     "check_size",
     "convert_fuzzy",
+    "correct",
     "explain",
+    "explain_result",
     "export_scene",
     "finding",
     "finish_take",
     "fit_fuzzy",
     "import_scene",
+    "installed_hooks",
     "list_formats",
+    "list_plugins",
     "make_bind_page",
     "make_markers",
     "make_rig",
     "make_shot",
     "make_take",
+    "peak_frames",
     "process",
     "process_sequence",
     "read_bind",
+    "read_result",
     "read_rig",
     "read_take",
+    "residual_colours",
     "retarget",
     "set_up",
     "view",
@@ -173,6 +190,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "correct_shot": ("correct",),
     "errors": (
         "Cancelled",
         "InputError",
@@ -182,8 +200,12 @@ _HOMES = {
         "SolveError",
         "UsdFaceError",
     ),
-    "explanation": ("Explanation",),
+    "explanation": (
+        "Explanation",
+        "explain_result",
+    ),
     "expression_system": ("ExpressionSystem",),
+    "figures.peak_frames": ("peak_frames",),
     "findings": (
         "Finding",
         "finding",
@@ -194,6 +216,8 @@ _HOMES = {
         "TakeReader",
     ),
     "fuzzy.system": ("FuzzySystem",),
+    "hooks": ("Hook",),
+    "io.plugins": ("installed_hooks",),
     "io.takes.raw_take": (
         "RawTake",
         "check_size",
@@ -227,6 +251,7 @@ _HOMES = {
         "fit_fuzzy",
         "import_scene",
         "list_formats",
+        "list_plugins",
         "make_bind_page",
         "make_markers",
         "make_rig",
@@ -235,6 +260,7 @@ _HOMES = {
         "process",
         "process_sequence",
         "read_bind",
+        "read_result",
         "read_rig",
         "read_take",
         "set_up",
@@ -242,6 +268,7 @@ _HOMES = {
         "write_paper_system",
     ),
     "performer_face": ("PerformerFace",),
+    "played_shot": ("PlayedShot",),
     "progress": ("Step",),
     "result": ("Result",),
     "retarget_setup": (
@@ -262,6 +289,7 @@ _HOMES = {
         "ShotResult",
     ),
     "shot_assembly": ("assemble_shot",),
+    "skin_colours": ("residual_colours",),
     "takes": (
         "MarkerTake",
         "WeightsTake",

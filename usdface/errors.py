@@ -85,6 +85,7 @@ ERROR_CODES: dict[str, str] = {
     # formats of other packages
     "PLUGIN_FAILED": "a format of another package cannot be loaded, fails or returns nonsense",
     "PLUGIN_CONFLICT": "formats of several packages fit one file",
+    "HOOK_FAILED": "a hook of another package cannot be loaded, fails or returns nonsense",
     # the program
     "SCHEMAS_LATE": "the usdface schemas are missing or come too late",
     "CANCELLED": "the caller ended the job; nothing is written",
@@ -195,7 +196,7 @@ class OutputError(UsdFaceError):
 
 
 class PluginError(UsdFaceError):
-    """A reader or an export target of another package cannot be used; the message names it.
+    """A reader, export target or hook of another package cannot be used; the message names it.
 
     Parameters
     ----------

@@ -246,10 +246,25 @@ class Explanation:
 def explain_result(result: ShotResult) -> Explanation:
     """Return the explanation of a shot that was retargeted with ``ProcessOptions(trace=True)``.
 
+    Parameters
+    ----------
+    result : ShotResult
+
+    Returns
+    -------
+    Explanation
+
     Raises
     ------
     InputError
         If the shot has no expression layer, or was retargeted without a trace.
+
+    Examples
+    --------
+    >>> options = usdface.ProcessOptions(trace=True)
+    >>> result = usdface.process("examples/shot.usda", options=options).value
+    >>> usdface.explain_result(result).frame(72)["poses_shown"]["joy"]
+    1.0
     """
     trace = result.trace
     if trace is None:

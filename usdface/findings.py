@@ -46,7 +46,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     # formats of other packages
     "PLUGIN_FAILED": ("warning", "a format of another package cannot be loaded"),
     "PLUGIN_CONFLICT": ("warning", "two packages claim files of one kind"),
-    # bindings of other takes
+    # hooks of other packages
+    "HOOK_APPLIED": ("info", "a hook of another package changed the data"),
+    "HOOK_SKIPPED": ("info", "a hook of another package was left out"),
+    # bindings of other takes, shared layers
     "FRAMES_NOT_CARRIED": (
         "warning",
         "neutral and peak frames of a binding are of another take, and are looked for anew",
@@ -80,7 +83,8 @@ CODES: dict[str, tuple[Severity, str]] = {
     "TARGETS_UNEQUAL": ("error", "primitives of a mesh differ in their number of morph targets"),
     "MESH_OUTSIDE": (
         "warning",
-        "a mesh is outside of every SkelRoot and is left out; move it below one",
+        "a mesh is outside of every SkelRoot: it is kept, without its blend shapes, which UsdSkel "
+        "does not move there",
     ),
     "TOPOLOGY_DIFFERS": ("error", "faces and points do not belong together"),
     "NORMALS_MISSING": ("info", "normals are missing or do not follow a shape; shading may differ"),
@@ -149,6 +153,10 @@ CODES: dict[str, tuple[Severity, str]] = {
     "SKIN_WEIGHTS_NORMALISED": (
         "info",
         "skin weights that did not add up to 1 were brought to it, as glTF programs do",
+    ),
+    "POINTS_TO_SHAPES": (
+        "info",
+        "points that change over time became blend shapes",
     ),
     "CURVE_RESAMPLED": ("info", "an animation curve was resampled"),
     "SCALE_ROUNDED": ("info", "joint scales are stored as 16-bit floats in UsdSkel"),

@@ -675,6 +675,8 @@ class ProcessOptions:
         In place of the shot's `SolveOptions.mode`.
     exaggeration : mapping of "face", "brows", "eyes", "mouth" to float
         Factors on the solved weights, in place of the shot's; those not named stay.
+    gains : mapping of emotion to float
+        Constant factors on the poses of emotions, in place of the shot's; those not named stay.
     trace : bool
         Keep the memberships of all terms in `ShotResult.trace`, for an explanation.
 
@@ -690,6 +692,7 @@ class ProcessOptions:
     clean: bool = True
     solve: SolveMode | None = None
     exaggeration: Mapping[str, float] = field(default_factory=dict)
+    gains: Mapping[str, float] = field(default_factory=dict)
     trace: bool = False
 
     def __post_init__(self) -> None:
@@ -697,3 +700,5 @@ class ProcessOptions:
             _check_choice("solve", self.solve, SolveMode)
         for part, factor in self.exaggeration.items():
             check_exaggeration(part, factor)
+        for emotion, gain in self.gains.items():
+            _check_number(f"gain of {emotion}", gain)

@@ -60,6 +60,13 @@ class PlayedShot:
     start_code : float
         Time code of the first frame on the stage.
     verdict : Verdict or None
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda")
+    >>> played, _ = usdface.read_result(result.written[0])
+    >>> sorted(played.emotions)
+    ['anger', 'disgust', 'fear', 'joy', 'sadness', 'surprise']
     """
 
     rig: Rig

@@ -1,6 +1,6 @@
 """The main job on arrays: a shot cleaned, solved and corrected."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
@@ -9,20 +9,18 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.blend_shape_evaluator import with_combinations
 from usdface.cleanup.repairs import Repair
-from usdface.closure.closure_layer import Closure, close_eyes_and_lips
-from usdface.correction.expression_layer import Correction, express
-from usdface.correction.feature_extraction import sided_features
+from usdface.correct_shot import correct, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.hooks import Hook, run_hooks
 from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
-from usdface.retarget.pins import faded_at_pins, with_pins
+from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
@@ -86,6 +84,7 @@ def retarget(
     shot: Shot,
     *,
     options: ProcessOptions = ProcessOptions(),
+    hooks: Sequence[Hook] = (),
     on_progress: OnProgress | Progress | None = None,
 ) -> ShotResult:
     """Clean a shot's markers, solve its weights and correct them: no file, no stage.
@@ -95,6 +94,8 @@ def retarget(
     shot : Shot
     options : ProcessOptions
         Overrides of the shot's settings for this run.
+    hooks : sequence of Hook, optional
+        Functions between the steps; `installed_hooks` returns those of installed packages.
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job.
 
@@ -108,6 +109,8 @@ def retarget(
         If setup, take and rig do not belong together.
     SolveError
         If the markers do not determine a solution.
+    PluginError
+        If a hook fails.
 
     Examples
     --------
@@ -122,13 +125,17 @@ def retarget(
     >>> max(peaks, key=peaks.get)
     'disgust'
     """
-    return retarget_in_stages(shot, options, Progress.of(on_progress), _Uncached())
+    return retarget_in_stages(shot, options, hooks, Progress.of(on_progress), _Uncached())
 
 
 @one_blas_thread()
 @solve_errors()
 def retarget_in_stages(
-    shot: Shot, options: ProcessOptions, progress: Progress, stages: Stages
+    shot: Shot,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
+    stages: Stages,
 ) -> ShotResult:
     """Retarget a shot, with stages that an earlier run may have computed.
 
@@ -136,23 +143,32 @@ def retarget_in_stages(
     ----------
     shot : Shot
     options : ProcessOptions
+    hooks : sequence of Hook
+        With any, all is computed: there is no telling what they depend on.
     progress : Progress
     stages : Stages
         Returns the value of "solve" and of "express", kept or computed.
     """
     shot = _with_overrides(shot, options)
-    solved = stages.stage("solve", _solve_inputs(shot), {}, lambda: _solve_shot(shot, progress))
-    shot = replace(shot, take=solved.take)
+    if hooks:
+        stages = _Uncached()
+    solved = stages.stage(
+        "solve", _solve_inputs(shot), {}, lambda: _solve_shot(shot, hooks, progress)
+    )
+    shot = with_gains(replace(shot, take=solved.take), options.gains)
+    options = replace(options, gains={})
+
+    def compute() -> ShotResult:
+        return _express_shot(shot, solved, options, hooks, progress)
+
+    if options.trace:  # for an explanation, which is asked for once
+        return compute()
     inputs = (_express_inputs(shot), options, solved)
     given = {
         **{"shot": shot, "solution": solved.solution, "solved": solved.weights},
         **{"system": shot.system, "repairs": solved.repairs},
     }
-    if options.trace:
-        return _express_shot(shot, solved, options, progress)
-    return stages.stage(
-        "express", inputs, given, lambda: _express_shot(shot, solved, options, progress)
-    )
+    return stages.stage("express", inputs, given, compute)
 
 
 def _solve_inputs(shot: Shot) -> object:
@@ -167,23 +183,30 @@ def _express_inputs(shot: Shot) -> object:
     return shot.mesh, shot.rig.shape_names, shot.setup, system, shot.base, shot.factors
 
 
-def _solve_shot(shot: Shot, progress: Progress) -> SolvedShot:
+def _solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress) -> SolvedShot:
+    take, findings = run_hooks(hooks, "take_read", shot.take, shot)
+    shot = replace(shot, take=take)
+    face = shot.face
     with progress.step("clean"):
-        take, cleaned, findings = clean(shot.take, shot.setup)
-        shot = replace(shot, take=take)
+        take, cleaned, new_findings = clean(shot.take, shot.setup)
+    findings += new_findings
     with progress.step("solve"):
         weights, solution, new_findings = solve(
-            take, shot.face, shot.setup, cleaned=cleaned, progress=progress
+            take, face, shot.setup, cleaned=cleaned, progress=progress
         )
     repairs = cleaned.repairs if cleaned else ()
     return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings))
 
 
 def _express_shot(
-    shot: Shot, solved: SolvedShot, options: ProcessOptions, progress: Progress
+    shot: Shot,
+    solved: SolvedShot,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
 ) -> ShotResult:
     """Exaggerate, correct and close the solved weights of a shot, whose take is the cleaned one."""
-    face, solution, findings = shot.face, solved.solution, [*solved.findings]
+    face, solution = shot.face, solved.solution
     with progress.step("solve"):
         weights = exaggerated(
             solved.weights,
@@ -193,8 +216,8 @@ def _express_shot(
             pins=shot.setup.pins,
             limits=shot.setup.solve.limits,
         )
+        weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
         regions, failed = _region_residuals(face, solution)
-        findings += failed
         result = ShotResult(
             shot,
             _with_pinned_base(shot, weights),
@@ -203,27 +226,9 @@ def _express_shot(
             repairs=solved.repairs,
             region_residuals=regions,
         )
-    if options.express and (shot.system is None or not shot.expressions):
-        findings.append(finding("EXPRESS_SKIPPED", ""))
-    elif options.express:
-        with progress.step("express"):
-            expressed = _express(face, weights, result, trace=options.trace)
-            findings += expressed.findings
-            corrected = faded_at_pins(
-                shot.setup.pins,
-                result.solved.names,
-                shot.take.times,
-                result.solved.weights,
-                expressed.weights,
-            )
-            corrected = with_combinations(shot.mesh, result.solved.names, corrected)
-            result = replace(result, corrected=corrected, trace=expressed.trace)
-    if options.closure:
-        with progress.step("closure"):
-            closure = _close(face, result)
-            findings += closure.findings if closure else ()
-            result = replace(result, closure=closure)
-    return replace(result, findings=tuple(findings))
+    corrected = correct(result, options=options, hooks=hooks, on_progress=progress)
+    found = (*solved.findings, *findings, *failed, *corrected.findings)
+    return replace(corrected, findings=found)
 
 
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
@@ -255,47 +260,6 @@ def _region_residuals(
         lambda: region_residuals(face, solution.markers, solution.distances),
         {},
     )
-
-
-def _express(
-    face: BoundFace, weights: WeightsTake, result: ShotResult, *, trace: bool
-) -> Correction:
-    shot = result.shot
-    assert shot.system is not None
-    features = sided_features(
-        shot.system,
-        face,
-        shot.take,
-        weights=weights,
-        solution=result.solution,
-        sides=face.layout.sides,
-    )
-    return express(
-        shot.system,
-        features,
-        face,
-        names=result.solved.names,
-        weights=result.solved.weights,
-        expressions=shot.expressions,
-        gains=shot.gains,
-        times=shot.take.times,
-        trace=trace,
-    )
-
-
-def _close(face: BoundFace, result: ShotResult) -> Closure | None:
-    closure = close_eyes_and_lips(
-        face,
-        result.solved,
-        result.weights.weights,
-        solution=result.solution,
-        pins=result.shot.setup.pins,
-        options=result.shot.setup.closure,
-    )
-    if closure is None:
-        return None
-    complete = with_combinations(face.mesh, result.solved.names, closure.weights)
-    return replace(closure, weights=complete)
 
 
 def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:

@@ -146,15 +146,18 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
 
     Where a shape is open in the neutral, the take needs its weight below 0 whenever it closes:
     least squares without bounds show by how much, in half of the frames. Where the solve has
-    corrected the neutral, the neutral frames are away from it.
+    corrected the neutral, the neutral frames are away from it, by more than the weights that the
+    shot names for them.
     """
     neutral = result.shot.setup.neutral
     if neutral is None or not motion:
         return Measured(np.nan)
     moved = solution.displacements
     shown = moved[neutral[0] : neutral[1] + 1].mean(axis=0)
-    corrected = float(np.sqrt((shown**2).sum(axis=1).mean()))
     shapes = face.mesh.offsets_at(face.vertices_of(solution.markers))
+    for name, weight in result.shot.setup.neutral_weights.items():
+        shown = shown - weight * shapes[face.shape_names.index(name)]
+    corrected = float(np.sqrt((shown**2).sum(axis=1).mean()))
     flat = shapes.reshape(len(shapes), -1)
     gram = flat @ flat.T
     held = gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))

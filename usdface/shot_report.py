@@ -1,7 +1,6 @@
 """The report of a retargeted shot: residuals, deviations, emotions, where markers would help."""
 
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -173,8 +172,8 @@ def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> S
     assert isinstance(take, MarkerTake)
 
     def measured() -> tuple[dict[str, Travel], dict[str, Travel]]:
-        measure = partial(region_travel, face, take, solution, weights)
-        return measure(), measure(gain_region)
+        own, merged = region_travel(face, take, solution, weights, str, gain_region)
+        return own, merged
 
     nothing: tuple[dict[str, Travel], dict[str, Travel]] = ({}, {})
     (travels, merged), failed = advice("travel", measured, nothing)

@@ -18,7 +18,7 @@ from benchmarks.sequence.show import make_show
 
 __all__ = ["run_kills"]
 
-_SHOTS, _FRAMES = 8, 60
+_SHOTS, _FRAMES = 4, 60
 _LATEST = 1.1  # shares of an undisturbed run
 
 

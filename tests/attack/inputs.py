@@ -1,17 +1,21 @@
 """Give spoilt files to every reader and command: `python tests/attack/inputs.py --inputs 100000`.
 
-Batches run in forks of a process that has loaded everything, with limits of memory (ten times the
-file and 300 MB) and time. USD files are opened at once there; where that ends the process, or takes
-too long or too much, the command runs again as users have it, with its worker. Verdicts:
+Each spoilt file goes to a reader of the library, one in 20 to a command (`usdface.cli`), one in
+2,000 to the program, in a process of its own. Readers and commands run in forks of a process that
+has loaded everything, with limits of memory (ten times the file and 300 MB) and of time. USD files
+are opened by a worker first, as users have it. Verdicts:
 
-accepted      exit status 0, within the limits
-refused       exit status 1 and one line, of printable characters, at most 1000
-worker        refused likewise, where opening the file at once would have ended the process
-traceback, crash, hang, memory, characters, lines, litter      faults
+accepted    read, without a finding; every number is finite and nothing is of another folder
+finding     likewise, with findings
+refused     one line of printable characters, at most 1000; nothing is written
+isolated    refused likewise, by or for the worker that opens USD files first
+traceback, crash, hang, memory, characters, lines, half, escape, infinite      faults
+
+`--state FILE` keeps the counts, and goes on where an earlier run ended. A fault is shown again by
+`--only SEED --first NUMBER --inputs 1`.
 """
 
 import argparse
-import io
 import json
 import os
 import random
@@ -19,326 +23,407 @@ import resource
 import select
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
-from contextlib import redirect_stdout, suppress
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
+from typing import Any
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
 os.environ.setdefault("PXR_WORK_THREAD_LIMIT", "1")  # threads do not survive a fork
-os.environ["USDFACE_TRUSTED"] = "1"
+os.environ.pop("USDFACE_TRUSTED", None)
 
+from attack.isolated import Workers, without_memory  # noqa: E402
+
+WORKERS = Workers()  # forks before this process has loaded anything
+
+import numpy as np  # noqa: E402
 from attack.mutators import spoilt  # noqa: E402
-from worlds import make_world  # noqa: E402
+from attack.seeds import SECRET, Seed, make_seeds  # noqa: E402
 
+from usdface.cli import _in_one_line as line_of  # noqa: E402
 from usdface.cli import main as usdface  # noqa: E402
+from usdface.findings import Finding  # noqa: E402
+from usdface.io.usd import trial  # noqa: E402
+from usdface.takes import MarkerTake  # noqa: E402
 
-__all__ = ["Seed", "Verdicts", "attack", "make_seeds"]
+__all__ = ["Verdicts", "attack"]
 
-SECONDS, MEMORY, PER_BYTE = 10.0, 300 * 2**20, 10
-BATCH = 40
-PLAIN = ("accepted", "refused", "worker")
-
-
-@dataclass(frozen=True)
-class Seed:
-    """A good file, and the commands that read it: `FILE` is the spoilt one, `OUT` a folder."""
-
-    name: str
-    file: Path
-    commands: tuple[tuple[str, ...], ...]
-    binary: bool
-
-    @property
-    def usd(self) -> bool:
-        return ".usd" in self.name
+SECONDS, WALL = 10.0, 120.0  # of processor time; by the clock, for what waits
+MEMORY, PER_BYTE = 300 * 2**20, 10
+COMMANDS, PROGRAMS = 1 / 20, 1 / 2000
+PLAIN = ("accepted", "finding", "refused", "isolated")
+BESIDE = (
+    "small.bin",
+    "skin.png",
+    "rig.usda",
+    "take.usda",
+    "wide.csv",
+    "neutral.obj",
+    "jawOpen.obj",
+)
+_SECRETS = np.array([struct.unpack("<f", (2 * SECRET)[k : k + 4])[0] for k in range(len(SECRET))])
 
 
 @dataclass
 class Verdicts:
-    counts: Counter[tuple[str, str]] = field(default_factory=Counter)
+    """Counts by seed, way of reading, class of the first fault and verdict; faults by number."""
+
+    counts: Counter[tuple[str, str, str, str]] = field(default_factory=Counter)
     faults: list[tuple[str, int, str]] = field(default_factory=list)
+    rounds: int = 0
+    seeds: list[str] = field(default_factory=list)  # done in this round
 
-    def add(self, name: str, number: int, verdict: str) -> None:
-        self.counts[name, verdict.split(":")[0]] += 1
-        if verdict.split(":")[0] not in PLAIN:
-            print(name, number, verdict, flush=True)
-            self.faults.append((name, number, verdict))
+    def add(self, name: str, number: int, way: str, kind: str, verdict: str) -> None:
+        word = verdict.split(":")[0]
+        self.counts[name, way, kind, word] += 1
+        if word not in PLAIN:
+            print(name, number, way, verdict, flush=True)
+            self.faults.append((name, number, f"{way} {verdict}"))
 
+    @property
+    def total(self) -> int:
+        return sum(self.counts.values())
 
-def make_seeds(place: Path) -> list[Seed]:
-    """Write a good file of every format."""
-    from every_term import SYSTEMS
-    from pxr import Sdf
+    @classmethod
+    def load(cls, file: Path | None) -> "Verdicts":
+        if file is None or not file.exists():
+            return cls()
+        held = json.loads(file.read_text())
+        counts = Counter({tuple(key): number for *key, number in held["counts"]})
+        faults = [tuple(fault) for fault in held["faults"]]
+        return cls(counts, faults, held["rounds"], held.get("seeds", []))
 
-    from usdface.io.fuzzy_formats.files import write_fuzzy_file
-
-    world = make_world()
-    world.write(place)
-    for name in ("rig", "take"):
-        Sdf.Layer.FindOrOpen(str(place / f"{name}.usda")).Export(str(place / f"{name}.usdc"))
-    shot = ["--rig", "rig.usda", "--take", "take.usda", "--bind", "bind.json", "-o", "shot.usda"]
-    run(["shot", *(str(place / w) if "." in w else w for w in shot)])
-    for name in ("face.glb", "face.gltf", "face.usdz"):
-        run(["export", str(place / "rig.usda"), "-o", str(place / name)])
-    for name in ("mamdani", "default"):
-        for suffix in (".fis", ".fcl", ".fll", ".usda"):
-            write_fuzzy_file(place / f"{name}{suffix}", SYSTEMS[name])
-    _write_takes(place)
-    (place / "meshes").mkdir()
-    (place / "meshes/neutral.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    (place / "meshes/jawOpen.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n")
-    (place / "expressions.json").write_text(
-        '{"contempt": {"units": {"12L": 0.3, "14L": 0.9}}, "joy": {"shapes": {"jawOpen": 0.4}}}'
-    )
-    (place / "calibration.json").write_text(
-        '{"shapes": {"jawOpen": {"gain": 1.2, "deviation": 0.1, "peak": 0.9, "offset": 0.01}}}'
-    )
-    return list(_seeds(place))
-
-
-def _write_takes(place: Path) -> None:
-    import ezc3d
-    import numpy as np
-
-    rng = np.random.default_rng(0)
-    file = ezc3d.c3d()
-    file["parameters"]["POINT"]["RATE"]["value"] = [60.0]
-    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
-    file["parameters"]["POINT"]["LABELS"]["value"] = ["a", "b", "c"]
-    file["data"]["points"] = np.concatenate([rng.normal(size=(3, 3, 20)), np.ones((1, 3, 20))])
-    file.write(str(place / "take.c3d"))
-    rows = ["time,a_x,a_y,a_z,b_x,b_y,b_z"]
-    rows += [f"{n / 60},1,2,{n % 5},4,5,{n % 7}" for n in range(20)]
-    (place / "take.csv").write_text("\n".join(rows) + "\n")
-    rows = ["frame,marker,x,y,z"]
-    rows += [f"{n},{m},{n % 3},2,{n % 5}" for n in range(20) for m in "ab"]
-    (place / "long.csv").write_text("\n".join(rows) + "\n")
-    rows = [
-        "PathFileType\t4\t(X/Y/Z)\ttake.trc",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
-        "OrigNumFrames",
-        "60\t60\t20\t2\tmm\t60\t1\t20",
-        "Frame#\tTime\ta\t\t\tb\t\t",
-        "\t\tX1\tY1\tZ1\tX2\tY2\tZ2",
-        "",
-        *(f"{n + 1}\t{n / 60:.5f}\t1\t2\t{n % 5}\t4\t5\t{n % 7}" for n in range(20)),
-    ]
-    (place / "take.trc").write_text("\n".join(rows) + "\n")
-    (place / "take.bvh").write_text(
-        "HIERARCHY\nROOT hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition "
-        "Zrotation Xrotation Yrotation\n JOINT head\n {\n  OFFSET 0 10 0\n  CHANNELS 3 Zrotation "
-        "Xrotation Yrotation\n  End Site\n  {\n   OFFSET 0 1 0\n  }\n }\n}\nMOTION\nFrames: 5\n"
-        "Frame Time: 0.0333333\n" + "0 1 2 3 4 5 6 7 8\n" * 5
-    )
-    rows = ["Timecode,BlendShapeCount,JawOpen,EyeBlinkLeft,BrowInnerUp,HeadYaw"]
-    rows += [f"10:00:00:{2 * n:02}.5,4,0.{n},0.2,0.{n % 7},0" for n in range(20)]
-    (place / "livelink.csv").write_text("\n".join(rows) + "\n")
-
-
-def _seeds(place: Path) -> Iterator[Seed]:
-    out = ("-o", "OUT/x.usda")
-    for name in ("take.c3d", "take.csv", "long.csv", "take.trc", "take.bvh", "livelink.csv"):
-        yield Seed(name, place / name, (("take", "FILE", *out),), name.endswith("c3d"))
-    for name in ("take.usda", "take.usdc"):
-        yield Seed(name, place / name, (("take", "FILE", *out),), name.endswith("c"))
-    glb = ("-o", "OUT/x.glb")
-    for name in ("rig.usda", "rig.usdc", "face.usdz"):
-        commands = (("rig", "FILE", *out), ("export", "FILE", *glb), ("check", "FILE"))
-        yield Seed(name, place / name, commands, not name.endswith("a"))
-    for name in ("face.glb", "face.gltf"):
-        commands = (("rig", "FILE", *out), ("import", "FILE", *out), ("check", "FILE"))
-        yield Seed(name, place / name, commands, name.endswith("glb"))
-    yield Seed("meshes", place / "meshes/jawOpen.obj", (("rig", "FOLDER", *out),), False)
-    shot = tuple(f"--{n}={place / n}.usda" for n in ("rig", "take"))
-    shot = ("shot", *shot, *out)
-    bound = (*shot, f"--bind={place / 'bind.json'}")
-    yield Seed("bind.json", place / "bind.json", ((*shot, "--bind", "FILE"),), False)
-    for option in ("expressions", "calibration"):
-        file = place / f"{option}.json"
-        yield Seed(file.name, file, ((*bound, f"--{option}", "FILE"),), False)
-    yield Seed("shot.usda", place / "shot.usda", (("process", "FILE", *out),), False)
-    for name in ("mamdani", "default"):
-        for suffix in (".fis", ".fcl", ".fll", ".usda"):
-            file = place / f"{name}{suffix}"
-            convert = ("fuzzy", "convert", "FILE", "-o", "OUT/x.fll")
-            commands = (convert, convert, (*bound, "--fuzzy", "FILE"))
-            yield Seed(file.name, file, commands, False)
-
-
-def run(arguments: list[str]) -> None:
-    with suppress(SystemExit), redirect_stdout(io.StringIO()):
-        if usdface(arguments) == 0:
+    def save(self, file: Path | None) -> None:
+        if file is None:
             return
-    raise RuntimeError(f"the seed cannot be made: {arguments}")
+        counts = [[*key, number] for key, number in sorted(self.counts.items())]
+        half = file.with_suffix(".half")
+        half.write_text(
+            json.dumps(
+                {
+                    "rounds": self.rounds,
+                    "seeds": self.seeds,
+                    "counts": counts,
+                    "faults": self.faults,
+                },
+                indent=0,
+            )
+        )
+        half.replace(file)
 
 
 def attack(seed: Seed, numbers: range, folder: Path, verdicts: Verdicts) -> None:
     """Spoil a seed in the ways of `numbers`, and count what comes of it."""
-    waiting = list(numbers)
-    while waiting:
-        batch, waiting = waiting[:BATCH], waiting[BATCH:]
-        while batch:
-            done, fault = _batch(seed, batch, folder)
-            for number, found in done:
-                if seed.usd and found.split(":")[0] in ("memory", "lines"):
-                    found = _again(seed, number, folder, found)
-                verdicts.add(seed.name, number, found)
-            batch = batch[len(done) :]
-            if fault and batch:
-                verdicts.add(seed.name, batch[0], _again(seed, batch[0], folder, fault))
-                batch = batch[1:]
+    left = list(numbers)
+    while left:
+        done, fault = _batch(seed, left, folder)
+        for number, (way, kind, verdict) in zip(left, done, strict=False):
+            verdicts.add(seed.name, number, way, kind, verdict)
+        left = left[len(done) :]
+        if left and fault:
+            # In the fork it ended with its limits; this is how users have it.
+            way, kind, verdict = _by_program(seed, left[0], folder)
+            plain = verdict.split(":")[0] in PLAIN
+            told = f"{fault}, alone {verdict}" if plain else f"{verdict} (in the fork {fault})"
+            verdicts.add(seed.name, left[0], way, kind, told)
+            left = left[1:]
 
 
-def _batch(seed: Seed, batch: list[int], folder: Path) -> tuple[list[tuple[int, str]], str]:
+def _batch(
+    seed: Seed, numbers: Sequence[int], folder: Path
+) -> tuple[list[tuple[str, str, str]], str]:
     """Run spoilt files in a fork; return the verdicts, and how the next one ended the fork."""
-    read, write = os.pipe()
+    log = folder / "verdicts"
+    log.write_bytes(b"")
+    _furnish(seed, folder)
+    alive, kept = os.pipe()
     child = os.fork()
     if child == 0:
-        os.close(read)
+        os.close(alive)
         try:
-            _try_all(seed, batch, folder, lambda line: os.write(write, line.encode()))
+            _try_all(seed, numbers, folder, log)
         finally:
             os._exit(0)
-    os.close(write)
-    text, fault = b"", ""
-    while True:
-        if not select.select([read], [], [], SECONDS)[0]:
+    os.close(kept)
+    fault, size, seconds, clock = "", 0, 0.0, time.monotonic()
+    while not select.select([alive], [], [], 0.5)[0]:
+        used = _seconds_of(child)
+        if (grown := log.stat().st_size) != size:
+            size, seconds, clock = grown, used, time.monotonic()
+        if used - seconds > SECONDS or time.monotonic() - clock > WALL:
             fault = "hang"
             os.kill(child, signal.SIGKILL)
             break
-        part = os.read(read, 65536)
-        if not part:
-            break
-        text += part
-    os.close(read)
+    os.close(alive)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    verdicts = [json.loads(line) for line in text.splitlines()]
-    done = list(zip(batch, verdicts, strict=False))
-    return done, fault or (f"crash: {status}" if len(done) < len(batch) else "")
+    lines = [line for line in log.read_bytes().split(b"\n")[:-1]]
+    done = [tuple(json.loads(line)) for line in lines]
+    return done, fault or (f"crash: {status}" if len(done) < len(numbers) else "")
 
 
-def _try_all(seed: Seed, batch: list[int], folder: Path, tell: Callable[[str], object]) -> None:
-    output = os.open(folder / "said", os.O_RDWR | os.O_CREAT | os.O_TRUNC)
+def _furnish(seed: Seed, folder: Path) -> None:
+    for name in ("in", "out"):
+        shutil.rmtree(folder / name, ignore_errors=True)
+        (folder / name).mkdir()
+    for name in BESIDE:
+        shutil.copy(seed.file.parent / name, folder / "in" / name)
+
+
+def _seconds_of(child: int) -> float:
+    with suppress(OSError):
+        parts = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()
+        return (int(parts[11]) + int(parts[12])) / os.sysconf("SC_CLK_TCK")
+    return 0.0
+
+
+def _try_all(seed: Seed, numbers: Sequence[int], folder: Path, log: Path) -> None:
+    from usdface.__main__ import _quiet_libraries
+
+    output = os.open(folder / "said", os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND)
     os.dup2(output, 2)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    sys.argv[1:] = []
+    _quiet_libraries()
+    warnings.simplefilter("ignore")
+    trial.subprocess = WORKERS  # type: ignore[attr-defined]
+    os.environ["XDG_CACHE_HOME"] = str(folder / "cache")
     pages = int(Path("/proc/self/statm").read_text().split()[5])
     base = pages * os.sysconf("SC_PAGESIZE")
-    warnings.simplefilter("ignore")  # as the program does
-    for number in batch:
-        arguments, size = prepared(seed, number, folder)
-        os.ftruncate(output, 0)
-        os.lseek(output, 0, os.SEEK_SET)
-        most = base + MEMORY + PER_BYTE * size
-        resource.setrlimit(resource.RLIMIT_DATA, (most, resource.RLIM_INFINITY))
-        try:
-            status: object = usdface(arguments)
-        except MemoryError:
-            status = "memory"
-        except BaseException as error:
-            status = f"traceback: {type(error).__name__}: {error}"
-        sys.stderr.flush()
-        said = (folder / "said").read_bytes()
-        tell(json.dumps(verdict(status, said, folder / "out")) + "\n")
+    with log.open("ab", buffering=0) as told:
+        for number in numbers:
+            os.ftruncate(output, 0)
+            found = _tried(seed, number, folder, base)
+            told.write(json.dumps(found).encode() + b"\n")
 
 
-def prepared(seed: Seed, number: int, folder: Path) -> tuple[list[str], int]:
-    """Write the spoilt file and an empty folder; return the command and the file's size."""
-    rng = random.Random(f"{seed.name} {number}")
-    data = spoilt(seed.file.read_bytes(), rng, seed.binary)
-    shutil.rmtree(folder / "in", ignore_errors=True)
-    shutil.rmtree(folder / "out", ignore_errors=True)
-    (folder / "out").mkdir()
-    if seed.name == "meshes":
-        shutil.copytree(seed.file.parent, folder / "in")
-    else:
-        (folder / "in").mkdir()
-        for name in ("rig.usda", "take.usda", "face.bin"):  # that shots and .gltf files name
-            (folder / "in" / name).symlink_to(seed.file.parent / name)
+def _tried(seed: Seed, number: int, folder: Path, base: int) -> tuple[str, str, str]:
+    data, kind, rng = _spoilt(seed, number)
+    without_memory(folder / "cache")
     file = folder / "in" / seed.file.name
     file.unlink(missing_ok=True)
     file.write_bytes(data)
-    words = {"FILE": str(file), "FOLDER": str(folder / "in")}
-    command = rng.choice(seed.commands)
-    return [words.get(w, w.replace("OUT", str(folder / "out"))) for w in command], len(data)
+    drawn = rng.random()
+    limits = base + MEMORY + PER_BYTE * len(data)
+    if drawn < PROGRAMS and seed.commands:
+        return _program(seed, rng, kind, folder)
+    resource.setrlimit(resource.RLIMIT_DATA, (limits, resource.RLIM_INFINITY))
+    if drawn < COMMANDS and seed.commands:
+        return "command", kind, _command(seed, rng, folder)
+    return "reader", kind, _read(rng.choice(seed.readers), file)
 
 
-def verdict(status: object, said: bytes, out: Path) -> str:
-    """Judge how a command ended, what it said and what it left."""
-    text = said.decode("utf-8", "replace")
+def _spoilt(seed: Seed, number: int) -> tuple[bytes, str, random.Random]:
+    rng = random.Random(f"{seed.name} {number}")
+    return *spoilt(seed.data, rng, seed.kind), rng
+
+
+def _read(reader: Any, file: Path) -> str:
+    """Read a file by the library, and judge what came of it."""
+    try:
+        found = reader(file)
+    except MemoryError:
+        return "memory"
+    except Exception as error:
+        return _refusal(f"usdface: {line_of(error)}\n")
+    findings: list[Finding] = []
+    for value in _values(found, findings):
+        if isinstance(value, bytes):
+            if SECRET in value:
+                return "escape"
+        elif np.isinf(value).any():
+            return "infinite"
+        elif np.isin(value, _SECRETS).any():
+            return "escape"
+    for finding in findings:
+        text = f"{finding.message}{finding.where}"
+        if not text.isprintable() or len(text) > 1300:
+            return f"characters: {text[:300]!r}"
+    return "finding" if findings else "accepted"
+
+
+def _values(found: Any, findings: list[Finding]) -> Iterator[Any]:
+    """Yield the arrays of floats and the bytes of a result, and list its findings."""
+    if isinstance(found, Finding):
+        findings.append(found)
+    elif isinstance(found, np.ndarray):
+        if found.dtype.kind == "f":
+            yield found
+            if np.isnan(found).any():
+                yield np.array([np.inf])
+    elif isinstance(found, MarkerTake):  # NaN is occluded
+        yield found.times
+        yield np.nan_to_num(found.positions, nan=0.0, posinf=np.inf, neginf=-np.inf)
+    elif isinstance(found, bytes):
+        yield found
+    elif is_dataclass(found):
+        for part in fields(found):
+            yield from _values(getattr(found, part.name), findings)
+    elif isinstance(found, dict):
+        yield from _values(list(found.values()), findings)
+    elif isinstance(found, list | tuple):
+        for part in found:
+            yield from _values(part, findings)
+
+
+def _refusal(text: str) -> str:
     last = text.splitlines()[-1][:300] if text.strip() else ""
-    if isinstance(status, str):
-        return status
-    if "MemoryError" in text or "bad_alloc" in text:
+    if "MemoryError" in text or "bad_alloc" in text or "not enough memory" in text:
         return f"memory: {last}"
     if "a mistake in usdface" in text or "Traceback" in text:
         return f"traceback: {last}"
     if [c for c in text if not c.isprintable() and c != "\n"]:
         return f"characters: {text[:300]!r}"
-    if status != 0 and (text.count("\n") > 1 or len(text) > 1000):  # `check` fails without a word
+    if text.count("\n") > 1 or len(text) > 1000:
         return f"lines: {text[:300]!r}"
-    left = [p for p in out.rglob("*") if p.is_file()]
-    if any(".usdface-" in str(p) for p in left) or (status != 0 and left):
-        return f"litter: {left}"
-    return "accepted" if status == 0 else "refused"
+    worker = ("ends the process that opens it", "takes more than", "takes too much time to open")
+    return "isolated" if any(word in text for word in worker) else "refused"
 
 
-def _again(seed: Seed, number: int, folder: Path, fault: str) -> str:
-    """Run a command that ended the fork again, as users have it; its verdict."""
-    arguments, _ = prepared(seed, number, folder)
-    ours = ("USDFACE_TRUSTED", "PXR_WORK_THREAD_LIMIT")
-    environment = {k: v for k, v in os.environ.items() if k not in ours}
-    environment["XDG_CACHE_HOME"] = str(folder / "cache")
+def _arguments(seed: Seed, rng: random.Random, folder: Path) -> list[str]:
+    words = {"FILE": str(folder / "in" / seed.file.name), "FOLDER": str(folder / "in")}
+    shutil.rmtree(folder / "out")
+    (folder / "out").mkdir()
+    command = rng.choice(seed.commands)
+    return [words.get(word, word.replace("OUT", str(folder / "out"))) for word in command]
+
+
+def _command(seed: Seed, rng: random.Random, folder: Path) -> str:
+    arguments = _arguments(seed, rng, folder)
+    try:
+        status = usdface(arguments)
+    except MemoryError:
+        return "memory"
+    except BaseException as error:
+        return f"traceback: {type(error).__name__}: {error}"
+    sys.stderr.flush()
+    return _of_run(status, (folder / "said").read_bytes(), folder)
+
+
+def _of_run(status: int, said: bytes, folder: Path) -> str:
+    """Judge a command by how it ended, its words and what it left."""
+    text = said.decode("utf-8", "replace")
+    if status not in (0, 1):
+        return f"crash: {status} {text[-200:]!r}"
+    left = [path for path in (folder / "out").rglob("*") if path.is_file()]
+    if any(".usdface-" in str(path) for path in left) or (status != 0 and left):
+        return f"half: {left}"
+    if any(SECRET in path.read_bytes() for path in left):
+        return "escape"
+    if status != 0 or text.strip():
+        found = _refusal(text)
+        if status != 0 or found not in ("refused", "isolated"):
+            return found  # `check` that finds errors fails without a line on standard error
+    if not all(map(_opens, left)):
+        return f"half: {left}"
+    return "accepted"
+
+
+def _opens(file: Path) -> bool:
+    if file.suffix == ".usda":
+        return file.read_bytes().startswith(b"#usda 1.0") and file.read_bytes().endswith(b"\n")
+    if file.suffix == ".glb":
+        return struct.unpack("<4sII", file.read_bytes()[:12])[2] == file.stat().st_size
+    return True
+
+
+def _by_program(seed: Seed, number: int, folder: Path) -> tuple[str, str, str]:
+    data, kind, rng = _spoilt(seed, number)
+    _furnish(seed, folder)
+    (folder / "in" / seed.file.name).write_bytes(data)
+    if not seed.commands:
+        return "program", kind, "no command reads it"
+    rng.random()
+    return _program(seed, rng, kind, folder)
+
+
+def _program(seed: Seed, rng: random.Random, kind: str, folder: Path) -> tuple[str, str, str]:
+    arguments = _arguments(seed, rng, folder)
+    environment = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache")}
+    environment.pop("PXR_WORK_THREAD_LIMIT", None)
     command = [sys.executable, "-m", "usdface", *arguments]
-    begin = _seconds_of_children()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     try:
         done = subprocess.run(command, capture_output=True, env=environment, timeout=600)
     except subprocess.TimeoutExpired:
-        return f"hang: {fault}, and with a worker"
-    said = done.stderr.replace(b"#", b"")
-    found = verdict(done.returncode, done.stderr, folder / "out")
-    if done.returncode not in (0, 1):
-        return f"crash: {done.returncode} {said[-200:]!r}"
-    if found == "refused":
-        return "worker" if _seconds_of_children() - begin < SECONDS else "hang: of the worker"
-    return found if found != "accepted" else f"accepted: after {fault}"
+        return "program", kind, "hang"
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    if used > SECONDS + 3:  # and the start of two processes
+        return "program", kind, f"hang: {used:.0f} s"
+    return "program", kind, _of_run(done.returncode, done.stderr, folder)
 
 
-def _seconds_of_children() -> float:
-    """Return processor time: other programs lengthen the wall clock, not this."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+def check_seeds(seeds: Sequence[Seed], folder: Path) -> None:
+    """Fail unless every good file is accepted by everything that reads it."""
+    for seed in seeds:
+        for target in (*seed.readers, *seed.commands):
+            _furnish(seed, folder)
+            shutil.copy(seed.file, folder / "in" / seed.file.name)
+            if callable(target):
+                found = _read(target, folder / "in" / seed.file.name)
+            else:
+                rng = random.Random(0)
+                one = Seed(seed.name, seed.file, seed.kind, (), (target,))
+                found = _program(one, rng, "", folder)[2]
+            if found not in ("accepted", "finding"):
+                raise RuntimeError(f"{seed.name} is not accepted by {target}: {found}")
+
+
+def print_table(verdicts: Verdicts) -> None:
+    """Print the counts as tables of Markdown."""
+    words = sorted({key[3] for key in verdicts.counts}, key=lambda w: (w not in PLAIN, w))
+    for title, column in (("file", 0), ("read by", 1), ("first fault in", 2)):
+        print(f"\n| {title} | {' | '.join(words)} |\n|---|{'---|' * len(words)}")
+        rows = dict.fromkeys(key[column] for key in verdicts.counts)
+        for row in sorted(rows):
+            numbers = [
+                sum(n for key, n in verdicts.counts.items() if (key[column], key[3]) == (row, word))
+                for word in words
+            ]
+            print(f"| {row} | {' | '.join(f'{number:,}' for number in numbers)} |")
+    print(f"\n{verdicts.total:,} inputs, {len(verdicts.faults)} faults")
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--inputs", type=int, default=10_000)
-    parser.add_argument("--first", type=int, default=0, help="number of the first spoilt file")
-    parser.add_argument("--only", default="", help="seeds whose name holds this")
+    parser.add_argument("--only", default="", help="the seed of this name")
+    parser.add_argument("--first", type=int, help="with --only: the number of the first")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after")
+    parser.add_argument("--state", type=Path, help="keep the counts in this file, and go on")
     given = parser.parse_args()
-    place, verdicts = Path(tempfile.mkdtemp(prefix="usdface-attack-")), Verdicts()
+    roomy = Path("/dev/shm")
+    place = Path(tempfile.mkdtemp(prefix="usdface-attack-", dir=roomy if roomy.is_dir() else None))
+    verdicts = Verdicts.load(given.state)
     begin = time.monotonic()
     try:
-        (place / "seeds").mkdir()
-        seeds = [s for s in make_seeds(place / "seeds") if given.only in s.name]
-        count = max(1, given.inputs // len(seeds))
-        for first in range(given.first, given.first + count, BATCH):
-            for seed in seeds:
-                numbers = range(first, min(first + BATCH, given.first + count))
-                if time.monotonic() - begin < given.seconds:
-                    attack(seed, numbers, place, verdicts)
+        (place / "work" / "seeds").mkdir(parents=True)
+        os.environ["XDG_CACHE_HOME"] = str(place / "cache")
+        folder = place / "work"
+        seeds = make_seeds(folder / "seeds")
+        if given.first is not None:
+            seed = next(seed for seed in seeds if seed.name == given.only)
+            attack(seed, range(given.first, given.first + given.inputs), folder, verdicts)
+            seeds = []
+        check_seeds(seeds, folder)
+        while seeds and verdicts.total < given.inputs and time.monotonic() - begin < given.seconds:
+            for seed in (seed for seed in seeds if seed.name not in verdicts.seeds):
+                first = verdicts.rounds * seed.share
+                attack(seed, range(first, first + seed.share), folder, verdicts)
+                verdicts.seeds.append(seed.name)
+                verdicts.save(given.state)
+            verdicts.rounds, verdicts.seeds = verdicts.rounds + 1, []
     finally:
         shutil.rmtree(place, ignore_errors=True)
-    for (name, kind), number in sorted(verdicts.counts.items()):
-        print(f"{number:8} {name}: {kind}")
-    print(f"{sum(verdicts.counts.values())} inputs, {len(verdicts.faults)} faults")
+    print_table(verdicts)
     return 1 if verdicts.faults else 0
 
 

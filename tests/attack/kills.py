@@ -65,12 +65,56 @@ class Command:
 class Report:
     verdicts: Counter[tuple[str, str]] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
+    done: int = 0
 
     def count(self, name: str, verdict: str, fault: bool = False) -> None:
         self.verdicts[name, verdict] += 1
         if fault:
             print(f"{name}: {verdict}", flush=True)
             self.faults.append(f"{name}: {verdict}")
+
+    @classmethod
+    def load(cls, file: Path | None) -> "Report":
+        if file is None or not file.exists():
+            return cls()
+        held = json.loads(file.read_text())
+        verdicts = Counter({(name, verdict): number for name, verdict, number in held["verdicts"]})
+        return cls(verdicts, held["faults"], held["done"])
+
+    def save(self, file: Path | None) -> None:
+        if file is None:
+            return
+        verdicts = [[*key, number] for key, number in sorted(self.verdicts.items())]
+        half = file.with_suffix(".half")
+        held = {"done": self.done, "verdicts": verdicts, "faults": self.faults}
+        half.write_text(json.dumps(held))
+        half.replace(file)
+
+
+def run(words: list[str]) -> int:
+    """Run a command, or as a host does that holds a stage open, `usdface.apply`."""
+    if words[0] != "apply":
+        return usdface(words)
+    from pxr import Usd
+
+    import usdface as library
+    from usdface.io.atomic import write_text
+    from usdface.options import ProcessOptions
+    from usdface.signals import say_stopped
+
+    shot, factor, output = words[1:]
+    stage = Usd.Stage.CreateInMemory()
+    layer = stage.GetRootLayer()
+    if Path(output).exists():
+        layer.ImportFromString(Path(output).read_text())
+    layer.subLayerPaths = [shot]
+    status = 0
+    try:
+        library.apply(stage, options=ProcessOptions(exaggeration={"face": float(factor)}))
+    except KeyboardInterrupt:
+        status = say_stopped()
+    write_text(Path(output), layer.ExportToString())  # whatever came of it
+    return status
 
 
 def in_fork(job: Callable[[], object], log: Path | None = None) -> int:
@@ -194,6 +238,7 @@ def make_commands(place: Path) -> list[Command]:
             [[*shot, "--gain", gain] for gain in (1, 0.5)],
             {"-o": "shot.usda", "--write-bind": "b.json"},
         ),
+        "apply": ([["apply", a / "shot.usda", factor] for factor in (1, 1.5)], {"": "host.usda"}),
     }
     return [_prepared(name, place / name, *parts) for name, parts in wanted.items()]
 
@@ -201,24 +246,24 @@ def make_commands(place: Path) -> list[Command]:
 def _prepared(
     name: str, folder: Path, words: list[list[object]], outputs: dict[str, str]
 ) -> Command:
-    named = [word for option, file in outputs.items() for word in (option, folder / file)]
+    named = [word for option, file in outputs.items() for word in (option, folder / file) if word]
     runs = [[str(word) for word in (*run, *named)] for run in words]
     command = Command(name, folder, (runs[0], runs[1]), tuple(outputs.values()))
     results = []
-    for run in (*runs, runs[1]):  # the third as it is killed: over another result
+    for words in (*runs, runs[1]):  # the third as it is killed: over another result
         if len(results) < 2:
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir()
         begin = time.perf_counter()
         log = folder.parent / "log"
-        assert waited(in_fork(lambda run=run: usdface(run), log)) == 0, log.read_text()
+        assert waited(in_fork(lambda words=words: run(words), log)) == 0, log.read_text()
         seconds = time.perf_counter() - begin
         results.append((tree(folder), all_seen(command)))
     assert results[0] != results[1] == results[2] and "" not in results[1][1], name
     shutil.rmtree(folder.with_name(f"{name} kept"), ignore_errors=True)
     shutil.rmtree(folder)
     folder.mkdir()
-    assert waited(in_fork(lambda: usdface(runs[0]))) == 0
+    assert waited(in_fork(lambda: run(runs[0]))) == 0
     shutil.copytree(folder, folder.with_name(f"{name} kept"))
     return replace(
         command,
@@ -254,7 +299,10 @@ def kill(command: Command, rng: random.Random, report: Report) -> None:
 
         program.handle_signals = handled  # type: ignore[assignment]
         try:
-            return program.main()
+            if command.runs[1][0] != "apply":
+                return program.main()
+            handled()
+            return run(command.runs[1])
         finally:
             atexit._run_exitfuncs()
 
@@ -296,7 +344,7 @@ def kill(command: Command, rng: random.Random, report: Report) -> None:
     if settled not in command.files:
         report.count(name, "mixed", fault=True)
     report.count(name, "old" if settled == command.files[0] else "new")
-    again = waited(in_fork(lambda: usdface(command.runs[1]), log))
+    again = waited(in_fork(lambda: run(command.runs[1]), log))
     left = tree(command.folder)
     if again != 0 or left != command.files[1]:
         report.count(
@@ -313,7 +361,7 @@ def _read_by_usdface(command: Command) -> None:
 def run_pairs(command: Command, report: Report) -> None:
     """Run both at the same time on one output: all of one of them is left."""
     restore(command)
-    children = [in_fork(lambda run=run: usdface(run)) for run in command.runs]
+    children = [in_fork(lambda words=words: run(words)) for words in command.runs]
     ends = [waited(child) for child in children]
     left = tree(command.folder)
     whole = left in command.files
@@ -325,19 +373,23 @@ def main() -> int:
     parser.add_argument("--kills", type=int, default=1000)
     parser.add_argument("--pairs", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--seconds", type=float, default=float("inf"), help="stop kills after")
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after")
+    parser.add_argument("--state", type=Path, help="keep the counts in this file, and go on")
     given = parser.parse_args()
-    rng, report = random.Random(given.seed), Report()
+    report = Report.load(given.state)
     place = Path(tempfile.mkdtemp(prefix="usdface-kills-"))
     try:
         commands = make_commands(place)
         print({c.name: round(c.seconds, 2) for c in commands}, flush=True)
         end = time.monotonic() + given.seconds
-        for k in range(given.kills):
-            if time.monotonic() < end:
-                kill(commands[k % len(commands)], rng, report)
-        for k in range(given.pairs):
-            run_pairs(commands[k % len(commands)], report)
+        while (k := report.done) < given.kills + given.pairs and time.monotonic() < end:
+            command = commands[k % len(commands)]
+            if k < given.kills:
+                kill(command, random.Random(f"{given.seed} {k}"), report)
+            else:
+                run_pairs(command, report)
+            report.done += 1
+            report.save(given.state)
     finally:
         shutil.rmtree(place, ignore_errors=True)
     for (name, verdict), count in sorted(report.verdicts.items()):

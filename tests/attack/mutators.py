@@ -1,10 +1,13 @@
 """Ways to spoil a file: bytes, lengths, tokens and structure."""
 
+import json
 import random
 import re
 import struct
+from collections.abc import Callable
+from typing import Any
 
-__all__ = ["spoilt"]
+__all__ = ["CLASSES", "spoilt"]
 
 _NUMBERS = (
     b"nan inf -inf 1e999 -1e999 1e39 -1e39 1e308 0 -1 -0 1 2147483647 2147483648 4294967295 "
@@ -12,38 +15,53 @@ _NUMBERS = (
 ).split()
 _WORDS = [b"", b"\0", b"\n", b"\r", b"\x1b[31m", b"\xff\xfe", "\u202e\u2028ä".encode(), b'"', b"'"]
 _WORDS += [b"{", b"}", b"[", b"]", b"(", b")", b"<", b">", b",", b";", b":", b"/", b"../../x", b"@"]
-_WORDS += [
-    b"null",
-    b"true",
-    b"{}",
-    b"[]",
-    b"-",
-    b"#",
-    b"A" * 5000,
-    b" ",
-    b"\t",
-    b"%s%n",
-    b"/dev/zero",
+_WORDS += [b"null", b"true", b"{}", b"[]", b"-", b"#", b"A" * 5000, b" ", b"\t", b"%s%n"]
+_WORDS += [b"/dev/zero", b"../secret.png", b"../secret.bin", b"@../secret.usda@"]
+_VALUES = [
+    None,
+    True,
+    {},
+    [],
+    "",
+    0,
+    -1,
+    1.5,
+    2**31,
+    2**63,
+    1e300,
+    -1e39,
+    "\x1b]0;x\x07",
+    "a" * 5000,
 ]
+_VALUES += ["../secret.png", "../secret.bin", "/dev/zero", [0] * 40, {"a": {"a": []}}, [[]], "0"]
 _TOKEN = re.compile(rb"[A-Za-z_]\w*|[-+]?\d[\d.eE+-]*|\S")
 _NUMBER = re.compile(rb"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 
+Mutator = Callable[[bytes, random.Random], bytes]
 
-def spoilt(data: bytes, rng: random.Random, binary: bool) -> bytes:
-    """Return the file with one to four faults."""
-    kinds = _BINARY if binary else _TEXT
-    if binary and data[:4] == b"glTF" and rng.random() < 0.6:
-        return _spoilt_glb(data, rng)
+
+def spoilt(data: bytes, rng: random.Random, kind: str) -> tuple[bytes, str]:
+    """Return a file of `kind` (text, json, binary, glb) with one to four faults.
+
+    And of which class the first of them is.
+    """
+    first = ""
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
-        data = rng.choice(kinds)(data, rng)
-    return data
+        if kind == "glb" and rng.random() < 0.6 and len(data) > 20:
+            mutator = rng.choice(_KINDS["json"])
+            data = _with_json(data, rng, mutator)
+        else:
+            mutator = rng.choice(_KINDS[kind])
+            data = mutator(data, rng)
+        first = first or CLASSES[mutator]
+    return data, first
 
 
-def _spoilt_glb(data: bytes, rng: random.Random) -> bytes:
-    """Spoil the JSON alone, or the buffer alone, and put right the lengths around."""
+def _with_json(data: bytes, rng: random.Random, mutator: Mutator) -> bytes:
+    """Spoil the JSON of a GLB alone, and put right the lengths around."""
     (size,) = struct.unpack_from("<I", data, 12)
     text, rest = data[20 : 20 + size], data[20 + size :]
-    text = rng.choice(_TEXT)(text, rng)
+    text = mutator(text, rng)
     text += b" " * (-len(text) % 4)
     body = struct.pack("<II", len(text), 0x4E4F534A) + text + rest
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
@@ -152,5 +170,50 @@ def _nest(data: bytes, rng: random.Random) -> bytes:
     return data[:place] + depth * opened + rng.choice((b"", b"1", depth * closed)) + data[place:]
 
 
+def _tree(data: bytes, rng: random.Random) -> bytes:
+    """Change one place of a JSON document: another value, another place's, none, or one more."""
+    try:
+        document = json.loads(data)
+    except (ValueError, RecursionError):  # no JSON any more
+        return _token(data, rng)
+    places = list(_places_of(document)) if isinstance(document, dict | list) else []
+    if not places:
+        return _token(data, rng)
+    holder, key = rng.choice(places)
+    other, other_key = rng.choice(places)
+    kind = rng.randrange(5)
+    if kind == 0:
+        del holder[key]
+    elif kind == 1:
+        holder[key] = json.loads(json.dumps(other[other_key]))
+    elif kind == 2 and isinstance(holder, list):
+        holder += [holder[key]] * rng.choice((1, 50))
+    elif kind == 3 and isinstance(holder[key], int | float):
+        holder[key] += rng.choice((-1, 1, 2, 256, 2**31))
+    else:
+        holder[key] = rng.choice(_VALUES)
+    return json.dumps(document).encode("utf-8", "surrogatepass")
+
+
+def _places_of(value: Any) -> Any:
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, inner in items:
+        yield value, key
+        if isinstance(inner, dict | list):
+            yield from _places_of(inner)
+
+
 _BINARY = (_flip, _flip, _integer, _integer, _real, _cut, _drop, _repeat, _splice, _word)
 _TEXT = (_number, _number, _token, _token, _swap, _line, _cut, _drop, _repeat, _word, _flip, _nest)
+_KINDS: dict[str, tuple[Mutator, ...]] = {
+    "binary": _BINARY,
+    "glb": _BINARY,
+    "text": _TEXT,
+    "json": (*_TEXT, *8 * (_tree,)),
+}
+CLASSES: dict[Mutator, str] = {
+    **dict.fromkeys((_flip, _real, _word), "bytes"),
+    **dict.fromkeys((_integer, _cut, _drop, _repeat), "lengths"),
+    **dict.fromkeys((_number, _token, _swap), "tokens"),
+    **dict.fromkeys((_splice, _line, _nest, _tree), "structure"),
+}

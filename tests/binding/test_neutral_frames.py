@@ -19,14 +19,14 @@ def breathing(hold: slice) -> np.ndarray:
 
 def test_the_face_rests_where_it_stays() -> None:
     positions = breathing(slice(40, 60))
-    first, last = held_poses(stabilised_take(positions), TIMES, 1)[0]
+    first, last = held_poses(stabilised_take(positions), TIMES, 1)[0].frames
     assert 40 <= first <= last < 60 and last - first >= 10
 
 
 def test_a_face_that_never_moves_rests_throughout() -> None:
     positions = np.repeat(breathing(slice(0, 1))[:1], len(TIMES), axis=0)
     stabilised = stabilised_take(positions)
-    rest = held_poses(stabilised, TIMES, 1)[0]
+    rest = held_poses(stabilised, TIMES, 1)[0].frames
     assert rest[0] == 0 or rest[1] == len(TIMES) - 1 or rest[1] > rest[0]
     assert len(distant_frames(stabilised, rest, 8)) == 0
 
@@ -48,7 +48,7 @@ def test_the_head_is_held_still_by_what_is_calm() -> None:
 def test_peaks_are_far_from_rest_and_from_each_other() -> None:
     positions = breathing(slice(40, 60))
     stabilised = stabilised_take(positions)
-    rest = held_poses(stabilised, TIMES, 1)[0]
+    rest = held_poses(stabilised, TIMES, 1)[0].frames
     peaks = distant_frames(stabilised, rest, 4)
     scores = stabilised.scores
     far = np.linalg.norm(scores - scores[rest[0]], axis=1)

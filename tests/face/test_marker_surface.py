@@ -108,6 +108,21 @@ def test_no_place_crosses_from_one_lip_to_the_other() -> None:
     assert min(upper) >= 3 * LIP > max(lower) and len(upper) == len(lower) >= 6
 
 
+def test_where_lips_touch_a_place_stays_on_its_own() -> None:
+    """Next to the corner the other lip is near along the skin, too, at the very same place."""
+    mesh = joined_lips(gap=0.0)
+    upper, lower = 3 * LIP + 2, 2 * LIP + 2
+    np.testing.assert_array_equal(mesh.points[upper], mesh.points[lower])
+    ends = LIP * np.arange(6)
+    surface = MarkerSurface(mesh, np.array([upper, lower, *ends, *(ends + LIP - 1)]))
+    assert lower in surface.vertices_near(0)
+    for shift in (0.0, 0.0004):
+        placed = surface.at(np.full((14, 3), [shift, 0.0, 0.0]))
+        np.testing.assert_array_equal(placed.vertices[:2], [upper, lower])
+        moved = placed.evaluator.offsets.reshape(14, 3)[:2, 1]
+        np.testing.assert_allclose(moved, [0.0, -0.01], atol=0.0005)
+
+
 def test_inbetweens_and_combinations_follow_the_place() -> None:
     """Beside a skin that has a vertex at the place."""
     mesh = linear_fields(flat_skin())[0]

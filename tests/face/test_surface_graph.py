@@ -53,8 +53,9 @@ def test_a_shell_that_touches_skin_is_not_joined() -> None:
     assert count == 2 and (part[:25] == part[0]).all() and (part[25:] == part[25]).all()
 
 
-def test_lips_that_touch_are_far_apart_along_the_skin() -> None:
-    mesh = joined_lips()
+@pytest.mark.parametrize("gap", [1e-4, 0.0])
+def test_lips_that_touch_are_far_apart_along_the_skin(gap: float) -> None:
+    mesh = joined_lips(gap)
     upper, lower = 3 * LIP + 10, 2 * LIP + 10
     assert np.linalg.norm(mesh.points[upper] - mesh.points[lower]) < 2e-4
     length = dijkstra(surface_graph(mesh), directed=False, indices=upper)[lower]

@@ -2,13 +2,13 @@
 
 import json
 import shutil
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from bind_hand import place_of, saved, select
 from chromium import Browser, Page, chromium_path, open_browser
 from worlds import World, make_world
 
@@ -60,31 +60,6 @@ def page(browser: Browser, folder: Path) -> Page:
     return browser.page(html)
 
 
-def place_of(page: Page, name: str) -> tuple[float, float]:
-    """Where a marker of the face is in the window."""
-    page.run("usdface.stage.draw()")
-    at = page.run(
-        "(() => { const i = usdface.page.markers.findIndex(({ name }) => name === "
-        f"{json.dumps(name)}); const at = usdface.stage.screen(usdface.markers, i);"
-        "const box = usdface.stage.place.getBoundingClientRect();"
-        "return at && [at.x + box.left, at.y + box.top]; })()"
-    )
-    assert at is not None, f"{name} is not shown"
-    return at[0], at[1]
-
-
-def saved(page: Page, downloads: Path) -> Path:
-    """Press save and return the file."""
-    file = downloads / "bind.json"
-    file.unlink(missing_ok=True)
-    page.run("document.querySelector('button.save').click()")
-    end = time.monotonic() + 20
-    while not (file.exists() and file.stat().st_size):
-        assert time.monotonic() < end, "nothing was saved"
-        time.sleep(0.05)
-    return file
-
-
 def test_it_asks_for_nothing_and_saves_the_binding_as_it_was(
     page: Page, folder: Path, downloads: Path
 ) -> None:
@@ -129,8 +104,7 @@ def test_a_dragged_marker_moves_and_the_shot_takes_it(
 def test_a_click_places_what_has_no_place_and_undo_takes_it_back(
     page: Page, world: World, downloads: Path
 ) -> None:
-    select = "usdface.select(usdface.page.markers.findIndex(({ name }) => name === 'forehead'))"
-    page.run(select)
+    select(page, "forehead")
     brow, bridge = place_of(page, "brow"), place_of(page, "bridge")
     place = (brow[0] + 25, brow[1] - abs(bridge[1] - brow[1]) * 0.5 - 25)
     page.drag(place, place)
@@ -143,10 +117,9 @@ def test_a_click_places_what_has_no_place_and_undo_takes_it_back(
 def test_keys_accept_leave_out_and_mark_nose_and_neutral(page: Page, downloads: Path) -> None:
     assert page.run("usdface.page.markers[usdface.selected].name") == "chin", "unsure ones first"
     page.key("Enter")
-    find = "usdface.select(usdface.page.markers.findIndex(({ name }) => name === '%s'))"
-    page.run(find % "jaw_r")
+    select(page, "jaw_r")
     page.key("Delete")
-    page.run(find % "bridge")
+    select(page, "bridge")
     page.key("t")
     page.run("usdface.player.seek(3)")
     page.key("i")

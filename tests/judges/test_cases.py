@@ -27,6 +27,7 @@ SHOWN = [
     "mesh_xform_euler/skin_xform_anim.usda",
     "two_faces/two_roots.usda",
     "value_clips/valueclips.usda",
+    "vertexcache/vertexcache.usda",
     "flat_normals_smoothed/no_normals.glb",
     "groups_lost/groups.glb",
     "mesh_weights_lost/default_weights.glb",

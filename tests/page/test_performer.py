@@ -1,12 +1,11 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from worlds import make_world
 
 from usdface.face.bound_face import bound_face
 from usdface.geometry.rigid_fit import rigid_fit
-from usdface.page.performer import heat_of_markers, markers_on_face
+from usdface.page.performer import markers_on_face
 from usdface.retarget.head_joint import matrices_of
 from usdface.retarget_setup import Binding, RetargetSetup
 
@@ -48,28 +47,6 @@ def test_occluded_markers_stay_hidden_and_few_bound_ones_are_shown_all_the_same(
         face = bound_face(world.rig.meshes[0], each)
         shown = markers_on_face(take, each, face, np.zeros((0, 4, 4)))
         assert np.isnan(shown).any(axis=2).sum() == 1 and np.isnan(shown[5, 2]).all()
-
-
-def test_heat_is_whole_at_a_marker_and_fades_far_from_all() -> None:
-    world = make_world()
-    _, face = bound(world)
-    nearest, shares = heat_of_markers(face.mesh, face.vertices)
-    assert nearest.shape == shares.shape == (len(face.mesh.points), min(4, len(face.markers)))
-    own = [list(nearest[v]).index(m) for m, v in enumerate(face.vertices)]
-    at_markers = shares[face.vertices, own]
-    np.testing.assert_allclose(at_markers, 1.0, atol=0.05)
-    assert (shares >= 0).all() and shares.sum(axis=1).max() <= 1.0 + 1e-9
-    one, alone = heat_of_markers(face.mesh, face.vertices[:1])
-    assert one.shape[1] == 1 and alone.min() == 0.0 and alone[face.vertices[0]] == 1.0
-
-
-def test_heat_is_the_same_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    _, face = bound(make_world())
-    whole = heat_of_markers(face.mesh, face.vertices)
-    monkeypatch.setattr("usdface.page.performer._DISTANCES", 3 * len(face.mesh.points))
-    pieces = heat_of_markers(face.mesh, face.vertices)
-    np.testing.assert_allclose(pieces[1], whole[1], atol=1e-12)
-    np.testing.assert_array_equal(pieces[0][whole[1] > 0], whole[0][whole[1] > 0])
 
 
 def test_a_spike_is_hidden_and_leaves_the_others_where_they_are() -> None:

@@ -33,6 +33,7 @@ def test_a_shot_shows_its_own_binding(done: Done, tmp_path: Path) -> None:
     make_bind_page(done.folder / "shot.usda", tmp_path / "bind.html")
     data = data_of(tmp_path / "bind.html")
     assert {row["name"]: row["point"] for row in data["markers"]} == done.world.points
+    assert data["document"]["mesh"] == "head", "a path would be that of the shot, not of its rig"
     assert data["nose_tip"] == "nose" and data["neutral"] == [0, data["document"]["neutral"]["end"]]
 
 

@@ -16,6 +16,7 @@ from usdface.takes import MarkerTake, visible
 __all__ = [
     "FEWEST_MARKERS",
     "MOST_PEAKS",
+    "HeldPose",
     "StabilisedTake",
     "check_frames",
     "distant_frames",
@@ -48,6 +49,8 @@ _LONGEST_HOLD = 0.5
 # A face that holds a pose is slow this long [s] before and after; a turning point is slow for a
 # moment.
 _STILL = 0.1
+# The beginning of a take [s].
+_BEGINNING = 0.3
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's.
 _LEAST_PEAK = 0.02
 
@@ -68,6 +71,25 @@ class StabilisedTake:
     scores: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class HeldPose:
+    """A pose that the face holds.
+
+    Attributes
+    ----------
+    frames : (int, int)
+        First and last frame index.
+    usual : float
+        Share of the take in it, frames counted by their likeness.
+    first : float
+        The same of the beginning of the take.
+    """
+
+    frames: tuple[int, int]
+    usual: float
+    first: float
+
+
 def neutral_frames(take: MarkerTake) -> tuple[int, int]:
     """Return the first and last frame index of the pose that the face most often holds.
 
@@ -76,7 +98,7 @@ def neutral_frames(take: MarkerTake) -> tuple[int, int]:
     InputError
         If the take is two-dimensional, or has too few markers to hold the head still.
     """
-    return held_poses(_stabilised(take, "neutral"), take.times, 1)[0]
+    return held_poses(_stabilised(take, "neutral"), take.times, 1)[0].frames
 
 
 def peak_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
@@ -162,37 +184,36 @@ def stabilised_take(positions: FloatArray) -> StabilisedTake:
     return StabilisedTake(still, median_filter(scores, size=(min(_MEDIAN, len(scores)), 1)))
 
 
-def held_poses(stabilised: StabilisedTake, times: FloatArray, count: int) -> list[tuple[int, int]]:
-    """Return the frames of up to `count` different poses that are held, the most usual first.
+def held_poses(stabilised: StabilisedTake, times: FloatArray, count: int) -> list[HeldPose]:
+    """Return up to `count` different poses that are held, the most usual first.
 
     Parameters
     ----------
     stabilised : StabilisedTake
     times : (F,) float64 [s]
     count : int
-
-    Returns
-    -------
-    list of (int, int)
-        First and last frame index of each.
     """
     scores = stabilised.scores
     step = max(1, len(scores) // _MOST_FRAMES)
     some = scores[::step]
     spread = rms_radius(some)
     if spread == 0.0 or len(scores) == 1:
-        return [(0, len(scores) - 1)]
+        return [HeldPose((0, len(scores) - 1), 1.0, 1.0)]
     size = _SAME_POSE * spread
     apart = cdist(some, some, "sqeuclidean")
-    usual = np.exp(-apart / (2 * size**2)).mean(axis=1)
+    alike = np.exp(-apart / (2 * size**2))
+    usual = alike.mean(axis=1)
+    begins = times[::step] <= times[0] + _BEGINNING
     speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
     around = round(2 * _STILL / max(float(np.median(np.diff(times))), 1e-9)) + 1
     speed = maximum_filter1d(speed, min(around, len(speed)))[::step]
     held = usual / (1.0 + (speed / max(float(np.median(speed)), 1e-12)) ** 2)
-    found: list[tuple[int, int]] = []
+    found: list[HeldPose] = []
     while len(found) < count and held.max() > 0.0:
         best = int(held.argmax())
-        found.append(_hold(scores, times, step * best, size=size))
+        frames = _hold(scores, times, step * best, size=size)
+        first = float(alike[best, begins].mean())
+        found.append(HeldPose(frames, float(usual[best]), first))
         held[apart[best] < (2 * size) ** 2] = 0.0
     return found
 

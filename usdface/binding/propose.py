@@ -17,6 +17,7 @@ from usdface.binding.named_search import register_markers
 from usdface.binding.neutral_frames import (
     FEWEST_MARKERS,
     MOST_PEAKS,
+    HeldPose,
     StabilisedTake,
     check_frames,
     distant_frames,
@@ -41,10 +42,10 @@ __all__ = ["propose"]
 # Fewer markers fit any face. With three anchors, which determine its pose, those of
 # `neutral_frames` are enough.
 _FEWEST, _ANCHORS = 8, 3
-# Held poses that are compared as neutral. Another than the most usual one is neutral if it leaves
-# less than this share of the motion unexplained: the most usual of those that leave least, within a
-# tenth. Set by hand, docs/constants.md lists them.
-_NEUTRALS, _CLEARLY, _ALIKE = 8, 0.8, 0.1
+# Held poses that are compared as neutral: by the motion that they leave unexplained, by how usual
+# they are, to this power, and whether the take begins with them, which counts as this factor. Set
+# by hand on sixteen takes of other people; docs/constants.md lists them.
+_NEUTRALS, _USUAL, _BEGINS = 8, 0.5, 1.65
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
 _OFF_FACE = 0.25
@@ -86,7 +87,8 @@ def propose(
     names = tuple(take.names[i] for i in used)
     stabilised = stabilised_take(positions_3d(take)[:, used])
     held = held_poses(stabilised, take.times, _NEUTRALS)
-    neutral = held[0] if find_neutral else setup.neutral or held[0]
+    usual = held[0].frames
+    neutral = usual if find_neutral else setup.neutral or usual
     check_frames(take, neutral, setup.peaks)
     peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
     landmarks = find_landmarks(surface)
@@ -106,7 +108,8 @@ def propose(
     if find_neutral:
         neutral = _explaining_neutral(registered, stabilised, held, peaks=peaks)
         setup = replace(setup, neutral=neutral)
-        if check.used and neutral != held[0]:
+        if check.used and neutral != usual:
+            peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
             observations = _from_neutral(observations, stabilised, neutral, peaks=peaks)
             registered, check = register_markers(surface, observations)
     chosen = _one_vertex_each(registered)
@@ -220,23 +223,22 @@ def _anchors(names: Sequence[str], given: dict[str, int], surface: FaceSurface) 
 def _explaining_neutral(
     registered: RegisteredMarkers,
     stabilised: StabilisedTake,
-    held: Sequence[tuple[int, int]],
+    held: Sequence[HeldPose],
     *,
     peaks: IntArray,
 ) -> tuple[int, int]:
-    """Return the held pose from which the rig explains the peak frames."""
-    left = np.array(
-        [
-            unexplained_motion(
-                registered.candidates,
-                _from_neutral(registered.observations, stabilised, neutral, peaks=peaks),
-                registered.best,
-            )
-            for neutral in held
-        ]
-    )
-    alike = left <= (1.0 + _ALIKE) * left.min()
-    return held[int(alike.argmax())] if left.min() < _CLEARLY * left[0] else held[0]
+    """Return the frames of the held pose from which the rig explains the peak frames.
+
+    That from which no pose is explained much better, that is held often, or with which the take
+    begins.
+    """
+
+    def unlikely(pose: HeldPose) -> float:
+        observations = _from_neutral(registered.observations, stabilised, pose.frames, peaks=peaks)
+        left = unexplained_motion(registered.candidates, observations, registered.best)
+        return float(left / (pose.usual**_USUAL * _BEGINS**pose.first))
+
+    return min(held, key=unlikely).frames
 
 
 def _from_neutral(

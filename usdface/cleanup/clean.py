@@ -22,7 +22,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions
 from usdface.retarget.neutral import on_plane
-from usdface.retarget.noise import marker_noise
+from usdface.retarget.noise import white_noise
 from usdface.takes import MarkerTake
 
 __all__ = ["Cleaned", "clean_take"]
@@ -210,11 +210,8 @@ def _filled(
     model, whole_face = fit_low_rank_model(stabilised.positions, believed, stabilised.filled, _LONG)
     predicted = predict_from_others(model, whole_face, believed)
     known = np.asarray(believed.mean(axis=1) > 0.5)
-    whole = np.asarray(believed.all(axis=1))
-    error = np.where(believed[..., None], stabilised.positions - predicted, 0.0).reshape(
-        len(predicted), -1
-    )
-    noise = marker_noise(error, whole)
+    error = np.where(believed[..., None], stabilised.positions - predicted, np.nan)
+    noise = white_noise(error.reshape(len(predicted), -1))
     filled = fill_gaps(
         stabilised.positions, believed, predicted, known=known, times=times, noise=noise
     )

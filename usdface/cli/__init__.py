@@ -38,6 +38,7 @@ _COMMANDS = {
     "import": ("convert", "write a glTF as USD"),
     "check": ("convert", "check blend shapes of USD and glTF files"),
     "formats": ("formats", "list file formats, also those that other packages add"),
+    "plugins": ("plugins", "list hooks, formats and hosts of other packages"),
     "fuzzy": ("fuzzy", "inspect, convert and fit fuzzy systems"),
     "bench": ("bench", "compute the published tables of the two methods again"),
 }

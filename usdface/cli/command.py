@@ -19,6 +19,7 @@ __all__ = [
     "add_asset_root",
     "add_command",
     "add_output",
+    "add_skip_hook",
     "check_files",
     "report",
     "reported",
@@ -87,6 +88,18 @@ def add_asset_root(command: argparse.ArgumentParser) -> None:
         default="",
         metavar="DIR",
         help="also read textures and buffers from DIR (default: only from the asset's own folder)",
+    )
+
+
+def add_skip_hook(command: argparse.ArgumentParser) -> None:
+    """Add the option ``--skip-hook``, which may be repeated."""
+    command.add_argument(
+        "--skip-hook",
+        dest="skip_hooks",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="leave out the hooks of another package, or one of them: PACKAGE or PACKAGE:HOOK",
     )
 
 

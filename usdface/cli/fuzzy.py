@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import DONE, add_command, add_output, report, reported
+from usdface.cli.command import DONE, add_command, add_output, add_skip_hook, report, reported
 from usdface.cli.fuzzy_fit import add_fit
 from usdface.cli.progress import progress
 
@@ -34,6 +34,7 @@ def add_fuzzy(commands: Any, summary: str) -> None:
     command.add_argument(
         "--figure", type=Path, metavar="FILE", help="also draw the frame: .png, .svg, .pdf"
     )
+    add_skip_hook(command)
     command = add_command(
         actions, "neutral", _neutral, "check which emotions fire on a neutral face"
     )
@@ -56,6 +57,7 @@ def _explain(parsed: argparse.Namespace) -> int:
             frame=parsed.frame,
             time=parsed.time,
             figure=parsed.figure,
+            skip_hooks=parsed.skip_hooks,
             on_progress=step,
         )
     facts = result.details

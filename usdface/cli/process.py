@@ -5,7 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
+from usdface.cli.command import (
+    add_asset_root,
+    add_command,
+    add_output,
+    add_skip_hook,
+    report,
+    settings,
+)
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
@@ -62,12 +69,19 @@ def add_process(commands: Any, summary: str) -> None:
         help="play the solve larger or smaller, 1 = as solved: 1.2, or brows=1.5,eyes=1.3",
     )
     command.add_argument(
+        "--gains",
+        default="",
+        metavar="FACTORS",
+        help="show emotions more or less, 1 = as designed: joy=0.5,anger=0",
+    )
+    command.add_argument(
         "--cache",
         default="",
         metavar="DIR",
         help="keep the arrays of solve and correction, and compute only those that changed",
     )
     add_asset_root(command)
+    add_skip_hook(command)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
         "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
@@ -97,7 +111,11 @@ def _add_delivery(command: argparse.ArgumentParser) -> None:
 
 def _process(parsed: argparse.Namespace) -> int:
     given = settings(parsed, ProcessOptions)
-    options = ProcessOptions(**given | {"exaggeration": _factors(parsed.exaggeration)})
+    factors = {
+        "exaggeration": _factors("exaggeration", parsed.exaggeration, EXAGGERATION_PARTS[0]),
+        "gains": _factors("gains", parsed.gains),
+    }
+    options = ProcessOptions(**given | factors)
     with progress(parsed) as step:
         result = pipeline.process(
             parsed.shot,
@@ -111,24 +129,25 @@ def _process(parsed: argparse.Namespace) -> int:
             asset_root=parsed.asset_root,
             strict=parsed.strict,
             cache=parsed.cache or None,
+            skip_hooks=parsed.skip_hooks,
             options=options,
             on_progress=step,
         )
     return report(parsed, result)
 
 
-def _factors(text: str) -> dict[str, float]:
-    """Return the factors of a list such as 1.2,brows=1.5; without a region, that of the face."""
+def _factors(option: str, text: str, otherwise: str = "") -> dict[str, float]:
+    """Return the factors of a list such as 1.2,brows=1.5; a number alone is that of `otherwise`."""
     factors = {}
     for word in text.split(",") if text else ():
         part, _, number = word.rpartition("=")
         try:
-            factors[part or EXAGGERATION_PARTS[0]] = float(number)
+            if not (part or otherwise):
+                raise ValueError(word)
+            factors[part or otherwise] = float(number)
         except ValueError as error:
-            raise InputError(
-                f"--exaggeration {word}: expected a number, or a region and a number: brows=1.5",
-                "SETTING_WRONG",
-            ) from error
+            expected = "a number, or a region and a number: brows=1.5" if otherwise else "joy=0.5"
+            raise InputError(f"--{option} {word}: expected {expected}", "SETTING_WRONG") from error
     return factors
 
 
@@ -142,11 +161,16 @@ def add_calibrate(commands: Any, summary: str) -> None:
         action="store_true",
         help="the take is a range of motion: each movement goes to its extreme",
     )
+    add_skip_hook(command)
 
 
 def _calibrate(parsed: argparse.Namespace) -> int:
     with progress(parsed) as step:
         result = pipeline.calibrate(
-            parsed.shot, parsed.output, extremes=parsed.extremes, on_progress=step
+            parsed.shot,
+            parsed.output,
+            extremes=parsed.extremes,
+            skip_hooks=parsed.skip_hooks,
+            on_progress=step,
         )
     return report(parsed, result)

@@ -22,9 +22,9 @@ from typing import Literal
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_opening
-from scipy.signal import find_peaks
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.local_maxima import local_maxima
 
 __all__ = ["EyeClosing", "closing_course", "find_closings"]
 
@@ -170,7 +170,7 @@ def _smoothed(closing: FloatArray, step: float) -> tuple[FloatArray, float]:
 
 def _blink_height(pulses: FloatArray, step: float) -> float:
     """Return the height of an eye's blinks; NaN if none is seen."""
-    peaks, _ = find_peaks(pulses, height=_SEEN, distance=max(int(_APART / step), 1))
+    peaks = local_maxima(pulses, _SEEN, max(int(_APART / step), 1))
     if not len(peaks):
         return float("nan")
     heights = np.sort(pulses[peaks])[::-1]
@@ -188,10 +188,7 @@ def _blinks(
         return [], np.zeros(0, np.int64)
     relative = np.where(known, pulses / np.where(known, scale, 1.0), 0.0)
     strongest = relative.max(axis=1)
-    peaks, _ = find_peaks(
-        np.pad(strongest, 1), height=_DOUBTED, distance=max(int(_APART / step), 1)
-    )
-    peaks = peaks - 1
+    peaks = local_maxima(np.pad(strongest, 1), _DOUBTED, max(int(_APART / step), 1)) - 1
     reach = round(_APART / step)
     shares = np.array(
         [relative[max(peak - reach, 0) : peak + reach + 1].max(axis=0) for peak in peaks]

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.face.skin_patch import SkinPatch, skin_patch
 from usdface.face.surface_graph import surface_graph
@@ -92,11 +92,13 @@ class MarkerSurface:
         """Return the markers shifted from their vertices by `shifts` (B, 3) [m], along the skin."""
         wanted = self.mesh.points[self.vertices] + shifts
         nearest, around, inner = [], [], _AROUND / _REACH * self.reach
-        for vertex, place in zip(self.vertices, wanted, strict=True):
-            near = self._near(int(vertex), self.reach)
+        for vertex, place, shift in zip(self.vertices, wanted, shifts, strict=True):
+            near, along_skin = self._near(int(vertex), self.reach)
             away = np.linalg.norm(self.mesh.points[near] - place, axis=1)
+            # Farther along the skin than by way of the place: across a slit, as the other lip.
+            away = np.maximum(away, along_skin - np.linalg.norm(shift))
             nearest.append(int(near[away.argmin()]))
-            around.append(self._near(nearest[-1], inner))
+            around.append(self._near(nearest[-1], inner)[0])
         frames = [self._frame(v, n) for v, n in zip(nearest, around, strict=True)]
         tangents = np.stack([tangent for tangent, _ in frames])
         used = np.unique(np.concatenate([nearest, *around]))
@@ -121,19 +123,26 @@ class MarkerSurface:
 
     def vertices_near(self, marker: int) -> IntArray:
         """Return the vertices within `reach` of a marker's own, along the skin: (n,)."""
-        return self._near(int(self.vertices[marker]), self.reach)
+        return self._near(int(self.vertices[marker]), self.reach)[0]
 
-    def _near(self, vertex: int, reach: float) -> IntArray:
-        """Return the vertices within `reach` along the skin, and those of its own faces."""
+    def _near(self, vertex: int, reach: float) -> tuple[IntArray, FloatArray]:
+        """Return the vertices within `reach` along the skin, and those of its own faces.
+
+        Then how far they are along it [m].
+        """
         if vertex not in self._lengths:
             graph = self._graph
             far = dijkstra(graph, directed=False, indices=vertex, limit=self.reach)
+            row = slice(*graph.indptr[vertex : vertex + 2])
+            ring = graph.indices[row]
+            far[ring] = np.minimum(far[ring], graph.data[row])
             near = np.flatnonzero(np.isfinite(far))
             near = near[np.argsort(far[near], kind="stable")][:_MOST]
-            ring = np.union1d(graph.indices[slice(*graph.indptr[vertex : vertex + 2])], vertex)
-            self._lengths[vertex] = near, far[near], ring
+            near = np.union1d(near, ring)
+            self._lengths[vertex] = near, far[near], np.isin(near, ring)
         near, far, ring = self._lengths[vertex]
-        return np.union1d(near[far <= reach], ring)
+        kept = (far <= reach) | ring
+        return near[kept], far[kept]
 
     def _frame(self, vertex: int, around: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return tangents (2, 3) at a vertex and what makes slopes of values around it: (2, n)."""
@@ -156,7 +165,7 @@ class MarkerSurface:
         return csr_array(graph + graph.T)
 
     @cached_property
-    def _lengths(self) -> dict[int, tuple[IntArray, FloatArray, IntArray]]:
+    def _lengths(self) -> dict[int, tuple[IntArray, FloatArray, BoolArray]]:
         return {}
 
 

@@ -9,6 +9,9 @@ from usdface.rigs import Mesh
 
 __all__ = ["joined_at_seams", "surface_graph"]
 
+# Blend shapes move both sides of a texture seam alike, up to the rounding of files [m].
+_TOGETHER = 1e-5
+
 
 def surface_graph(mesh: Mesh) -> csr_array:
     """Return the lengths of edges and quads' diagonals, vertices split by a texture seam joined.
@@ -60,7 +63,11 @@ def _seams(mesh: Mesh, edges: IntArray) -> IntArray:
     _, where = np.unique(np.round(mesh.points[rim], 7), axis=0, return_inverse=True)
     order = np.argsort(where.ravel(), kind="stable")
     same = where.ravel()[order][1:] == where.ravel()[order][:-1]
-    return np.stack([rim[order[1:][same]], rim[order[:-1][same]]], axis=1)
+    pairs = np.stack([rim[order[1:][same]], rim[order[:-1][same]]], axis=1)
+    # Lips that touch at rest have two open edges, too, but part.
+    one, other = (mesh.offsets_at(pairs[:, k]) for k in (0, 1))
+    apart = np.linalg.norm(one - other, axis=2).max(axis=0, initial=0.0)
+    return np.asarray(pairs[apart <= _TOGETHER])
 
 
 def _distinct(pairs: IntArray, size: int) -> tuple[IntArray, IntArray]:

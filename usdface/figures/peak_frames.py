@@ -4,12 +4,12 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.signal import find_peaks
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import regions_of
+from usdface.local_maxima import local_maxima
 from usdface.rigs import Mesh
 from usdface.shot import ShotResult
 
@@ -45,7 +45,24 @@ def sheet_frames(result: ShotResult, count: int) -> dict[int, str]:
 
 
 def peak_frames(result: ShotResult) -> dict[int, str]:
-    """Return all frames to look at in order, each with its reason."""
+    """Return all frames to look at in order, each with its reason.
+
+    Parameters
+    ----------
+    result : ShotResult
+
+    Returns
+    -------
+    dict of int to str
+        Frame index to reasons: ``"rest"``, ``"correction"``, ``"blink"``, ``"residual"``, a region
+        that moves farthest there, ``"held"``.
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda").value
+    >>> "residual" in ", ".join(usdface.peak_frames(result).values())
+    True
+    """
     found: dict[int, str] = {}
     for frame, reason in _candidates(result):
         _add(found, frame, reason, result.solved.times)
@@ -104,8 +121,8 @@ def _highest(curve: FloatArray, times: FloatArray, count: int, least: float) -> 
     """Return the highest local maxima of a curve over time."""
     apart = max(1, round(_APART / float(np.median(np.diff(times)))))
     padded = np.concatenate([[-np.inf], curve, [-np.inf]])
-    peaks, _ = find_peaks(padded, height=least, distance=apart)
-    return np.asarray((peaks - 1)[np.argsort(-curve[peaks - 1], kind="stable")[:count]])
+    peaks = local_maxima(padded, least, apart) - 1
+    return np.asarray(peaks[np.argsort(-curve[peaks], kind="stable")[:count]])
 
 
 def _rest(raw: FloatArray) -> Iterator[tuple[int, str]]:

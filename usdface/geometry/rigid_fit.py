@@ -76,7 +76,9 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
         a, b = np.where(seen[..., None], source, 0.0), np.where(seen[..., None], target, 0.0)
     centre_a, centre_b = (weight @ a)[:, 0], (weight @ b)[:, 0]
     # Hidden markers are zero in both, so one centred side is enough.
-    b = (b - centre_b[:, None]) * seen[..., None]
+    b = b - centre_b[:, None]
+    if not seen.all():
+        b *= seen[..., None]
     rotations = _rotation(b.transpose(0, 2, 1) @ a)
     translations = centre_b - np.einsum("fij,fj->fi", rotations, centre_a)
     frames = np.arange(len(target))

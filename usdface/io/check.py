@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
-from usdface.errors import InputError
+from usdface.errors import InputError, UsdFaceError
+from usdface.face.expression_poses import units_of
+from usdface.face.head_size import report_size
 from usdface.findings import Finding
 
 __all__ = ["check_file"]
@@ -11,8 +13,11 @@ _GLTF = (".glb", ".gltf", ".vrm")
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 
 
+_FACE = 3  # known names of blend shapes that make a face of a file
+
+
 def check_file(path: Path) -> list[Finding]:
-    """Check the blend shapes, names and weights of a file.
+    """Check the blend shapes, names and weights of a file, and the size of a face.
 
     The rules are `usdface.io.usd.check` and `usdface.io.gltf.check`, which also define the
     severities.
@@ -28,13 +33,24 @@ def check_file(path: Path) -> list[Finding]:
     if kind in _USD:
         from usdface.io.usd.check import check_usd  # each format's libraries only when needed
 
-        return check_usd(path)
+        return check_usd(path) + _size_of_face(path)
     if kind in _GLTF:
         from usdface.io.gltf.check import check_gltf
 
         try:
-            return check_gltf(path)
+            return check_gltf(path) + _size_of_face(path)
         except InputError as error:
             raise InputError(f"{path}: {error}", error.code) from error
     known = ", ".join((*_USD, *_GLTF))
     raise InputError(f"{path} cannot be checked; expected one of {known}")
+
+
+def _size_of_face(path: Path) -> list[Finding]:
+    """Return RIG_SIZE_UNUSUAL where blend shapes have names of a face, but not its size."""
+    from usdface.io.rigs.files import read_rig_file
+
+    try:
+        rig, _ = read_rig_file(path)
+    except UsdFaceError:
+        return []  # what cannot be read was found, or is no rig
+    return report_size(rig) if len(units_of(rig.shape_names)) >= _FACE else []

@@ -18,6 +18,7 @@ from usdface.io.usd.clip_variants import clip_stages
 from usdface.io.usd.errors import one_line, usd_errors
 from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, has_keys, stage_keys
 from usdface.io.usd.stage import Stage, metrics_of
+from usdface.io.usd.vertex_cache import is_cache_shape
 
 __all__ = ["certify_conversion"]
 
@@ -118,6 +119,9 @@ def _clip_certificate(
     moments = np.where(exact, at_keys, start + times * rate)
     usd = [_evaluated_usd(mesh, moments) for mesh in staged]
     file = [_evaluated_gltf(mesh, times) for mesh in shown.meshes]
+    if exported:
+        cached = {mesh.name for mesh in staged if mesh.points_move}
+        file = [_without_cache(mesh) if mesh.name in cached else mesh for mesh in file]
     vertices = sum(len(mesh.points) for mesh in shown.meshes)
     frames = sample_frames(
         len(times), vertices, vertices * len(times) if budget is None else budget
@@ -152,6 +156,13 @@ def _evaluated_usd(mesh: UsdMesh, codes: FloatArray) -> EvaluatedMesh:
         lambda frames: mesh.normals_at(codes[frames]),
         lambda: mesh.linear_morph_at(codes),
     )
+
+
+def _without_cache(mesh: EvaluatedMesh) -> EvaluatedMesh:
+    """Return a mesh without the shapes that stand for its points over time, which show there."""
+    kept = [k for k, name in enumerate(mesh.shapes) if not is_cache_shape(mesh.name, name)]
+    shapes = tuple(mesh.shapes[k] for k in kept)
+    return replace(mesh, shapes=shapes, weights=mesh.weights[:, kept])
 
 
 def _evaluated_gltf(mesh: PlayerMesh, times: FloatArray) -> EvaluatedMesh:

@@ -1,27 +1,19 @@
-"""The performer's markers on a page: placed beside the face, and the heat of their residuals."""
+"""The performer's markers on a page, placed beside the face."""
 
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
-from usdface.arrays import FloatArray, IntArray
+from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
-from usdface.face.surface_graph import surface_graph
 from usdface.geometry.marker_spread import marker_spread
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.page.packed_data import Quantized
 from usdface.retarget_setup import RetargetSetup
-from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
 
-__all__ = ["heat_of_markers", "markers_on_face", "performer_data"]
+__all__ = ["markers_on_face", "performer_data"]
 
-# Markers that colour a vertex, and how far their colour reaches [marker spreads, along the skin].
-_NEAREST, _REACH = 4, 0.6
-# Distances along the skin that are held at once (160 MB).
-_DISTANCES = 20_000_000
 # Markers further from the face [spreads of its markers] are not shown: spikes of a recording.
 _ASTRAY = 20.0
 
@@ -78,43 +70,6 @@ def _centred(positions: FloatArray, rest: FloatArray, face: BoundFace) -> FloatA
     known = rest[~np.isnan(rest).any(axis=1)]
     middle = face.mesh.points.mean(axis=0)
     return np.asarray(positions - (known.mean(axis=0) if len(known) else 0.0) + middle)
-
-
-def heat_of_markers(mesh: Mesh, vertices: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the markers that colour each vertex (V, K), and how much each counts (V, K).
-
-    Residuals spread along the skin, so that the lower lip does not show those of the upper one; far
-    from all markers they fade.
-    """
-    points = mesh.points[vertices]
-    count = min(_NEAREST, len(vertices))
-    reach = _REACH * (marker_spread(points) if len(points) > 1 else 0.05)
-    nearest, distances = _nearest(surface_graph(mesh), vertices, count=count, reach=reach)
-    # A marker within a hair of the vertex decides alone.
-    shares = np.where(np.isinf(distances), 0.0, (1.0 - distances / reach)) ** 2
-    near = shares / np.maximum(np.where(np.isinf(distances), 1.0, distances), 1e-3 * reach)
-    total = near.sum(axis=1, keepdims=True)
-    weights = np.divide(near, total, out=np.zeros_like(near), where=total > 0)
-    return nearest, weights * np.sqrt(shares.max(axis=1, keepdims=True))
-
-
-def _nearest(
-    graph: csr_array, vertices: IntArray, *, count: int, reach: float
-) -> tuple[IntArray, FloatArray]:
-    """Return the nearest of some vertices to each of a graph, and how far they are: (V, count)."""
-    size = graph.shape[0]
-    nearest = np.zeros((count, size), np.int64)
-    distances = np.full((count, size), np.inf)
-    at_once = max(1, _DISTANCES // max(size, 1))
-    for start in range(0, len(vertices), at_once):
-        some = vertices[start : start + at_once]
-        away = dijkstra(graph, directed=False, indices=some, limit=reach)
-        number = np.broadcast_to(start + np.arange(len(some))[:, None], away.shape)
-        both, numbers = np.concatenate([distances, away]), np.concatenate([nearest, number])
-        order = np.argsort(both, axis=0, kind="stable")[:count]
-        distances = np.take_along_axis(both, order, 0)
-        nearest = np.take_along_axis(numbers, order, 0)
-    return nearest.T, distances.T
 
 
 def performer_data(

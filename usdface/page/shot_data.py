@@ -9,10 +9,11 @@ from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.lip_contact import lip_gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.lip_lid_contacts import LipLidContacts
+from usdface.face.marker_heat import heat_of_markers
 from usdface.face.regions import shape_regions
 from usdface.page.clip_data import joint_motion, sampled_weights, ticks
 from usdface.page.packed_data import Quantized
-from usdface.page.performer import heat_of_markers, markers_on_face, performer_data
+from usdface.page.performer import markers_on_face, performer_data
 from usdface.page.rule_data import rule_data
 from usdface.played_shot import PlayedShot
 from usdface.retarget.head_joint import carrying_joint

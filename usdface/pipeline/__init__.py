@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper_system
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
     from usdface.pipeline.markers import make_markers
+    from usdface.pipeline.plugins import list_plugins
     from usdface.pipeline.processing import apply, process
-    from usdface.pipeline.reading import read_bind, read_rig, read_take
+    from usdface.pipeline.reading import read_bind, read_result, read_rig, read_take
     from usdface.pipeline.rig import make_rig
     from usdface.pipeline.scenes import export_scene, import_scene
     from usdface.pipeline.sequence import process_sequence
@@ -46,6 +47,7 @@ __all__ = [
     "fit_fuzzy",
     "import_scene",
     "list_formats",
+    "list_plugins",
     "make_bind_page",
     "make_markers",
     "make_rig",
@@ -54,6 +56,7 @@ __all__ = [
     "process",
     "process_sequence",
     "read_bind",
+    "read_result",
     "read_rig",
     "read_take",
     "set_up",
@@ -76,12 +79,14 @@ _HOMES = {
     ),
     "fuzzy_fit": ("fit_fuzzy",),
     "markers": ("make_markers",),
+    "plugins": ("list_plugins",),
     "processing": (
         "apply",
         "process",
     ),
     "reading": (
         "read_bind",
+        "read_result",
         "read_rig",
         "read_take",
     ),

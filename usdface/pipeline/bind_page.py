@@ -105,7 +105,7 @@ def make_bind_page(
         mesh, setup, new_findings = _bound(rig, recorded, setup, binding)
         findings += new_findings
     with progress.step("page"):
-        setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
+        setup = replace(setup, binding=replace(setup.binding, mesh=_mesh_name(rig, mesh)))
         data = bind_data(recorded, mesh, setup, bind_json(setup))
         meshes = rig.meshes
         images, new_findings = images_of(rig, meshes)
@@ -126,6 +126,12 @@ def make_bind_page(
         "size_mb": round(len(text) / 1e6, 2),
     }
     return Result(setup, (page,), tuple(findings), summary, seconds=progress.seconds)
+
+
+def _mesh_name(rig: Rig, mesh: Mesh) -> str:
+    """Return a mesh's name, which rig and shot share; its path where another has that name."""
+    alike = [each for each in rig.meshes if each.name == mesh.name]
+    return mesh.name if len(alike) == 1 else mesh.path
 
 
 def _read(

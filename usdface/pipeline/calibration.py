@@ -1,11 +1,14 @@
 """The calibration of a performer: `usdface calibrate`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
+from usdface.hooks import run_hooks
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.plugins import hook_report, installed_hooks
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.pipeline.schemas import register_schemas
@@ -23,6 +26,7 @@ def calibrate(
     output: StrPath,
     *,
     extremes: bool = False,
+    skip_hooks: Sequence[str] = (),
     on_progress: OnProgress | None = None,
 ) -> Result[Calibration]:
     """Measure a performer's gains, the size of their movements relative to the character's.
@@ -35,6 +39,8 @@ def calibrate(
         The calibration, .json, for `make_shot`.
     extremes : bool
         The take is a range of motion: each movement goes to its extreme.
+    skip_hooks : sequence of str, optional
+        Hooks of other packages that do not run: distributions, or "distribution:entry point".
     on_progress : callable, optional
 
     Returns
@@ -58,13 +64,17 @@ def calibrate(
     register_schemas()
     progress = Progress.of(on_progress)
     with progress.step("read"):
+        hooks, findings = installed_hooks(skip_hooks)
         stage = open_shot(path)
         check_outputs([output], files_read(path))
-        staged, findings = read_shot(stage, str(path))
+        staged, new_findings = read_shot(stage, str(path))
         shot_read = staged.shot
+        findings += new_findings
+        take, new_findings = run_hooks(hooks, "take_read", shot_read.take, shot_read)
+        findings += new_findings
     with progress.step("calibrate"):
         calibrated, new_findings = calibrate_face(
-            shot_read.take,
+            take,
             shot_read.face,
             shot_read.setup,
             extremes=extremes,
@@ -84,5 +94,6 @@ def calibrate(
         (output,),
         tuple(findings + new_findings),
         summary,
+        hook_report(hooks),
         seconds=progress.seconds,
     )

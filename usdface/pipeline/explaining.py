@@ -1,5 +1,6 @@
 """Inspection of a shot's fuzzy system: `usdface fuzzy explain` and `usdface fuzzy neutral`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
@@ -9,6 +10,7 @@ from usdface.explanation import Explanation, explain_result
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.plugins import hook_report, installed_hooks
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.options import ProcessOptions
@@ -28,6 +30,7 @@ def explain(
     frame: int | None = None,
     time: float | None = None,
     figure: StrPath | None = None,
+    skip_hooks: Sequence[str] = (),
     on_progress: OnProgress | None = None,
 ) -> Result[Explanation]:
     """Explain why a frame of a shot gets its emotions: features, memberships, rules, weights.
@@ -42,6 +45,8 @@ def explain(
         The frame nearest to it, in place of a frame index.
     figure : path, optional
         Draw the explanation: .png, .svg or .pdf.
+    skip_hooks : sequence of str, optional
+        Hooks of other packages that do not run: distributions, or "distribution:entry point".
     on_progress : callable, optional
 
     Returns
@@ -70,8 +75,10 @@ def explain(
     progress = Progress.of(on_progress)
     with progress.step("read"):
         check_outputs([picture], files_read(path))
+        hooks, skipped = installed_hooks(skip_hooks)
         read, findings = _read(path)
-    solved = retarget(read, options=ProcessOptions(trace=True), on_progress=progress)
+    options = ProcessOptions(trace=True)
+    solved = retarget(read, options=options, hooks=hooks, on_progress=progress)
     explanation = explain_result(solved)
     index = explanation.peak if frame is None else frame
     if time is not None:
@@ -85,9 +92,9 @@ def explain(
     return Result(
         explanation,
         (picture,) if picture else (),
-        (*findings, *solved.findings),
+        (*skipped, *findings, *solved.findings),
         {"frame": index, "time_s": facts["time_s"]},
-        facts,
+        facts | hook_report(hooks),
         progress.seconds,
     )
 

@@ -1,18 +1,25 @@
 """The main job, retarget and correct: `usdface process`, and on a host's open stage."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
+from usdface.correct_shot import correct
+from usdface.errors import InputError
+from usdface.face.head_size import report_size
 from usdface.findings import Finding
+from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.layer_paths import layer_paths
+from usdface.io.plugins import hook_report, installed_hooks
 from usdface.io.usd.animation import (
     animation_path,
     apply_animation,
@@ -28,7 +35,7 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.retarget_shot import retarget, retarget_in_stages
-from usdface.shot import ShotResult
+from usdface.shot import Shot, ShotResult
 from usdface.shot_report import report_of
 from usdface.verdict.judge import refuse_unusable
 
@@ -52,6 +59,8 @@ def process(
     asset_root: StrPath | None = None,
     strict: bool = False,
     cache: StrPath | None = None,
+    skip_hooks: Sequence[str] = (),
+    solved: ShotResult | None = None,
     options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[ShotResult]:
@@ -81,7 +90,12 @@ def process(
         Refuse a result whose verdict is "not usable": write nothing.
     cache : path, optional
         A folder in which the arrays of the solve and of the correction are kept, and taken from
-        where nothing that they depend on has changed. The result is the same without it.
+        where nothing that they depend on has changed. The result is the same without it. Nothing
+        is kept where hooks run.
+    skip_hooks : sequence of str, optional
+        Hooks of other packages that do not run: distributions, or "distribution:entry point".
+    solved : ShotResult, optional
+        Of an earlier run of the same shot: it is corrected again, and not solved again.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
@@ -121,6 +135,7 @@ def process(
     register_schemas()
     progress = Progress.of(on_progress)
     with progress.step("read"):
+        hooks, skipped = installed_hooks(skip_hooks)
         ours = layer_paths(path, root)
         stage = open_shot(path, root)
         # Layers that an earlier run put into the shot itself are written anew.
@@ -128,14 +143,21 @@ def process(
         new_root = None if in_place else ours.root
         check_outputs([new_root, *ours.layers, glb, picture, faces, clean], read)
         staged, findings = read_shot(stage, str(path), folder)
-    stages = _stage_cache(cache, path)
-    solved, reported = _retarget(staged, findings, options, progress, stages)
+    solved, reported = _retarget(
+        staged,
+        skipped + findings,
+        options,
+        hooks,
+        progress,
+        earlier=solved,
+        cache=_stage_cache(cache, path),
+    )
     if strict and reported.verdict is not None:
         refuse_unusable(reported.verdict)
     with all_or_none():
         if glb:
             with progress.step("gltf"):
-                lost = _write_gltf(staged, solved, glb, read)
+                lost = _write_gltf(staged, solved, glb, hooks, read)
                 reported = replace(reported, findings=(*reported.findings, *lost))
         with progress.step("draw") if picture or faces else nullcontext():
             _draw(solved, reported, picture, faces)
@@ -154,6 +176,8 @@ def process(
 def apply(
     stage: Stage,
     *,
+    skip_hooks: Sequence[str] = (),
+    solved: ShotResult | None = None,
     options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[ShotResult]:
@@ -166,6 +190,10 @@ def apply(
     ----------
     stage : Usd.Stage
         With a setup, as `make_shot` or `set_up` authors it.
+    skip_hooks : sequence of str, optional
+        Hooks of other packages that do not run: distributions, or "distribution:entry point".
+    solved : ShotResult, optional
+        Of an earlier run of the same shot: it is corrected again, and not solved again.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is authored.
@@ -189,8 +217,16 @@ def apply(
     """
     progress = Progress.of(on_progress)
     with progress.step("read"):
+        hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
-    solved, reported = _retarget(staged, findings, options, progress)
+    solved, reported = _retarget(
+        staged,
+        skipped + findings,
+        options,
+        hooks,
+        progress,
+        earlier=solved,
+    )
     with progress.step("write"):
         content = solve_animation(solved, _deviations(reported), reported.verdict)
         expressed, closed = express_animation(solved), closure_animation(solved)
@@ -220,14 +256,19 @@ def _retarget(
     staged: StagedShot,
     findings: list[Finding],
     options: ProcessOptions,
+    hooks: Sequence[Hook],
     progress: Progress,
+    earlier: ShotResult | None,
     cache: "StageCache | None" = None,
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
-    if cache is None:
-        solved = retarget(staged.shot, options=options, on_progress=progress)
+    if earlier is None and cache is not None:
+        solved = retarget_in_stages(staged.shot, options, hooks, progress, cache)
+    elif earlier is None:
+        solved = retarget(staged.shot, options=options, hooks=hooks, on_progress=progress)
     else:
-        solved = retarget_in_stages(staged.shot, options, progress, cache)
+        again = _earlier(staged.shot, earlier)
+        solved = correct(again, options=options, hooks=hooks, on_progress=progress)
     with progress.step("report"):
         report = report_of(solved)
     summary = dict(report.summary)
@@ -235,8 +276,25 @@ def _retarget(
         summary["head_carrier"] = staged.prims.head.name
     if cache is not None:
         summary["stages"] = dict(cache.used)
-    found = (*findings, *solved.findings, *report.findings)
-    return solved, Result(solved, (), found, summary, report.details, verdict=report.verdict)
+    details = report.details | hook_report(hooks)
+    found = (*findings, *report_size(staged.shot.rig), *solved.findings, *report.findings)
+    return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
+
+
+def _earlier(shot: Shot, earlier: ShotResult) -> ShotResult:
+    """Return an earlier result with the expressions, rules and gains of the shot as it is now.
+
+    Raises
+    ------
+    InputError
+        If it is the result of another shot.
+    """
+    own = np.array_equal(shot.take.times, earlier.shot.take.times)
+    if not own or shot.rig.shape_names != earlier.shot.rig.shape_names:
+        raise InputError(
+            "the earlier result has another take or rig than this shot; process it without"
+        )
+    return replace(earlier, shot=replace(shot, take=earlier.shot.take))
 
 
 def _deliver(root: Path, staged: StagedShot, path: Path, options: DeliverOptions) -> list[Finding]:
@@ -267,7 +325,11 @@ def _deviations(reported: Result[ShotResult]) -> dict[str, float]:
 
 
 def _write_gltf(
-    staged: StagedShot, solved: ShotResult, path: Path, read: Iterable[Path]
+    staged: StagedShot,
+    solved: ShotResult,
+    path: Path,
+    hooks: Sequence[Hook],
+    read: Iterable[Path],
 ) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf  # only here: most runs write none
     from usdface.io.head_clip import head_clip
@@ -278,4 +340,5 @@ def _write_gltf(
             rig, staged.prims.head.joint, solved.head_motion, solved.solved.times
         )
         clip = replace(clip, joints=joints)
-    return write_gltf(rig, path, (clip,), read=read)
+    (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
+    return findings + write_gltf(rig, path, clips, read=read)

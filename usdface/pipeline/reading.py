@@ -1,4 +1,4 @@
-"""Rigs, takes and bindings read into arrays."""
+"""Rigs, takes, bindings and results read into arrays."""
 
 from pathlib import Path
 
@@ -7,13 +7,16 @@ from usdface.io import bind_file
 from usdface.io.atomic import StrPath
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes import files as take_files
+from usdface.io.usd.played_shot import read_played_shot
+from usdface.io.usd.stage import open_stage
 from usdface.options import RigOptions, TakeOptions
 from usdface.pipeline.schemas import register_schemas
+from usdface.played_shot import PlayedShot
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Rig
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["read_bind", "read_rig", "read_take"]
+__all__ = ["read_bind", "read_result", "read_rig", "read_take"]
 
 
 def read_rig(path: StrPath, *, options: RigOptions = RigOptions()) -> tuple[Rig, list[Finding]]:
@@ -106,3 +109,33 @@ def read_bind(path: StrPath) -> tuple[RetargetSetup, list[Finding]]:
     True
     """
     return bind_file.read_bind(Path(path))
+
+
+def read_result(path: StrPath) -> tuple[PlayedShot, list[Finding]]:
+    """Read a processed shot as its layers hold it: weights, emotions, firing rules, residual.
+
+    Parameters
+    ----------
+    path : path
+        The root layer that `process` wrote. A shot that was not processed is read, too; its curves
+        are empty.
+
+    Returns
+    -------
+    PlayedShot
+    list of Finding
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened, or has no setup.
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda")
+    >>> played, _ = usdface.read_result(result.written[0])
+    >>> played.solved.weights.shape == played.corrected.weights.shape
+    True
+    """
+    register_schemas()
+    return read_played_shot(open_stage(Path(path)), str(path))

@@ -4,17 +4,20 @@ Each function imports its own readers and writers: USDZ needs no glTF library, a
 needs others than writing it.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from usdface.blas_threads import one_blas_thread
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
+from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath
 from usdface.io.export_targets import EXPORT_TARGETS, GLTF, pack_stage, write_scene
 from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.io.plugins import hook_report, installed_hooks
 from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
@@ -30,6 +33,7 @@ def export_scene(
     output: StrPath,
     *,
     every_frame: bool = False,
+    skip_hooks: Sequence[str] = (),
     options: ExportOptions = ExportOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Certificate | None]:
@@ -43,6 +47,8 @@ def export_scene(
         .glb, .gltf, .usdz, or a suffix that `list_formats` names.
     every_frame : bool
         Compare the vertices in every frame, not in as many as take a fraction of a second.
+    skip_hooks : sequence of str, optional
+        Hooks of other packages that do not run: distributions, or "distribution:entry point".
     options : ExportOptions
     on_progress : callable, optional
 
@@ -67,11 +73,13 @@ def export_scene(
     progress = Progress.of(on_progress)
     read = files_read(source)
     check_outputs([output], read)
+    hooks, skipped = installed_hooks(skip_hooks)
     target, problems = EXPORT_TARGETS.find(output)
+    problems += skipped
     target.format.check_options(output, options)
     if target.format.pack:
         with progress.step("write"):
-            problems += pack_stage(target, source, output, options)
+            problems += pack_stage(target, source, output, options) + _unused(hooks)
         return Result(None, (output,), tuple(problems), seconds=progress.seconds)
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.stage import open_stage
@@ -81,12 +89,15 @@ def export_scene(
         stage = open_stage(source)
         rig, clips, findings = animated_rig(stage, asset_folder(options.asset_root))
         clips = chosen_clips(clips, options.clip)
+        (rig, clips), new_findings = run_hooks(hooks, "before_export", (rig, clips))
+        problems += new_findings
+    details = hook_report(hooks)
     summary = _summary(rig, clips, "morph_targets" if target.format is GLTF else "blend_shapes")
     with progress.step("write"):
         findings += problems + write_scene(target, rig, clips, output, options, read)
         written = files_written(output, read) if target.format is GLTF else (output,)
     if target.format is not GLTF:
-        return Result(None, written, tuple(findings), summary, seconds=progress.seconds)
+        return Result(None, written, tuple(findings), summary, details, progress.seconds)
     del rig, clips  # their memory, for the certificate
     from usdface.io.compare_conversion import certify_conversion
 
@@ -94,7 +105,8 @@ def export_scene(
         certificate, new_findings = certify_conversion(
             stage, output, exported=True, every_frame=every_frame, clip=options.clip
         )
-    return _certified(written, findings + new_findings, summary, progress, certificate)
+    found = findings + new_findings
+    return _certified(written, found, summary, progress, certificate, details)
 
 
 @one_blas_thread()
@@ -161,6 +173,16 @@ def import_scene(
     return _certified(written, findings + new_findings, summary, progress, certificate)
 
 
+def _unused(hooks: Sequence[Hook]) -> list[Finding]:
+    """Report the hooks that a scene which is packed as it is does not go through."""
+    message = "the scene is packed as it is, without hooks"
+    return [
+        finding("HOOK_SKIPPED", hook.name, message)
+        for hook in hooks
+        if hook.point == "before_export"
+    ]
+
+
 def _summary(rig: Rig, clips: tuple[Clip, ...], shapes: str) -> dict[str, Any]:
     return {
         "meshes": len(rig.meshes),
@@ -176,8 +198,9 @@ def _certified(
     summary: dict[str, Any],
     progress: Progress,
     certificate: Certificate | None,
+    details: dict[str, Any] | None = None,
 ) -> Result[Certificate | None]:
-    details = {}
+    details = dict(details or {})
     if certificate is not None:
         summary |= certificate.summary
         details["certificate"] = certificate.as_dict()

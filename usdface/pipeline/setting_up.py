@@ -8,6 +8,7 @@ from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.face.expression_poses import ActionPose
+from usdface.face.head_size import report_size
 from usdface.io.atomic import StrPath
 from usdface.io.bind_file import read_bind
 from usdface.io.usd.rig import rig_of_stage
@@ -40,6 +41,7 @@ def set_up(
     system: ExpressionSystem | None = None,
     correction: Mapping[str, Any] | None = None,
     scope: str = "/UsdFace",
+    start_code: float = 0.0,
     on_progress: OnProgress | None = None,
 ) -> Result[Shot]:
     """Author the setup of a shot on a stage that a host holds open, for `apply`.
@@ -52,8 +54,7 @@ def set_up(
     stage : Usd.Stage
         With the character; it need not be a file.
     take : str, MarkerTake or WeightsTake
-        The path of a take's prim on the stage, or a take to author below `scope`, whose first
-        frame is at the time code 0.
+        The path of a take's prim on the stage, or a take to author below `scope`.
     rig : str
         Path of the SkelRoot; "" where there is one.
     bind : path or RetargetSetup, optional
@@ -63,6 +64,8 @@ def set_up(
         As of `assemble_shot`.
     scope : str
         Path of the prim that is to hold the setup.
+    start_code : float
+        Time code of the first frame of a take that is authored.
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is authored.
 
@@ -92,6 +95,7 @@ def set_up(
     with progress.step("read"):
         _refuse_other_setups(stage, scope)
         character, findings = rig_of_stage(stage, rig, joints=True)
+        findings += report_size(character)
         recorded = _take_at(stage, take) if isinstance(take, str) else take
         if bind is None or isinstance(bind, RetargetSetup):
             setup = bind
@@ -111,7 +115,7 @@ def set_up(
             correction=correction,
         )
     with progress.step("write"):
-        author_shot(stage, scope, shot, take if isinstance(take, str) else "")
+        author_shot(stage, scope, shot, take if isinstance(take, str) else "", start_code)
     summary = {"markers_bound": len(shot.setup.binding.markers), "scope": scope}
     return Result(shot, (), (*findings, *new_findings), summary, seconds=progress.seconds)
 

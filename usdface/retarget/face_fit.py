@@ -135,7 +135,6 @@ def _as_another_face(
     Displacements are then carried by the similarity.
     """
     assert fit.placed is not None
-    assert fit.placed is not None
     linear, offset = similarity_fit(neutral, fit.points)
     skin = transferred_surface(surface, fit.placed, neutral @ linear + offset)
     if skin is None:

@@ -12,10 +12,9 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.noise import marker_noise, unexplained
+from usdface.retarget.noise import Unexplained
 from usdface.retarget.rbf import SpaceMap
 from usdface.takes import visible
 
@@ -60,21 +59,18 @@ class MotionEvidence:
         """
         axes = self.markers.shape[2]
         displaced = space.displacements(self.markers)[..., :axes]
-        flat = displaced.reshape(len(displaced), -1)
-        hidden = np.isnan(flat)
-        if hidden.any():
-            flat = interpolate_gaps(flat, hidden, self.times)
+        seen = np.repeat(visible(self.markers), axes, axis=1)
+        flat = np.where(seen, displaced.reshape(len(displaced), -1), 0.0)
         coordinates = np.arange(3 * len(points)).reshape(-1, 3)[:, :axes].ravel()
-        rigid = motion_basis(points, axes)
-        moved = flat - (flat @ rigid) @ rigid.T
+        rigid = motion_basis(points, axes).T
         directions = evaluator.select(coordinates).directions
-        basis = unexplained(np.vstack([directions, rigid.T]))
-        if basis.shape[1] < _FEWEST_LEFT:
+        rest = Unexplained.of(np.vstack([directions, rigid]), seen)
+        left, count = rest.squares(flat)
+        if not len(left) or np.median(count) < _FEWEST_LEFT:
             return np.nan
-        rest = flat @ basis
-        noise = marker_noise(rest, np.asarray(visible(self.markers).all(axis=1))) ** 2
-        size = float((moved**2).mean()) * moved.shape[1] / (moved.shape[1] - rigid.shape[1])
+        noise = rest.noise(flat) ** 2
+        size = float(Unexplained.of(rigid, seen).squares(flat)[0].mean())
         rounding = (_ROUNDING * rms_radius(points)) ** 2
         if size <= max(_ABOVE_NOISE * noise, rounding):
             return np.nan
-        return float(np.sqrt(max(float((rest**2).mean()) - noise, 0.0) / (size - noise)))
+        return float(np.sqrt(max(float(left.mean()) - noise, 0.0) / (size - noise)))

@@ -1,67 +1,163 @@
-"""Noise of the markers, and misfit between face and rig."""
+"""Noise of the markers, and misfit between face and rig.
+
+Both are measured on the part of the displacements that no weight and no pose explains. An occluded
+marker is no evidence of either: its coordinates are left out of each frame, which leaves so many
+dimensions fewer, and whatever is in their place has no say.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtri
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["MOST", "marker_misfit", "marker_noise", "unexplained"]
+__all__ = ["MOST", "Unexplained", "white_noise"]
 
 # Misfit grows with the expression and is nothing at rest. This share of the frames has less:
 # neither a resting face nor a few swapped markers decide.
 MOST = 0.9
+# Sets of occluded markers that are looked at, and numbers that are kept for them: bounds on time
+# and memory. Where a take has more, frames evenly spread over it are looked at.
+_PATTERNS = 400
+_NUMBERS = 4e6
+# The sum of the squared coefficients of a third difference.
+_THIRD = 20.0
+# From median absolute value to standard deviation, of normally distributed values.
+_NORMAL = 1.4826
 
 
-def unexplained(explained: FloatArray) -> FloatArray:
-    """Return an orthonormal basis of the complement of the span of `explained` (K, N): (N, R)."""
-    basis, values, _ = np.linalg.svd(explained.T, full_matrices=True)
-    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
-    return np.asarray(basis[:, rank:])
-
-
-def marker_noise(rest: FloatArray, seen: BoolArray) -> float:
-    """Estimate the white noise of marker coordinates, from their part that nothing explains.
-
-    That is the part beyond all weights and poses.
+def white_noise(values: FloatArray) -> float:
+    """Estimate the white noise of some signals.
 
     Third differences in time keep the noise (their variance is 20 times the noise's) and
     drop the slow misfit of rig and performer. The median makes it robust to spikes.
 
     Parameters
     ----------
-    rest : (F, R) float64 [m]
-        Marker displacements, gaps filled, in the basis that `unexplained` returns.
-    seen : (F,) bool
-        Frames in which every marker was seen; others are left out where enough remain.
+    values : (F, N) float64
+        NaN where there is none.
 
     Returns
     -------
-    float [m]
-        Standard deviation; 0 if there are too few frames or markers to tell.
+    float
+        Standard deviation; 0 if nowhere four frames follow each other.
     """
-    if rest.shape[1] == 0 or len(rest) < 4:
-        return 0.0
-    differences = np.diff(rest, 3, axis=0) / np.sqrt(20.0)
-    whole = np.lib.stride_tricks.sliding_window_view(seen, 4).all(axis=1)
-    if whole.sum() >= 16:
-        differences = differences[whole]
-    return float(np.median(np.abs(differences)) * 1.4826)
+    return _deviation(np.diff(values, 3, axis=0)) if len(values) >= 4 else 0.0
 
 
-def marker_misfit(rest: FloatArray, seen: BoolArray, noise: float) -> float:
-    """Estimate by how much face and rig differ, from the part that no weight and no pose explains.
+def _deviation(differences: FloatArray) -> float:
+    there = differences[~np.isnan(differences)]
+    return float(np.median(np.abs(there)) * _NORMAL / np.sqrt(_THIRD)) if there.size else 0.0
 
-    Parameters are those of `marker_noise`, and its result `noise` [m].
 
-    Returns
-    -------
-    float [m]
-        RMS over the coordinates of an expressive frame; 0 where noise explains it all.
+@dataclass(frozen=True, eq=False, slots=True)
+class Unexplained:
+    """The part of the displacements of a take that neither weights nor pose explain.
+
+    Attributes
+    ----------
+    basis : (N, R) float64
+        Orthonormal, of what is left if every marker is seen.
+    seen : (F, N) bool
+        Coordinates that were observed.
+    frames : (K,) int64
+        Frames that are looked at.
+    alike : list of ((L,) int64, (R, H) float64)
+        Those of these frames in which the same coordinates are occluded, and an orthonormal basis
+        of the directions that these decide; empty if none is occluded.
     """
-    count = rest.shape[1]
-    if count == 0:
-        return 0.0
-    rest = rest[seen] if seen.sum() >= 16 else rest
-    most = float(np.quantile((rest**2).mean(axis=1), MOST))
-    of_noise = noise**2 * float(chdtri(count, 1.0 - MOST)) / count
-    return float(np.sqrt(max(0.0, most - of_noise)))
+
+    basis: FloatArray
+    seen: BoolArray
+    frames: IntArray
+    alike: list[tuple[IntArray, FloatArray]]
+
+    @classmethod
+    def of(cls, explained: FloatArray, seen: BoolArray) -> "Unexplained":
+        """Return the part beyond the span of `explained` (K, N), for coordinates `seen` (F, N)."""
+        turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
+        rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
+        basis = turned[:, rank:]
+        if seen.all() or not basis.size:
+            return cls(basis, seen, np.arange(len(seen)), [])
+        most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
+        frames = np.flatnonzero(seen.any(axis=1))
+        while len(np.unique(seen[frames], axis=0)) > most:
+            frames = frames[::2]
+        return cls(basis, seen, frames, _alike(basis, seen[frames]))
+
+    def squares(self, observed: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return the mean square [m^2] of frames, and of how many numbers each is: (K,), (K,).
+
+        Parameters
+        ----------
+        observed : (F, N) float64 [m]
+            Displacements; any number where they were not seen.
+        """
+        rest = observed[self.frames] @ self.basis
+        sums = (rest**2).sum(axis=1)
+        count = np.full(len(rest), rest.shape[1])
+        for frames, hidden in self.alike:
+            sums[frames] -= ((rest[frames] @ hidden) ** 2).sum(axis=1)
+            count[frames] -= hidden.shape[1]
+        enough = count > 0
+        return sums[enough].clip(min=0.0) / count[enough], count[enough]
+
+    def noise(self, observed: FloatArray) -> float:
+        """Estimate the white noise of marker coordinates: standard deviation [m].
+
+        0 if there are too few frames or markers to tell. `observed` as in `squares`.
+        """
+        if self.basis.shape[1] == 0 or len(observed) < 4:
+            return 0.0
+        rest = observed @ self.basis
+        if self.seen.all():
+            return white_noise(rest)
+        four = np.lib.stride_tricks.sliding_window_view(self.seen, 4, axis=0)
+        windows: BoolArray = np.asarray(four.all(axis=-1))
+        first = self.frames[self.frames < len(windows)]
+        first = first[windows[first].any(axis=1)]
+        differences = np.diff(rest, 3, axis=0)[first]
+        found = [
+            (differences[frames] @ _complement(hidden)).ravel()
+            for frames, hidden in _alike(self.basis, windows[first])
+        ]
+        return _deviation(np.concatenate(found)) if found else 0.0
+
+    def misfit(self, observed: FloatArray, noise: float) -> float:
+        """Estimate by how much face and rig differ.
+
+        Parameters
+        ----------
+        observed : (F, N) float64 [m]
+            As in `squares`.
+        noise : float [m]
+
+        Returns
+        -------
+        float [m]
+            RMS over the coordinates of an expressive frame; 0 where noise explains it all.
+        """
+        squares, count = self.squares(observed)
+        if not len(squares):
+            return 0.0
+        of_noise = noise**2 * chdtri(count, 1.0 - MOST) / count
+        return float(np.sqrt(max(0.0, float(np.quantile(squares - of_noise, MOST)))))
+
+
+def _alike(basis: FloatArray, seen: BoolArray) -> list[tuple[IntArray, FloatArray]]:
+    """Sort frames (K, N) by their occluded coordinates.
+
+    Return them with an orthonormal basis (R, H) of the directions that these decide.
+    """
+    patterns, which = np.unique(seen, axis=0, return_inverse=True)
+    which = which.ravel()
+    return [
+        (np.flatnonzero(which == k), np.linalg.qr(basis[~pattern].T)[0])
+        for k, pattern in enumerate(patterns)
+    ]
+
+
+def _complement(hidden: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.qr(hidden, "complete")[0][:, hidden.shape[1] :])

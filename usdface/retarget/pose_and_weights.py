@@ -24,7 +24,7 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.progress import Progress, Step
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.neutral import on_plane
-from usdface.retarget.noise import marker_misfit, marker_noise, unexplained
+from usdface.retarget.noise import Unexplained
 from usdface.retarget.nonlinear_solve import first_guess, solve_nonlinear
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
@@ -138,8 +138,9 @@ def solve_pose_and_weights(
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
 
     here = pose.to_head(markers)
-    basis_of_rest = unexplained(np.vstack([rows.model.directions, rows.rigid.T]))
-    whole = np.asarray(seen.all(axis=1))
+    rest = Unexplained.of(
+        np.vstack([rows.model.directions, rows.rigid.T]), np.repeat(seen, rows.axes, axis=1)
+    )
 
     iterate: Iterate | None = None
     regularisation = Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
@@ -151,10 +152,9 @@ def solve_pose_and_weights(
         if progress:  # at most so far: the rounds end when markers have settled
             progress(Step("solve", (done - 1) / rounds))
         displaced, observed = _displaced(here, space, rows, iterate, times)
-        rest = observed @ basis_of_rest
-        noise = marker_noise(rest, whole) if done <= 2 else regularisation.noise
+        noise = rest.noise(observed) if done <= 2 else regularisation.noise
         # A pose that is off in the first rounds looks like misfit.
-        misfit = marker_misfit(rest, whole, noise)
+        misfit = rest.misfit(observed, noise)
         regularisation = replace(regularisation, noise=noise, misfit=misfit)
         if not (fit_pose or to_correct) and seen.all():
             break
@@ -173,7 +173,7 @@ def solve_pose_and_weights(
             if not (to_correct and neutral_frames is not None):
                 break
             to_correct -= 1
-            held_back = _held_back(rows, observed, times, regularisation, iterate)
+            held_back = _held_back(rows, seen, times, regularisation, iterate)
             correction = _neutral_correction(
                 correction, leftover - held_back, seen, neutral_frames, regularisation, rows.rigid
             )
@@ -244,7 +244,7 @@ def _equations(rows: _Rows, observed: FloatArray) -> tuple[FloatArray, FloatArra
 
 def _held_back(
     rows: _Rows,
-    observed: FloatArray,
+    seen: BoolArray,
     times: FloatArray,
     regularisation: Regularisation,
     iterate: Iterate,
@@ -252,13 +252,17 @@ def _held_back(
     """Return the mean residual (M, axes) [m] that noise leaves where weights cannot fall below 0.
 
     Measured on a take with the same weights and as much noise, but an exact neutral (parametric
-    bootstrap: Efron and Tibshirani 1993, An Introduction to the Bootstrap, 6.5).
+    bootstrap: Efron and Tibshirani 1993, An Introduction to the Bootstrap, 6.5). Markers that are
+    not `seen` (F, M) have no noise.
     """
-    noise = regularisation.noise * np.random.default_rng(0).standard_normal(observed.shape)
-    simulated = rows.displacements(iterate.weights) + noise
+    predicted = rows.displacements(iterate.weights)
+    noise = np.random.default_rng(0).standard_normal(predicted.shape)
+    noise = np.where(np.repeat(seen, rows.axes, axis=1), regularisation.noise * noise, 0.0)
+    simulated = predicted + noise
     again = _step(rows, simulated, times, regularisation, iterate)
-    left = (simulated - rows.displacements(again.weights)).mean(axis=0)
-    return np.asarray(left.reshape(-1, rows.axes))
+    left = (simulated - rows.displacements(again.weights)).reshape(*seen.shape, -1)
+    count = np.maximum(seen.sum(axis=0), 1)
+    return np.asarray(np.where(seen[..., None], left, 0.0).sum(axis=0) / count[:, None])
 
 
 def _neutral_correction(

@@ -79,8 +79,8 @@ def region_travel(
     take: MarkerTake,
     solution: Solution,
     weights: FloatArray,
-    region_of: Callable[[str], str] = str,
-) -> dict[str, Travel]:
+    *groupings: Callable[[str], str],
+) -> tuple[dict[str, Travel], ...]:
     """Measure the travel of each region.
 
     Parameters
@@ -91,8 +91,14 @@ def region_travel(
     solution : Solution
     weights : (F, S) float64
         Of the face's blend shapes: those of the solution, exaggerated or corrected.
-    region_of : callable, optional
-        Merges regions: returns the region that one of `usdface.face.regions.REGIONS` counts to.
+    *groupings : callable
+        Each merges regions: returns the region that one of `usdface.face.regions.REGIONS` counts
+        to; `str` keeps them.
+
+    Returns
+    -------
+    tuple of dict
+        One for each grouping.
     """
     places = [face.markers.index(name) for name in solution.markers]
     vertices = face.vertices_of(solution.markers)
@@ -109,11 +115,14 @@ def region_travel(
     movable = np.linalg.norm(face.offsets[:, places], axis=2).max(axis=0, initial=0.0)
     follows = movable > _UNMOVED * movable.max(initial=0.0)
     spread = rms_radius(face.neutral[places])
-    regions = np.array([region_of(region) for region in regions_of(face.mesh, vertices)])
-    return {
-        region: _travel(lines.select(own), spread, solution.noise)
-        for region, own in _of_regions(regions, follows)
-    }
+    regions = regions_of(face.mesh, vertices)
+    return tuple(
+        {
+            region: _travel(lines.select(own), spread, solution.noise)
+            for region, own in _of_regions(np.array([group(name) for name in regions]), follows)
+        }
+        for group in groupings
+    )
 
 
 def _of_regions(regions: np.ndarray, follows: BoolArray) -> Iterator[tuple[str, BoolArray]]:

@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, entry_points, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +98,7 @@ def program() -> dict[str, Any]:
             source.update(file.relative_to(package).as_posix().encode() + b"\0")
             source.update(file.read_bytes())
     plugged = sorted(
-        f"{point.group} {point.name} {point.value} {point.dist.version if point.dist else ''}"
+        f"{group} {point.name} {point.value} {_version_of(point)} {_source_of(point)}"
         for group, points in _usdface_groups().items()
         for point in points
     )
@@ -115,6 +116,23 @@ def _usdface_groups() -> dict[str, Any]:
     points = entry_points()
     groups = (group for group in points.groups if group.startswith("usdface"))
     return {group: points.select(group=group) for group in groups}
+
+
+def _version_of(point: Any) -> str:
+    return str(point.dist.version) if point.dist else ""
+
+
+def _source_of(point: Any) -> str:
+    """Return the digest of the package of another package's function, "" where it has no files."""
+    spec = find_spec(point.value.partition(":")[0].partition(".")[0])
+    if spec is None or not spec.origin:
+        return ""
+    places = [Path(place) for place in spec.submodule_search_locations or ()]
+    files = [file for place in places for file in sorted(place.rglob("*.py"))]
+    source = hashlib.sha256()
+    for file in files or [Path(spec.origin)]:
+        source.update((file_digest(file) or "").encode())
+    return source.hexdigest()
 
 
 def _version(name: str) -> str:

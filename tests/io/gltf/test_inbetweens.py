@@ -187,7 +187,7 @@ def test_the_published_test_of_inbetweens(tmp_path: Path, shared_data: Path, bak
     outcome = export_scene(source, path)
     assert not any(f.code.startswith("INBETWEEN") for f in outcome.findings)
     codes = np.arange(1.0, 132.0)
-    (shown,) = evaluate_gltf(path)
+    shown, cache = evaluate_gltf(path)  # the latter made of the truth, points over time
     times = ((codes - 1) / 24).astype(np.float32)  # of the samples, as glTF holds them
     seen = shown.points_at(times) * 100  # its metersPerUnit is 0.01
 
@@ -203,6 +203,10 @@ def test_the_published_test_of_inbetweens(tmp_path: Path, shared_data: Path, bak
     assert np.abs(seen - usd @ y_up).max() < 1e-5
     assert np.abs(seen - baseline @ y_up).max() < 1e-3
     assert np.abs(seen - truth @ y_up).max() < 1e-3
+    assert (
+        cache.weights_at(times).shape[1] == 6
+    )  # as many as its points are made of: five inbetweens, one shape
+    assert np.abs(cache.points_at(times) * 100 - truth @ y_up).max() < 1e-4
 
 
 def test_the_published_test_of_normals(tmp_path: Path, shared_data: Path) -> None:

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
-from pxr import Usd, UsdGeom, Vt
+from pxr import Usd, UsdGeom, UsdSkel, Vt
 from sheets import codes, sheet
 
 from usdface.io.usd.rig import rig_of_stage
-from usdface.pipeline import export_scene
+from usdface.pipeline import export_scene, make_rig
 
 
 def another(stage: Usd.Stage, path: str) -> UsdGeom.Mesh:
@@ -81,8 +81,32 @@ def test_shapes_that_are_no_meshes_are_announced(kind: str) -> None:
     assert kind in found.message and ("3 inst" in found.message) == (kind == "PointInstancer")
 
 
-def test_a_mesh_outside_of_the_skelroot_is_announced() -> None:
+def test_a_mesh_outside_of_the_skelroot_is_kept_without_its_blend_shapes() -> None:
     stage = sheet()
     another(stage, "/Eyes")
-    (found,) = rig_of_stage(stage)[1]
-    assert (found.code, found.where, found.severity) == ("MESH_OUTSIDE", "/Eyes", "warning")
+    rig, found = rig_of_stage(stage)
+    assert [mesh.path for mesh in rig.meshes] == ["/R/M", "/Eyes"] and not found
+    eyes = stage.GetPrimAtPath("/Eyes")
+    UsdSkel.BindingAPI.Apply(eyes).CreateBlendShapesAttr(["look"])
+    shape = UsdSkel.BlendShape.Define(stage, "/Eyes/look")
+    shape.CreateOffsetsAttr([(0, 0, 1)])
+    shape.CreatePointIndicesAttr([0])
+    UsdSkel.BindingAPI(eyes).CreateBlendShapeTargetsRel().SetTargets([shape.GetPath()])
+    rig, (announced,) = rig_of_stage(stage)
+    assert (announced.code, announced.where) == ("MESH_OUTSIDE", "/Eyes")
+    assert rig.meshes[1].shapes == ()
+
+
+def test_what_moves_outside_of_the_skelroot_moves_in_gltf(tmp_path: Path) -> None:
+    stage = sheet()
+    another(stage, "/Eyes")
+    move = UsdGeom.Xformable(stage.GetPrimAtPath("/Eyes")).AddTranslateOp()
+    for code in (0, 10):
+        move.Set((0, 0.1 * code, 0), code)
+    stage.GetRootLayer().Export(str(tmp_path / "a.usda"))
+    done = export_scene(tmp_path / "a.usda", tmp_path / "a.glb", every_frame=True)
+    assert done.summary["meshes"] == 2 and done.summary["clips"] == 1
+    assert done.value is not None and done.value.missing == ()
+    assert done.summary["vertex_error_max_mm"] < 1e-2
+    made = make_rig(tmp_path / "a.glb", tmp_path / "rig.usda")
+    assert made.summary["meshes"] == 2

@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,13 @@ GltfImage = tuple[bytes, str]  # data and MIME type
 # First bytes: PNG (Third Edition) 5.2; JPEG, ITU-T T.81, B.1.1.3.
 _PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
 _MAX_BYTES = 2**30  # of a file: more than _MAX_PIXELS as 32-bit colours
+_MAX_FILE = 2**34  # bytes of all pixels and channels, most of them render layers
 _MAX_PIXELS = 2**26  # 8192 x 8192; with four channels of a byte this is 256 MiB
 _STRIP = 2**20  # pixels that are converted at a time
+_MEMORY, _MEMORY_PER_BYTE = 200 * 2**20, 10  # bytes of all pixels, for those of the file
+_UNKNOWN = "unknown format"
+# PNG, JPEG, OpenEXR, TIFF: OpenImageIO holds a part of them at a time, of others the whole image.
+_BY_LINES = (_PNG, _JPEG, b"v/1\x01", b"II*\0", b"MM\0*")
 
 
 def image_type(data: bytes) -> str:
@@ -164,22 +170,58 @@ def _eight_bit_pixels(texture: Texture, data: bytes, colour: bool) -> NDArray[np
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"image.{suffix}"
         file.write_bytes(data)
-        source = oiio.ImageInput.open(str(file))
+        by_lines = data.startswith(_BY_LINES)
+        with _limited(
+            oiio, _MAX_FILE if by_lines else (_MEMORY + _MEMORY_PER_BYTE * len(data)) // 3
+        ):
+            source = oiio.ImageInput.open(str(file))
         if source is None:
-            raise InputError(f"the image is not readable: {_first_line(oiio.geterror())}")
+            raise InputError(f"the image is not readable: {_fault(oiio)}")
         try:
             spec = source.spec()
-            if not 0 < spec.width * spec.height <= _MAX_PIXELS or spec.depth > 1 or spec.deep:
-                raise InputError(
-                    f"the image is {spec.width} x {spec.height} x {spec.depth}; expected a flat "
-                    f"one of at most {_MAX_PIXELS} pixels"
-                )
+            _check_size(spec, by_lines, len(data))
             floating = spec.format.basetype in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
             linear = texture.space == "raw" or (texture.space == "auto" and floating)
-            strips = [_eight_bit(strip, colour and linear) for strip in _strips(source, spec)]
+            pixels, top = np.empty((0, 0, 0), np.uint8), 0
+            for strip in _strips(source, spec):
+                if top == 0:
+                    pixels = np.empty((spec.height, *strip.shape[1:]), np.uint8)
+                pixels[top : top + len(strip)] = _eight_bit(strip, colour and linear)
+                top += len(strip)
         finally:
             source.close()
-    return np.concatenate(strips) if len(strips) > 1 else strips[0]
+    return pixels
+
+
+@contextmanager
+def _limited(oiio: Any, most: int) -> Iterator[None]:
+    """Let OpenImageIO refuse images of more bytes before it allocates them."""
+    name = "limits:imagesize_MB"
+    before = oiio.get_int_attribute(name)
+    oiio.attribute(name, max(1, most >> 20))
+    try:
+        yield
+    finally:
+        oiio.attribute(name, before)
+
+
+def _check_size(spec: Any, by_lines: bool, size: int) -> None:
+    """Refuse an image whose pixels take more memory than its file and its use warrant."""
+    flat = spec.depth <= 1 and not spec.deep
+    if not (0 < spec.width * spec.height <= _MAX_PIXELS and flat):
+        raise InputError(
+            f"the image is {spec.width} x {spec.height} x {spec.depth}; expected a flat "
+            f"one of at most {_MAX_PIXELS} pixels"
+        )
+    # Ours, those of a decoder that holds the whole image, and a row of tiles as floats, thrice.
+    channels = min(spec.nchannels, 4) + (0 if by_lines else 4 * spec.format.size())
+    memory = spec.width * (spec.height * channels + spec.tile_height * 3 * 16)
+    if memory > _MEMORY + _MEMORY_PER_BYTE * size:
+        raise InputError(
+            f"the image is {spec.width} x {spec.height}, {memory >> 20} MB in memory, in a file of "
+            f"{size} bytes; is it damaged?",
+            "TOO_LARGE",
+        )
 
 
 def _bytes_of(texture: Texture) -> bytes:
@@ -204,9 +246,9 @@ def _strips(source: Any, spec: Any) -> Iterator[NDArray[np.float32]]:
             pixels = source.read_tiles(0, 0, *across, top, end, 0, 1, 0, channels, oiio.FLOAT)
         else:
             pixels = source.read_scanlines(0, 0, top, end, 0, 0, channels, oiio.FLOAT)
-        fault = source.geterror()  # OpenImageIO before 3.1.8 fills in missing pixels
-        if pixels is None or fault:
-            raise InputError(f"the image is not readable: {_first_line(fault)}")
+        fault = _fault(source)  # OpenImageIO before 3.1.8 fills in missing pixels
+        if pixels is None or fault != _UNKNOWN:
+            raise InputError(f"the image is not readable: {fault}")
         yield np.nan_to_num(np.asarray(pixels, np.float32)).reshape(-1, spec.width, channels)
 
 
@@ -253,12 +295,17 @@ def to_png(pixels: NDArray[np.uint8]) -> bytes:
         file = Path(folder) / "image.png"
         target = oiio.ImageOutput.create(str(file))
         if target is None or not target.open(str(file), spec):
-            raise InputError(f"the image cannot be written as PNG: {_first_line(oiio.geterror())}")
+            raise InputError(f"the image cannot be written as PNG: {_fault(oiio)}")
         written = target.write_image(np.ascontiguousarray(pixels)) and target.close()
         if not written:
-            raise InputError(f"the image cannot be written as PNG: {target.geterror()}")
+            raise InputError(f"the image cannot be written as PNG: {_fault(target)}")
         return file.read_bytes()
 
 
-def _first_line(text: str) -> str:
-    return text.strip().splitlines()[0] if text.strip() else "unknown format"
+def _fault(source: Any) -> str:
+    """Return the first line of the last error of OpenImageIO, which may quote a damaged file."""
+    try:
+        text = str(source.geterror())
+    except UnicodeDecodeError as error:
+        text = error.object.decode("utf-8", "backslashreplace")
+    return text.strip().splitlines()[0] if text.strip() else _UNKNOWN

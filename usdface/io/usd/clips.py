@@ -21,7 +21,7 @@ from usdface.io.usd.clip_variants import (
 )
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.motion_keys import continuous_parts
-from usdface.io.usd.rig import rig_of_stage, staged_skeletons
+from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes, staged_skeletons
 from usdface.io.usd.rigid_animation import (
     RigidMotion,
     add_rigid_joints,
@@ -33,6 +33,7 @@ from usdface.io.usd.shared_shapes import ShapeNames, separate_shapes
 from usdface.io.usd.skeleton import parent_frames
 from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.stage import metrics_of, to_si
+from usdface.io.usd.vertex_cache import VertexCache, add_cache_shapes, find_vertex_caches
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 
@@ -50,17 +51,20 @@ def animated_rig(
 ) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Return the meshes under all SkelRoots as one rig, and its clips.
 
-    Rigid motion, by the transform of a prim, becomes a joint of its own.
+    Rigid motion, by the transform of a prim, becomes a joint of its own, and points that change
+    over time become blend shapes.
     See `usdface.io.usd.rig.rig_of_stage` and `clips_of_stage`.
     """
-    rig, found = rig_of_stage(stage, asset_root=asset_root)
+    rig, found = rig_of_stage(stage, asset_root=asset_root, caches=True)
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         rig, names, new_findings = separate_shapes(stage, rig)
         found += new_findings
         motions = find_rigid_motions(stage, rig)
         skeletons = staged_skeletons(stage)
         found += _report_skinning_method(stage, rig)
-    clips, new_findings = clips_of_stage(stage, rig, motions=motions, names=names)
+        caches, new_findings = find_vertex_caches(stage, rig, spaces_of_meshes(stage))
+        rig, found = add_cache_shapes(rig, caches), found + new_findings
+    clips, new_findings = clips_of_stage(stage, rig, motions=motions, names=names, caches=caches)
     return add_rigid_joints(rig, motions, skeletons), clips, found + new_findings
 
 
@@ -81,6 +85,7 @@ def clips_of_stage(
     root: str = "",
     motions: Sequence[RigidMotion] = (),
     names: ShapeNames = _OWN_NAMES,
+    caches: Sequence[VertexCache] = (),
 ) -> tuple[tuple[Clip, ...], list[Finding]]:
     """Return the clips of the SkelAnimations that are bound under the SkelRoots.
 
@@ -99,6 +104,8 @@ def clips_of_stage(
         Rigid motions, which become joints (`usdface.io.usd.rigid_animation`).
     names : mapping
         Of shapes that the rig names otherwise (`usdface.io.usd.shared_shapes`).
+    caches : sequence of VertexCache
+        Points that change over time (`usdface.io.usd.vertex_cache`), in every clip.
 
     Raises
     ------
@@ -110,7 +117,7 @@ def clips_of_stage(
     found: list[Finding] = []
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         played: set[Sdf.Path] = set()
-        scene = _Scene(root, staged_skeletons(stage, root), motions, names)
+        scene = _Scene(root, staged_skeletons(stage, root), motions, names, caches)
         for variation in clip_stages(stage, root):
             clip, new_findings = _clip(variation, scene)
             found += new_findings
@@ -139,6 +146,7 @@ class _Scene:
     skeletons: tuple[StagedSkeleton, ...]
     motions: Sequence[RigidMotion]
     names: ShapeNames
+    caches: Sequence[VertexCache]
 
     def skeleton(self, bound: BoundAnimation) -> StagedSkeleton | None:
         path = bound.skeleton.GetPrim().GetPath()
@@ -160,6 +168,7 @@ def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
             *(code for b in weighted for code in b.animation.GetBlendShapeWeightTimeSamples()),
             *(code for b, _ in jointed for code in b.animation.GetJointTransformTimeSamples()),
             *(code for motion in scene.motions for code in motion.codes),
+            *(code for cache in scene.caches for code in cache.codes),
         ]
     )
     metrics = metrics_of(stage)
@@ -180,9 +189,13 @@ def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
         return (Clip("", still, pose) if still or pose else None), found
     weights, new_findings = _merged_weights(weighted, scene.names, clock)
     found += new_findings
+    for cache in scene.caches:
+        weights = _side_by_side(weights, cache.take(clock.times(cache.codes)))
     shown = [*weighted, *(bound for bound, _ in jointed), *animations.values()]
     prims = [bound.animation.GetPrim() for bound in shown]
-    name = prims[0].GetDisplayName() or prims[0].GetName() if prims else scene.motions[0].name
+    motions = [motion.name for motion in scene.motions]
+    motions += [Sdf.Path(cache.path).name for cache in scene.caches]
+    name = prims[0].GetDisplayName() or prims[0].GetName() if prims else motions[0]
     return Clip(name, weights, pose), found
 
 
@@ -272,6 +285,18 @@ def _merged_weights(
                 found.append(finding("ANIMATION_DROPPED", where, message))
     weights = np.stack([*columns.values()], 1)
     return WeightsTake(tuple(columns), times, weights, max(t.rate for t in takes)), found
+
+
+def _side_by_side(one: WeightsTake | None, other: WeightsTake) -> WeightsTake:
+    """Return takes of different names as one, with the keys of both."""
+    if one is None:
+        return other
+    times = np.union1d(one.times, other.times)
+    curves = [
+        np.interp(times, take.times, curve) for take in (one, other) for curve in take.weights.T
+    ]
+    names = (*one.names, *other.names)
+    return WeightsTake(names, times, np.stack(curves, 1), max(one.rate, other.rate))
 
 
 def _joints(

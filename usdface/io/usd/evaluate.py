@@ -10,8 +10,9 @@ from usdface.certificate.linear_morph import LinearMorph
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
-from usdface.io.usd.shown_meshes import shown_meshes
+from usdface.io.usd.shown_meshes import outside_meshes, shown_meshes
 from usdface.io.usd.stage import metrics_of, to_si
+from usdface.io.usd.vertex_cache import points_move
 
 __all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
 
@@ -78,6 +79,11 @@ class UsdMesh:
     _bound: _Bound | None
     _deformer: UsdBlendShapes
     _si: FloatArray
+
+    @property
+    def points_move(self) -> bool:
+        """Whether its points change over time."""
+        return points_move(self._mesh)
 
     def weights_at(self, codes: FloatArray) -> FloatArray:
         """Return the weights (F, S) of the shapes at time codes (F,)."""
@@ -210,7 +216,7 @@ def _normal_matrix(matrix: FloatArray) -> FloatArray:
 
 
 def evaluate_usd(stage: Usd.Stage) -> tuple[UsdMesh, ...]:
-    """Return the meshes with faces under all SkelRoots, in stage order, for evaluation by UsdSkel.
+    """Return the meshes with faces, those under SkelRoots first, for evaluation by UsdSkel.
 
     Raises
     ------
@@ -227,12 +233,14 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[UsdMesh, ...]:
             for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
                 query = cache.GetSkelQuery(binding.GetSkeleton())
                 bound |= {t.GetPrim(): _Bound(t, query) for t in binding.GetSkinningTargets()}
+        prims |= dict.fromkeys(outside_meshes(stage))
         si = to_si(metrics_of(stage))
         meshes = []
         for prim in shown_meshes(prims)[0]:
             used = np.unique(UsdGeom.Mesh(prim).GetFaceVertexIndicesAttr().Get(_START) or [])
             if len(used):
-                tokens = UsdSkel.BindingAPI(prim).GetBlendShapesAttr().Get() or ()
+                inside = UsdSkel.Root.Find(prim)
+                tokens = (inside and UsdSkel.BindingAPI(prim).GetBlendShapesAttr().Get()) or ()
                 meshes.append(
                     UsdMesh(
                         prim.GetDisplayName() or prim.GetName(),
@@ -280,9 +288,7 @@ def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
     for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
         cache.Populate(UsdSkel.Root(root), _ALL)
         for prim in (*_ancestors(root), *Usd.PrimRange(root, _ALL)):
-            xform = UsdGeom.Xformable(prim)
-            if xform and xform.TransformMightBeTimeVarying():
-                keys |= {*xform.GetTimeSamples()}
+            keys |= _own_keys(prim)
         for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
             if query:
@@ -290,4 +296,18 @@ def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
                 name = name or prim.GetDisplayName() or prim.GetName()
                 keys |= {*query.GetBlendShapeWeightTimeSamples()}
                 keys |= {*query.GetJointTransformTimeSamples()}
+    for prim in outside_meshes(stage):
+        for part in (prim, *_ancestors(prim)):
+            keys |= _own_keys(part)
     return name, keys
+
+
+def _own_keys(prim: Usd.Prim) -> set[float]:
+    """Return the time codes at which the transform or the points of a prim have samples."""
+    keys = set[float]()
+    xform, mesh = UsdGeom.Xformable(prim), UsdGeom.Mesh(prim)
+    if xform and xform.TransformMightBeTimeVarying():
+        keys |= {*xform.GetTimeSamples()}
+    if mesh and points_move(mesh):
+        keys |= {*mesh.GetPointsAttr().GetTimeSamples()}
+    return keys

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray
+from usdface.io.usd.vertex_cache import points_move
 
 __all__ = ["UsdBlendShapes"]
 
@@ -32,7 +33,8 @@ class UsdBlendShapes:
         shown &= mesh.GetNormalsInterpolation() in ("vertex", "varying")
         # Where a shape has no normal offsets USD shows it with the normals it has at rest.
         complete = all(len(t) or not len(m) for t, m in zip(self._turns, self._moves, strict=True))
-        self.turns_normals = shown and complete
+        # Nor does it turn them with points that change over time, as what is written does.
+        self.turns_normals = shown and complete and not points_move(mesh)
 
     def _turn(self, number: int) -> Vt.Vec3fArray:
         between = self._query.GetInbetween(number)

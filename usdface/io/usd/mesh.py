@@ -73,9 +73,6 @@ def read_mesh(
     shapes, new_findings = read_shapes(prim, len(points), linear, turn)
     findings += new_findings
     subsets, new_findings = _material_subsets(prim, len(counts))
-    if mesh.GetPointsAttr().ValueMightBeTimeVarying():
-        message = "its points change over time; they stay as at the first"
-        findings.append(finding("ANIMATION_DROPPED", path, message))
     findings += new_findings + _dropped_features(mesh, {uv_name, *(c.name for c in others)})
     extras, new_findings = read_extras(prim)
     findings += new_findings

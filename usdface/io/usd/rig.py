@@ -1,5 +1,6 @@
 """Rigs from USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,13 +16,21 @@ from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
-from usdface.io.usd.shown_meshes import report_unconverted, shown_meshes
+from usdface.io.usd.shown_meshes import outside_meshes, report_unconverted, shown_meshes
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
+from usdface.io.usd.vertex_cache import points_move
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
-__all__ = ["read_rig", "rig_of_stage", "skel_roots", "skeleton_of_meshes", "staged_skeletons"]
+__all__ = [
+    "read_rig",
+    "rig_of_stage",
+    "skel_roots",
+    "skeleton_of_meshes",
+    "spaces_of_meshes",
+    "staged_skeletons",
+]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
@@ -48,9 +57,15 @@ def read_rig(path: Path, asset_root: Path | None = None) -> tuple[Rig, list[Find
 
 
 def rig_of_stage(
-    stage: Usd.Stage, root: str = "", joints: bool = False, asset_root: Path | None = None
+    stage: Usd.Stage,
+    root: str = "",
+    joints: bool = False,
+    asset_root: Path | None = None,
+    caches: bool = False,
 ) -> tuple[Rig, list[Finding]]:
-    """Return all meshes under the SkelRoots of an open stage as one rig.
+    """Return all meshes of an open stage that has SkelRoots as one rig.
+
+    Those outside of the SkelRoots, too, unless `root` is given: nothing moves them but transforms.
 
     Points are where USD puts the bind pose: a skinned mesh in its skeleton's space by its
     geomBindTransform (its own transform does not count), another by its own transform; then
@@ -66,6 +81,9 @@ def rig_of_stage(
         Keep a skeleton that nothing moves yet.
     asset_root : Path, optional
         A folder that textures may come from beside those of their layers.
+    caches : bool
+        The caller reads points that change over time (`usdface.io.usd.vertex_cache`); else that
+        they stay as at the first time is a finding.
 
     Raises
     ------
@@ -78,7 +96,12 @@ def rig_of_stage(
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
     with usd_errors(_source(stage)):
-        return _rig(stage, root, joints, asset_root)
+        rig, findings = _rig(stage, root, joints, asset_root)
+    for mesh in () if caches else rig.meshes:
+        if points_move(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))):
+            message = "its points change over time; they stay as at the first"
+            findings.append(finding("ANIMATION_DROPPED", mesh.path, message))
+    return rig, findings
 
 
 def _source(stage: Usd.Stage) -> str:
@@ -97,13 +120,10 @@ def _rig(
     used = {one.path: one for one in staged}
     below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
     meshes: list[Mesh] = []
-    prims = [
-        prim
-        for prim in dict.fromkeys(p for r in roots for p in Usd.PrimRange(r, _ALL))
-        if prim.IsA(UsdGeom.Mesh) and prim.GetPath().HasPrefix(below)
-    ]
+    prims = [prim for prim in _meshes_of(roots) if prim.GetPath().HasPrefix(below)]
+    outside = set() if root else set(outside_meshes(stage))
     if not root:  # a scene, of which what is shown counts; a character may be hidden for now
-        prims, new_findings = shown_meshes(prims)
+        prims, new_findings = shown_meshes([*prims, *outside_meshes(stage)])
         findings += new_findings + report_unconverted(stage)
     for prim in prims:
         binding = bound.get(prim.GetPath())
@@ -118,6 +138,9 @@ def _rig(
         space = _bind_space(prim, binding, xforms) @ si
         mesh, new_findings = read_mesh(UsdGeom.Mesh(prim), space, skin)
         findings += new_findings
+        if mesh and mesh.shapes and prim in outside:
+            mesh = replace(mesh, shapes=())
+            findings.append(finding("MESH_OUTSIDE", mesh.path))
         meshes += [mesh] if mesh else []
     if not meshes:
         raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
@@ -164,6 +187,11 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
     return roots
 
 
+def _meshes_of(roots: Sequence[Usd.Prim]) -> list[Usd.Prim]:
+    prims = dict.fromkeys(prim for root in roots for prim in Usd.PrimRange(root, _ALL))
+    return [prim for prim in prims if prim.IsA(UsdGeom.Mesh)]
+
+
 def _bindings(
     roots: list[Usd.Prim],
 ) -> tuple[dict[Sdf.Path, _Bound], list[Usd.Prim]]:
@@ -195,6 +223,17 @@ def skeleton_of_meshes(stage: Usd.Stage) -> dict[str, Sdf.Path]:
     """Return the skeleton that each mesh is bound to, by the mesh's path."""
     bound, _ = _bindings(skel_roots(stage))
     return {str(path): binding.skeleton.GetPath() for path, binding in bound.items()}
+
+
+def spaces_of_meshes(stage: Usd.Stage) -> dict[str, FloatArray]:
+    """Return the transform (4, 4) from the points of each mesh to rig space, by its path."""
+    roots = skel_roots(stage)
+    bound, _ = _bindings(roots)
+    si, xforms = to_si(metrics_of(stage)), UsdGeom.XformCache(_START)
+    return {
+        str(prim.GetPath()): _bind_space(prim, bound.get(prim.GetPath()), xforms) @ si
+        for prim in (*_meshes_of(roots), *outside_meshes(stage))
+    }
 
 
 def _read_skeletons(

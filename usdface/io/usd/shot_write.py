@@ -86,7 +86,9 @@ def write_shot(
     return [path, *(place for place, _ in new)], findings
 
 
-def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> None:
+def author_shot(
+    stage: Usd.Stage, scope: str, shot: Shot, take: str = "", start_code: float = 0.0
+) -> None:
     """Author the setup of a shot on the edit target of the stage that its rig is on.
 
     Parameters
@@ -98,6 +100,8 @@ def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> Non
         `setup.binding.mesh` is a prim path on the stage.
     take : str
         Path of the take's prim; without one the take is authored below `scope`.
+    start_code : float
+        Time code of the first frame of a take that is authored.
 
     Raises
     ------
@@ -117,7 +121,7 @@ def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str = "") -> Non
     beside = new_stage(metrics)  # so that the stage changes once, and whole
     if not take:
         take = f"{scope}/Take"
-        define_take(beside, take, shot.take, metrics)
+        define_take(beside, take, shot.take, metrics, start_code)
     mesh = shot.setup.binding.mesh
     targets = {tokens.TAKE: [take]}
     if mesh:

@@ -6,7 +6,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
 
-__all__ = ["report_unconverted", "shown_meshes"]
+__all__ = ["outside_meshes", "report_unconverted", "shown_meshes"]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
@@ -48,6 +48,18 @@ def shown_meshes(prims: Iterable[Usd.Prim]) -> tuple[list[Usd.Prim], list[Findin
     return shown, found
 
 
+def outside_meshes(stage: Usd.Stage) -> list[Usd.Prim]:
+    """Return the meshes outside of every SkelRoot, which no blend shape and no joint moves."""
+    found = []
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
+    for prim in prims:
+        if prim.IsA(UsdSkel.Root) or prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()  # prototypes of instancers are not shown where they stand
+        elif prim.IsA(UsdGeom.Mesh):
+            found.append(prim)
+    return found
+
+
 def _blinks(prim: Usd.Prim) -> bool:
     while prim and not prim.IsPseudoRoot():
         imageable = UsdGeom.Imageable(prim)
@@ -58,7 +70,7 @@ def _blinks(prim: Usd.Prim) -> bool:
 
 
 def report_unconverted(stage: Usd.Stage) -> list[Finding]:
-    """Return a finding for each shape that is no mesh, and each mesh outside of the SkelRoots."""
+    """Return a finding for each shape that is no mesh."""
     found = []
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
     for prim in prims:
@@ -68,10 +80,7 @@ def report_unconverted(stage: Usd.Stage) -> list[Finding]:
             count = len(UsdGeom.PointInstancer(prim).GetProtoIndicesAttr().Get(_START) or ())
             message = f"a PointInstancer of {count} instances is left out: meshes are converted"
             found.append(finding("FEATURE_DROPPED", where, message))
-        elif prim.IsA(UsdGeom.Mesh):
-            if not UsdSkel.Root.Find(prim) and UsdGeom.Imageable(prim).ComputePurpose() != "guide":
-                found.append(finding("MESH_OUTSIDE", where))
-        elif prim.IsA(UsdGeom.Gprim) and not kind.startswith(_OURS):
+        elif prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Mesh) and not kind.startswith(_OURS):
             message = f"a {kind} is left out: meshes are converted"
             found.append(finding("FEATURE_DROPPED", where, message))
     return found

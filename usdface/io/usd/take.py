@@ -61,10 +61,14 @@ def write_take(take: MarkerTake | WeightsTake, path: Path) -> None:
 
 
 def define_take(
-    stage: Usd.Stage, path: str, take: MarkerTake | WeightsTake, metrics: Metrics
+    stage: Usd.Stage,
+    path: str,
+    take: MarkerTake | WeightsTake,
+    metrics: Metrics,
+    start_code: float = 0.0,
 ) -> Usd.Prim:
-    """Define the prim of a take; its first frame is at the time code 0."""
-    codes = codes_of(take.times, metrics.time_codes_per_second)
+    """Define the prim of a take; its first frame is at the time code `start_code`."""
+    codes = codes_of(take.times, metrics.time_codes_per_second) + start_code
     if isinstance(take, MarkerTake):
         prim = _define_markers(stage, path, take, codes, metrics)
     else:

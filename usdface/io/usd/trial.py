@@ -12,6 +12,7 @@ import os
 import subprocess
 import sys
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,7 @@ def _python() -> str | None:
 
 def _ask(python: str, path: Path) -> dict[str, Any]:
     command = [python, "-P", str(_WORKER), str(path.absolute())]
-    environment = {**os.environ, "PXR_WORK_THREAD_LIMIT": "1"}
+    environment = {**os.environ, "PXR_WORK_THREAD_LIMIT": "1", "PYTHONPATH": _places()}
     timeout = _TIMEOUT + _PER_BYTE * path.stat().st_size
     try:
         done = subprocess.run(
@@ -85,6 +86,17 @@ def _ask(python: str, path: Path) -> dict[str, Any]:
     if done.returncode in (-24, -9):  # SIGXCPU
         return {"refused": "takes too much time to open"}
     return {"refused": "ends the process that opens it, or takes too much memory; is it damaged?"}
+
+
+def _places() -> str:
+    """Return the path of modules for the worker, which takes the USD of this process.
+
+    A program that brings its own USD may have put it on the path at run time.
+    """
+    package = find_spec("pxr")
+    places = package.submodule_search_locations if package else None
+    folders = [str(Path(place).parent) for place in places or ()]
+    return os.pathsep.join(filter(None, (*folders, os.environ.get("PYTHONPATH"))))
 
 
 def _memory_of(path: Path) -> Path | None:

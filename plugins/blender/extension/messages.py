@@ -1,0 +1,98 @@
+"""Findings and errors, told in Blender's own way."""
+
+import bpy
+
+# Actions in Blender for the codes of verdicts and findings; others have the remedy of the report.
+REMEDIES = {
+    "BINDING_UNSURE": "drag these markers to their places on the face",
+    "PLACES_MISFIT": "look at the markers on the face and drag those that are off",
+    "PLACES_BESIDE": "drag the markers to where they sit on the performer",
+    "MOTION_UNEXPLAINED": "check the places of these markers; the character may lack shape keys",
+    "SIDES_MIRRORED": "exchange left and right in the names of the markers",
+    "NEUTRAL_EXPRESSIVE": "go to a frame where the face rests, then Neutral from this frame",
+    "NEUTRAL_ASSUMED": "go to a frame where the face rests, then Neutral from this frame",
+    "MARKER_ASTRAY": "look at its track, move it on the face, or delete its empty",
+    "MARKER_UNKNOWN": "rename its empty as the take does, or delete it",
+    "MARKER_UNBOUND": "Propose places, or add an empty with its name",
+    "MARKERS_OCCLUDED": "delete the empties of markers that are hardly seen",
+    "SHAPE_RESTS_OPEN": "check the neutral frames",
+    "TAKE_SIZE": "check the unit of the take",
+    "RIG_SIZE": "if it is meant to be human, scale the character",
+}
+
+
+class FaceError(Exception):
+    """A reason not to go on, in a line for the user."""
+
+
+def say(scene: bpy.types.Scene, severity: str, text: str, remedy: str = "") -> None:
+    """Add a message to the panel, and print it."""
+    message = scene.usdface.messages.add()
+    message.severity, message.text, message.remedy = severity, text, remedy
+    print(f"usdface: {severity}: {text}" + (f" ({remedy})" if remedy else ""))
+
+
+def pop_up(text: str) -> None:
+    """Show a message over the windows, if there are any; for code that no operator runs."""
+    if bpy.app.background:
+        return
+
+    def show() -> None:
+        def draw(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
+            menu.layout.label(text=text)
+
+        bpy.context.window_manager.popup_menu(draw, title="usdface", icon="ERROR")
+
+    # An export may run beside the main thread, where no menu may open
+    bpy.app.timers.register(show, first_interval=0.1)
+
+
+def list_verdict(settings, verdict) -> None:
+    """List the reasons of a verdict of usdface, each with the action that settles it."""
+    settings.verdict = verdict.level.replace("_", " ") if verdict else ""
+    for reason in verdict.reasons if verdict else ():
+        code, measured = reason.criterion.code, reason.measured
+        message = _listed(settings, reason.level.replace("_", " "), code, reason.message)
+        message.remedy = REMEDIES.get(code, reason.criterion.remedy)
+        message.marker = next(iter(measured.where), "") if measured.kind == "markers" else ""
+        message.frame = measured.frames[0] if measured.frames else -1
+
+
+def list_findings(settings, findings: list[dict]) -> None:
+    """List the warnings of a report, each once."""
+    seen = set()
+    for found in findings:
+        text = f"{found['message']} ({found['where']})"
+        if found["severity"] != "info" and (found["code"], text) not in seen:
+            seen.add((found["code"], text))
+            message = _listed(settings, found["severity"], found["code"], text)
+            message.remedy = REMEDIES.get(found["code"], found.get("remedy") or "")
+
+
+def _listed(settings, severity: str, code: str, text: str):
+    message = settings.messages.add()
+    message.name, message.severity, message.text = code, severity, text
+    return message
+
+
+class USDFACE_OT_clear_messages(bpy.types.Operator):
+    """Clear the list of messages."""
+
+    bl_idname = "usdface.clear_messages"
+    bl_label = "Clear messages"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Clear them."""
+        context.scene.usdface.messages.clear()
+        return {"FINISHED"}
+
+
+def register() -> None:
+    """Add the operator."""
+    bpy.utils.register_class(USDFACE_OT_clear_messages)
+
+
+def unregister() -> None:
+    """Remove it."""
+    bpy.utils.unregister_class(USDFACE_OT_clear_messages)
