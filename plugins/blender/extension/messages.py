@@ -60,13 +60,18 @@ def list_verdict(settings, verdict) -> None:
 
 def list_findings(settings, findings: list[dict]) -> None:
     """List the warnings of a report, each once."""
+    import usdface
+
     seen = set()
     for found in findings:
-        text = f"{found['message']} ({found['where']})"
-        if found["severity"] != "info" and (found["code"], text) not in seen:
-            seen.add((found["code"], text))
-            message = _listed(settings, found["severity"], found["code"], text)
-            message.remedy = REMEDIES.get(found["code"], found.get("remedy") or "")
+        code, where = found["code"], found["where"]
+        said = found.get("message") or usdface.finding(code, where).message
+        text = f"{said} ({where})"
+        if found["severity"] != "info" and (code, text) not in seen:
+            seen.add((code, text))
+            message = _listed(settings, found["severity"], code, text)
+            action = found.get("action", "")
+            message.remedy = REMEDIES.get(code, "" if action == "nothing" else action)
 
 
 def _listed(settings, severity: str, code: str, text: str):
