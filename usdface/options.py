@@ -34,6 +34,7 @@ __all__ = [
     "ClosureOptions",
     "CorrectionMode",
     "CorrectionOptions",
+    "DeliverOptions",
     "ExportOptions",
     "FeatureSpace",
     "FitOptions",
@@ -538,6 +539,40 @@ class ExportOptions:
         object.__setattr__(self, "purpose", tuple(self.purpose))
         for purpose in self.purpose:
             _check_choice("purpose", purpose, Purpose)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeliverOptions:
+    """The range and the rate of a deliverable, `process(deliver=...)`.
+
+    Attributes
+    ----------
+    start, end : int or None
+        First and last frame of the cut, counted at `rate` on the shot's timeline; None: those of
+        the take. The solve sees the whole take in any case.
+    handles : int
+        Frames before and after the cut that are written, too, as far as the take has them.
+    rate : float [Hz]
+        Frames a second; 0: those of the shot (framesPerSecond).
+
+    Examples
+    --------
+    >>> usdface.DeliverOptions(start=1001, end=1096, handles=8).rate
+    0.0
+    """
+
+    start: int | None = None
+    end: int | None = None
+    handles: int = 0
+    rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_number("rate", self.rate)
+        _check_number("handles", self.handles)
+        if self.start is not None and self.end is not None and self.start > self.end:
+            raise InputError(
+                f"the range begins at frame {self.start} and ends at {self.end}", "SETTING_WRONG"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh
 from usdface.io.gltf.reference_player.evaluate import PlayerClip, evaluate_clips
 from usdface.io.usd.clip_variants import clip_stages
-from usdface.io.usd.errors import one_line, usd_errors
+from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, has_keys, stage_keys
 from usdface.io.usd.stage import Stage, metrics_of
 from usdface.io.usd.vertex_cache import is_cache_shape
@@ -73,8 +73,8 @@ def certify_conversion(
     except Exception as error:  # of any kind: the written file does not depend on it
         if RAISING.get() and not isinstance(error, _NOT_EVALUATED):
             raise
-        message = f"not compared with its source: {one_line(str(error))}"
-        return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message)]
+        message = "not compared with its source: {error}"
+        return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message, error)]
     where = gltf.name if exported else Path(stage.GetRootLayer().realPath).name
     return certificate, certificate.findings(where)
 

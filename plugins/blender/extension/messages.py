@@ -60,18 +60,23 @@ def list_verdict(settings, verdict) -> None:
 
 def list_findings(settings, findings: list[dict]) -> None:
     """List the warnings of a report, each once."""
-    import usdface
-
     seen = set()
     for found in findings:
-        code, where = found["code"], found["where"]
-        said = found.get("message") or usdface.finding(code, where).message
-        text = f"{said} ({where})"
-        if found["severity"] != "info" and (code, text) not in seen:
-            seen.add((code, text))
-            message = _listed(settings, found["severity"], code, text)
-            action = found.get("action", "")
-            message.remedy = REMEDIES.get(code, "" if action == "nothing" else action)
+        text = _words(found)
+        if found["severity"] != "info" and (found["code"], text) not in seen:
+            seen.add((found["code"], text))
+            message = _listed(settings, found["severity"], found["code"], text)
+            action = found["action"].replace("_", " ")
+            message.remedy = REMEDIES.get(found["code"], "" if action == "nothing" else action)
+
+
+def _words(found: dict) -> str:
+    """Say a finding of a report, which has values and no prose, in the words of its code."""
+    import usdface
+
+    said = usdface.finding(found["code"], found["where"]).message
+    values = (f"{key.replace('_', ' ')} {value}" for key, value in found["values"].items())
+    return f"{said} ({'; '.join(filter(None, [found['where'], *values]))})"
 
 
 def _listed(settings, severity: str, code: str, text: str):

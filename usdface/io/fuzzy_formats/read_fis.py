@@ -85,10 +85,10 @@ def _read_otherwise(name: str, system: FuzzySystem, ours: bool) -> list[Finding]
     findings = kept_in_range(name, system.outputs)
     if counts_from_0(system):
         message = (
-            f"{system.defuzzifier} takes the values as they are, MATLAB their distance to 0; "
-            "shift the range above 0, or use mom"
+            "{defuzzifier} takes the values as they are, MATLAB their distance to 0; shift "
+            "the range above 0, or use mom"
         )
-        findings.append(finding("MEANING_DIFFERS", name, message))
+        findings.append(finding("MEANING_DIFFERS", name, message, system.defuzzifier))
     return findings
 
 
@@ -200,7 +200,9 @@ def _identifier(
         name += "_"
     if name != original:
         where = f"{file}, line {line}"
-        findings.append(finding("NAME_CHANGED", where, f"{original!r} is now called {name}"))
+        findings.append(
+            finding("NAME_CHANGED", where, "{original!r} is now called {name}", original, name)
+        )
     return name
 
 

@@ -260,7 +260,9 @@ def _read_skeletons(
         findings += new_findings
         if skeleton and given and single:
             message = "a character keeps one skeleton; meshes bound to this one are not skinned"
-            findings.append(finding("FEATURE_DROPPED", str(prim.GetPath()), message))
+            findings.append(
+                finding("FEATURE_DROPPED", str(prim.GetPath()), message, feature="skeleton")
+            )
         elif skeleton:
             given.append((prim.GetPath(), skeleton))
     return given, findings

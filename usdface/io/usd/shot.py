@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
 from usdface.arrays import FloatArray
+from usdface.binding_origin import check_mesh
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
@@ -118,6 +119,8 @@ def _read(
     layout = read_layout(prim, metrics.meters_per_unit)
     gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
+    if setup.origin is not None:
+        check_mesh(setup.origin, mesh)
     prims = _prims_of(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
     prims_of_head = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
     head = find_carrier(mesh, rig.skeleton, setup, *prims_of_head, to_si(metrics))

@@ -40,10 +40,12 @@ def shown_meshes(
         if not hidden:
             shown.append(prim)
         elif rendered:
-            found.append(finding("FEATURE_DROPPED", where, f"the mesh is left out: {hidden}"))
+            found.append(
+                finding("FEATURE_DROPPED", where, f"the mesh is left out: {hidden}", feature="mesh")
+            )
         elif purpose != UsdGeom.Tokens.guide:
             message = f"the mesh is shown although {hidden}: there is no other"
-            found.append(finding("FEATURE_APPROXIMATED", where, message))
+            found.append(finding("FEATURE_APPROXIMATED", where, message, feature="visibility"))
             shown.append(prim)
         if _blinks(prim):
             message = "its visibility changes over time; it stays as at the first"
@@ -81,9 +83,13 @@ def report_unconverted(stage: Usd.Stage) -> list[Finding]:
         if prim.IsA(UsdGeom.PointInstancer):
             prims.PruneChildren()  # prototypes are not shown where they stand
             count = len(UsdGeom.PointInstancer(prim).GetProtoIndicesAttr().Get(_START) or ())
-            message = f"a PointInstancer of {count} instances is left out: meshes are converted"
-            found.append(finding("FEATURE_DROPPED", where, message))
+            message = (
+                "a PointInstancer of {instance_count} instances is left out: meshes are converted"
+            )
+            found.append(
+                finding("FEATURE_DROPPED", where, message, count, feature="point_instancer")
+            )
         elif prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Mesh) and not kind.startswith(_OURS):
-            message = f"a {kind} is left out: meshes are converted"
-            found.append(finding("FEATURE_DROPPED", where, message))
+            message = "a {type} is left out: meshes are converted"
+            found.append(finding("FEATURE_DROPPED", where, message, kind, feature="geometry"))
     return found

@@ -242,10 +242,11 @@ def missing_metrics(stage: Usd.Stage) -> list[Finding]:
         authored = [layer for layer in below if layer.pseudoRoot.HasInfo(name)]
         if authored and (value := authored[0].pseudoRoot.GetInfo(name)) != fallback:
             message = (
-                f"{root.GetDisplayName()} has no {name}, so that USD falls back to {fallback}; "
-                f"{authored[0].GetDisplayName()} below it has {value}: copy it"
+                "{layer} has no {name}, so that USD falls back to {fallback}; {other_layer} below "
+                "it has {value}: copy it"
             )
-            found.append(finding(code, root.GetDisplayName(), message))
+            where, other = root.GetDisplayName(), authored[0].GetDisplayName()
+            found.append(finding(code, where, message, where, name, fallback, other, value))
     return found
 
 
