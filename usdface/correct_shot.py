@@ -74,7 +74,7 @@ def correct(
     face = shot.face
     findings: list[Finding] = []
     if options.express and (shot.system is None or not shot.expressions):
-        findings.append(finding("EXPRESS_SKIPPED", ""))
+        findings.append(finding("EXPRESS_SKIPPED", "", missing="system"))
     elif options.express:
         with progress.step("express"):
             expressed = _express(face, result, trace=options.trace)

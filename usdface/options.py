@@ -59,6 +59,7 @@ __all__ = [
 
 LengthUnit = Literal["mm", "cm", "m", "in"]
 UpAxis = Literal["Y", "Z"]
+Purpose = Literal["guide", "proxy"]
 Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric"]
 MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
@@ -518,6 +519,8 @@ class ExportOptions:
         Store points, normals and texture coordinates as 16-bit integers (KHR_mesh_quantization).
     asset_root : str
         A folder that textures may come from beside those of the layers that name them.
+    purpose : tuple of str
+        Also keep meshes of these purposes, which a render does not show: "guide", "proxy".
 
     Examples
     --------
@@ -529,6 +532,12 @@ class ExportOptions:
     pointer: bool = False
     quantize: bool = False
     asset_root: str = ""
+    purpose: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "purpose", tuple(self.purpose))
+        for purpose in self.purpose:
+            _check_choice("purpose", purpose, Purpose)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,7 +11,7 @@ from usdface.blas_threads import one_blas_thread
 from usdface.correct_shot import correct
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding
+from usdface.findings import Finding, timed
 from usdface.geometry.rigid_fit import Pose
 from usdface.hooks import Hook, run_hooks
 from usdface.options import CleanOptions, ProcessOptions
@@ -109,7 +109,7 @@ def retarget(
             region_residuals=regions,
         )
     corrected = correct(result, options=options, hooks=hooks, on_progress=progress)
-    return replace(corrected, findings=(*findings, *corrected.findings))
+    return replace(corrected, findings=timed((*findings, *corrected.findings), take.times.tolist()))
 
 
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:

@@ -11,7 +11,8 @@ from usdface.binding.propose import propose
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
-from usdface.findings import Finding, finding
+from usdface.finding_values import Prose
+from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.neutral_weights import estimate_neutral_weights
@@ -131,19 +132,22 @@ def resolve_binding(
 def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) -> list[Finding]:
     """Report how a binding was completed for a take."""
     findings = [
-        finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}")
+        finding("MARKER_UNKNOWN", name, "the take has no marker {marker!r}", name)
         for name in resolved.missing
     ]
     if resolved.unbound:  # intended, or an unfinished file
         message = (
-            f"{len(resolved.unbound)} of {len(take.names)} markers are bound to no vertex; "
-            "--propose finds vertices for them"
+            "{unbound_count} of {marker_count} markers are bound to no vertex; --propose "
+            "finds vertices for them"
         )
-        findings.append(finding("MARKER_UNBOUND", take.source, message))
+        findings.append(
+            finding("MARKER_UNBOUND", take.source, message, len(resolved.unbound), len(take.names))
+        )
     if resolved.proposal:
         findings += proposal_findings(resolved.proposal, take.source)
     if resolved.neutral_found:
-        findings.append(finding("NEUTRAL_FOUND", take.source, _neutral_message(resolved.setup)))
+        found = _neutral_found(resolved.setup, take.source)
+        findings += timed([found], take.times.tolist())
     return findings
 
 
@@ -216,11 +220,13 @@ def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
     )
 
 
-def _neutral_message(setup: RetargetSetup) -> str:
-    frames = "{} to {}".format(*setup.neutral or (0, 0))
-    message = f"the face rests in frames {frames}: taken as neutral"
+def _neutral_found(setup: RetargetSetup, source: str) -> Finding:
+    first, last = setup.neutral or (0, 0)
+    message = "the face rests in frames {first_frame} to {last_frame}: taken as neutral"
     shown = sorted(setup.neutral_weights.items(), key=lambda item: -item[1])
-    if shown:
-        most = ", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3])
-        message += f", less the {len(shown)} blend shapes that show there (most: {most})"
-    return message
+    if not shown:
+        return finding("NEUTRAL_FOUND", source, message, first, last)
+    message += ", less the {shape_count} blend shapes that show there (most: {most})"
+    most = Prose(", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3]))
+    shapes = [name for name, _ in shown]
+    return finding("NEUTRAL_FOUND", source, message, first, last, len(shown), most, shapes=shapes)

@@ -43,14 +43,14 @@ def process(held: _Held | None, request: dict[str, Any], announce: Callable[...,
     )
     value = result.value
     solution = value.solution
-    answer = {
+    answer: dict[str, Any] = {
         "written": [str(path) for path in result.written],
         "emotions": {name: _short(curve) for name, curve in value.emotions.items()},
         "residual_mm": _short(1000.0 * solution.residual) if solution else [],
         "gains": {each.name: each.gain for each in value.shot.expressions},
         "mesh": value.shot.mesh.path,
         "verdict": _verdict(result),
-        "findings": [each.as_dict() for each in result.findings],
+        "findings": [each.as_dict() | {"message": each.message} for each in result.findings],
         "summary": result.summary,
     }
     if not again:

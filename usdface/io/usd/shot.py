@@ -22,6 +22,7 @@ from usdface.io.usd.retarget_setup import (
 from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.stage import (
     Metrics,
+    check_clocks,
     metrics_of,
     missing_metrics,
     to_si,
@@ -89,6 +90,7 @@ def read_shot(
 def _read(
     stage: Usd.Stage, where: str, asset_root: Path | None
 ) -> tuple[StagedShot, list[Finding]]:
+    check_clocks(stage)  # also of one that a host has opened
     found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
     if len(found) != 1:
         paths = ", ".join(str(p.GetPath()) for p in found)
