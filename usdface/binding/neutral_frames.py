@@ -52,7 +52,8 @@ _LONGEST_HOLD = 0.5
 _STILL = 0.1
 # Held poses that are compared as neutral: by how usual they are, to this power, and whether the
 # take begins with them, for so long [s], which counts as this factor. Set on sixteen simulated
-# takes of other people.
+# takes of other people, and the factor with two recorded ones in view: the simulated all begin at
+# rest and do not tell it.
 NEUTRALS, _USUAL, _BEGINNING, _BEGINS = 8, 0.5, 0.3, 1.65
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's.
 _LEAST_PEAK = 0.02
