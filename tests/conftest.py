@@ -95,10 +95,10 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Any:
 def assert_valid_usd() -> Callable[[Path], None]:
     """A function that fails with USD's own words when its validators find an error."""
     from pxr import Usd, UsdValidation
+    from usd_validators import all_validators
 
     def check(path: Path) -> None:
-        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-        context = UsdValidation.ValidationContext(validators)
+        context = UsdValidation.ValidationContext(all_validators())
         errors = context.Validate(Usd.Stage.Open(str(path)))
         assert [f"{e.GetName()}: {e.GetMessage()}" for e in errors] == []
 

@@ -118,6 +118,43 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     # hooks of other packages
     "HOOK_APPLIED": ("info", "nothing", "a hook of another package changed the data"),
     "HOOK_SKIPPED": ("info", "nothing", "a hook of another package was left out"),
+    # bindings of other takes, shared layers
+    "FRAMES_NOT_CARRIED": (
+        "warning",
+        "name_neutral",
+        "neutral and peak frames of a binding are of another take, and are looked for anew",
+    ),
+    "LAYER_KEPT": (
+        "warning",
+        "compare",
+        "a layer that shots share is kept, and differs from this shot's",
+    ),
+    # sequences
+    "PERFORMER_UNCALIBRATED": (
+        "warning",
+        "calibrate",
+        "a performer of the show file has no calibration",
+    ),
+    "SHOT_FAILED": (
+        "error",
+        "correct_settings",
+        "a shot of the sequence could not be made or processed",
+    ),
+    "SHOT_MISSING": (
+        "error",
+        "make_shot_again",
+        "a shot of the sequence has no result, or one that is out of date",
+    ),
+    "SHOT_KEPT": (
+        "warning",
+        "compare",
+        "a shot was edited, and is not made anew from what it is made of",
+    ),
+    "RANGE_OUTSIDE": (
+        "warning",
+        "correct_settings",
+        "frames of the range are not in the take, and are not written",
+    ),
     # rigs
     "SHAPE_EMPTY": ("info", "nothing", "a blend shape moves no point"),
     "SHAPE_SKIPPED": (

@@ -112,6 +112,18 @@ def test_without_options_or_a_rig_it_says_so(maya: Maya, folder: Path) -> None:
     assert "SkelRoot" in maya.errors[1] or "rig" in maya.errors[1]
 
 
+def test_two_faces_in_one_scene_are_named(maya: Maya, folder: Path) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    for name in ("A", "B"):
+        stage.DefinePrim(f"/{name}").GetReferences().AddReference(os.fspath(folder / "rig.usda"))
+    before = stage.GetRootLayer().ExportToString()
+    assert maya.export(stage, options(folder))
+    assert "/A/Face" in maya.errors[0] and "/B/Face" in maya.errors[0]
+    assert stage.GetRootLayer().ExportToString() == before
+    assert maya.export(stage, options(folder, rig="/B/Face"))
+    assert len(maya.errors) == 1
+
+
 def test_a_mistake_of_ours_costs_no_export(
     maya: Maya, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,6 +1,8 @@
 """A result over an open stage: in the session alone, and gone again without a trace."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 from usdface_usdview.preview import Preview, shot_file
 from worlds import make_world
 
+from usdface.options import ProcessOptions
 from usdface.pipeline import process
 from usdface.result import Result
 from usdface.shot import ShotResult
@@ -78,8 +81,6 @@ def test_no_layer_of_the_user_is_edited(shot: Path, result: Result[ShotResult]) 
 
 
 def test_another_result_of_the_same_files_is_read_again(shot: Path, tmp_path: Path) -> None:
-    from usdface.options import ProcessOptions
-
     root = tmp_path / "shot.usdface.usda"
     first = process(shot, output=root)
     stage = Usd.Stage.Open(str(shot))
@@ -143,6 +144,23 @@ def test_a_stage_without_a_shot_says_what_to_do(shot: Path) -> None:
     copied.GetRootLayer().TransferContent(Sdf.Layer.FindOrOpen(str(shot)))
     found, why = shot_file(copied)
     assert found is None and why
+
+
+def test_a_stage_is_known_where_the_schemas_came_too_late(shot: Path) -> None:
+    """As in usdview with a scene open: its schema registry is closed when a plug-in runs."""
+    script = f"""
+from pxr import Usd, UsdGeom
+UsdGeom.Mesh.Define(Usd.Stage.CreateInMemory(), "/m")
+assert not Usd.SchemaRegistry().FindConcretePrimDefinition("UsdFaceRetarget")
+from usdface_usdview.preview import shot_file
+print(shot_file(Usd.Stage.Open({os.fspath(shot)!r}))[0])
+"""
+    environment = {k: v for k, v in os.environ.items() if k != "PXR_PLUGINPATH_NAME"}
+    environment["PYTHONPATH"] = str(Path(__file__).parents[2] / "plugins" / "usdview")
+    said = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+    )
+    assert said.stdout.strip() == str(shot)
 
 
 def test_two_faces_in_one_stage_are_named(shot: Path, tmp_path: Path) -> None:

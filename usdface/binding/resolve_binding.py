@@ -8,6 +8,7 @@ import numpy as np
 from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
+from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
@@ -52,6 +53,8 @@ class ResolvedBinding:
         Markers of the take that the binding leaves out; () where a proposal was made.
     neutral_found : bool
         The neutral frames were looked for.
+    other_take : str
+        The take whose neutral and peak frames the binding names, if it is another; "" if not.
     """
 
     mesh: Mesh
@@ -60,6 +63,7 @@ class ResolvedBinding:
     missing: tuple[str, ...] = ()
     unbound: tuple[str, ...] = ()
     neutral_found: bool = False
+    other_take: str = ""
 
 
 class UnsureBindingError(InputError):
@@ -98,17 +102,25 @@ def resolve_binding(
     Raises
     ------
     InputError
-        If no vertices can be proposed, or no curve of a take of weights has a shape's name.
+        If no vertices can be proposed, no curve of a take of weights has a shape's name, or the
+        binding was made for another mesh.
     UnsureBindingError
         If more of them are unsure than markers are bound.
     """
     mesh = character.mesh(given.binding.mesh) if given else character.face()
+    if given is not None and given.origin is not None:
+        check_mesh(given.origin, mesh)
     if not isinstance(take, MarkerTake):
         rename_weights(take, character.shape_names)  # refused now, and not when it is played
         return ResolvedBinding(mesh, given or unbound(take))
+    other_take = ""
+    if given is not None and given.origin is not None and take_differs(given.origin, take):
+        other_take, given = _names_frames(given), _without_frames(given)
     proposing = given is None or options.propose
     named = given is not None and not given.neutral_assumed
-    find_neutral = options.neutral == "auto" or (proposing and not (named or options.neutral))
+    find_neutral = options.neutral == "auto" or (
+        (proposing or bool(other_take)) and not (named or options.neutral)
+    )
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)
     check_frames(take, setup.neutral, setup.peaks)
@@ -126,7 +138,22 @@ def resolve_binding(
     if find_neutral:
         setup = replace(setup, neutral_assumed=False)
         setup = replace(setup, neutral_weights=neutral_weights(take, mesh, setup))
-    return replace(resolved, setup=setup)
+    setup = replace(setup, origin=origin_of(mesh, take))
+    return replace(resolved, setup=setup, other_take=other_take)
+
+
+def _names_frames(setup: RetargetSetup) -> str:
+    """Return the take whose frames a binding names; "" if it names none."""
+    named = (not setup.neutral_assumed and setup.neutral is not None) or setup.peaks
+    return (setup.origin.take or "another take") if named and setup.origin else ""
+
+
+def _without_frames(setup: RetargetSetup) -> RetargetSetup:
+    """Return a setup without the frames of its take; a neutral of the rig stays."""
+    setup = replace(setup, peaks=())
+    if setup.neutral is None:
+        return setup
+    return replace(setup, neutral=(0, 0), neutral_assumed=True, neutral_weights={})
 
 
 def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) -> list[Finding]:
@@ -145,6 +172,12 @@ def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) 
         )
     if resolved.proposal:
         findings += proposal_findings(resolved.proposal, take.source)
+    if resolved.other_take:
+        message = (
+            f"neutral and peak frames of the binding are those of {resolved.other_take}; they "
+        )
+        message += "are not carried over, but looked for"
+        findings.append(finding("FRAMES_NOT_CARRIED", take.source, message))
     if resolved.neutral_found:
         found = _neutral_found(resolved.setup, take.source)
         findings += timed([found], take.times.tolist())

@@ -14,7 +14,7 @@ __all__ = ["NAME", "UsdfaceChaser", "register"]
 NAME = "usdface"
 
 
-class UsdfaceChaser(mayaUsd.lib.ExportChaser):  # type: ignore[misc]
+class UsdfaceChaser(mayaUsd.lib.ExportChaser):
     """Retargets the exported face, after everything else is on the stage."""
 
     def __init__(self, factoryContext: Any, *args: Any, **kwargs: Any) -> None:

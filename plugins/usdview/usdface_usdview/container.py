@@ -6,10 +6,10 @@ from pxr.Usdviewq.plugin import PluginContainer
 __all__ = ["UsdfaceContainer"]
 
 
-class UsdfaceContainer(PluginContainer):  # type: ignore[misc]
+class UsdfaceContainer(PluginContainer):
     """The commands of usdface in usdview; the dock is imported when one is called."""
 
-    def registerPlugins(self, plugRegistry, usdviewApi):  # type: ignore[no-untyped-def]
+    def registerPlugins(self, plugRegistry, usdviewApi):
         """Register the commands."""
         commands = self.deferredImport("usdface_usdview.commands")
         self._items = [
@@ -28,7 +28,7 @@ class UsdfaceContainer(PluginContainer):  # type: ignore[misc]
             )
         ]
 
-    def configureView(self, plugRegistry, plugUIBuilder):  # type: ignore[no-untyped-def]
+    def configureView(self, plugRegistry, plugUIBuilder):
         """Put the commands into a menu."""
         menu = plugUIBuilder.findOrCreateMenu("usdface")
         for item in self._items:

@@ -13,7 +13,7 @@ _RESIDUAL = QtGui.QColor("#d8d8d8")
 _GROUND, _HEAD = QtGui.QColor("#232629"), QtGui.QColor("#ffffff")
 
 
-class Curves(QtWidgets.QWidget):  # type: ignore[misc]
+class Curves(QtWidgets.QWidget):
     """Emotions (0 to 1) above the residual.
 
     Signals

@@ -21,7 +21,7 @@ _POLL, _SETTLE = 50, 150  # ms: how often the frame is looked at; rest before th
 _WORDS = {"good": "good", "look_at": "look at", "not_usable": "not usable"}
 
 
-class Dock(QtWidgets.QDockWidget):  # type: ignore[misc]
+class Dock(QtWidgets.QDockWidget):
     """The dock of usdface in usdview.
 
     Parameters
@@ -128,8 +128,7 @@ class Dock(QtWidgets.QDockWidget):  # type: ignore[misc]
         self._result = said
         if self._preview is None:
             self._preview = Preview(self._usdview.stage, self._draw)
-        self._preview.show(said["written"][1:])
-        self._preview.mute(self.panel.muted())
+        self._preview.show(said["written"][1:], self.panel.muted())
         self._codes = self._preview.frames
         if not again:
             self.panel.set_gains(said["gains"])
@@ -257,7 +256,8 @@ class Dock(QtWidgets.QDockWidget):  # type: ignore[misc]
 
     def _draw(self) -> None:
         self._usdview.UpdateViewport()
-        QtWidgets.QApplication.processEvents(QtCore.QEventLoop.ExcludeUserInputEvents)
+        with self.worker.held():
+            QtWidgets.QApplication.processEvents(QtCore.QEventLoop.ExcludeUserInputEvents)
 
     def _timer(self, interval: int, function: Any, once: bool = False) -> Any:
         timer = QtCore.QTimer(self)

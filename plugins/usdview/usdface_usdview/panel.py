@@ -12,7 +12,7 @@ __all__ = ["Panel"]
 Action = tuple[str, Callable[[], object]]
 
 
-class Panel(QtWidgets.QWidget):  # type: ignore[misc]
+class Panel(QtWidgets.QWidget):
     """All widgets of the dock.
 
     Signals

@@ -72,24 +72,30 @@ class Preview:
         solve = Sdf.Layer.Find(self._shown[-1]) if self._shown else None
         return sorted(solve.ListAllTimeSamples()) if solve else []
 
-    def show(self, layers: Sequence[str]) -> None:
-        """Show layers, the strongest first; those that are shown already are read again."""
+    def show(self, layers: Sequence[str], muted: Sequence[str] = ()) -> None:
+        """Show layers, the strongest first, without those of some names: ``"express"``, ...
+
+        Layers that are shown already are read again.
+        """
         wanted = tuple(layers)
         with self._faces_rebuilt():
             for each in wanted:
                 there = Sdf.Layer.Find(each)
                 if there:
                     there.Reload(True)
+            gone = [each for each in self._shown if each not in wanted]
+            self._mute([each for each in wanted if Path(each).stem in muted], (*wanted, *gone))
             if wanted != self._shown:
-                self.stage.MuteAndUnmuteLayers([], list(self._shown))
                 self._layer.subLayerPaths = list(wanted)
             self._shown = wanted
 
     def mute(self, names: Sequence[str]) -> None:
-        """Mute the layers of these names (``"express"``, ``"closure"``) and no others."""
-        muted = [each for each in self._shown if Path(each).stem in names]
+        """Mute the layers of these names and no others."""
         with self._faces_rebuilt():
-            self.stage.MuteAndUnmuteLayers(muted, [e for e in self._shown if e not in muted])
+            self._mute([each for each in self._shown if Path(each).stem in names], self._shown)
+
+    def _mute(self, muted: Sequence[str], ours: Sequence[str]) -> None:
+        self.stage.MuteAndUnmuteLayers(list(muted), [each for each in ours if each not in muted])
 
     def paint(self, mesh: str, colours: np.ndarray) -> None:
         """Colour the vertices of a mesh: (V, 3), linear. Its materials are left out meanwhile."""

@@ -43,7 +43,7 @@ def process(held: _Held | None, request: dict[str, Any], announce: Callable[...,
     )
     value = result.value
     solution = value.solution
-    answer = {
+    answer: dict[str, Any] = {
         "written": [str(path) for path in result.written],
         "emotions": {name: _short(curve) for name, curve in value.emotions.items()},
         "residual_mm": _short(1000.0 * solution.residual) if solution else [],

@@ -3,7 +3,8 @@
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ __all__ = ["WorkerClient"]
 Answer = Callable[[Any], object]
 
 
-class WorkerClient(QtCore.QObject):  # type: ignore[misc]
+class WorkerClient(QtCore.QObject):
     """A worker process, started with the first request and again after it was ended.
 
     Signals
@@ -36,6 +37,7 @@ class WorkerClient(QtCore.QObject):  # type: ignore[misc]
         self._number = 0
         self._waiting: dict[int, Answer] = {}
         self._unread = b""
+        self._is_held = False
 
     @property
     def running(self) -> bool:
@@ -51,6 +53,16 @@ class WorkerClient(QtCore.QObject):  # type: ignore[misc]
         line = json.dumps({"id": self._number, "job": job, **request}) + "\n"
         self._process.write(line.encode("utf-8"))
         self.busy.emit(True)
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Let events be handled without answers: within a drawing one would edit the stage."""
+        self._is_held = True
+        try:
+            yield
+        finally:
+            self._is_held = False
+            QtCore.QTimer.singleShot(0, self._read)
 
     def end(self) -> None:
         """End the worker; requests without an answer are dropped without a word."""
@@ -80,7 +92,7 @@ class WorkerClient(QtCore.QObject):  # type: ignore[misc]
         self._process = process
 
     def _read(self) -> None:
-        if self._process is None:
+        if self._process is None or self._is_held:
             return
         self._unread += bytes(self._process.readAllStandardOutput())
         *lines, self._unread = self._unread.split(b"\n")

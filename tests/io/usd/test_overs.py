@@ -86,6 +86,18 @@ def test_a_failure_leaves_the_layer_as_it_was(
     assert stage.GetRootLayer().ExportToString() == before
 
 
+def test_a_defined_prim_need_not_have_a_type() -> None:
+    stage = Usd.Stage.Open(prepared('def "A"\n{\n    float w = 3\n}\n'))
+    before = stage.GetRootLayer().ExportToString()
+    assert put_overs(prepared(NEW), stage) == []
+    assert stage.GetRootLayer().GetAttributeAtPath("/A/B.v").default == 1
+    refused = Usd.Stage.Open(prepared(before))
+    with pytest.raises(KeyboardInterrupt), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(overs, "_put", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        put_overs(prepared(NEW), refused)
+    assert refused.GetRootLayer().ExportToString() == before
+
+
 def test_one_notice_tells_of_the_change() -> None:
     from pxr import Tf
 

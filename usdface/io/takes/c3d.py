@@ -150,7 +150,8 @@ def _frame_count(header: _Header) -> int:
     first = parameters.get("TRIAL:ACTUAL_START_FIELD", [])
     last = parameters.get("TRIAL:ACTUAL_END_FIELD", [])
     if not isinstance(first, list) and not isinstance(last, list) and len(first) == len(last) == 2:
-        return int((last - first) @ [1.0, 65536.0]) + 1
+        count = float((last - first) @ [1.0, 65536.0])
+        return int(count) + 1 if np.isfinite(count) else 0
     count = _number(parameters, "POINT:LONG_FRAMES", 0) or _number(parameters, "POINT:FRAMES", 0)
     return int(count) or header.words[4] - header.words[3] + 1
 

@@ -1,6 +1,6 @@
 """Clips from USD: the SkelAnimations of a character, one for each variant that binds one."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -47,7 +47,7 @@ _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
 def animated_rig(
-    stage: Usd.Stage, asset_root: Path | None = None
+    stage: Usd.Stage, asset_root: Path | None = None, purposes: Collection[str] = ()
 ) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Return the meshes under all SkelRoots as one rig, and its clips.
 
@@ -55,7 +55,7 @@ def animated_rig(
     over time become blend shapes.
     See `usdface.io.usd.rig.rig_of_stage` and `clips_of_stage`.
     """
-    rig, found = rig_of_stage(stage, asset_root=asset_root, caches=True)
+    rig, found = rig_of_stage(stage, asset_root=asset_root, caches=True, purposes=purposes)
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         rig, names, new_findings = separate_shapes(stage, rig)
         found += new_findings

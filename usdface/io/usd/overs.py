@@ -113,9 +113,18 @@ def _missing(layer: Sdf.Layer, places: object) -> list[Sdf.Path]:
 
 def _keep(spec: Sdf.PrimSpec, kept: Sdf.Layer, path: Sdf.Path) -> None:
     copy = Sdf.CreatePrimInLayer(kept, path)
-    copy.specifier, copy.typeName = spec.specifier, spec.typeName
+    _become(copy, spec)
     for old in spec.properties:
         Sdf.CopySpec(spec.layer, old.path, kept, path.AppendProperty(old.name))
+
+
+def _become(spec: Sdf.PrimSpec, other: Sdf.PrimSpec) -> None:
+    """Give a prim the specifier and the type of another; a defined prim need not have a type."""
+    spec.specifier = other.specifier
+    if other.typeName:
+        spec.typeName = other.typeName
+    else:
+        spec.ClearInfo("typeName")
 
 
 def _restore(
@@ -125,7 +134,7 @@ def _restore(
         spec, old = layer.GetPrimAtPath(place), kept.GetPrimAtPath(path)
         if not spec or not old or any(place.HasPrefix(made) for made in new):
             continue
-        spec.specifier, spec.typeName = old.specifier, old.typeName
+        _become(spec, old)
         for made in list(spec.properties):
             spec.RemoveProperty(made)
         for before in old.properties:
