@@ -17,7 +17,7 @@ from usdface.findings import CODES, Action, Finding, Severity, finding, severest
 PACKAGE = Path(findings.__file__).parent
 SOURCES = [path for path in PACKAGE.rglob("*.py") if path != Path(findings.__file__)]
 # Keys of words that only the message has (`Prose`)
-PROSE = {"hint", "more", "most", "place", "when", "why"}
+PROSE = {"hint", "more", "most", "place", "said", "when", "why"}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in SOURCES)
 
 

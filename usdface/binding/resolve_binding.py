@@ -174,10 +174,10 @@ def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) 
         findings += proposal_findings(resolved.proposal, take.source)
     if resolved.other_take:
         message = (
-            f"neutral and peak frames of the binding are those of {resolved.other_take}; they "
+            "neutral and peak frames of the binding are those of {other_take}; they are not "
+            "carried over, but looked for"
         )
-        message += "are not carried over, but looked for"
-        findings.append(finding("FRAMES_NOT_CARRIED", take.source, message))
+        findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
     if resolved.neutral_found:
         found = _neutral_found(resolved.setup, take.source)
         findings += timed([found], take.times.tolist())

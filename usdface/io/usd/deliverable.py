@@ -91,9 +91,12 @@ def _frames(
         )
     findings = []
     if outside and (options.start is not None or options.end is not None):
-        message = f"frames {start - options.handles:g} to {end + options.handles:g} are wanted; "
-        message += f"the take has {low:g} to {high:g}, and only these are written"
-        findings.append(finding("RANGE_OUTSIDE", str(path), message))
+        message = (
+            "frames {wanted_first:g} to {wanted_last:g} are wanted; the take has {first_code:g} to "
+            "{last_code:g}, and only these are written"
+        )
+        wanted = start - options.handles, end + options.handles
+        findings.append(finding("RANGE_OUTSIDE", str(path), message, *wanted, low, high))
     return np.arange(low, high + 1), (max(start, low), min(end, high)), findings
 
 

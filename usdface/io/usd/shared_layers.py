@@ -26,7 +26,6 @@ _OF_CHARACTER = (
     *(tokens.MOUTH_SHAPES, tokens.ANTAGONISTS, tokens.RIG, tokens.SYSTEM, tokens.EXPRESSIONS),
 )
 _PRIMS_OF_CHARACTER = tuple(map(Sdf.Path, ("/Shot/Character", "/Shot/Fuzzy", "/Shot/Expressions")))
-_NAMED = 4  # paths that a finding names
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +76,8 @@ def share(
         there = open_layer(path)
         _check_character(there, mine, path)
         if differing := _differing(there, mine):
-            named = ", ".join(differing[:_NAMED]) + (", ..." if len(differing) > _NAMED else "")
-            message = f"{path} is there and kept; it differs from this shot's own in {named}"
-            findings.append(finding("LAYER_KEPT", str(path), message))
+            message = "{file} is there and kept; it differs from this shot's own in {attributes}"
+            findings.append(finding("LAYER_KEPT", str(path), message, str(path), differing))
     return new, findings
 
 
