@@ -62,7 +62,7 @@ def main() -> None:
             "blender_result.png": (
                 [("raw", "influence 0: raw"), ("expressive", "influence 1: expressive")],
                 panels["after"],
-                (820, 1240),
+                (834, 1240),
             ),
         }
         with open_browser(executable) as browser:

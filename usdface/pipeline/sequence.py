@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.errors import InputError
+from usdface.finding_values import Prose
 from usdface.findings import finding
 from usdface.io.atomic import StrPath, write_text
 from usdface.progress import OnProgress, Progress, Step
@@ -327,7 +328,7 @@ def _clash(plan: ShotPlan, path: Path, other: str) -> Row:
 def _findings(rows: Iterable[Row]) -> Iterable[Any]:
     for row in rows:
         if row.state == "failed":
-            yield finding("SHOT_FAILED", row.name, f"{row.error} [{row.code}]")
+            yield finding("SHOT_FAILED", row.name, "{said} [{error}]", Prose(row.error), row.code)
         elif row.state == "missing":
             yield finding("SHOT_MISSING", row.name, row.error)
 
