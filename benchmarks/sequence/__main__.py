@@ -110,6 +110,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--singles", type=int, default=0, help="single commands (default: all)")
     parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="for the kills")
     parser.add_argument("--seed", type=int, default=1)
     parsed = parser.parse_args()
     if parsed.part == "speed":
@@ -117,7 +118,7 @@ def main() -> None:
     elif parsed.part == "kills":
         folder = Path(tempfile.mkdtemp())
         try:
-            run_kills(folder, parsed.kills, parsed.seed)
+            run_kills(folder, parsed.kills, parsed.seed, parsed.seconds)
         finally:
             shutil.rmtree(folder)
     else:

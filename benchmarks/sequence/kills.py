@@ -22,8 +22,8 @@ _SHOTS, _FRAMES = 4, 60
 _LATEST = 1.1  # shares of an undisturbed run
 
 
-def run_kills(folder: Path, kills: int, seed: int) -> None:
-    """Kill runs, alternately the parent and a worker; print what was found.
+def run_kills(folder: Path, kills: int, seed: int, seconds: float) -> None:
+    """Kill runs, alternately the parent and a worker, for some seconds; print what was found.
 
     After each kill every result that is there must open as a whole, and be the old or the new one;
     the next run must complete, with the bytes of a run that nobody disturbed. Every third run
@@ -40,7 +40,12 @@ def run_kills(folder: Path, kills: int, seed: int) -> None:
     finish(show)
     generations.append(results(shots))
     found: Counter[str] = Counter()
+    end = time.monotonic() + seconds
+    done = 0
     for number in range(kills):
+        if time.monotonic() > end:
+            break
+        done += 1
         generation = (number // 2) % 2
         set_gain(shots, generation)
         if number % 3 == 0:  # nothing is cached: the solve itself is killed
@@ -55,6 +60,7 @@ def run_kills(folder: Path, kills: int, seed: int) -> None:
         found["next run complete" if same else "NEXT RUN WRONG"] += 1
         litter = [p for p in show.parent.rglob(".usdface-*")]
         found["LITTER"] += bool(litter)
+    print(f"{done:6} kills")
     for what, count in sorted(found.items()):
         print(f"{count:6} {what}")
 
