@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from documented_findings import undocumented
 
 from usdface.advice import RAISING
 from usdface.blas_threads import limit_from_start
 from usdface.cli import main
+from usdface.findings import Finding
 
 limit_from_start()  # before numpy is loaded
 
@@ -22,6 +24,20 @@ def advice_fails_aloud() -> Iterator[None]:
     token = RAISING.set(True)
     yield
     RAISING.reset(token)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def values_of_findings_are_documented() -> Iterator[None]:
+    """Every finding that a test makes has the keys of its code in docs/reports.md."""
+    prepare = Finding.__post_init__
+
+    def checked(found: Finding) -> None:
+        prepare(found)
+        assert not undocumented(found.code, dict(found.values)), (found.code, found.values)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Finding, "__post_init__", checked)
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -79,10 +95,10 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Any:
 def assert_valid_usd() -> Callable[[Path], None]:
     """A function that fails with USD's own words when its validators find an error."""
     from pxr import Usd, UsdValidation
+    from usd_validators import all_validators
 
     def check(path: Path) -> None:
-        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-        context = UsdValidation.ValidationContext(validators)
+        context = UsdValidation.ValidationContext(all_validators())
         errors = context.Validate(Usd.Stage.Open(str(path)))
         assert [f"{e.GetName()}: {e.GetMessage()}" for e in errors] == []
 

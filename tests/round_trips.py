@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pxr import Usd, UsdValidation
+from usd_validators import all_validators
 
 from usdface.errors import UsdFaceError
 from usdface.io.check import check_file
@@ -99,9 +100,7 @@ def round_trip(source: Path, folder: Path, khronos: Callable[[Path], dict[str, A
 
 def usd_errors(path: Path) -> list[str]:
     """Return what UsdValidation calls an error in a file."""
-    context = UsdValidation.ValidationContext(
-        UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-    )
+    context = UsdValidation.ValidationContext(all_validators())
     kind = UsdValidation.ValidationErrorType.Error
     errors = context.Validate(Usd.Stage.Open(str(path)))
     return [f"{e.GetName()}: {e.GetMessage()}" for e in errors if e.GetType() == kind]

@@ -20,7 +20,7 @@ NAMES = pytest.mark.parametrize("name", usdface.__all__)
 # Their examples solve the example's take, which takes seconds.
 SOLVE = {
     *("Explanation", "ShotResult", "apply", "calibrate", "check_neutral", "explain"),
-    *("process", "retarget", "set_up", "view"),
+    *("process", "process_sequence", "retarget", "set_up", "view"),
 }
 
 

@@ -104,27 +104,25 @@ def test_what_of_a_fis_has_no_counterpart_is_named_with_its_line(tmp_path, capsy
 
 DOUBTS = {
     "RULE_UNREACHABLE": (
-        (BOTH, "IF brow_y IS high AND lip_y IS low AND brow_y IS low THEN joy IS 1"),
-        "change one of these conditions",
+        BOTH,
+        "IF brow_y IS high AND lip_y IS low AND brow_y IS low THEN joy IS 1",
     ),
-    "RULES_CONTRADICT": ((BOTH, BOTH.replace("joy IS 1", "joy IS 0.25")), "keep one"),
-    "RULE_FIRES_AT_NEUTRAL": (
-        (BOTH, "IF brow_y IS NOT high THEN joy IS 1"),
-        "begin its terms away from 0",
-    ),
+    "RULES_CONTRADICT": (BOTH, BOTH.replace("joy IS 1", "joy IS 0.25")),
+    "RULE_FIRES_AT_NEUTRAL": (BOTH, "IF brow_y IS NOT high THEN joy IS 1"),
 }
 
 
 @pytest.mark.parametrize("suffix", [".fcl", ".fll", ".usda"])
 @pytest.mark.parametrize("code", DOUBTS)
-def test_a_doubtful_rule_is_a_warning_with_its_place_and_a_remedy(tmp_path, capsys, suffix, code):
-    rules, remedy = DOUBTS[code]
+def test_a_doubtful_rule_is_a_warning_with_its_place_and_an_action(tmp_path, capsys, suffix, code):
+    rules = DOUBTS[code]
     place = write(tmp_path / f"a{suffix}", *rules)
     status, said = convert(place, capsys)
     (found,) = (f for f in said["findings"] if f["code"] == code)
     text = rules[1].partition(" THEN ")[0].casefold()
-    assert text in found["message"].casefold() and remedy in found["message"]
+    assert text in found["values"]["rule"].casefold()
     assert found["severity"] == "warning" and status == 0
+    assert found["action"] == "correct_rules"
     if suffix == ".usda":
         assert found["where"] == "prim </Fuzzy/rule_02>"
     else:
@@ -138,8 +136,8 @@ def test_a_range_that_no_term_covers_is_a_warning(tmp_path, capsys, suffix):
     place = write(tmp_path / f"a{suffix}", range_=(-1, 1))
     _, said = convert(place, capsys)
     (found,) = (f for f in said["findings"] if f["code"] == "RANGE_UNCOVERED")
-    assert found["where"] == "brow_y" and "-0.1 to 0.1" in found["message"]
-    assert "widen a term or shorten the range" in found["message"]
+    assert found["where"] == "brow_y" and "-0.1 to 0.1" in found["values"]["ranges"]
+    assert found["action"] == "correct_rules"
 
 
 def test_an_absolute_distance_is_never_negative(tmp_path, capsys):
@@ -149,7 +147,7 @@ def test_an_absolute_distance_is_never_negative(tmp_path, capsys):
     place = write(tmp_path / "b.fll", *rules, measure="absolute")
     findings = convert(place, capsys)[1]["findings"]
     (found,) = (f for f in findings if f["code"] == "RULE_UNREACHABLE")
-    assert "brow_y is low" in found["message"].casefold()
+    assert "brow_y is low" in found["values"]["rule"].casefold()
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +192,7 @@ def test_a_marker_may_play_several_roles(shot, tmp_path):
 
 
 def test_a_shot_of_a_doubtful_system_says_so(shot, tmp_path, capsys):
-    system = write(tmp_path / "a.fll", *DOUBTS["RULES_CONTRADICT"][0])
+    system = write(tmp_path / "a.fll", *DOUBTS["RULES_CONTRADICT"])
     out = tmp_path / "shot.usda"
     assert main(shot_command(shot.parent, out, "--fuzzy", system, "--format", "json")) == 0
     codes = [f["code"] for f in json.loads(capsys.readouterr().out)["findings"]]

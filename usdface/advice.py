@@ -6,6 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 
 __all__ = ["RAISING", "advice"]
@@ -48,5 +49,5 @@ def advice(
         if RAISING.get():
             raise
         why = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST]
-        message = f"left out, and nothing else depends on it ({why})"
-        return otherwise, [finding("ADVICE_FAILED", name, message)]
+        message = "left out, and nothing else depends on it ({why})"
+        return otherwise, [finding("ADVICE_FAILED", name, message, Prose(why))]

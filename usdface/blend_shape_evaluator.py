@@ -23,6 +23,8 @@ __all__ = [
     "with_combinations",
 ]
 
+_CIRCULAR = "it builds on itself or nothing"
+
 
 # Squared change of the parents' weights that is rounding alone.
 _STILL = 1e-18
@@ -255,10 +257,11 @@ def evaluator_of(mesh: Mesh, vertices: IntArray) -> tuple[BlendShapeEvaluator, l
     for name, combination in declared.items():
         unknown = [parent for parent in combination.of if parent not in names]
         if unknown or name in combination.of or not combination.of:
-            message = (
-                f"it builds on {unknown[0]!r}" if unknown else "it builds on itself or nothing"
-            )
-            findings.append(finding("COMBINATION_IGNORED", name, message))
+            if unknown:
+                message = "it builds on {shape!r}"
+                findings.append(finding("COMBINATION_IGNORED", name, message, unknown[0]))
+            else:
+                findings.append(finding("COMBINATION_IGNORED", name, _CIRCULAR))
         elif combination.rule == "limit":
             limits += [(names[name], names[parent]) for parent in combination.of]
         else:
@@ -267,8 +270,7 @@ def evaluator_of(mesh: Mesh, vertices: IntArray) -> tuple[BlendShapeEvaluator, l
             combinations.append(CombinationWeight(names[name], parents, least))
     ordered, circular = _ordered(combinations)
     findings += [
-        finding("COMBINATION_IGNORED", mesh.shape_names[c.shape], "it builds on itself or nothing")
-        for c in circular
+        finding("COMBINATION_IGNORED", mesh.shape_names[c.shape], _CIRCULAR) for c in circular
     ]
     offsets = mesh.offsets_at(vertices).reshape(len(mesh.shapes), 3 * len(vertices))
     pairs = np.array(limits, np.int64).reshape(-1, 2)

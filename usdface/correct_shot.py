@@ -22,7 +22,7 @@ from usdface.retarget.pins import faded_at_pins
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 
-__all__ = ["correct"]
+__all__ = ["correct", "with_gains"]
 
 
 @one_blas_thread()
@@ -69,12 +69,12 @@ def correct(
     True
     """
     progress = Progress.of(on_progress)
-    shot = _with_gains(result.shot, options.gains)
+    shot = with_gains(result.shot, options.gains)
     result = replace(result, shot=shot, corrected=None, closure=None, trace=None)
     face = shot.face
     findings: list[Finding] = []
     if options.express and (shot.system is None or not shot.expressions):
-        findings.append(finding("EXPRESS_SKIPPED", ""))
+        findings.append(finding("EXPRESS_SKIPPED", "", missing="system"))
     elif options.express:
         with progress.step("express"):
             expressed = _express(face, result, trace=options.trace)
@@ -104,8 +104,14 @@ def _after_correction(
     return corrected.weights, findings
 
 
-def _with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
-    """Return the shot with other gains of some emotions."""
+def with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
+    """Return the shot with other gains of some emotions.
+
+    Raises
+    ------
+    InputError
+        If the shot has no emotion of that name.
+    """
     if not gains:
         return shot
     emotions = [expression.name for expression in shot.expressions]

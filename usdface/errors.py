@@ -75,6 +75,7 @@ ERROR_CODES: dict[str, str] = {
     "MARKER_UNKNOWN": "a named marker is not in the take, or not bound to the rig",
     "MARKERS_TOO_FEW": "there are too few markers",
     "BINDING_MISSING": "no marker is bound to the rig",
+    "BINDING_OTHER_MESH": "a binding was made for a mesh with other points or faces",
     "BINDING_UNSURE": "most proposed vertices are unsure",
     "VERTEX_OUTSIDE": "a marker is bound to a vertex that the mesh does not have",
     "FRAMES_OUTSIDE": "neutral or peak frames are not in the take",

@@ -240,7 +240,7 @@ class ExportTarget(FileFormat):
 
     def follows(self, option: str) -> bool:
         """Return whether an option has an effect, on the format or while the scene is read."""
-        reading = ("clip", "asset_root") if self.write is not None else ()
+        reading = ("clip", "asset_root", "purpose") if self.write is not None else ()
         return option in (*self.options, *reading)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from usdface.clips import Clip
 from usdface.errors import InputError, PluginError, UsdFaceError
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.rigs import Rig
 from usdface.takes import MarkerTake, WeightsTake, check_range, visible
@@ -126,7 +127,12 @@ def run_hooks(
             given = hook.call(value, *arguments)
             change = _CHANGES[point](value, given)
             if change:
-                found.append(finding("HOOK_APPLIED", hook.name, f"{hook.origin} changed {change}"))
+                message = "{origin} changed {change}"
+                found.append(
+                    finding(
+                        "HOOK_APPLIED", hook.name, message, hook.origin, Prose(change), point=point
+                    )
+                )
             value = given
     return value, found
 

@@ -34,6 +34,7 @@ __all__ = [
     "ClosureOptions",
     "CorrectionMode",
     "CorrectionOptions",
+    "DeliverOptions",
     "ExportOptions",
     "FeatureSpace",
     "FitOptions",
@@ -59,6 +60,7 @@ __all__ = [
 
 LengthUnit = Literal["mm", "cm", "m", "in"]
 UpAxis = Literal["Y", "Z"]
+Purpose = Literal["guide", "proxy"]
 Kernel = Literal["multiquadric", "gaussian", "inverse_quadratic", "inverse_multiquadric"]
 MapForm = Literal["neutral_relative", "paper"]
 MapChoosing = Literal["auto", "fixed"]
@@ -518,6 +520,8 @@ class ExportOptions:
         Store points, normals and texture coordinates as 16-bit integers (KHR_mesh_quantization).
     asset_root : str
         A folder that textures may come from beside those of the layers that name them.
+    purpose : tuple of str
+        Also keep meshes of these purposes, which a render does not show: "guide", "proxy".
 
     Examples
     --------
@@ -529,6 +533,46 @@ class ExportOptions:
     pointer: bool = False
     quantize: bool = False
     asset_root: str = ""
+    purpose: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "purpose", tuple(self.purpose))
+        for purpose in self.purpose:
+            _check_choice("purpose", purpose, Purpose)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeliverOptions:
+    """The range and the rate of a deliverable, `process(deliver=...)`.
+
+    Attributes
+    ----------
+    start, end : int or None
+        First and last frame of the cut, counted at `rate` on the shot's timeline; None: those of
+        the take. The solve sees the whole take in any case.
+    handles : int
+        Frames before and after the cut that are written, too, as far as the take has them.
+    rate : float [Hz]
+        Frames a second; 0: those of the shot (framesPerSecond).
+
+    Examples
+    --------
+    >>> usdface.DeliverOptions(start=1001, end=1096, handles=8).rate
+    0.0
+    """
+
+    start: int | None = None
+    end: int | None = None
+    handles: int = 0
+    rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        _check_number("rate", self.rate)
+        _check_number("handles", self.handles)
+        if self.start is not None and self.end is not None and self.start > self.end:
+            raise InputError(
+                f"the range begins at frame {self.start} and ends at {self.end}", "SETTING_WRONG"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,6 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.options import (
@@ -251,6 +252,8 @@ class RetargetSetup:
         are 1.
     unsure : Binding
         Proposed vertices that are too unsure to be bound, to be checked by a person.
+    origin : BindingOrigin or None
+        The mesh and the take that a binding file was made with; None = unknown.
 
     Examples
     --------
@@ -278,6 +281,7 @@ class RetargetSetup:
     calibration: Calibration | None = None
     exaggeration: Mapping[str, float] = field(default_factory=dict)
     unsure: Binding = field(default_factory=lambda: Binding((), np.zeros(0, dtype=np.int64)))
+    origin: BindingOrigin | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))

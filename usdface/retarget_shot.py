@@ -1,20 +1,22 @@
 """The main job on arrays: a shot cleaned, solved and corrected."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.correct_shot import correct
+from usdface.cleanup.repairs import Repair
+from usdface.correct_shot import correct, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding
+from usdface.findings import Finding, timed
 from usdface.geometry.rigid_fit import Pose
 from usdface.hooks import Hook, run_hooks
-from usdface.options import CleanOptions, ProcessOptions
+from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
@@ -25,7 +27,55 @@ from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["retarget"]
+__all__ = ["SolvedShot", "Stages", "retarget", "retarget_in_stages"]
+
+ValueT = TypeVar("ValueT")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolvedShot:
+    """A take that was cleaned and solved: the first stage, which takes nearly all of the time.
+
+    Attributes
+    ----------
+    take : MarkerTake or WeightsTake
+        Its markers cleaned.
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights.
+    repairs : tuple of Repair
+    findings : tuple of Finding
+    """
+
+    take: MarkerTake | WeightsTake
+    weights: WeightsTake
+    solution: Solution | None
+    repairs: tuple[Repair, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+
+class Stages(Protocol):
+    """Where the values of stages come from, as `usdface.show.stage_cache.StageCache`."""
+
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        """Return the value that `compute` returns."""
+
+
+class _Uncached:
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        return compute()
 
 
 @one_blas_thread()
@@ -75,41 +125,110 @@ def retarget(
     >>> max(peaks, key=peaks.get)
     'disgust'
     """
-    progress = Progress.of(on_progress)
+    return retarget_in_stages(shot, options, hooks, Progress.of(on_progress), _Uncached())
+
+
+@one_blas_thread()
+@solve_errors()
+def retarget_in_stages(
+    shot: Shot,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
+    stages: Stages,
+) -> ShotResult:
+    """Retarget a shot, with stages that an earlier run may have computed.
+
+    Parameters
+    ----------
+    shot : Shot
+    options : ProcessOptions
+    hooks : sequence of Hook
+        With any, all is computed: there is no telling what they depend on.
+    progress : Progress
+    stages : Stages
+        Returns the value of "solve" and of "express", kept or computed.
+    """
     shot = _with_overrides(shot, options)
+    if hooks:
+        stages = _Uncached()
+    solved = stages.stage(
+        "solve", _solve_inputs(shot), {}, lambda: _solve_shot(shot, hooks, progress)
+    )
+    shot = with_gains(replace(shot, take=solved.take), options.gains)
+    options = replace(options, gains={})
+
+    def compute() -> ShotResult:
+        return _express_shot(shot, solved, options, hooks, progress)
+
+    if options.trace:  # for an explanation, which is asked for once
+        return compute()
+    inputs = (_express_inputs(shot), options, solved)
+    given = {
+        **{"shot": shot, "solution": solved.solution, "solved": solved.weights},
+        **{"system": shot.system, "repairs": solved.repairs},
+    }
+    return stages.stage("express", inputs, given, compute)
+
+
+def _solve_inputs(shot: Shot) -> object:
+    """Return all that the solve of a shot depends on."""
+    setup = replace(shot.setup, closure=ClosureOptions(), exaggeration={})
+    return shot.mesh, shot.rig.shape_names, shot.take, setup, shot.layout
+
+
+def _express_inputs(shot: Shot) -> object:
+    """Return all that correction and closure depend on beside the solve."""
+    system = shot.system, shot.expressions, shot.layout, shot.gains
+    return shot.mesh, shot.rig.shape_names, shot.setup, system, shot.base, shot.factors
+
+
+def _solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress) -> SolvedShot:
     take, findings = run_hooks(hooks, "take_read", shot.take, shot)
     shot = replace(shot, take=take)
     face = shot.face
     with progress.step("clean"):
         take, cleaned, new_findings = clean(shot.take, shot.setup)
-        shot = replace(shot, take=take)
     findings += new_findings
     with progress.step("solve"):
         weights, solution, new_findings = solve(
             take, face, shot.setup, cleaned=cleaned, progress=progress
         )
-        findings += new_findings
+    repairs = cleaned.repairs if cleaned else ()
+    return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings))
+
+
+def _express_shot(
+    shot: Shot,
+    solved: SolvedShot,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
+) -> ShotResult:
+    """Exaggerate, correct and close the solved weights of a shot, whose take is the cleaned one."""
+    face, solution = shot.face, solved.solution
+    with progress.step("solve"):
         weights = exaggerated(
-            weights,
+            solved.weights,
             shot.factors,
             shot.mesh,
             shot.layout,
             pins=shot.setup.pins,
             limits=shot.setup.solve.limits,
         )
-        weights, new_findings = run_hooks(hooks, "weights_solved", weights, shot)
+        weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
         regions, failed = _region_residuals(face, solution)
-        findings += new_findings + failed
         result = ShotResult(
             shot,
             _with_pinned_base(shot, weights),
             solution=solution,
             head_motion=_head_motion(shot, face, solution) if options.head else None,
-            repairs=cleaned.repairs if cleaned else (),
+            repairs=solved.repairs,
             region_residuals=regions,
         )
     corrected = correct(result, options=options, hooks=hooks, on_progress=progress)
-    return replace(corrected, findings=(*findings, *corrected.findings))
+    found = (*solved.findings, *findings, *failed, *corrected.findings)
+    return replace(corrected, findings=timed(found, shot.take.times.tolist()))
 
 
 def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:

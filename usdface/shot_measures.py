@@ -168,6 +168,7 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
         "shapes",
         _most(face.shape_names, below),
         neutral,
+        tuple(result.shot.take.times[list(neutral)].tolist()),
     )
 
 

@@ -148,9 +148,9 @@ def _place_summary(solution: Solution) -> dict[str, Any]:
 
 def _map_summary(choice: MapChoice) -> dict[str, Any]:
     if not np.isfinite(choice.error):
-        return {"space_map": choice.name}
+        return {"space_map": choice.as_dict()}
     return {
-        "space_map": choice.name,
+        "space_map": choice.as_dict(),
         "left_out_marker_mm": round(1000.0 * choice.error, 3),
         "left_out_marker_similarity_mm": round(1000.0 * choice.similarity_error, 3),
         **{f"map_unexplained_{k}": v for k, v in _unexplained(choice).items()},
@@ -189,7 +189,7 @@ def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> S
     }
     exaggeration = result.shot.factors
     muted = [
-        finding("REGION_MUTED", region, _muted(region, travel, exaggeration.mean_of(region)))
+        _muted(region, travel, exaggeration.mean_of(region))
         for region, travel in merged.items()
         if travel.ratio < _MUTED
     ]
@@ -212,21 +212,23 @@ def _travel_details(travel: Travel) -> dict[str, Any]:
     }
 
 
-def _muted(region: str, travel: Travel, present: float) -> str:
+def _muted(region: str, travel: Travel, present: float) -> Finding:
     """Return the finding on a region that moves too little, and the remedy.
 
     `present` is the factor of its exaggeration now.
     """
-    message = f"the skin travels {travel.ratio:.2f} of the performer's markers"
+    message = "the skin travels {travel_ratio:.2f} of the performer's markers"
     low, high = _REMEDIES
     factor = present * travel.best_factor
     if low <= travel.best_factor <= high:
-        return f"{message}; --exaggeration {region}={factor:.1f} comes nearest to them"
+        message += "; --exaggeration {region}={best_factor:.1f} comes nearest to them"
+        return finding("REGION_MUTED", region, message, travel.ratio, region, factor)
     why = f"only a factor of {factor:.1f} would do" if factor > high else "and hardly follows them"
-    return (
-        f"{message}, {why}: check the places of the markers, and whether the character has blend "
+    message += (
+        f", {why}: check the places of the markers, and whether the character has blend "
         "shapes for this motion"
     )
+    return finding("REGION_MUTED", region, message, travel.ratio, best_factor=factor)
 
 
 def _free_places(face: BoundFace, solution: Solution) -> tuple[FreePlaces, list[Finding]]:

@@ -15,11 +15,13 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.performers.solvers import SOLVERS, write_character
+from benchmarks.performers.unknown_strengths import errors_by_strength
 from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, SKIN, perform
 from benchmarks.solve.faces import ROOT, Face, has_real_data, ict
 from usdface.arrays import FloatArray
 
 DATA = ROOT.parent / "shared" / "data"
+FRESH = (9, 10, 11, 12)
 
 
 def main() -> None:
@@ -27,12 +29,18 @@ def main() -> None:
         prog="python -m benchmarks.performers", description=(__doc__ or "").split(":")[0]
     )
     parser.add_argument("--built-with", action="store_true", help="performers 1 to 4, not 5 to 8")
+    parser.add_argument(
+        "--unknown-strengths", action="store_true", help="what strengths that are not known cost"
+    )
     parser.add_argument("--data", type=Path, default=DATA, metavar="DIR")
     parsed = parser.parse_args()
     if not has_real_data(parsed.data):
         sys.exit(f"{parsed.data} has no range-of-motion curves and no ICT face")
     numbers = BUILT_WITH if parsed.built_with else JUDGED_ON
     face = ict(parsed.data)
+    if parsed.unknown_strengths:
+        print_unknown_strengths(face)
+        return
     names = ", ".join(str(number) for number in numbers)
     table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
     for column in ("take", *SOLVERS):
@@ -49,6 +57,22 @@ def main() -> None:
             means = (np.mean(of, axis=0) for of in errors.values())
             table.add_row(row.name, *(f"{weight:.4f} / {skin:.3f}" for weight, skin in means))
     Console(width=180).print(table)
+
+
+def print_unknown_strengths(face: Face) -> None:
+    """Print the errors of solvers that know all but the strengths; no take is solved."""
+    table = Table(title="weight RMS error / skin \\[mm]")
+    for column in ("performers", "every product exact", "and its peak in another take known"):
+        table.add_column(column, justify="right")
+    for numbers in (BUILT_WITH, JUDGED_ON, FRESH):
+        errors = [
+            [(rms(off), 1000 * skin_error(face, off)) for off in errors_by_strength(face, number)]
+            for number in numbers
+        ]
+        means = np.mean(errors, axis=0)
+        names = ", ".join(str(number) for number in numbers)
+        table.add_row(names, *(f"{weight:.4f} / {skin:.3f}" for weight, skin in means))
+    Console().print(table)
 
 
 def rms(values: FloatArray) -> float:

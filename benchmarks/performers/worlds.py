@@ -19,7 +19,19 @@ from benchmarks.solve.faces import ict
 from benchmarks.solve.worlds import nodding
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["BUILT_WITH", "JUDGED_ON", "NEUTRAL_FRAMES", "ROWS", "Performance", "Row", "perform"]
+__all__ = [
+    "BUILT_WITH",
+    "JUDGED_ON",
+    "NEUTRAL_FRAMES",
+    "OTHER_TAKE",
+    "ROWS",
+    "SCORED",
+    "SKIN",
+    "Performance",
+    "Row",
+    "perform",
+    "strengths_of",
+]
 
 # Performers that were looked at while the solve was made, and those looked at once, at the end.
 BUILT_WITH, JUDGED_ON = (1, 2, 3, 4), (5, 6, 7, 8)
@@ -116,7 +128,7 @@ def perform(
     face = ict(data)
     neutral, offsets = _performer(data, number)
     rng = np.random.default_rng(1000 + number)
-    strengths = rng.uniform(0.8, 1.25, len(offsets)) if row.strengths else np.ones(len(offsets))
+    strengths = strengths_of(number, len(offsets)) if row.strengths else np.ones(len(offsets))
     worn = face.points
     if row.misplaced:
         worn = _beside(_graph(data), face.points, row.misplaced, rng)
@@ -137,6 +149,11 @@ def perform(
         neutral_frames,
         other,
     )
+
+
+def strengths_of(number: int, count: int) -> FloatArray:
+    """Return how strong each of `count` shapes of a performer is, by the character's: (S,)."""
+    return np.random.default_rng(1000 + number).uniform(0.8, 1.25, count)
 
 
 @cache

@@ -397,6 +397,7 @@ def main() -> int:
     parser.add_argument("--inputs", type=int, default=10_000)
     parser.add_argument("--only", default="", help="the seed of this name")
     parser.add_argument("--first", type=int, help="with --only: the number of the first")
+    parser.add_argument("--share", type=float, default=1.0, help="of a round, so that it is short")
     parser.add_argument("--seconds", type=float, default=float("inf"), help="stop after")
     parser.add_argument("--state", type=Path, help="keep the counts in this file, and go on")
     given = parser.parse_args()
@@ -414,10 +415,12 @@ def main() -> int:
             attack(seed, range(given.first, given.first + given.inputs), folder, verdicts)
             seeds = []
         check_seeds(seeds, folder)
-        while seeds and verdicts.total < given.inputs and time.monotonic() - begin < given.seconds:
+        end = begin + given.seconds
+        while seeds and verdicts.total < given.inputs and time.monotonic() < end:
             for seed in (seed for seed in seeds if seed.name not in verdicts.seeds):
+                count = max(1, int(given.share * seed.share)) if time.monotonic() < end else 0
                 first = verdicts.rounds * seed.share
-                attack(seed, range(first, first + seed.share), folder, verdicts)
+                attack(seed, range(first, first + count), folder, verdicts)
                 verdicts.seeds.append(seed.name)
                 verdicts.save(given.state)
             verdicts.rounds, verdicts.seeds = verdicts.rounds + 1, []

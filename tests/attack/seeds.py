@@ -168,6 +168,13 @@ def _write_takes(place: Path) -> None:
     rows = ["time,a_x,a_y,a_z,b_x,b_y,b_z"]
     rows += [f"{n / 60},1,2,{n % 5},4,5,{n % 7}" for n in range(20)]
     (place / "wide.csv").write_text("\n".join(rows) + "\n")
+    (place / "motive.csv").write_text(
+        "Format Version,1.23,Take Name,smile,Capture Frame Rate,120,Export Frame Rate,120,"
+        "Capture Start Time,2024-05-06 11.59.58.500 PM,Total Exported Frames,4,"
+        "Length Units,Meters\n\n,Type,Marker,Marker,Marker\n,Name,Face:Chin,Face:Chin,Face:Chin\n"
+        ",ID,2,2,2\n,,Position,Position,Position\nFrame,Time (Seconds),X,Y,Z\n"
+        + "".join(f"{n},{n / 120:.6f},0.1,0.{n},0.3\n" for n in range(4))
+    )
     rows = ["frame,marker,x,y,z"]
     rows += [f"{n},{m},{n % 3},2,{n % 5}" for n in range(20) for m in "ab"]
     (place / "long.csv").write_text("\n".join(rows) + "\n")
@@ -245,7 +252,15 @@ def _seeds(place: Path) -> Iterator[Seed]:
     from usdface.io.takes.files import read_take
 
     take = (("take", "FILE", *_OUT),)
-    for name in ("take.c3d", "wide.csv", "long.csv", "take.trc", "take.bvh", "livelink.csv"):
+    for name in (
+        "take.c3d",
+        "motive.csv",
+        "wide.csv",
+        "long.csv",
+        "take.trc",
+        "take.bvh",
+        "livelink.csv",
+    ):
         kind = "binary" if name.endswith("c3d") else "text"
         yield Seed(name, place / name, kind, (read_take,), take, 1500)
     yield Seed("clip.usda", place / "clip.usda", "text", (read_take,), take, 60)

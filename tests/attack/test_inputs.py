@@ -12,6 +12,6 @@ PROGRAM = Path(__file__).with_name("inputs.py")
 @pytest.mark.slow
 def test_spoilt_files() -> None:
     # A process of its own: it forks, before which USD must have no threads.
-    options = ["--inputs", "1000", "--seconds", "240"]
+    options = ["--inputs", "1000", "--share", "0.05", "--seconds", "240"]
     ended = subprocess.run([sys.executable, PROGRAM, *options], capture_output=True, text=True)
     assert ended.returncode == 0, ended.stdout + ended.stderr

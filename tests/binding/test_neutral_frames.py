@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from worlds import make_world
 
 from usdface.binding.neutral_frames import distant_frames, held_poses, stabilised_take
@@ -54,3 +55,14 @@ def test_peaks_are_far_from_rest_and_from_each_other() -> None:
     far = np.linalg.norm(scores - scores[rest[0]], axis=1)
     assert far[peaks[0]] == far.max()
     assert not set(peaks.tolist()) & set(range(42, 58))
+
+
+def test_a_held_pose_knows_how_usual_it_is_and_whether_the_take_begins_with_it() -> None:
+    positions = breathing(slice(0, 30))
+    pose = held_poses(stabilised_take(positions), TIMES, 1)[0]
+    assert pose.frames[1] < 30
+    assert 0.25 < pose.usual < 0.5  # a little more than the frames in which it rests
+    assert pose.first > 0.9
+    later = held_poses(stabilised_take(positions[::-1]), TIMES, 1)[0]
+    assert later.usual == pytest.approx(pose.usual, rel=0.05)
+    assert later.first < 0.1

@@ -87,7 +87,7 @@ def test_each_gap_of_a_range_is_named_for_itself():
     (gap,) = (
         f for f in rule_findings(FuzzySystem(variables, rules)) if f.code == "RANGE_UNCOVERED"
     )
-    assert gap.message.startswith("no term of a covers 3 to 7 and 9.8 to 10; ")
+    assert gap.message.startswith("no term of a covers 3 to 7, 9.8 to 10; ")
 
 
 def test_every_rule_is_compared_with_the_first_that_asks_for_the_same():

@@ -83,7 +83,7 @@ def test_two_packages_that_claim_a_file_are_both_named(install: Install, tmp_pat
     assert raised.value.code == "PLUGIN_CONFLICT"
     assert "One of one 1.0 (one:A) and Two of two 1.0 (two:A) both fit" in str(raised.value)
     (told,) = conflicts(TAKE_READERS.of_other_packages()[0])
-    assert "One of one 1.0 (one:A) and Two of two 1.0 (two:A)" in told.message
+    assert told.values["claimed_by"] == ["One of one 1.0 (one:A)", "Two of two 1.0 (two:A)"]
 
 
 def test_the_content_decides_between_two_packages(install: Install, tmp_path: Path) -> None:

@@ -285,17 +285,17 @@ def test_bad_input_is_a_message(blender_with: Run) -> None:
         "marker far off": "is away from the face",
         "marker twice": "two empties are the marker chin",
         "two faces": "2 characters with shape keys",
-        "modifier": "modifiers that change its vertices",
         "old Blender": "usdface needs Blender 99.0 or later",
     }.items():
         assert part in answer[case], case
     for case, part in {
         "export of empties without animation": "have no animation",
         "export of two faces": "choose one under Character",
+        "export without shape keys": "is not in the export with its shape keys",
     }.items():
         messages, exported = answer[case]
         assert exported and part in messages[-1][1], case
-    assert answer["one of two faces"] == "" and answer["alive"] == "Scene"
+    assert answer["one of two faces"] == answer["modifier"] == "" and answer["alive"] == "Scene"
 
 
 def test_schemas_that_come_too_late_do_no_harm(blender_with: Run) -> None:

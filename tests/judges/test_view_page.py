@@ -258,6 +258,35 @@ def test_sliders_move_inbetweens_and_combinations_as_the_evaluator(
         np.testing.assert_allclose(moved, evaluator.displacements(weights)[0], atol=2e-6)
 
 
+def test_a_rig_of_several_hundred_shapes_moves(browser: Browser, tmp_path: Path) -> None:
+    """More shapes than a graphics card has room for as uniforms or as layers of a texture."""
+    generator = np.random.default_rng(3)
+    x, y = np.meshgrid(np.linspace(-0.1, 0.1, 30), np.linspace(-0.1, 0.1, 30))
+    points = np.column_stack([x.ravel(), y.ravel(), 0.02 * np.cos(20 * x.ravel())])
+    corner = (np.arange(29)[:, None] * 30 + np.arange(29)).ravel()
+    faces = np.column_stack([corner, corner + 1, corner + 31, corner + 30])
+    shapes = []
+    for number in range(700):
+        vertices = np.sort(generator.choice(900, 20, replace=False))
+        shapes.append(BlendShape(f"s{number}", vertices, generator.normal(size=(20, 3)) * 0.01))
+    mesh = Mesh("sheet", points, np.full(841, 4), faces.ravel(), shapes=tuple(shapes))
+    write_rig(Rig("many", (mesh,)), tmp_path / "rig.usdc")
+    html = tmp_path / "rig.html"
+    assert main(["view", str(tmp_path / "rig.usdc"), "-o", str(html)]) == 0
+    page = browser.page(html)
+    weights = generator.uniform(size=700)
+    page.run(
+        f"usdface.sliders.weights = Float32Array.from({json.dumps(weights.tolist())}), "
+        "usdface.stage.draw()"
+    )
+    shown = page.run(
+        "Array.from(usdface.figures.corrected.meshes[0].geometry.attributes.position.array)"
+    )
+    moved = points + np.tensordot(weights, mesh.offsets_at(np.arange(900)), 1)
+    np.testing.assert_allclose(np.reshape(shown, (-1, 3)), moved, atol=2e-4)
+    assert page.problems() == []
+
+
 def test_a_texture_is_shown_where_its_coordinates_say(browser: Browser, tmp_path: Path) -> None:
     image = np.zeros((8, 8, 3), np.uint8)
     image[:4, :4], image[4:, 4:] = (255, 0, 0), (0, 0, 255)  # top left, bottom right

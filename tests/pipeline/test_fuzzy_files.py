@@ -40,7 +40,7 @@ def test_the_papers_table_comes_out_of_a_file_of_its_system(tmp_path, capsys, su
     place = tmp_path / f"paper{suffix}"
     assert main(["fuzzy", "paper", "-o", str(place), "--format", "json"]) == 0
     said = json.loads(capsys.readouterr().out)
-    fires = [f["message"] for f in said["findings"] if f["code"] == "RULE_FIRES_AT_NEUTRAL"]
+    fires = [f["values"]["rule"] for f in said["findings"] if f["code"] == "RULE_FIRES_AT_NEUTRAL"]
     assert len(fires) == 1 and "THEN anger IS 1" in fires[0]
     system, findings = read_fuzzy_file(place)
     assert findings == []

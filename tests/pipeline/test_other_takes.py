@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from processed import EXACT, Done, codes_in, process, report, run, shoot, solved
 from worlds import animation_of, camera_pixels, make_world, write_live_link
 
@@ -98,7 +99,12 @@ def test_frames_without_any_marker_follow_their_neighbours(tmp_path: Path) -> No
     shot = shoot(tmp_path)
     outcome = report(tmp_path, "process", shot)
     said = next(f for f in outcome["findings"] if f["code"] == "FRAME_UNSOLVED")
-    assert "2 of 40 frames" in said["message"] and "frame 12" in said["message"]
+    assert said["values"] == {
+        "unsolved_count": 2,
+        "frame_count": 40,
+        "first_frame": 12,
+        "start_s": pytest.approx(world.take.times[12], abs=1e-4),
+    }
     weights = solved(tmp_path / "shot.usdface.usda", world)
     line = np.linspace(weights[11], weights[14], 4)[1:3]
     assert np.abs(weights[12:14] - line).max() < 0.15

@@ -61,6 +61,17 @@ def test_it_is_the_shot_that_files_make(stage: Usd.Stage, world: World, tmp_path
     )
 
 
+def test_a_take_begins_where_the_hosts_scene_does(
+    stage: Usd.Stage, world: World, tmp_path: Path
+) -> None:
+    stage.GetRootLayer().timeCodesPerSecond = 30
+    usdface.set_up(stage, take=world.take, bind=bind_file(world, tmp_path), start_code=1001.0)
+    codes = stage.GetAttributeAtPath("/UsdFace/Take.points").GetTimeSamples()
+    assert codes == [1001.0 + frame for frame in range(len(world.take.times))]
+    usdface.apply(stage)
+    np.testing.assert_allclose(animation_of(stage).times, codes)  # which it leaves in codes
+
+
 def test_a_take_on_the_stage_is_used_where_it_lies(
     stage: Usd.Stage, world: World, tmp_path: Path
 ) -> None:

@@ -50,6 +50,17 @@ def test_what_a_rest_shows_is_found(world: World) -> None:
     assert np.linalg.norm(found - shown) < 0.5 * np.linalg.norm(shown)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 5])
+def test_a_performer_with_other_movements_shows_nothing_at_rest(seed: int) -> None:
+    """Weights of up to 0.25 would explain a little of what is the difference of two faces."""
+    rng = np.random.default_rng(seed)
+    points, offsets = 0.06 * rng.normal(size=(20, 3)), 0.006 * rng.normal(size=(8, 20, 3))
+    own = offsets + 0.0036 * rng.normal(size=offsets.shape)
+    waves = np.linspace(0, 1, 150)[:, None] * rng.uniform(1, 4, 8) + rng.uniform(0, 1, 8)
+    take = points + np.tensordot(np.sin(2 * np.pi * waves).clip(min=0.0), own, 1)
+    assert not estimate_neutral_weights(take, points, points, offsets).any()
+
+
 def test_too_few_markers_or_frames_say_nothing(world: World) -> None:
     few = world.take.positions.copy()
     few[:, 6:] = np.nan

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import usd_validators
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdface.schemas import plugin_dir, tokens, write_fallback_types
@@ -128,6 +129,7 @@ assert [tuple(take.GetPointsAttr().Get(t)[0]) for t in (0, 0.5, 1)] == [
 """)
 
 
+@usd_validators.needed
 @pytest.mark.parametrize("first", ["", REGISTER], ids=["unregistered", "registered"])
 def test_usd_validation_finds_no_error(first: str, tmp_path: Path) -> None:
     path = tmp_path / "take.usda"

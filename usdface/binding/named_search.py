@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.binding.alignment import predicted_by_others
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.name_priors import FEWEST_NAMED, NamePriors, named_pose
 from usdface.binding.observations import Observations
 from usdface.binding.pose_search import RegisteredMarkers, register_from, search_pose
-from usdface.binding.registration import predicted_by_others
 
 __all__ = ["NameCheck", "register_markers"]
 

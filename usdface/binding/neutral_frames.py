@@ -16,6 +16,7 @@ from usdface.takes import MarkerTake, visible
 __all__ = [
     "FEWEST_MARKERS",
     "MOST_PEAKS",
+    "NEUTRALS",
     "HeldPose",
     "StabilisedTake",
     "check_frames",
@@ -49,8 +50,10 @@ _LONGEST_HOLD = 0.5
 # A face that holds a pose is slow this long [s] before and after; a turning point is slow for a
 # moment.
 _STILL = 0.1
-# The beginning of a take [s].
-_BEGINNING = 0.3
+# Held poses that are compared as neutral: by how usual they are, to this power, and whether the
+# take begins with them, for so long [s], which counts as this factor. Set on sixteen simulated
+# takes of other people.
+NEUTRALS, _USUAL, _BEGINNING, _BEGINS = 8, 0.5, 0.3, 1.65
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's.
 _LEAST_PEAK = 0.02
 
@@ -89,16 +92,21 @@ class HeldPose:
     usual: float
     first: float
 
+    @property
+    def likely(self) -> float:
+        """How likely it is the neutral, as far as the markers alone say: any unit."""
+        return float(self.usual**_USUAL * _BEGINS**self.first)
+
 
 def neutral_frames(take: MarkerTake) -> tuple[int, int]:
-    """Return the first and last frame index of the pose that the face most often holds.
+    """Return the first and last frame index of the pose that the face most likely rests in.
 
     Raises
     ------
     InputError
         If the take is two-dimensional, or has too few markers to hold the head still.
     """
-    return held_poses(_stabilised(take, "neutral"), take.times, 1)[0].frames
+    return held_poses(_stabilised(take, "neutral"), take.times)[0].frames
 
 
 def peak_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
@@ -184,8 +192,10 @@ def stabilised_take(positions: FloatArray) -> StabilisedTake:
     return StabilisedTake(still, median_filter(scores, size=(min(_MEDIAN, len(scores)), 1)))
 
 
-def held_poses(stabilised: StabilisedTake, times: FloatArray, count: int) -> list[HeldPose]:
-    """Return up to `count` different poses that are held, the most usual first.
+def held_poses(
+    stabilised: StabilisedTake, times: FloatArray, count: int = NEUTRALS
+) -> list[HeldPose]:
+    """Return up to `count` different poses that are held most, the likeliest neutral first.
 
     Parameters
     ----------
@@ -215,7 +225,7 @@ def held_poses(stabilised: StabilisedTake, times: FloatArray, count: int) -> lis
         first = float(alike[best, begins].mean())
         found.append(HeldPose(frames, float(usual[best]), first))
         held[apart[best] < (2 * size) ** 2] = 0.0
-    return found
+    return sorted(found, key=lambda pose: -pose.likely)
 
 
 def _hold(scores: FloatArray, times: FloatArray, best: int, *, size: float) -> tuple[int, int]:

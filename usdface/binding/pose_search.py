@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.binding.alignment import align, name_disagreement
 from usdface.binding.candidates import CandidateVertices, candidate_vertices
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.observations import Observations
@@ -13,9 +14,7 @@ from usdface.binding.registration import (
     MOTION_ERROR,
     SHAPE_ERROR,
     Registration,
-    align,
     expected_scale,
-    name_disagreement,
 )
 from usdface.geometry.rigid_fit import similarity_fit
 
@@ -25,7 +24,7 @@ __all__ = ["RegisteredMarkers", "refine", "register_from", "search_pose"]
 # docs/constants.md lists them.
 
 # Poses of the starts: rotations [degrees], and scales about the expected one, whose logarithms are
-# within a deviation of it (`registration._SPREAD`).
+# within a deviation of it (`alignment._SPREAD`).
 _ROLLS, _TILTS, _SCALES = range(0, 360, 30), (-25.0, 0.0, 25.0), (0.9, 1.13)
 # How many starts, and then registrations, are followed.
 _FOLLOWED, _FINAL = 8, 2

@@ -79,7 +79,10 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     findings = [finding("MARKER_NEVER_SEEN", name) for name in proposal.never_seen]
     findings += [
         finding(
-            "MARKER_DUPLICATE", one.marker, f"always at the position of {one.original!r}; left out"
+            "MARKER_DUPLICATE",
+            one.marker,
+            "always at the position of {same_as!r}; left out",
+            one.original,
         )
         for one in proposal.duplicates
     ]
@@ -87,9 +90,12 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
         finding(
             "PLACE_DOUBTED",
             name,
-            f"given at vertex {anchor.given}, but it fits vertex {anchor.better}, "
-            f"{1000.0 * anchor.distance:.0f} mm away along the skin; kept there, and not used to "
-            "place the others",
+            "given at vertex {vertex}, but it fits vertex {fitting_vertex}, "
+            "{distance_mm:.0f} mm away along the skin; kept there, and not used to place "
+            "the others",
+            anchor.given,
+            anchor.better,
+            1000.0 * anchor.distance,
         )
         for name, anchor in proposal.doubted
     ]
@@ -99,14 +105,16 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     ]
     findings += _name_findings(proposal, source)
     findings += proposal.failed
-    message = f"the vertices of {count} markers are proposed; check them before use"
-    findings.append(finding("BIND_PROPOSED", source, message))
+    message = "the vertices of {marker_count} markers are proposed; check them before use"
+    findings.append(finding("BIND_PROPOSED", source, message, count))
     assert unsure.confidence is not None
     findings += [
         finding(
             "PLACE_UNSURE",
             name,
-            f"vertex {vertex} is proposed with a confidence of {share:.2f}; left out",
+            "vertex {vertex} is proposed with a confidence of {confidence:.2f}; left out",
+            vertex,
+            share,
         )
         for name, vertex, share in zip(
             unsure.markers, unsure.points, unsure.confidence, strict=True
@@ -114,31 +122,34 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     ]
     if 2 * len(unsure.markers) > count:
         message = (
-            f"{len(unsure.markers)} of {count} proposed vertices have a low confidence and are "
-            "left out; give a few of them in --bind bind.json, with --propose for the others"
+            "{unsure_count} of {marker_count} proposed vertices have a low confidence and "
+            "are left out; give a few of them in --bind bind.json, with --propose for the "
+            "others"
         )
-        findings.append(finding("BIND_UNSURE", source, message))
+        findings.append(finding("BIND_UNSURE", source, message, len(unsure.markers), count))
     return findings
 
 
 def _name_findings(proposal: Proposal, source: str) -> list[Finding]:
     """Report contradictions between the names of markers and where they lie."""
     findings = [
-        finding("NAME_CONTRADICTED", one.marker, f"named as {one.told}, but at {one.found}")
+        finding(
+            "NAME_CONTRADICTED", one.marker, "named as {named}, but at {found}", one.told, one.found
+        )
         for one in proposal.contradicted
         if not proposal.names_unused
     ]
     if proposal.names_unused:
         message = (
-            f"the places that the names tell fit no face: {len(proposal.contradicted)} markers lie "
+            "the places that the names tell fit no face: {contradicted_count} markers lie "
             "elsewhere; places are found without names"
         )
-        findings.append(finding("NAMES_UNUSED", source, message))
+        findings.append(finding("NAMES_UNUSED", source, message, len(proposal.contradicted)))
     if proposal.exchanged:
         message = (
-            f"{len(proposal.exchanged)} markers are named left for right: from the camera's side, "
-            "or the take is mirrored; give the vertex of one of them in --bind bind.json, with "
+            "{exchanged_count} markers are named left for right: from the camera's side, or "
+            "the take is mirrored; give the vertex of one of them in --bind bind.json, with "
             "--propose for the others"
         )
-        findings.append(finding("SIDES_EXCHANGED", source, message))
+        findings.append(finding("SIDES_EXCHANGED", source, message, len(proposal.exchanged)))
     return findings

@@ -26,9 +26,10 @@ from usdface.binding.neutral_frames import (
     stabilised_take,
 )
 from usdface.binding.observations import Observations, observe
+from usdface.binding.peak_motion import unexplained_motion
 from usdface.binding.pose_search import RegisteredMarkers
 from usdface.binding.proposal import ContradictedName, DuplicateMarker, Proposal
-from usdface.binding.registration import squared_errors, total_errors, unexplained_motion
+from usdface.binding.registration import squared_errors, total_errors
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.named_places import named_places
@@ -42,10 +43,6 @@ __all__ = ["propose"]
 # Fewer markers fit any face. With three anchors, which determine its pose, those of
 # `neutral_frames` are enough.
 _FEWEST, _ANCHORS = 8, 3
-# Held poses that are compared as neutral: by the motion that they leave unexplained, by how usual
-# they are, to this power, and whether the take begins with them, which counts as this factor. Set
-# by hand on sixteen takes of other people; docs/constants.md lists them.
-_NEUTRALS, _USUAL, _BEGINS = 8, 0.5, 1.65
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
 _OFF_FACE = 0.25
@@ -86,9 +83,9 @@ def propose(
     used, duplicates = _usable(take, given)
     names = tuple(take.names[i] for i in used)
     stabilised = stabilised_take(positions_3d(take)[:, used])
-    held = held_poses(stabilised, take.times, _NEUTRALS)
-    usual = held[0].frames
-    neutral = usual if find_neutral else setup.neutral or usual
+    held = held_poses(stabilised, take.times)
+    likely = held[0].frames
+    neutral = likely if find_neutral else setup.neutral or likely
     check_frames(take, neutral, setup.peaks)
     peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
     landmarks = find_landmarks(surface)
@@ -108,7 +105,7 @@ def propose(
     if find_neutral:
         neutral = _explaining_neutral(registered, stabilised, held, peaks=peaks)
         setup = replace(setup, neutral=neutral)
-        if check.used and neutral != usual:
+        if check.used and neutral != likely:
             peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
             observations = _from_neutral(observations, stabilised, neutral, peaks=peaks)
             registered, check = register_markers(surface, observations)
@@ -229,14 +226,13 @@ def _explaining_neutral(
 ) -> tuple[int, int]:
     """Return the frames of the held pose from which the rig explains the peak frames.
 
-    That from which no pose is explained much better, that is held often, or with which the take
-    begins.
+    What stays unexplained is weighed by how likely the pose is by itself.
     """
 
     def unlikely(pose: HeldPose) -> float:
         observations = _from_neutral(registered.observations, stabilised, pose.frames, peaks=peaks)
         left = unexplained_motion(registered.candidates, observations, registered.best)
-        return float(left / (pose.usual**_USUAL * _BEGINS**pose.first))
+        return left / pose.likely
 
     return min(held, key=unlikely).frames
 

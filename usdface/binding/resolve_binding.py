@@ -8,10 +8,12 @@ import numpy as np
 from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
+from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.shape_names import rename_weights
-from usdface.findings import Finding, finding
+from usdface.finding_values import Prose
+from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.neutral_weights import estimate_neutral_weights
@@ -51,6 +53,8 @@ class ResolvedBinding:
         Markers of the take that the binding leaves out; () where a proposal was made.
     neutral_found : bool
         The neutral frames were looked for.
+    other_take : str
+        The take whose neutral and peak frames the binding names, if it is another; "" if not.
     """
 
     mesh: Mesh
@@ -59,6 +63,7 @@ class ResolvedBinding:
     missing: tuple[str, ...] = ()
     unbound: tuple[str, ...] = ()
     neutral_found: bool = False
+    other_take: str = ""
 
 
 class UnsureBindingError(InputError):
@@ -97,17 +102,25 @@ def resolve_binding(
     Raises
     ------
     InputError
-        If no vertices can be proposed, or no curve of a take of weights has a shape's name.
+        If no vertices can be proposed, no curve of a take of weights has a shape's name, or the
+        binding was made for another mesh.
     UnsureBindingError
         If more of them are unsure than markers are bound.
     """
     mesh = character.mesh(given.binding.mesh) if given else character.face()
+    if given is not None and given.origin is not None:
+        check_mesh(given.origin, mesh)
     if not isinstance(take, MarkerTake):
         rename_weights(take, character.shape_names)  # refused now, and not when it is played
         return ResolvedBinding(mesh, given or unbound(take))
+    other_take = ""
+    if given is not None and given.origin is not None and take_differs(given.origin, take):
+        other_take, given = _names_frames(given), _without_frames(given)
     proposing = given is None or options.propose
     named = given is not None and not given.neutral_assumed
-    find_neutral = options.neutral == "auto" or (proposing and not (named or options.neutral))
+    find_neutral = options.neutral == "auto" or (
+        (proposing or bool(other_take)) and not (named or options.neutral)
+    )
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)
     check_frames(take, setup.neutral, setup.peaks)
@@ -125,25 +138,49 @@ def resolve_binding(
     if find_neutral:
         setup = replace(setup, neutral_assumed=False)
         setup = replace(setup, neutral_weights=neutral_weights(take, mesh, setup))
-    return replace(resolved, setup=setup)
+    setup = replace(setup, origin=origin_of(mesh, take))
+    return replace(resolved, setup=setup, other_take=other_take)
+
+
+def _names_frames(setup: RetargetSetup) -> str:
+    """Return the take whose frames a binding names; "" if it names none."""
+    named = (not setup.neutral_assumed and setup.neutral is not None) or setup.peaks
+    return (setup.origin.take or "another take") if named and setup.origin else ""
+
+
+def _without_frames(setup: RetargetSetup) -> RetargetSetup:
+    """Return a setup without the frames of its take; a neutral of the rig stays."""
+    setup = replace(setup, peaks=())
+    if setup.neutral is None:
+        return setup
+    return replace(setup, neutral=(0, 0), neutral_assumed=True, neutral_weights={})
 
 
 def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) -> list[Finding]:
     """Report how a binding was completed for a take."""
     findings = [
-        finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}")
+        finding("MARKER_UNKNOWN", name, "the take has no marker {marker!r}", name)
         for name in resolved.missing
     ]
     if resolved.unbound:  # intended, or an unfinished file
         message = (
-            f"{len(resolved.unbound)} of {len(take.names)} markers are bound to no vertex; "
-            "--propose finds vertices for them"
+            "{unbound_count} of {marker_count} markers are bound to no vertex; --propose "
+            "finds vertices for them"
         )
-        findings.append(finding("MARKER_UNBOUND", take.source, message))
+        findings.append(
+            finding("MARKER_UNBOUND", take.source, message, len(resolved.unbound), len(take.names))
+        )
     if resolved.proposal:
         findings += proposal_findings(resolved.proposal, take.source)
+    if resolved.other_take:
+        message = (
+            f"neutral and peak frames of the binding are those of {resolved.other_take}; they "
+        )
+        message += "are not carried over, but looked for"
+        findings.append(finding("FRAMES_NOT_CARRIED", take.source, message))
     if resolved.neutral_found:
-        findings.append(finding("NEUTRAL_FOUND", take.source, _neutral_message(resolved.setup)))
+        found = _neutral_found(resolved.setup, take.source)
+        findings += timed([found], take.times.tolist())
     return findings
 
 
@@ -216,11 +253,13 @@ def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
     )
 
 
-def _neutral_message(setup: RetargetSetup) -> str:
-    frames = "{} to {}".format(*setup.neutral or (0, 0))
-    message = f"the face rests in frames {frames}: taken as neutral"
+def _neutral_found(setup: RetargetSetup, source: str) -> Finding:
+    first, last = setup.neutral or (0, 0)
+    message = "the face rests in frames {first_frame} to {last_frame}: taken as neutral"
     shown = sorted(setup.neutral_weights.items(), key=lambda item: -item[1])
-    if shown:
-        most = ", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3])
-        message += f", less the {len(shown)} blend shapes that show there (most: {most})"
-    return message
+    if not shown:
+        return finding("NEUTRAL_FOUND", source, message, first, last)
+    message += ", less the {shape_count} blend shapes that show there (most: {most})"
+    most = Prose(", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3]))
+    shapes = [name for name, _ in shown]
+    return finding("NEUTRAL_FOUND", source, message, first, last, len(shown), most, shapes=shapes)

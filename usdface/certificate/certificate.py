@@ -101,15 +101,20 @@ class Certificate:
         limit = _EXACT * self.diagonal
         weight = max(self.weights.values(), default=0.0)
         turned = self.normal_largest or 0.0
-        losses = [
-            (self.vertex_largest > limit, f"vertices by {1000 * self.vertex_largest:.3g} mm"),
-            (turned > _STRAIGHT, f"normals by {turned:.3g} degrees"),
-            (self.weight_excess > _EXACT, f"weights by {weight:.3g}"),
+        drifts = self.time_drift > max(_EXACT, FLOAT32 * self.duration)
+        losses: list[tuple[bool, str, object]] = [
             (
-                self.time_drift > max(_EXACT, FLOAT32 * self.duration),
-                f"times by {self.time_drift:.3g} s",
+                self.vertex_largest > limit,
+                "vertices by {vertex_mm:.3g} mm",
+                self.vertex_largest * 1e3,
             ),
-            (bool(self.missing), f"only on one side: {', '.join(self.missing)}"),
+            (turned > _STRAIGHT, "normals by {normal_degrees:.3g} degrees", turned),
+            (self.weight_excess > _EXACT, "weights by {weight:.3g}", weight),
+            (drifts, "times by {time_s:.3g} s", self.time_drift),
+            (bool(self.missing), "only on one side: {missing}", self.missing),
         ]
-        errors = "; ".join(text for lost, text in losses if lost)
-        return [finding("CONVERSION_INEXACT", where, f"is off: {errors}")] if errors else []
+        errors = [(text, value) for lost, text, value in losses if lost]
+        if not errors:
+            return []
+        message = "is off: " + "; ".join(text for text, _ in errors)
+        return [finding("CONVERSION_INEXACT", where, message, *(value for _, value in errors))]

@@ -38,10 +38,13 @@ def repair_findings(repairs: Sequence[Repair]) -> list[Finding]:
         code, message = _CODES[kind]
         frames = sum(r.last - r.first + 1 for r in group)
         first = group[0]
-        where = (
-            f"frames {first.first} to {first.last}"
-            if len(group) == 1
-            else (f"{frames} frames in {len(group)} places, the first of them frame {first.first}")
-        )
-        findings.append(finding(code, marker, f"{message}: {where}"))
+        if len(group) == 1:
+            message += ": frames {first_frame} to {last_frame}"
+            findings.append(finding(code, marker, message, first.first, first.last))
+        else:
+            message += (
+                ": {frame_count} frames in {place_count} places, the first of them frame "
+                "{first_frame}"
+            )
+            findings.append(finding(code, marker, message, frames, len(group), first.first))
     return findings

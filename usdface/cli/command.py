@@ -59,7 +59,8 @@ def add_command(
         "--progress",
         choices=PROGRESS,
         default="auto",
-        help="on standard error: a bar on a terminal (auto), lines, lines of JSON, or none",
+        help="on standard error: a bar on a terminal (auto), lines, lines of JSON or for Open Job "
+        "Description, or none",
     )
     command.add_argument(
         "--strict",

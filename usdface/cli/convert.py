@@ -87,6 +87,13 @@ def add_export(commands: Any, summary: str) -> None:
         action="store_true",
         help="points, normals and texture coordinates as 16-bit integers, by KHR_mesh_quantization",
     )
+    command.add_argument(
+        "--purpose",
+        nargs="+",
+        choices=("guide", "proxy"),
+        default=(),
+        help="also keep meshes of these purposes, which a render does not show",
+    )
     add_asset_root(command)
 
 

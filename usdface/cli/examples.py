@@ -28,6 +28,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "usdface process shot.usda --gltf face.glb --sheet faces.png",
         "usdface process shot.usda --exaggeration brows=1.3 --strict --report report.json",
     ),
+    "sequence": (
+        "usdface sequence show.toml --table show.html",
+        "usdface sequence shots/ --workers 4 --report table.json",
+    ),
     "bind": (
         "usdface bind rig.usdc --take take.usdc -o bind.html",
         "usdface bind shot.usda -o bind.html",

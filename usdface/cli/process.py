@@ -15,7 +15,7 @@ from usdface.cli.command import (
 )
 from usdface.cli.progress import progress
 from usdface.errors import InputError
-from usdface.options import EXAGGERATION_PARTS, ProcessOptions
+from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
 
 __all__ = ["add_calibrate", "add_process"]
 
@@ -27,7 +27,7 @@ def add_process(commands: Any, summary: str) -> None:
         "process",
         _process,
         summary,
-        writes=("gltf", "figure", "sheet"),
+        writes=("gltf", "figure", "sheet", "deliver"),
     )
     command.add_argument("shot", type=Path)
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
@@ -40,6 +40,7 @@ def add_process(commands: Any, summary: str) -> None:
         metavar="FILE",
         help="also draw the face at its peaks and worst frames, solved above corrected",
     )
+    _add_delivery(command)
     command.add_argument("--no-express", dest="express", action="store_false")
     command.add_argument(
         "--no-closure",
@@ -73,6 +74,12 @@ def add_process(commands: Any, summary: str) -> None:
         metavar="FACTORS",
         help="show emotions more or less, 1 = as designed: joy=0.5,anger=0",
     )
+    command.add_argument(
+        "--cache",
+        default="",
+        metavar="DIR",
+        help="keep the arrays of solve and correction, and compute only those that changed",
+    )
     add_asset_root(command)
     add_skip_hook(command)
     result = command.add_mutually_exclusive_group()
@@ -81,6 +88,24 @@ def add_process(commands: Any, summary: str) -> None:
     )
     result.add_argument(
         "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
+    )
+
+
+def _add_delivery(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("deliverable")
+    group.add_argument(
+        "--deliver",
+        default="",
+        metavar="FILE",
+        help="also write the face animation alone, flattened: .usdc or .usda",
+    )
+    group.add_argument("--start", type=int, metavar="FRAME", help="first frame of the cut")
+    group.add_argument("--end", type=int, metavar="FRAME", help="last frame of the cut")
+    group.add_argument(
+        "--handles", type=int, default=0, metavar="N", help="also N frames before and after the cut"
+    )
+    group.add_argument(
+        "--rate", type=float, default=0.0, help="frames a second (default: those of the shot)"
     )
 
 
@@ -98,9 +123,12 @@ def _process(parsed: argparse.Namespace) -> int:
             gltf=parsed.gltf,
             figure=parsed.figure,
             sheet=parsed.sheet,
+            deliver=parsed.deliver,
+            delivery=DeliverOptions(**settings(parsed, DeliverOptions)),
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
             strict=parsed.strict,
+            cache=parsed.cache or None,
             skip_hooks=parsed.skip_hooks,
             options=options,
             on_progress=step,

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PROGRESS", "progress"]
 
-PROGRESS = ("auto", "plain", "json", "none")
+PROGRESS = ("auto", "plain", "json", "openjd", "none")
 # A step is told again when so much more of it is done.
 _STEPS = 10
 
@@ -26,8 +26,8 @@ def progress(parsed: argparse.Namespace) -> "Iterator[OnProgress]":
     Elsewhere it only names the compilation of the solver, which delays the first command.
     """
     form = parsed.progress
-    if form in ("plain", "json"):
-        yield _lines(_as_text if form == "plain" else _as_json)
+    if form in _LINES:
+        yield _lines(_LINES[form])
     elif form == "none":
         yield lambda _: None
     elif parsed.format == "text" and sys.stderr.isatty():
@@ -67,6 +67,16 @@ def _as_json(step: "Step", seconds: float) -> str:
     fraction = None if step.fraction is None else round(step.fraction, 3)
     said = {"step": step.name, "fraction": fraction, "seconds": round(seconds, 3)}
     return json.dumps(said, ensure_ascii=False)
+
+
+def _as_openjd(step: "Step", _: float) -> str:
+    """Return the lines that a task of Open Job Description prints for its manager."""
+    status = f"openjd_status: {step.name}"
+    share = "" if step.fraction is None else f"\nopenjd_progress: {100 * step.fraction:.1f}"
+    return status + share
+
+
+_LINES = {"plain": _as_text, "json": _as_json, "openjd": _as_openjd}
 
 
 @contextmanager

@@ -43,6 +43,16 @@ def add_shot(commands: Any, summary: str) -> None:
         metavar="FILE.json",
         help="calibration of the performer, from `usdface calibrate`",
     )
+    for name, holds in (
+        ("performer", "the calibration"),
+        ("character", "rig, binding, expressions and fuzzy system"),
+    ):
+        command.add_argument(
+            f"--{name}-layer",
+            default="",
+            metavar="FILE.usda",
+            help=f"layer with {holds}, which the shot sublayers; written if it is not there",
+        )
 
 
 def _binding_options(group: Any) -> None:
@@ -135,6 +145,8 @@ def _shot(parsed: argparse.Namespace) -> int:
                 correction=overrides,
                 write_bind=parsed.write_bind,
                 figure=parsed.bind_figure,
+                performer_layer=parsed.performer_layer,
+                character_layer=parsed.character_layer,
                 overwrite=parsed.overwrite,
                 on_progress=step,
             )

@@ -144,10 +144,20 @@ def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
     if not len(frames):
         return []
     message = (
-        f"pinned weights make its lids cross in {len(frames)} frames ({frames[0]} to "
-        f"{frames[-1]}), by {1000 * depth.max():.1f} mm at most"
+        "pinned weights make its lids cross in {frame_count} frames ({first_frame} to "
+        "{last_frame}), by {depth_mm:.1f} mm at most"
     )
-    return [finding("LIDS_CROSS", f"{eye} eye", message)]
+    return [
+        finding(
+            "LIDS_CROSS",
+            f"{eye} eye",
+            message,
+            len(frames),
+            frames[0],
+            frames[-1],
+            1000 * depth.max(),
+        )
+    ]
 
 
 def _completed(
@@ -175,15 +185,14 @@ def _closed(completed: Sequence[CompletedClosing]) -> list[Finding]:
     for kind, words in (("blink", "blinks were completed"), ("held", "eyes that stay shut closed")):
         own = [each for each in completed if each.closing.kind == kind]
         if own:
-            frames = ", ".join(str(each.peak) for each in own[:_NAMED])
-            more = f" and {len(own) - _NAMED} more" if len(own) > _NAMED else ""
-            message = f"{len(own)} {words}, at frames {frames}{more}"
-            findings.append(finding("EYES_CLOSED", "lids", message))
-    guessed = [str(each.peak) for each in completed if each.closing.guessed]
+            message = f"{{closing_count}} {words}, at frames {{frames}}"
+            frames = [each.peak for each in own]
+            findings.append(finding("EYES_CLOSED", "lids", message, len(own), frames, kind=kind))
+    guessed = [each.peak for each in completed if each.closing.guessed]
     if guessed:
         message = (
             f"only one eye was seen to blink at frame{'s' if len(guessed) > 1 else ''} "
-            f"{', '.join(guessed[:_NAMED])}; both are closed, as a blink that fast is of both"
+            "{frames}; both are closed, as a blink that fast is of both"
         )
-        findings.append(finding("BLINK_GUESSED", "lids", message))
+        findings.append(finding("BLINK_GUESSED", "lids", message, guessed))
     return findings

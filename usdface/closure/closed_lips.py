@@ -73,8 +73,18 @@ def close_lips(
     findings = []
     if len(frames):
         message = (
-            f"lips that touch on the performer were brought together in {len(frames)} frames "
-            f"({frames[0]} to {frames[-1]}), by {1000 * (before - after).max():.1f} mm at most"
+            "lips that touch on the performer were brought together in {frame_count} frames "
+            "({first_frame} to {last_frame}), by {closed_mm:.1f} mm at most"
         )
-        findings.append(finding("LIPS_CLOSED", "lips", message))
+        findings.append(
+            finding(
+                "LIPS_CLOSED",
+                "lips",
+                message,
+                len(frames),
+                frames[0],
+                frames[-1],
+                1000 * (before - after).max(),
+            )
+        )
     return ClosedLips(closed, course, findings)

@@ -31,9 +31,11 @@ def design(
     """
     roles = dict(face.roles)
     if not face.markers or not expressions:
-        reason = "the rig's shapes make no expression" if face.markers else "no marker is bound"
-        message = f"{reason}, so there are no rules and no express layer"
-        return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message)]
+        why, missing = "no marker is bound", "markers"
+        if face.markers:
+            why, missing = "the rig's shapes make no expression", "expressions"
+        message = f"{why}, so there are no rules and no express layer"
+        return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message, missing=missing)]
     system, read, findings = design_system(face, expressions, MARKER_NOISE)
     system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
     return system, read | roles, findings
@@ -70,7 +72,12 @@ def assign_roles(
         )
     posed = {expression.name for expression in expressions}
     findings = [
-        finding("EXPRESSION_UNKNOWN", name, f"no expression pose for {name!r}; it moves nothing")
+        finding(
+            "EXPRESSION_UNKNOWN",
+            name,
+            "no expression pose for {expression!r}; it moves nothing",
+            name,
+        )
         for name in system.emotions
         if name not in posed
     ]

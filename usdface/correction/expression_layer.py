@@ -169,13 +169,15 @@ def expression_poses(
     for row, emotion in enumerate(system.emotions):
         expression = by_name.get(emotion)
         if expression is None:
-            message = f"no expression pose for {emotion!r}"
-            findings.append(finding("EXPRESSION_UNKNOWN", emotion, message))
+            message = "no expression pose for {expression!r}"
+            findings.append(finding("EXPRESSION_UNKNOWN", emotion, message, emotion))
             continue
         poses[row] = expression.pose(names)
         for shape in set(expression.shapes) - set(names):
             findings.append(
-                finding("SHAPE_UNKNOWN", shape, f"it is named in the expression {emotion!r}")
+                finding(
+                    "SHAPE_UNKNOWN", shape, "it is named in the expression {expression!r}", emotion
+                )
             )
     return poses, findings
 
@@ -195,8 +197,18 @@ def _keep_contact(
         frames = np.flatnonzero(limited[:, own].any(axis=1))
         if len(frames):
             message = (
-                f"the correction was limited in {len(frames)} frames ({frames[0]} to {frames[-1]}) "
-                f"to keep the contact, a gap by {1000 * excess[:, own].max():.1f} mm at most"
+                "the correction was limited in {frame_count} frames ({first_frame} to "
+                "{last_frame}) to keep the contact, a gap by {gap_mm:.1f} mm at most"
             )
-            findings.append(finding("CONTACT_KEPT", contact, message))
+            findings.append(
+                finding(
+                    "CONTACT_KEPT",
+                    contact,
+                    message,
+                    len(frames),
+                    frames[0],
+                    frames[-1],
+                    1000 * excess[:, own].max(),
+                )
+            )
     return limited_weights, findings

@@ -26,7 +26,8 @@ def _check(system: ExpressionSystem) -> list[Finding]:
         finding(
             "RULE_FIRES_AT_NEUTRAL",
             rule.place or str(rule),
-            f"the rule {rule} fires on a neutral face; begin its terms away from 0",
+            "the rule {rule} fires on a neutral face; begin its terms away from 0",
+            str(rule),
         )
         for rule in fires_at_neutral(system)
     ]

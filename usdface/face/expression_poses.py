@@ -116,7 +116,12 @@ def expressions_for(
         elif pose is not None:
             expressions.append(pose)
             findings += [
-                finding("SHAPE_UNKNOWN", shape, f"it is named in the expression {pose.name!r}")
+                finding(
+                    "SHAPE_UNKNOWN",
+                    shape,
+                    "it is named in the expression {expression!r}",
+                    pose.name,
+                )
                 for shape in sorted(set(pose.shapes) - set(shape_names))
             ]
     return tuple(expressions), findings
@@ -160,5 +165,5 @@ def _composed(
     made = Expression(pose.name, tuple(weights), np.array(list(weights.values())), pose.gain)
     if not missing:
         return [made], []
-    message = f"the rig has no blend shape for {', '.join(missing)}; left out of {pose.name}"
-    return [made], [finding("SHAPE_UNKNOWN", pose.name, message)]
+    message = "the rig has no blend shape for {shapes}; left out of {expression}"
+    return [made], [finding("SHAPE_UNKNOWN", pose.name, message, missing, pose.name)]

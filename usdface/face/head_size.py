@@ -37,7 +37,7 @@ def report_size(rig: Rig) -> list[Finding]:
     if not size or _LEAST <= size <= _MOST:
         return []
     message = (
-        f"a blend shape moves a region {size:.3g} m across; on a human face about 0.1 m: "
-        "is the unit of length right?"
+        "a blend shape moves a region {size_m:.3g} m across; on a human face about 0.1 "
+        "m: is the unit of length right?"
     )
-    return [finding("RIG_SIZE_UNUSUAL", rig.source or rig.name, message)]
+    return [finding("RIG_SIZE_UNUSUAL", rig.source or rig.name, message, size)]

@@ -82,16 +82,15 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
     if idle:
         findings.append(
             finding(
-                "CHANNEL_IGNORED", take.source, f"curves without a blend shape: {', '.join(idle)}"
+                "CHANNEL_IGNORED", take.source, "curves without a blend shape: {channels}", idle
             )
         )
     outside = np.flatnonzero(((weights < -_ROUNDED) | (weights > 1.0 + _ROUNDED)).any(axis=0))
     if len(outside):
-        shown = ", ".join(names[i] for i in outside[:_NAMED])
-        more = f" and {len(outside) - _NAMED} more" if len(outside) > _NAMED else ""
+        shapes = [names[i] for i in outside]
         most = np.abs(weights - np.clip(weights, 0.0, 1.0)).max()
-        message = f"weights outside 0 to 1 were clipped, by {most:.3g} at most: {shown}{more}"
-        findings.append(finding("WEIGHTS_CLIPPED", take.source, message))
+        message = "weights outside 0 to 1 were clipped, by {excess:.3g} at most: {shapes}"
+        findings.append(finding("WEIGHTS_CLIPPED", take.source, message, most, shapes))
     renamed = WeightsTake(
         names,
         take.times,

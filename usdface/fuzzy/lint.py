@@ -45,14 +45,15 @@ def _unreachable(system: FuzzySystem, lower_bounds: Mapping[str, float]) -> list
     for rule in system.rules:
         where = rule.place or str(rule)
         if not rule.enabled or rule.weight == 0:
-            off = "is switched off" if not rule.enabled else "weighs 0"
-            findings.append(finding("RULE_OFF", where, f"the rule {rule} {off}"))
+            off = "weighs 0" if rule.enabled else "is switched off"
+            message = f"the rule {{rule}} {off}"
+            findings.append(finding("RULE_OFF", where, message, rule, enabled=rule.enabled))
         elif not _alternatives(rule.condition, variables, points, False):
-            why = (
-                "can never fire: no value in the ranges of its inputs meets all its conditions; "
-                "drop or change one of these conditions"
+            message = (
+                "the rule {rule} can never fire: no value in the ranges of its inputs meets all "
+                "its conditions; drop or change one of these conditions"
             )
-            findings.append(finding("RULE_UNREACHABLE", where, f"the rule {rule} {why}"))
+            findings.append(finding("RULE_UNREACHABLE", where, message, rule))
     return findings
 
 
@@ -113,10 +114,21 @@ def _contradictions(system: FuzzySystem) -> list[Finding]:
             other, first_value = first.setdefault((antecedent, output), (rule, value))
             if first_value != value:
                 message = (
-                    f"the rules {other} and {rule} have the same antecedent, but conclude "
-                    f"{output} IS {first_value} and {value}; keep one, or change a condition"
+                    "the rules {other_rule} and {rule} have the same antecedent, but conclude "
+                    "{output} IS {other_value} and {value}; keep one, or change a condition"
                 )
-                findings.append(finding("RULES_CONTRADICT", rule.place or str(rule), message))
+                findings.append(
+                    finding(
+                        "RULES_CONTRADICT",
+                        rule.place or str(rule),
+                        message,
+                        str(other),
+                        str(rule),
+                        output,
+                        first_value,
+                        value,
+                    )
+                )
     return findings
 
 
@@ -135,10 +147,12 @@ def _gaps(system: FuzzySystem) -> list[Finding]:
         uncovered = _uncovered(variable, *variable.range)
         if uncovered:
             message = (
-                f"no term of {variable.name} covers {' and '.join(uncovered)}; no rule fires "
-                "there; widen a term or shorten the range"
+                "no term of {variable} covers {ranges}; no rule fires there; widen a term or "
+                "shorten the range"
             )
-            findings.append(finding("RANGE_UNCOVERED", variable.name, message))
+            findings.append(
+                finding("RANGE_UNCOVERED", variable.name, message, variable.name, uncovered)
+            )
     return findings
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.finding_values import Prose
 
 __all__ = ["stray_move", "stray_point", "stray_points", "usual_size"]
 
@@ -16,6 +17,10 @@ _FEW = 0.05
 def _away(points: FloatArray) -> FloatArray:
     middle = np.median(points, axis=0) if len(points) else np.zeros(3)
     return np.asarray(np.linalg.norm(points - middle, axis=1))
+
+
+# Template and values of a finding
+Stray = tuple[str, int, Prose, float] | tuple[()]
 
 
 def stray_points(points: FloatArray) -> BoolArray:
@@ -33,20 +38,22 @@ def usual_size(points: FloatArray) -> float:
     return 2.0 * float(_away(points)[~stray_points(points)].max(initial=0.0))
 
 
-def stray_point(points: FloatArray) -> str:
-    """Return in words which of some points (N, 3) lie far off; "" if none does."""
+def stray_point(points: FloatArray) -> Stray:
+    """Return which of some points (N, 3) lie far off; () if none does."""
     stray = np.flatnonzero(stray_points(points))
     if not len(stray):
-        return ""
+        return ()
     away = _away(points)
     far = int(away.argmax())
     times = 2.0 * float(away[far]) / usual_size(points)
-    more = f" and {len(stray) - 1} more" if len(stray) > 1 else ""
-    return f"point {far}{more} lies far off, {times:.3g} times as far from the middle as the others"
+    message = (
+        "point {point}{more} lies far off, {ratio:.3g} times as far from the middle as the others"
+    )
+    return message, far, _more(len(stray)), times
 
 
-def stray_move(offsets: FloatArray, indices: IntArray, points: FloatArray) -> str:
-    """Return in words how a shape drags a few points off a mesh; "" if it does not.
+def stray_move(offsets: FloatArray, indices: IntArray, points: FloatArray) -> Stray:
+    """Return how a shape drags a few points off a mesh; () if it does not.
 
     Farther than the mesh is large, and many times as far as it moves any other.
 
@@ -64,10 +71,14 @@ def stray_move(offsets: FloatArray, indices: IntArray, points: FloatArray) -> st
     limit = _last_before_gap(length, size) if size > 0.0 else np.inf
     beyond = int((length > limit).sum())
     if not beyond:
-        return ""
+        return ()
     far = int(length.argmax())
-    more = f" and {beyond - 1} more" if beyond > 1 else ""
-    return f"point {indices[far]}{more} moves by {length[far] / size:.3g} times the mesh's size"
+    message = "point {point}{more} moves by {ratio:.3g} times the mesh's size"
+    return message, indices[far], _more(beyond), length[far] / size
+
+
+def _more(count: int) -> Prose:
+    return Prose(f" and {count - 1} more" if count > 1 else "")
 
 
 def _last_before_gap(away: FloatArray, least: float = 0.0) -> float:

@@ -19,7 +19,9 @@ are frame indices of strong expressions, by which places are proposed; `map` and
 `usdface.options`. A map whose kernel, radius or smoothing is named is not chosen, unless its
 `choice` says "auto"; a solve whose agility is named does not learn how weights move, unless its
 `prior` says "learned". `exaggeration` has factors on the solved weights, of the face and of its
-regions "brows", "eyes" and "mouth", or is one number for the face.
+regions "brows", "eyes" and "mouth", or is one number for the face. `made_with`, written by usdface,
+tells the mesh and the take: another mesh is refused, neutral and peak frames are not carried to
+another take.
 """
 
 import json
@@ -30,6 +32,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.options import (
@@ -62,6 +65,7 @@ _KEYS = frozenset(
         "clean",
         "closure",
         "exaggeration",
+        "made_with",
     )
 )
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
@@ -135,7 +139,26 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         closure=_switches(ClosureOptions, document.get("closure", {}), f'{where}: "closure"'),
         exaggeration=_exaggeration(document.get("exaggeration", {}), where),
         unsure=unsure,
+        origin=_origin(document.get("made_with"), where),
     )
+
+
+def _origin(value: object, where: str) -> BindingOrigin | None:
+    if value is None:
+        return None
+    known = {part.name: part.type for part in fields(BindingOrigin)}
+    kinds = {int: int, float: (int, float), str: str}
+    good = isinstance(value, dict) and set(value) == set(known)
+    if not good or not all(
+        isinstance(part, kinds[known[name]]) and not isinstance(part, bool)  # type: ignore[index, arg-type]
+        for name, part in value.items()  # type: ignore[attr-defined]
+    ):
+        raise InputError(
+            f'{where}: "made_with" is {value!r}; leave it out, if the binding is not that of '
+            "`usdface shot` any more",
+            "SCHEMA_BROKEN",
+        )
+    return BindingOrigin(**value)  # type: ignore[arg-type]
 
 
 def _binding(document: dict[str, Any], key: str, where: str) -> Binding:
@@ -312,6 +335,8 @@ def bind_json(setup: RetargetSetup) -> str:
         "clean": asdict(setup.clean),
         "closure": asdict(setup.closure),
     }
+    if setup.origin is not None:
+        document["made_with"] = asdict(setup.origin)
     if setup.exaggeration:
         document["exaggeration"] = dict(setup.exaggeration)
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"

@@ -1,5 +1,6 @@
 """The certificate of a conversion between USD and glTF."""
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh
 from usdface.io.gltf.reference_player.evaluate import PlayerClip, evaluate_clips
 from usdface.io.usd.clip_variants import clip_stages
-from usdface.io.usd.errors import one_line, usd_errors
+from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, has_keys, stage_keys
 from usdface.io.usd.stage import Stage, metrics_of
 from usdface.io.usd.vertex_cache import is_cache_shape
@@ -35,6 +36,7 @@ def certify_conversion(
     every_frame: bool,
     clip: str = "",
     asset_root: Path | None = None,
+    purposes: Collection[str] = (),
 ) -> tuple[Certificate | None, list[Finding]]:
     """Compare a stage, evaluated by UsdSkel, with a glTF, evaluated by the reference player.
 
@@ -54,6 +56,8 @@ def certify_conversion(
         The one clip that was to be converted; "" = all.
     asset_root : Path, optional
         A folder that buffers of the file may come from beside its own.
+    purposes : collection of str
+        Of meshes that were converted though a render does not show them.
 
     Returns
     -------
@@ -64,13 +68,13 @@ def certify_conversion(
     try:
         with usd_errors(stage.GetRootLayer().realPath):
             certificate = _certificate(
-                stage, evaluate_clips(gltf, asset_root), exported, every_frame, clip
+                stage, evaluate_clips(gltf, asset_root), exported, every_frame, clip, purposes
             )
     except Exception as error:  # of any kind: the written file does not depend on it
         if RAISING.get() and not isinstance(error, _NOT_EVALUATED):
             raise
-        message = f"not compared with its source: {one_line(str(error))}"
-        return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message)]
+        message = "not compared with its source: {error}"
+        return None, [finding("CONVERSION_UNCERTIFIED", gltf.name, message, error)]
     where = gltf.name if exported else Path(stage.GetRootLayer().realPath).name
     return certificate, certificate.findings(where)
 
@@ -81,6 +85,7 @@ def _certificate(
     exported: bool,
     every_frame: bool,
     clip: str,
+    purposes: Collection[str],
 ) -> Certificate:
     stages = list(clip_stages(stage))
     names = [stage_keys(staged)[0] for staged in stages]
@@ -91,7 +96,11 @@ def _certificate(
     pairs, missing = match_names(names, [clip.name for clip in shown], "clip ")
     certificates = {
         names[i]: _clip_certificate(
-            stages[i], shown[j], exported, None if every_frame else _QUICK // len(pairs)
+            stages[i],
+            shown[j],
+            exported,
+            None if every_frame else _QUICK // len(pairs),
+            purposes,
         )
         for i, j in pairs
     }
@@ -100,9 +109,13 @@ def _certificate(
 
 
 def _clip_certificate(
-    stage: Stage, shown: PlayerClip, exported: bool, budget: int | None
+    stage: Stage,
+    shown: PlayerClip,
+    exported: bool,
+    budget: int | None,
+    purposes: Collection[str],
 ) -> Certificate:
-    staged = evaluate_usd(stage)
+    staged = evaluate_usd(stage, purposes)
     _, codes, stage_times = stage_keys(stage)
     gltf_times = shown.times if len(shown.times) else np.zeros(1)
     # Keys that only one side has, for a curve or an inbetween, change no time.

@@ -94,5 +94,5 @@ def _written(
         findings = target.findings(write(temporary))
         if not temporary.is_file() or not temporary.stat().st_size:
             raise target.wrong(f"without having written {path.name}")
-    message = f"{target.format.name} is not read back; compare it with its source by other means"
-    return [*findings, finding("CONVERSION_UNCERTIFIED", path.name, message)]
+    message = "{format} is not read back; compare it with its source by other means"
+    return [*findings, finding("CONVERSION_UNCERTIFIED", path.name, message, target.format.name)]

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from usdface.errors import InputError, PluginError, UsdFaceError
+from usdface.finding_values import Prose
 from usdface.findings import CODES, Finding, finding
 from usdface.formats import FileFormat, suffixes_of
 
@@ -156,18 +157,21 @@ class FormatTable(Generic[F]):
             try:
                 given = entry.load()
             except _MISTAKES as error:
-                message = f"cannot be loaded: {_named(error)}"
-                findings.append(finding("PLUGIN_FAILED", origin, message))
+                message = "cannot be loaded: {error}"
+                findings.append(finding("PLUGIN_FAILED", origin, message, Prose(_named(error))))
                 continue
             if not isinstance(given, self.kind):
-                message = f"is {type(given).__name__}; expected a usdface.{self.kind.__name__}"
-                findings.append(finding("PLUGIN_FAILED", origin, message))
+                message = "is {found}; expected a usdface.{expected}"
+                kinds = type(given).__name__, self.kind.__name__
+                findings.append(finding("PLUGIN_FAILED", origin, message, *kinds))
                 continue
             taken = [suffix for suffix in given.suffixes if suffix in reserved]
             for suffix in taken:
                 owner = next(each.name for each in self.built_in if suffix in each.suffixes)
-                message = f"{given.name} claims {suffix}, which stays with {owner} of usdface"
-                findings.append(finding("PLUGIN_CONFLICT", origin, message))
+                message = "{format} claims {suffix}, which stays with {owner} of usdface"
+                findings.append(
+                    finding("PLUGIN_CONFLICT", origin, message, given.name, suffix, owner)
+                )
             left = tuple(suffix for suffix in given.suffixes if suffix not in taken)
             if left or getattr(given, "folder", False):
                 found.append(Registered(replace(given, suffixes=left), origin))
@@ -188,8 +192,10 @@ def conflicts(formats: Sequence[Registered[F]]) -> list[Finding]:
     for suffix in suffixes_of([each.format for each in formats]):
         claims = [e for e in formats if suffix in e.format.suffixes and not _sniffs(e.format)]
         if len(claims) > 1:
-            message = f"{suffix} is claimed by {' and '.join(each.label for each in claims)}"
-            found.append(finding("PLUGIN_CONFLICT", suffix, message))
+            message = "{suffix} is claimed by {claimed_by}"
+            found.append(
+                finding("PLUGIN_CONFLICT", suffix, message, suffix, [each.label for each in claims])
+            )
     return found
 
 

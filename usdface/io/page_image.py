@@ -31,7 +31,7 @@ def page_image(texture: Texture) -> tuple[tuple[bytes, str] | None, list[Finding
     try:
         pixels = pixels_of(Texture(data=image[0], suffix=f".{image_type(image[0])[6:]}"))
     except InputError as error:
-        return None, [finding("TEXTURE_MISSING", texture.path, f"left out: {error}")]
+        return None, [finding("TEXTURE_MISSING", texture.path, "left out: {error}", error)]
     height, width = pixels.shape[:2]
     step = max(height, width) / LARGEST_SIDE
     if step <= 1.0 and len(image[0]) <= 4 * pixels.size:

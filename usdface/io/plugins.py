@@ -117,8 +117,8 @@ def installed_hooks(skip: Sequence[str] = ()) -> tuple[tuple[Hook, ...], list[Fi
     hooks, found = [], []
     for plugin in plugins:
         if plugin.name in skip or plugin.distribution in skip:
-            message = f"{plugin.origin} is left out, as requested"
-            found.append(finding("HOOK_SKIPPED", plugin.name, message))
+            message = "{origin} is left out, as requested"
+            found.append(finding("HOOK_SKIPPED", plugin.name, message, plugin.origin))
             continue
         hooks.append(hook_of(plugin))
     return tuple(hooks), found

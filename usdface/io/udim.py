@@ -71,8 +71,8 @@ def untiled(rig: Rig) -> tuple[Rig, list[Finding]]:
         chosen, missing = _one_tile(tiled[name], tile, files)
         materials.append(replace(chosen, name=own))
         for path in missing:
-            message = f"{path} has no tile {tile}; the texture is left out there"
-            found.append(finding("TEXTURE_MISSING", f"material {name}", message))
+            message = "{file} has no tile {tile}; the texture is left out there"
+            found.append(finding("TEXTURE_MISSING", f"material {name}", message, str(path), tile))
     return replace(rig, meshes=meshes, materials=tuple(materials)), found
 
 

@@ -10,15 +10,16 @@ import base64
 import hashlib
 import html
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
 
 from usdface import __version__
+from usdface.findings import Finding
 from usdface.page.packed_data import pack_data
 
-__all__ = ["MODULES", "page_html"]
+__all__ = ["MODULES", "finding_lines", "page_html"]
 
 # Modules of the pages; each is "usdface/NAME" to the others, three.js is "three".
 MODULES = (
@@ -40,6 +41,14 @@ MODULES = (
     "verdict",
     "view",
 )
+
+
+def finding_lines(findings: Iterable[Finding]) -> list[dict[str, str]]:
+    """Return findings as a page shows them: in words."""
+    return [
+        {"code": f.code, "severity": f.severity, "where": f.where, "message": f.message}
+        for f in findings
+    ]
 
 
 def page_html(

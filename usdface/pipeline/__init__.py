@@ -4,9 +4,10 @@ A character and a take become USD (`make_rig`, `make_take`), or arrays (`read_ri
 `read_bind`). The two come together in a shot: `make_shot` writes one, `set_up` authors one on a
 stage that a host holds open; `make_markers` finds places for markers, `calibrate` the size of a
 performer's movements. `process` is the main job: it retargets and corrects a shot and writes the
-layers; `apply` does the same on an open stage. Around it, scenes go to and from glTF
-(`export_scene`, `import_scene`), files are checked (`check`), and the expression layer is fitted,
-converted and explained (`fit_fuzzy`, `convert_fuzzy`, `explain`, `check_neutral`).
+layers; `apply` does the same on an open stage, `process_sequence` for many shots. Around it, scenes
+go to and from glTF (`export_scene`, `import_scene`), files are checked (`check`), and the
+expression layer is fitted, converted and explained (`fit_fuzzy`, `convert_fuzzy`, `explain`,
+`check_neutral`).
 
 A function is imported on first access, with only the libraries that it uses.
 """
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.reading import read_bind, read_result, read_rig, read_take
     from usdface.pipeline.rig import make_rig
     from usdface.pipeline.scenes import export_scene, import_scene
+    from usdface.pipeline.sequence import process_sequence
     from usdface.pipeline.setting_up import set_up
     from usdface.pipeline.shot import make_shot
     from usdface.pipeline.take import make_take
@@ -52,6 +54,7 @@ __all__ = [
     "make_shot",
     "make_take",
     "process",
+    "process_sequence",
     "read_bind",
     "read_result",
     "read_rig",
@@ -92,6 +95,7 @@ _HOMES = {
         "export_scene",
         "import_scene",
     ),
+    "sequence": ("process_sequence",),
     "setting_up": ("set_up",),
     "shot": ("make_shot",),
     "take": ("make_take",),

@@ -20,7 +20,7 @@ from usdface.io.usd.take import read_take_prim
 from usdface.options import BindOptions
 from usdface.page.bind_data import bind_data
 from usdface.page.character import character_data
-from usdface.page.document import page_html
+from usdface.page.document import finding_lines, page_html
 from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.viewing import check_page_name, images_of
 from usdface.progress import OnProgress, Progress
@@ -113,7 +113,7 @@ def make_bind_page(
         data |= {
             "character": character_data(replace(rig, skeleton=None), meshes, images),
             "mesh": next(i for i, each in enumerate(meshes) if each is mesh),
-            "findings": [f.as_dict() for f in findings],
+            "findings": finding_lines(findings),
         }
         about = f"{len(recorded.names)} markers on {mesh.name}"
         text = page_html("bind", f"{path.name}: places of the markers", about, data)
@@ -172,6 +172,10 @@ def _bound(
         if error.code not in _UNPROPOSED:
             raise
         mesh = rig.mesh(given.binding.mesh) if given else rig.face()
-        message = f"place them by hand: {error}"
-        return mesh, given or _NOTHING, [finding("PLACES_NOT_PROPOSED", take.source, message)]
+        message = "place them by hand: {error}"
+        return (
+            mesh,
+            given or _NOTHING,
+            [finding("PLACES_NOT_PROPOSED", take.source, message, error)],
+        )
     return resolved.mesh, resolved.setup, binding_findings(resolved, take)

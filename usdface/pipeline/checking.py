@@ -60,4 +60,4 @@ def _checked(path: Path) -> list[Finding]:
     try:
         return check_file(path)
     except UsdFaceError as error:
-        return [finding("FILE_UNREADABLE", str(path), str(error))]
+        return [finding("FILE_UNREADABLE", str(path), "{error}", error)]

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,24 +18,29 @@ from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.io.layer_paths import layer_paths
 from usdface.io.plugins import hook_report, installed_hooks
 from usdface.io.usd.animation import (
+    animation_path,
     apply_animation,
     closure_animation,
     express_animation,
     solve_animation,
 )
-from usdface.io.usd.layers import layer_paths, open_shot, write_layers
+from usdface.io.usd.layers import open_shot, write_layers
 from usdface.io.usd.shot import StagedShot, read_shot
-from usdface.io.usd.stage import Stage
-from usdface.options import ProcessOptions
+from usdface.io.usd.stage import Stage, open_stage
+from usdface.options import DeliverOptions, ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_shot import retarget
+from usdface.retarget_shot import retarget, retarget_in_stages
 from usdface.shot import Shot, ShotResult
 from usdface.shot_report import report_of
 from usdface.verdict.judge import refuse_unusable
+
+if TYPE_CHECKING:
+    from usdface.show.stage_cache import StageCache
 
 __all__ = ["apply", "process"]
 
@@ -47,9 +53,12 @@ def process(
     gltf: StrPath | None = None,
     figure: StrPath | None = None,
     sheet: StrPath | None = None,
+    deliver: StrPath | None = None,
+    delivery: DeliverOptions = DeliverOptions(),
     in_place: bool = False,
     asset_root: StrPath | None = None,
     strict: bool = False,
+    cache: StrPath | None = None,
     skip_hooks: Sequence[str] = (),
     solved: ShotResult | None = None,
     options: ProcessOptions = ProcessOptions(),
@@ -69,12 +78,20 @@ def process(
         Also draw the take: .png, .svg or .pdf.
     sheet : path, optional
         Also draw the face, solved above corrected, in the frames most worth a look: likewise.
+    deliver : path, optional
+        Also write a deliverable: the SkelAnimation alone, flattened, a sample on each frame.
+    delivery : DeliverOptions
+        Its range and rate.
     in_place : bool
         Add the layers to the shot's own subLayers, in place of a root layer of the result.
     asset_root : path, optional
         A folder that textures may come from beside those of the layers that name them.
     strict : bool
         Refuse a result whose verdict is "not usable": write nothing.
+    cache : path, optional
+        A folder in which the arrays of the solve and of the correction are kept, and taken from
+        where nothing that they depend on has changed. The result is the same without it. Nothing
+        is kept where hooks run.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
     solved : ShotResult, optional
@@ -87,7 +104,8 @@ def process(
     -------
     Result of ShotResult
         `written` begins with the file to open; the keys of `summary` are those of
-        `usdface.shot_report.report_of`, and ``head_carrier``.
+        `usdface.shot_report.report_of`, and ``head_carrier``; with a cache ``stages``, each
+        ``"cached"`` or ``"computed"``.
 
     Raises
     ------
@@ -107,7 +125,8 @@ def process(
     'good'
     """
     path = Path(shot)
-    root, glb, picture, faces = (Path(p) if p else None for p in (output, gltf, figure, sheet))
+    places = (output, gltf, figure, sheet, deliver)
+    root, glb, picture, faces, clean = (Path(p) if p else None for p in places)
     folder = asset_folder(asset_root)
     for drawn in filter(None, (picture, faces)):
         from usdface.figures.picture import check_picture
@@ -122,10 +141,16 @@ def process(
         # Layers that an earlier run put into the shot itself are written anew.
         read = files_read(path, apart=ours.layers)
         new_root = None if in_place else ours.root
-        check_outputs([new_root, *ours.layers, glb, picture, faces], read)
+        check_outputs([new_root, *ours.layers, glb, picture, faces, clean], read)
         staged, findings = read_shot(stage, str(path), folder)
     solved, reported = _retarget(
-        staged, skipped + findings, options, hooks, progress, earlier=solved
+        staged,
+        skipped + findings,
+        options,
+        hooks,
+        progress,
+        earlier=solved,
+        cache=_stage_cache(cache, path),
     )
     if strict and reported.verdict is not None:
         refuse_unusable(reported.verdict)
@@ -139,7 +164,11 @@ def process(
         with progress.step("write"):
             known = reported.verdict, _deviations(reported)
             written = write_layers(path, stage, staged, solved, root, in_place, *known)
-    written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces))]
+    if clean:
+        with progress.step("deliver"):
+            lost = _deliver(written[0], staged, clean, delivery)
+            reported = replace(reported, findings=(*reported.findings, *lost))
+    written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces, clean))]
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
 
@@ -191,7 +220,12 @@ def apply(
         hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved, reported = _retarget(
-        staged, skipped + findings, options, hooks, progress, earlier=solved
+        staged,
+        skipped + findings,
+        options,
+        hooks,
+        progress,
+        earlier=solved,
     )
     with progress.step("write"):
         content = solve_animation(solved, _deviations(reported), reported.verdict)
@@ -210,6 +244,14 @@ def apply(
     return replace(reported, findings=(*reported.findings, *found), seconds=progress.seconds)
 
 
+def _stage_cache(folder: StrPath | None, shot: Path) -> "StageCache | None":
+    if folder is None or not str(folder):
+        return None
+    from usdface.show.stage_cache import StageCache  # only here: most runs have none
+
+    return StageCache(Path(folder), shot.stem)
+
+
 def _retarget(
     staged: StagedShot,
     findings: list[Finding],
@@ -217,9 +259,12 @@ def _retarget(
     hooks: Sequence[Hook],
     progress: Progress,
     earlier: ShotResult | None,
+    cache: "StageCache | None" = None,
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
-    if earlier is None:
+    if earlier is None and cache is not None:
+        solved = retarget_in_stages(staged.shot, options, hooks, progress, cache)
+    elif earlier is None:
         solved = retarget(staged.shot, options=options, hooks=hooks, on_progress=progress)
     else:
         again = _earlier(staged.shot, earlier)
@@ -229,6 +274,8 @@ def _retarget(
     summary = dict(report.summary)
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
+    if cache is not None:
+        summary["stages"] = dict(cache.used)
     details = report.details | hook_report(hooks)
     found = (*findings, *report_size(staged.shot.rig), *solved.findings, *report.findings)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
@@ -248,6 +295,15 @@ def _earlier(shot: Shot, earlier: ShotResult) -> ShotResult:
             "the earlier result has another take or rig than this shot; process it without"
         )
     return replace(earlier, shot=replace(shot, take=earlier.shot.take))
+
+
+def _deliver(root: Path, staged: StagedShot, path: Path, options: DeliverOptions) -> list[Finding]:
+    """Write the deliverable of a result, as USD composes it."""
+    from usdface.io.usd.deliverable import write_deliverable  # only here: most runs write none
+
+    return write_deliverable(
+        open_stage(root), animation_path(staged.prims), path, staged.codes, options
+    )
 
 
 def _draw(

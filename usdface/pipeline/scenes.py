@@ -87,7 +87,9 @@ def export_scene(
     register_schemas()
     with progress.step("read"):
         stage = open_stage(source)
-        rig, clips, findings = animated_rig(stage, asset_folder(options.asset_root))
+        rig, clips, findings = animated_rig(
+            stage, asset_folder(options.asset_root), options.purpose
+        )
         clips = chosen_clips(clips, options.clip)
         (rig, clips), new_findings = run_hooks(hooks, "before_export", (rig, clips))
         problems += new_findings
@@ -103,7 +105,12 @@ def export_scene(
 
     with progress.step("certify"):
         certificate, new_findings = certify_conversion(
-            stage, output, exported=True, every_frame=every_frame, clip=options.clip
+            stage,
+            output,
+            exported=True,
+            every_frame=every_frame,
+            clip=options.clip,
+            purposes=options.purpose,
         )
     found = findings + new_findings
     return _certified(written, found, summary, progress, certificate, details)

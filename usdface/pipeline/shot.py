@@ -15,6 +15,7 @@ from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.fingerprint import check_unedited
 from usdface.io.usd.rig import read_rig
+from usdface.io.usd.shared_layers import SharedLayers
 from usdface.io.usd.shot_write import write_shot
 from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
@@ -44,6 +45,8 @@ def make_shot(
     correction: Mapping[str, Any] | None = None,
     write_bind: StrPath | None = None,
     figure: StrPath | None = None,
+    performer_layer: StrPath | None = None,
+    character_layer: StrPath | None = None,
     overwrite: bool = False,
     on_progress: OnProgress | None = None,
 ) -> Result[Shot]:
@@ -71,6 +74,10 @@ def make_shot(
         also where most of them are, and no shot is written.
     figure : path, optional
         Also draw the markers on the face: .png, .svg or .pdf.
+    performer_layer, character_layer : path, optional
+        Layers that the shot sublayers: the performer's with the calibration; the character's with
+        rig, binding, expressions and fuzzy system. One that is not there is written; one that is
+        stays as it is, also where it differs (`LAYER_KEPT`).
     overwrite : bool
         Replace `output` also where it was edited since usdface wrote it, or is of another origin.
     on_progress : callable, optional
@@ -104,7 +111,9 @@ def make_shot(
     rig, take, shot_path = Path(rig), Path(take), Path(output)
     files = [Path(path) for path in (bind, fuzzy, expressions, calibration) if path]
     others = [Path(path) for path in (write_bind, figure) if path]
-    check_outputs([shot_path, *others], files_read(rig, take, *files))
+    shared = SharedLayers(*(Path(p) if p else None for p in (performer_layer, character_layer)))
+    new = [p for p in (shared.performer, shared.character) if p and not p.exists()]
+    check_outputs([shot_path, *new, *others], files_read(rig, take, *files))
     if not overwrite:
         check_unedited(shot_path)
     if figure:
@@ -139,10 +148,14 @@ def make_shot(
             _write_binding(error.mesh, error.setup, write_bind, figure)
         raise
     with progress.step("write"), all_or_none():
-        write_shot(shot_path, rig, take, shot)
+        written, kept = write_shot(shot_path, rig, take, shot, shared)
         _write_binding(shot.mesh, shot.setup, write_bind, figure)
     return Result(
-        shot, (shot_path, *others), tuple(findings), _summary(shot), seconds=progress.seconds
+        shot,
+        (*written, *others),
+        (*findings, *kept),
+        _summary(shot),
+        seconds=progress.seconds,
     )
 
 

@@ -15,7 +15,7 @@ from usdface.io.inputs import check_outputs, files_read
 from usdface.options import ViewOptions
 from usdface.page.character import JOINTS_SHOWN, character_data, shown_meshes
 from usdface.page.clip_data import clip_data
-from usdface.page.document import page_html
+from usdface.page.document import finding_lines, page_html
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -80,7 +80,7 @@ def view(
         images, new_findings = images_of(rig, meshes) if options.textures else ({}, [])
         findings += new_findings
         character = character_data(rig, meshes, images)
-        data |= {"character": character, "findings": [f.as_dict() for f in findings]}
+        data |= {"character": character, "findings": finding_lines(findings)}
         summary: dict[str, Any] = {
             "meshes": len(meshes),
             "vertices": sum(len(mesh.points) for mesh in meshes),
@@ -154,15 +154,23 @@ def _left_out(rig: Rig, shown: int) -> list[Finding]:
     found = []
     others = [m.name for m in rig.materials if set(m.textures) - {"base_color_texture"}]
     if others:
-        message = f"the page shows base colours alone: {len(others)} materials have other textures"
-        found.append(finding("FEATURE_DROPPED", others[0], message))
+        message = (
+            "the page shows base colours alone: {material_count} materials have other textures"
+        )
+        found.append(
+            finding("FEATURE_DROPPED", others[0], message, len(others), feature="textures")
+        )
     many = [m for m in rig.meshes if m.skin is not None and m.skin.joints.shape[1] > JOINTS_SHOWN]
     if many:
-        message = f"the page moves a point by the {JOINTS_SHOWN} joints that move it most"
-        found.append(finding("INFLUENCES_MANY", many[0].path or many[0].name, message))
+        message = "the page moves a point by the {influence_count} joints that move it most"
+        found.append(
+            finding("INFLUENCES_MANY", many[0].path or many[0].name, message, JOINTS_SHOWN)
+        )
     if shown < len(rig.meshes):
-        message = f"{len(rig.meshes) - shown} meshes that no blend shape moves"
-        found.append(finding("FEATURE_DROPPED", rig.name, message))
+        message = "{mesh_count} meshes that no blend shape moves"
+        found.append(
+            finding("FEATURE_DROPPED", rig.name, message, len(rig.meshes) - shown, feature="meshes")
+        )
     return found
 
 

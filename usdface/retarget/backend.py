@@ -57,7 +57,7 @@ def compile_kernels(frames: int, size: int, progress: Progress) -> list[Finding]
         try:
             from numba.core import event
         except ImportError:
-            return _uncompiled(frames, size, "numba is not installed")
+            return _uncompiled(frames, size, "numba is not installed", missing="numba")
 
         class Listener(event.Listener):
             announced = False
@@ -77,14 +77,17 @@ def compile_kernels(frames: int, size: int, progress: Progress) -> list[Finding]
                     size,
                     "numba finds no folder to keep machine code in; name one that can be written "
                     "to in NUMBA_CACHE_DIR",
+                    missing="cache_folder",
                 )
     return []
 
 
-def _uncompiled(frames: int, size: int, why: str) -> list[Finding]:
+def _uncompiled(frames: int, size: int, why: str, *, missing: str) -> list[Finding]:
     if frames * size**2 < _SLOW:
         return []
-    return [finding("SOLVE_UNCOMPILED", f"{frames} frames", why)]
+    return [
+        finding("SOLVE_UNCOMPILED", f"{frames} frames", why, missing=missing, frame_count=frames)
+    ]
 
 
 def on_all_cores(function: Callable[[_Item], None], items: Iterable[_Item]) -> None:

@@ -189,8 +189,8 @@ def _face(
     unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
         return face, []
-    message = f"as the face's proportions have it: {_listed(unknown)}"
-    return face, [finding("DIRECTION_UNKNOWN", take.source, message)]
+    message = "as the face's proportions have it: {shapes}"
+    return face, [finding("DIRECTION_UNKNOWN", take.source, message, unknown)]
 
 
 def _loose_weights(
@@ -222,9 +222,9 @@ def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> lis
     open_ = [n for n in names if n not in known and n not in quiet]
     found = []
     if quiet:
-        found.append(finding("GAIN_UNSEEN", where, f"never clearly active: {_listed(quiet)}"))
+        found.append(finding("GAIN_UNSEEN", where, "never clearly active: {shapes}", quiet))
     if open_:
-        found.append(finding("GAIN_UNKNOWN", where, f"gain stays open: {_listed(open_)}"))
+        found.append(finding("GAIN_UNKNOWN", where, "gain stays open: {shapes}", open_))
     return found
 
 

@@ -15,7 +15,7 @@ markers sit a little off their vertices.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -58,6 +58,21 @@ class MapChoice:
     similarity_error: float = np.nan
     best: dict[str, float] | None = None
     unexplained: dict[str, float] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the parts of the name: the kernel, its numbers, whose shapes are solved."""
+        kernel, *rest = self.name.split(", ")
+        shapes = "character"
+        numbers: dict[str, Any] = {}
+        for part in rest:
+            word, _, number = part.partition(" ")
+            if word in ("radius", "smoothing"):
+                numbers[word] = float(number)
+            elif kernel == "paper":
+                numbers["form"], kernel = "paper", part
+            else:
+                shapes = "transferred" if part == "shapes transferred" else "performer"
+        return {"kernel": kernel, **numbers, "shapes": shapes}
 
 
 def choose_map(

@@ -144,9 +144,8 @@ def wear(
     own, others = own[known], [names[i] for i in np.flatnonzero(own < 0)]
     findings = []
     if others:
-        named = ", ".join(others)
-        message = f"not in the performer's file, or bound to another vertex there: {named}"
-        findings.append(finding("PERFORMER_UNMATCHED", source, message))
+        message = "not in the performer's file, or bound to another vertex there: {markers}"
+        findings.append(finding("PERFORMER_UNMATCHED", source, message, others))
     if len(known) < _FEWEST:
         return None, findings
     linear, offset = similarity_fit(face.rest[own], neutral[known])
@@ -155,11 +154,19 @@ def wear(
     away = np.linalg.norm(moved, axis=1) / rms_radius(neutral[known])
     if float(np.sqrt((away**2).mean() / 3.0)) > _SAME:
         message = (
-            f"markers rest {100 * np.median(away):.1f} % of the face's size from where they did in "
-            f"the performer's file, {names[known[away.argmax()]]} {100 * away.max():.1f} %; their "
-            "places follow"
+            "markers rest {median_percent:.1f} % of the face's size from where they did in "
+            "the performer's file, {marker} {largest_percent:.1f} %; their places follow"
         )
-        findings.append(finding("PERFORMER_MARKERS_MOVED", source, message))
+        findings.append(
+            finding(
+                "PERFORMER_MARKERS_MOVED",
+                source,
+                message,
+                100 * np.median(away),
+                names[known[away.argmax()]],
+                100 * away.max(),
+            )
+        )
         return WornFace(known, own, neutral, moved, frames), findings
     mean = neutral.copy()
     if frames is not None:

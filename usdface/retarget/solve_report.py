@@ -10,6 +10,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.place_names import places_of
 from usdface.face.region_residuals import region_errors
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.noise import MOST
@@ -116,7 +117,9 @@ def _confidence_report(
         finding(
             "SHAPE_UNSURE",
             name,
-            f"hardly seen; a marker would tell most of it here: {named[vertex]}",
+            "hardly seen; a marker would tell most of it here: {place}",
+            Prose(named[vertex]),
+            **named[vertex].as_dict(),
         )
         for name, vertex in unseen.items()
     ]

@@ -178,10 +178,10 @@ def _usable_markers(
     binding, findings = setup.binding, []
     known = [i for i, name in enumerate(binding.markers) if name in take.names]
     for name in sorted(set(binding.markers) - set(take.names)):
-        findings.append(finding("MARKER_UNKNOWN", name, f"the take has no marker {name!r}"))
+        findings.append(finding("MARKER_UNKNOWN", name, "the take has no marker {marker!r}", name))
     unbound = [name for name in take.names if name not in binding.markers]
     if unbound:
-        findings.append(finding("MARKER_UNBOUND", take.source, f"not bound: {', '.join(unbound)}"))
+        findings.append(finding("MARKER_UNBOUND", take.source, "not bound: {markers}", unbound))
     if not known:
         raise InputError(
             f"none of the {len(binding.markers)} bound markers is in the take "
@@ -217,7 +217,13 @@ def _usable_markers(
         if count:
             name = binding.markers[known[k]]
             findings.append(
-                finding("MARKER_OCCLUDED", name, f"hidden in {count} of {len(positions)} frames")
+                finding(
+                    "MARKER_OCCLUDED",
+                    name,
+                    "hidden in {occluded_count} of {frame_count} frames",
+                    count,
+                    len(positions),
+                )
             )
     return [known[k] for k in keep], neutral[keep], findings
 
@@ -259,11 +265,20 @@ def _beside(fit: FaceFit, names: tuple[str, ...], source: str) -> list[Finding]:
     if away[farthest] < _BESIDE * rms_radius(fit.points):
         return []
     message = (
-        f"markers sit {1000 * np.median(away):.1f} mm from their vertices in the median, "
-        f"{names[farthest]} {1000 * away[farthest]:.1f} mm; the solve reckons with that. The shot "
-        'keeps the vertices; solve:places = "bound" holds markers on them'
+        "markers sit {median_mm:.1f} mm from their vertices in the median, {marker} "
+        "{largest_mm:.1f} mm; the solve reckons with that. The shot keeps the vertices; "
+        'solve:places = "bound" holds markers on them'
     )
-    return [finding("MARKER_BESIDE", source, message)]
+    return [
+        finding(
+            "MARKER_BESIDE",
+            source,
+            message,
+            1000 * np.median(away),
+            names[farthest],
+            1000 * away[farthest],
+        )
+    ]
 
 
 def _neutral_frames(positions: FloatArray, setup: RetargetSetup) -> IntArray | None:
@@ -293,10 +308,12 @@ def _determined(
     known = take.dimension * basis.shape[1] - (6 if setup.head == "solve" else 0)
     if known < shapes:
         message = (
-            f"{basis.shape[1]} markers say {max(known, 0)} numbers of the face for {shapes} blend "
-            "shapes; what they leave open stays as small as can be. Bind more markers"
+            "{marker_count} markers say {known_count} numbers of the face for {shape_count} "
+            "blend shapes; what they leave open stays as small as can be. Bind more markers"
         )
-        findings.append(finding("MARKERS_FEW", take.source, message))
+        findings.append(
+            finding("MARKERS_FEW", take.source, message, basis.shape[1], max(known, 0), shapes)
+        )
     span = np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)
     if len(positions) > 1 and not span.any():
         findings.append(finding("TAKE_STILL", take.source))
@@ -317,10 +334,10 @@ def _unsolved_frames(seen: BoolArray, source: str) -> list[Finding]:
     if not len(empty):
         return []
     message = (
-        f"no bound marker is visible in {len(empty)} of {len(seen)} frames, "
-        f"the first of them frame {empty[0]}; they follow their neighbours"
+        "no bound marker is visible in {unsolved_count} of {frame_count} frames, the "
+        "first of them frame {first_frame}; they follow their neighbours"
     )
-    return [finding("FRAME_UNSOLVED", source, message)]
+    return [finding("FRAME_UNSOLVED", source, message, len(empty), len(seen), empty[0])]
 
 
 def _first_pose(
@@ -341,7 +358,9 @@ def _first_pose(
         finding(
             "HEAD_MARKERS_FEW",
             take.source,
-            f"fewer than three head markers in {missing} of {len(usable)} frames; "
-            "the head keeps the pose of the nearest frame there",
+            "fewer than three head markers in {few_count} of {frame_count} frames; the head "
+            "keeps the pose of the nearest frame there",
+            missing,
+            len(usable),
         )
     ]

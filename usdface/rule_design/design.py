@@ -202,13 +202,14 @@ def _findings(selections: dict[str, SelectedFeatures]) -> list[Finding]:
     findings = []
     for emotion, selection in selections.items():
         if not selection.ramps:
-            message = f"no marker shows {emotion} clearly above the noise; it gets no rule"
-            findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
+            message = "no marker shows {expression} clearly above the noise; it gets no rule"
+            findings.append(finding("EXPRESSION_UNSEEN", emotion, message, emotion))
         elif selection.confused:
-            rivals = ", ".join(names[i] for i in selection.confused)
-            message = f"the markers cannot distinguish {emotion} from {rivals}"
-            findings.append(finding("EXPRESSION_UNSEEN", emotion, message))
+            rivals = [names[i] for i in selection.confused]
+            message = "the markers cannot distinguish {expression} from {others}"
+            findings.append(finding("EXPRESSION_UNSEEN", emotion, message, emotion, rivals))
         for other, degree in selection.shared:
-            message = f"the markers show a little of {emotion} in {names[other]}, {degree:.2f}"
-            findings.append(finding("EXPRESSION_SHARED", emotion, message))
+            message = "the markers show a little of {expression} in {other}, {degree:.2f}"
+            values = emotion, names[other], degree
+            findings.append(finding("EXPRESSION_SHARED", emotion, message, *values))
     return findings

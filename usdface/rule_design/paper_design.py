@@ -104,7 +104,8 @@ def fit_paper(
         finding(
             "EXPRESSION_UNSEEN",
             name,
-            f"no motion distinguishes {name} from the others; it gets no rule",
+            "no motion distinguishes {expression} from the others; it gets no rule",
+            name,
         )
         for name in names
         if name not in concluded

@@ -20,6 +20,10 @@ __all__ = ["Holding", "Validation", "cross_validate", "folds", "held_out"]
 Holding = Literal["recording", "variant", "none"]
 # Threshold of FIT_CONFUSED, chosen by hand: share of an emotion's examples taken for another.
 _CONFUSED = 0.25
+_UNTESTED = (
+    "{expression} was learned but could not be tested: there is no second recording or variant "
+    "of it"
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,17 +81,17 @@ class Validation:
 
     def findings(self) -> list[Finding]:
         """Return FIT_UNTESTED and FIT_CONFUSED, where they apply."""
-        found = [
-            finding("FIT_UNTESTED", name, f"{name} was learned but could not be tested: there is "
-                    "no second recording or variant of it")
-            for name in self.untested
-        ]  # fmt: skip
+        found = [finding("FIT_UNTESTED", name, _UNTESTED, name) for name in self.untested]
         labels = [*self.names, "no emotion"]
         for name, row in zip(self.names, self.counts, strict=False):
             for other, count in zip(labels, row.tolist(), strict=True):
                 if other != name and count and count >= _CONFUSED * row.sum():
-                    message = f"{name} is taken for {other} in {count} of {row.sum()} examples"
-                    found.append(finding("FIT_CONFUSED", name, f"held out, {message}"))
+                    message = (
+                        "held out, {expression} is taken for {other} in {mistaken_count} of "
+                        "{example_count} examples"
+                    )
+                    values = name, other, count, row.sum()
+                    found.append(finding("FIT_CONFUSED", name, message, *values))
         return found
 
     def as_dict(self) -> dict[str, Any]:

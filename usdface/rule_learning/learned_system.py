@@ -54,7 +54,10 @@ class LearnedSystem:
         """EXPRESSION_UNSEEN for each emotion without a rule."""
         return [
             finding(
-                "EXPRESSION_UNSEEN", name, f"no few marker motions show {name}; it gets no rule"
+                "EXPRESSION_UNSEEN",
+                name,
+                "no few marker motions show {expression}; it gets no rule",
+                name,
             )
             for name in self.without_rule
         ]

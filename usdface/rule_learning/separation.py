@@ -69,12 +69,17 @@ class Separation:
             return []
         a, b = self.emotions
         best = self.features[0] if self.features else "none"
-        tested = f"{self.mistaken} of {self.tested} held-out examples are mistaken, and "
-        message = (
-            f"these markers cannot separate {a} from {b}: {tested if self.tested else ''}"
-            f"by the best motion, {best}, they lie {self.sensitivity:.1f} spreads apart"
-        )
-        return [finding("MARKERS_CANNOT_SEPARATE", f"{a}, {b}", message)]
+        message = "these markers cannot separate {expression} from {other}: "
+        values: tuple[object, ...] = (a, b)
+        if self.tested:
+            message += "{mistaken_count} of {example_count} held-out examples are mistaken, and "
+            values += (self.mistaken, self.tested)
+        message += "by the best motion, {motion}, they lie {sensitivity:.1f} spreads apart"
+        return [
+            finding(
+                "MARKERS_CANNOT_SEPARATE", f"{a}, {b}", message, *values, best, self.sensitivity
+            )
+        ]
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for a report."""

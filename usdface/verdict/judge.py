@@ -29,12 +29,15 @@ class Measured:
     where : tuple of str
     frames : tuple of int
         First and last frame index; () = the whole take.
+    seconds : tuple of float [s]
+        The times of `frames`.
     """
 
     value: float
     kind: str = ""
     where: tuple[str, ...] = ()
     frames: tuple[int, ...] = ()
+    seconds: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +80,7 @@ class Reason:
         limit = self.criterion.not_usable
         place = {self.measured.kind: list(self.measured.where)} if self.measured.kind else {}
         frames = {"frames": list(self.measured.frames)} if self.measured.frames else {}
+        times = [round(time, 4) for time in self.measured.seconds]
         return {
             "code": self.criterion.code,
             "level": self.level,
@@ -86,6 +90,7 @@ class Reason:
             "not_usable_from": None if np.isinf(limit) else limit,
             **place,
             **frames,
+            **({"seconds": times} if times else {}),
         }
 
 
@@ -177,4 +182,5 @@ def _measured(reason: Mapping[str, Any]) -> Measured:
     kind = next((kind for kind in _KINDS if kind in reason), "")
     where = tuple(str(name) for name in reason.get(kind, ()))
     frames = tuple(int(frame) for frame in reason.get("frames", ()))
-    return Measured(float(reason["value"]), kind, where, frames)
+    seconds = tuple(float(time) for time in reason.get("seconds", ()))
+    return Measured(float(reason["value"]), kind, where, frames, seconds)

@@ -10,8 +10,7 @@ import bpy
 from .messages import FaceError
 
 NOT_EXPORTED = (
-    "{} is not in the export with its shape keys; apply or remove modifiers that change its "
-    "vertices, and export Shape Keys"
+    "{} is not in the export with its shape keys; export it, with Shape Keys and Armatures on"
 )
 INTERNAL = {"exporting": False}  # the hook leaves exports alone that are ours
 

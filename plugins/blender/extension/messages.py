@@ -62,11 +62,21 @@ def list_findings(settings, findings: list[dict]) -> None:
     """List the warnings of a report, each once."""
     seen = set()
     for found in findings:
-        text = f"{found['message']} ({found['where']})"
+        text = _words(found)
         if found["severity"] != "info" and (found["code"], text) not in seen:
             seen.add((found["code"], text))
             message = _listed(settings, found["severity"], found["code"], text)
-            message.remedy = REMEDIES.get(found["code"], found.get("remedy") or "")
+            action = found["action"].replace("_", " ")
+            message.remedy = REMEDIES.get(found["code"], "" if action == "nothing" else action)
+
+
+def _words(found: dict) -> str:
+    """Say a finding of a report, which has values and no prose, in the words of its code."""
+    import usdface
+
+    said = usdface.finding(found["code"], found["where"]).message
+    values = (f"{key.replace('_', ' ')} {value}" for key, value in found["values"].items())
+    return f"{said} ({'; '.join(filter(None, [found['where'], *values]))})"
 
 
 def _listed(settings, severity: str, code: str, text: str):

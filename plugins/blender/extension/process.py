@@ -2,7 +2,6 @@
 
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -97,21 +96,12 @@ def _prepare_rig(rig: Path, mesh: str) -> str:
     return str(prim.GetPath())
 
 
-def process_command(shot: Path, before: Callable[[], None] | None = None) -> Command:
-    """Return the command that processes a shot."""
-    words = ("process", str(shot), "--format", "json", "--progress", "json")
-    return Command("process", words, before)
-
-
-def write_gains(shot: Path, gains: dict[str, float]) -> None:
-    """Write the gains of the panel into a shot of the work folder."""
-    from pxr import Usd
-
-    from .usd_setup import author_gains
-
-    stage = Usd.Stage.Open(str(shot))
-    author_gains(stage, gains)
-    stage.GetRootLayer().Save()
+def process_command(shot: Path, gains: dict[str, float] | None = None) -> Command:
+    """Return the command that processes a shot, with gains beside those that it holds."""
+    words = ["process", str(shot), "--format", "json", "--progress", "json"]
+    if gains:
+        words += ["--gains", ",".join(f"{name}={value:g}" for name, value in gains.items())]
+    return Command("process", tuple(words))
 
 
 class _Job:
@@ -240,8 +230,8 @@ class USDFACE_OT_process(_Job, bpy.types.Operator):
             shot = folder / "shot.usda"
             commands = [take, shot_command(scene, made, folder)]
         settings.shot = str(shot)
-        gains = gains_of(settings)
-        return [*commands, process_command(shot, lambda: write_gains(shot, gains))]
+        gains = None if settings.kept_setup is not None else gains_of(settings)
+        return [*commands, process_command(shot, gains)]
 
     def finish(self, context: bpy.types.Context, worker: Worker) -> None:
         """Play the result."""

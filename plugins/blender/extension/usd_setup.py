@@ -24,7 +24,12 @@ def author_gains(stage: Usd.Stage, gains: dict[str, float]) -> None:
 
 def mesh_prim(stage: Usd.Stage, name: str, usd_name: str) -> Usd.Prim | None:
     """Return the exported mesh of an object, by the object's name, else by the prim's."""
-    meshes = [p for p in stage.Traverse() if p.HasAPI(UsdSkel.BindingAPI) and p.IsA(UsdGeom.Mesh)]
+    meshes = [
+        prim
+        for prim in stage.Traverse()
+        if prim.IsA(UsdGeom.Mesh)
+        and UsdSkel.BindingAPI(prim).GetBlendShapesAttr().HasAuthoredValue()
+    ]
     for mesh in meshes:
         for prim in (mesh, mesh.GetParent()):
             attribute = prim.GetAttribute(_OBJECT)

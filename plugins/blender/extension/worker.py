@@ -17,14 +17,10 @@ _LONGEST = 400  # characters of a message
 
 @dataclass(frozen=True)
 class Command:
-    """A command of usdface: its words, and a name for the progress bar.
-
-    `before` is called when the commands before it are done.
-    """
+    """A command of usdface: its words, and a name for the progress bar."""
 
     label: str
     words: tuple[str, ...]
-    before: Callable[[], None] | None = None
 
 
 class Worker:
@@ -88,8 +84,6 @@ class Worker:
         self._label, self._output, self._other = command.label, "", []
         self.step = command.label
         try:
-            if command.before is not None:
-                command.before()
             self._process = subprocess.Popen(
                 [python(), "-m", "usdface", *command.words],
                 stdin=subprocess.DEVNULL,

@@ -50,7 +50,7 @@ def process(held: _Held | None, request: dict[str, Any], announce: Callable[...,
         "gains": {each.name: each.gain for each in value.shot.expressions},
         "mesh": value.shot.mesh.path,
         "verdict": _verdict(result),
-        "findings": [each.as_dict() for each in result.findings],
+        "findings": [each.as_dict() | {"message": each.message} for each in result.findings],
         "summary": result.summary,
     }
     if not again:

@@ -223,3 +223,9 @@ def test_a_crowd_of_terms_or_inputs_is_refused_before_they_are_named(file):
         read_fis(
             file(TIPPER.replace("NumInputs=2\n", "").replace("[Output1]", inputs + "[Output1]"))
         )
+
+
+@pytest.mark.parametrize("index", ["1e308", "-1e308", "1e999", "nan", "99999999999999999999"])
+def test_an_index_of_any_size_is_refused_in_one_line(file, index):
+    with pytest.raises(InputError, match="line"):
+        read_fis(file(TIPPER.replace("2 0, 2", f"{index} 0, 2")))

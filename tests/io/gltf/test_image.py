@@ -173,3 +173,21 @@ def test_strips_are_the_whole_image(
     monkeypatch.setattr("usdface.io.gltf.image._STRIP", 1000)
     (strips, _), _ = to_gltf_image(Texture(str(path)))
     assert strips == whole
+
+
+def test_a_small_file_of_many_pixels_is_refused_before_they_are_decoded(tmp_path: Path) -> None:
+    data = bytearray(write_image(tmp_path / "a.webp", np.zeros((8, 8, 3)), "uint8").read_bytes())
+    at = data.index(b"\x9d\x01\x2a") + 3 if b"\x9d\x01\x2a" in data else None
+    if at is None:
+        pytest.skip("this OpenImageIO writes lossless WebP")
+    data[at : at + 4] = struct.pack("<HH", 9000, 7000)
+    image, (found,) = to_gltf_image(Texture(data=bytes(data), suffix=".webp"))
+    assert image is None and found.code == "TEXTURE_MISSING"
+    assert "exceeds" in found.message
+
+
+def test_words_of_a_damaged_image_that_are_no_text_are_no_error(tmp_path: Path) -> None:
+    good = write_image(tmp_path / "a.exr", np.zeros((8, 8, 3)), "half").read_bytes()
+    for place in range(8, 200):
+        data = good[:place] + b"\xd1\x80" + good[place + 2 :]
+        to_gltf_image(Texture(data=data, suffix=".exr"))

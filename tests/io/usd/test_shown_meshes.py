@@ -6,7 +6,10 @@ import pytest
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 from sheets import codes, sheet
 
+from usdface.cli import main
+from usdface.errors import InputError
 from usdface.io.usd.rig import rig_of_stage
+from usdface.options import ExportOptions
 from usdface.pipeline import export_scene, make_rig
 
 
@@ -110,3 +113,20 @@ def test_what_moves_outside_of_the_skelroot_moves_in_gltf(tmp_path: Path) -> Non
     assert done.summary["vertex_error_max_mm"] < 1e-2
     made = make_rig(tmp_path / "a.glb", tmp_path / "rig.usda")
     assert made.summary["meshes"] == 2
+
+
+@pytest.mark.parametrize("purpose", ["guide", "proxy"])
+def test_a_purpose_is_kept_if_it_is_asked_for(tmp_path: Path, purpose: str) -> None:
+    stage = sheet()
+    another(stage, "/R/Cage").CreatePurposeAttr(purpose)
+    stage.Export(str(tmp_path / "a.usda"))
+    options = ExportOptions(purpose=(purpose,))
+    done = export_scene(tmp_path / "a.usda", tmp_path / "a.glb", every_frame=True, options=options)
+    assert done.summary["meshes"] == 2
+    assert done.value is not None and done.value.missing == ()
+    assert (
+        main(["export", f"{tmp_path}/a.usda", "-o", f"{tmp_path}/b.glb", "--purpose", purpose]) == 0
+    )
+    assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
+    with pytest.raises(InputError, match="expected guide, proxy"):
+        ExportOptions(purpose=("rendr",))

@@ -1,9 +1,11 @@
 """Files that end the process which opens them, or take any memory or time, end no command."""
 
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
+import pxr
 import pytest
 from pxr import Sdf, Usd, Vt
 
@@ -128,3 +130,17 @@ def test_a_value_that_cannot_be_read(tmp_path: Path) -> None:
             assert "\n" not in str(error)
             refused += 1
     assert refused
+
+
+def test_the_worker_takes_the_usd_of_a_program_that_put_it_on_the_path_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a.usda").write_text("#usda 1.0\n")
+
+    home = str(Path(pxr.__file__).parents[1])
+    assert trial._places().split(os.pathsep)[0] == home
+    monkeypatch.setenv("PYTHONPATH", "/elsewhere")
+    assert trial._places().split(os.pathsep) == [home, "/elsewhere"]
+    python = str(Path(sys.base_prefix, "bin", "python3"))  # which has no USD of its own
+    monkeypatch.setattr(trial, "_python", lambda: python)
+    trial.try_to_open(tmp_path / "a.usda")

@@ -27,7 +27,8 @@ def test_data_are_stored_as_they_are_and_aligned(tmp_path: Path) -> None:
             start = info.header_offset + 30 + sum(sizes)
             assert start % 64 == 0
             assert whole[start : start + info.file_size] == FILES[info.filename]
-    assert list(Sdf.ZipFile.Open(str(path)).GetFileNames()) == list(FILES)
+    if hasattr(Sdf, "ZipFile"):  # USD's own reader, from 25.08 on
+        assert list(Sdf.ZipFile.Open(str(path)).GetFileNames()) == list(FILES)
 
 
 def test_a_disk_that_loses_bytes_is_noticed(

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import pytest
+import usd_validators
 
 from usdface.findings import CODES
 from usdface.io.usd.check import check_usd
@@ -60,6 +61,7 @@ print(json.dumps([
 TYPES = {"Error": "error", "Warn": "warning", "Info": "info"}
 
 
+@usd_validators.needed
 @pytest.mark.parametrize("way", ["plugin path", "import"])
 def test_usd_validation_finds_what_our_check_finds(way, tmp_path):
     from usdface.schemas import plugin_dir

@@ -99,8 +99,8 @@ def differs(
     for group, how in lost_features:
         names = [name for here, name in group if here]
         if names:
-            message = f"{suffix} holds {', '.join(names)} {how} differently"
-            findings.append(finding("MEANING_DIFFERS", suffix, message))
+            message = f"{suffix} holds {{features}} {how} differently"
+            findings.append(finding("MEANING_DIFFERS", suffix, message, names))
     return findings
 
 
@@ -118,6 +118,8 @@ def kept_in_range(
             not low <= t.parameters[0] <= high for t in v.terms if t.kind == "constant"
         )
         if free and v.name not in cut:
-            message = f"the outputs of {v.name} are clipped to its range, {low:g} to {high:g}"
-            findings.append(finding("MEANING_DIFFERS", f"{where}: {v.name}", message))
+            message = "the outputs of {variable} are clipped to its range, {low:g} to {high:g}"
+            findings.append(
+                finding("MEANING_DIFFERS", f"{where}: {v.name}", message, v.name, low, high)
+            )
     return findings

@@ -208,18 +208,25 @@ def finish(path: Path, draft: Draft) -> tuple[ExpressionSystem, list[Finding]]:
     if "face_unit" not in expression:
         expression["face_unit"], reach = _assumed_unit(variables.values())
         unit = "millimetres" if expression["face_unit"] == "none" else "face units"
-        message = f"the file names no unit; its terms reach to {reach:g}, so inputs are in {unit}"
-        findings.append(finding("UNITS_ASSUMED", path.name, message))
+        message = "the file names no unit; its terms reach to {reach:g}, so inputs are in {unit}"
+        findings.append(finding("UNITS_ASSUMED", path.name, message, reach, unit))
     kept, written = numbers_back(tuple(variables.values()), rules)
     fuzzy = _named(path.name, lambda: FuzzySystem(kept, written, **settings))
     read_by = tuple(features[v.name] for v in fuzzy.inputs)
     system = _named(path.name, lambda: ExpressionSystem(fuzzy, read_by, **expression))
     for name, feature in features.items():
         if name not in noted:
-            message = (
-                f"the input {name} is taken to read the marker {feature.role} along {feature.axis}"
+            message = "the input {variable} is taken to read the marker {marker} along {axis}"
+            findings.append(
+                finding(
+                    "ROLE_ASSUMED",
+                    f"{path.name}: {name}",
+                    message,
+                    name,
+                    feature.role,
+                    feature.axis,
+                )
             )
-            findings.append(finding("ROLE_ASSUMED", f"{path.name}: {name}", message))
     return system, findings
 
 

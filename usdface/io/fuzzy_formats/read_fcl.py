@@ -188,8 +188,8 @@ class _Parser:
             if default is None:
                 default = min(max(0.0, span[0]), span[1])
                 where = f"{self._name}: {name}"
-                message = f"{name} has no default; where nothing fires it is {default:g}"
-                findings.append(finding("MEANING_DIFFERS", where, message))
+                message = "{variable} has no default; where nothing fires it is {default:g}"
+                findings.append(finding("MEANING_DIFFERS", where, message, name, default))
             bounds = None if span == (0.0, 1.0) else span
             return Variable(name, "output", terms=terms, range=bounds, default=default)
         except InputError as error:

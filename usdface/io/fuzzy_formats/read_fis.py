@@ -4,7 +4,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal
@@ -32,6 +31,8 @@ from usdface.io.fuzzy_formats.format_limits import kept_in_range
 from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
 
 __all__ = ["read_fis"]
+
+_MOST_INDEX = 1e6  # of a term; no variable has as many
 
 Table = Mapping[str, str]
 
@@ -84,10 +85,10 @@ def _read_otherwise(name: str, system: FuzzySystem, ours: bool) -> list[Finding]
     findings = kept_in_range(name, system.outputs)
     if counts_from_0(system):
         message = (
-            f"{system.defuzzifier} takes the values as they are, MATLAB their distance to 0; "
-            "shift the range above 0, or use mom"
+            "{defuzzifier} takes the values as they are, MATLAB their distance to 0; shift "
+            "the range above 0, or use mom"
         )
-        findings.append(finding("MEANING_DIFFERS", name, message))
+        findings.append(finding("MEANING_DIFFERS", name, message, system.defuzzifier))
     return findings
 
 
@@ -199,7 +200,9 @@ def _identifier(
         name += "_"
     if name != original:
         where = f"{file}, line {line}"
-        findings.append(finding("NAME_CHANGED", where, f"{original!r} is now called {name}"))
+        findings.append(
+            finding("NAME_CHANGED", where, "{original!r} is now called {name}", original, name)
+        )
     return name
 
 
@@ -244,7 +247,7 @@ def _read_rule(text: str, variables: Sequence[Variable]) -> Rule:
 
 def _asked(text: str, variable: Variable, index: float) -> tuple[str, tuple[str, ...]]:
     """Return the term and the hedges that an index stands for."""
-    whole, hundredths = divmod(round(100 * abs(index)), 100) if isfinite(index) else (0, 0)
+    whole, hundredths = divmod(round(100 * abs(index)), 100) if abs(index) < _MOST_INDEX else (0, 0)
     if not 1 <= whole <= len(variable.terms):
         raise InputError(
             f"rule {rule_name(text)}: {variable.name} has no term {index:g}; it has "

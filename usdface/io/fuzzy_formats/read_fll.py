@@ -150,8 +150,10 @@ class _Parser:
             )
 
     def _lacks(self, line: int, subject: str) -> None:
-        message = f"{subject!r} has no counterpart and is left out"
-        self._findings.append(finding("MEANING_DIFFERS", f"{self._name}, line {line}", message))
+        message = "{subject!r} has no counterpart and is left out"
+        self._findings.append(
+            finding("MEANING_DIFFERS", f"{self._name}, line {line}", message, subject)
+        )
 
     def draft(self) -> Draft:
         variables = [self._made(name, parts) for name, parts in self._variables.items()]
@@ -181,13 +183,13 @@ class _Parser:
                 not low <= t.parameters[0] <= high for t in terms if t.kind == "constant"
             )
             if free and not parts.get("locked"):
-                message = f"the outputs of {name} are clipped to its range, {low:g} to {high:g}"
-                self._findings.append(finding("MEANING_DIFFERS", where, message))
+                message = "the outputs of {variable} are clipped to its range, {low:g} to {high:g}"
+                self._findings.append(finding("MEANING_DIFFERS", where, message, name, low, high))
             default = parts["default"]
             if default is None or isnan(default):
                 default = min(max(0.0, low), high)
-                message = f"{name} has no default; where nothing fires it is {default:g}"
-                self._findings.append(finding("MEANING_DIFFERS", where, message))
+                message = "{variable} has no default; where nothing fires it is {default:g}"
+                self._findings.append(finding("MEANING_DIFFERS", where, message, name, default))
             return Variable(name, "output", terms=terms, range=bounds, default=default)
         except InputError as error:
             raise InputError(f"{self._name}: {error}") from error

@@ -17,6 +17,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.gltf.accessors import AccessorReader
@@ -78,23 +79,26 @@ def _names_are_there(of: _Mesh) -> Findings:
     if names is None and of.targets:
         yield finding("SHAPE_NAMES_MISSING", of.where, "there is no extras.targetNames")
     elif names is not None and len(names) != of.targets:
-        message = f"{len(names)} targetNames for {of.targets} morph targets"
-        yield finding("SHAPE_NAMES_MISMATCH", of.where, message)
+        message = "{name_count} targetNames for {shape_count} morph targets"
+        yield finding("SHAPE_NAMES_MISMATCH", of.where, message, len(names), of.targets)
 
 
 def _names_are_unique(of: _Mesh) -> Findings:
     names = [str(name) for name in (of.mesh.extras or {}).get("targetNames") or ()]
     for name in sorted({n for n in names if names.count(n) > 1}):
-        message = f"the name {name!r} occurs {names.count(name)} times in targetNames"
-        yield finding("SHAPE_NAME_REPEATED", of.where, message)
+        message = "the name {shape!r} occurs {name_count} times in targetNames"
+        yield finding("SHAPE_NAME_REPEATED", of.where, message, name, names.count(name))
 
 
 def _primitives_agree(of: _Mesh) -> Findings:
     for index, primitive in enumerate(of.mesh.primitives):
         count = len(primitive.targets or [])
         if count != of.targets:
-            message = f"primitive {index} has {count} morph targets, primitive 0 has {of.targets}"
-            yield finding("TARGETS_UNEQUAL", of.where, message)
+            message = (
+                "primitive {primitive} has {shape_count} morph targets, primitive 0 has "
+                "{expected_count}"
+            )
+            yield finding("TARGETS_UNEQUAL", of.where, message, index, count, of.targets)
 
 
 def _mesh_weights_fit(of: _Mesh) -> Findings:
@@ -110,8 +114,8 @@ def _targets_can_be_read(of: _Mesh) -> Findings:
             for name, accessor in target.items():
                 base = attributes.get(name)
                 if base is None:
-                    message = f"{name} is morphed, but the primitive has no {name}"
-                    yield finding("VALUES_WRONG", where, message)
+                    message = "{attribute} is morphed, but the primitive has no {attribute}"
+                    yield finding("VALUES_WRONG", where, message, name)
                     continue
                 try:
                     if name.startswith(("COLOR_", "TEXCOORD_")):
@@ -119,7 +123,7 @@ def _targets_can_be_read(of: _Mesh) -> Findings:
                     else:
                         of.reader.offsets(accessor, of.reader.count(base))
                 except InputError as error:
-                    yield finding("VALUES_WRONG", where, f"{name}: {error}")
+                    yield finding("VALUES_WRONG", where, "{attribute}: {error}", name, error)
 
 
 def _read_attribute(reader: AccessorReader, name: str, accessor: object, count: int) -> None:
@@ -144,9 +148,9 @@ def _points_are_near(of: _Mesh) -> Findings:
     for number, primitive in enumerate(of.mesh.primitives):
         where = f"{of.where}, primitive {number}"
         own = points[primitive.attributes.POSITION]
-        message = stray_point(own)
-        if message:
-            yield finding("POINT_STRAY", where, message)
+        stray = stray_point(own)
+        if stray:
+            yield finding("POINT_STRAY", where, *stray)
         for place, target in enumerate(primitive.targets or []):
             if not (len(own) and target.get("POSITION") is not None):
                 continue
@@ -154,9 +158,9 @@ def _points_are_near(of: _Mesh) -> Findings:
                 indices, offsets = of.reader.offsets(target["POSITION"], len(own))
             except InputError:
                 continue  # said already
-            message = stray_move(offsets, indices, whole)
-            if message:
-                yield finding("POINT_STRAY", f"{where}, target {place}", message)
+            stray = stray_move(offsets, indices, whole)
+            if stray:
+                yield finding("POINT_STRAY", f"{where}, target {place}", *stray)
 
 
 def _points(reader: AccessorReader, accessor: object) -> FloatArray:
@@ -174,9 +178,10 @@ def _normals_follow(of: _Mesh) -> Findings:
         without = [place for place, t in enumerate(primitive.targets or []) if "NORMAL" not in t]
         if without:
             where = f"{of.where}, primitive {number}"
-            more = f" and {len(without) - 1} more" if without[1:] else ""
-            message = f"target {without[0]}{more} morphs no NORMAL"
-            yield finding("NORMALS_MISSING", where, message)
+            more = Prose(f" and {len(without) - 1} more" if without[1:] else "")
+            message = "target {target}{more} morphs no NORMAL"
+            count = len(without)
+            yield finding("NORMALS_MISSING", where, message, without[0], more, target_count=count)
 
 
 def _bounds_are_there(of: _Mesh) -> Findings:
@@ -187,7 +192,9 @@ def _bounds_are_there(of: _Mesh) -> Findings:
         bare = [k for k in places if k < len(accessors) and not accessors[k].min]
         if bare:
             where = f"{of.where}, primitive {number}"
-            yield finding("BOUNDS_MISSING", where, f"POSITION accessor {bare[0]} has no min, max")
+            yield finding(
+                "BOUNDS_MISSING", where, "POSITION accessor {accessor} has no min, max", bare[0]
+            )
 
 
 def _moves(reader: AccessorReader, target: dict[str, Any]) -> bool:
@@ -220,8 +227,8 @@ _MESH_RULES: tuple[Callable[[_Mesh], Findings], ...] = (
 
 def _weights_fit(where: str, weights: FloatArray, count: int) -> Findings:
     if weights.shape != (count,):
-        message = f"{weights.size} weights for {count} morph targets"
-        yield finding("WEIGHTS_LENGTH_WRONG", where, message)
+        message = "{weight_count} weights for {shape_count} morph targets"
+        yield finding("WEIGHTS_LENGTH_WRONG", where, message, weights.size, count)
     if (abs(weights - 0.5) > 0.5 + _ROUNDING).any():
         yield finding("WEIGHTS_OUT_OF_RANGE", where)
 
@@ -246,14 +253,14 @@ def _animations_fit(file: GltfFile) -> Findings:
                 try:
                     yield from _channel_fits(file, where, animation.samplers, channel)
                 except InputError as error:
-                    yield finding("VALUES_WRONG", where, str(error))
+                    yield finding("VALUES_WRONG", where, "{error}", error)
 
 
 def _channel_fits(file: GltfFile, where: str, samplers: list[Any], channel: Any) -> Findings:
     count = _targets_of_node(file, channel.target.node)
     if not count:
-        message = f"weights of node {channel.target.node}, which has no morph targets"
-        yield finding("WEIGHTS_LENGTH_WRONG", where, message)
+        message = "weights of node {node}, which has no morph targets"
+        yield finding("WEIGHTS_LENGTH_WRONG", where, message, channel.target.node)
         return
     reader = AccessorReader(file)
     sampler = item(samplers, channel.sampler, "sampler")
@@ -271,8 +278,8 @@ def _curve_fits(
         message = "times are not increasing from 0 or later"
         yield finding("VALUES_WRONG", where, message)
     if len(weights) != len(times) * count * parts:
-        message = f"{len(weights)} numbers for {len(times)} keys of {count} morph targets"
-        yield finding("WEIGHTS_LENGTH_WRONG", where, message)
+        message = "{weight_count} numbers for {key_count} keys of {shape_count} morph targets"
+        yield finding("WEIGHTS_LENGTH_WRONG", where, message, len(weights), len(times), count)
         return
     values = weights.reshape(len(times), parts, count)[:, parts // 2]
     if (abs(values - 0.5) > 0.5 + _ROUNDING).any():

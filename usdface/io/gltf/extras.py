@@ -25,8 +25,8 @@ def read_extras(*given: Any, where: str) -> tuple[dict[str, Any], list[Finding]]
         merged |= extras if isinstance(extras, dict) else {}
     merged = {key: value for key, value in merged.items() if key not in _RESERVED}
     if merged and len(json.dumps(merged)) > _MOST_BYTES:
-        message = f"extras larger than {_MOST_BYTES >> 20} MiB are left out"
-        return {}, [finding("FEATURE_DROPPED", where, message)]
+        message = "extras larger than {limit_mib} MiB are left out"
+        return {}, [finding("FEATURE_DROPPED", where, message, _MOST_BYTES >> 20, feature="extras")]
     return merged, []
 
 

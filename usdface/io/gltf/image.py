@@ -85,7 +85,7 @@ def to_gltf_image(texture: Texture, colour: bool = True) -> tuple[GltfImage | No
             return (data, mime), []
         encoded = to_png(_eight_bit_pixels(texture, data, colour))
     except InputError as error:
-        return None, [finding("TEXTURE_MISSING", where, f"left out: {error}")]
+        return None, [finding("TEXTURE_MISSING", where, "left out: {error}", error)]
     return (encoded, "image/png"), [finding("TEXTURE_CONVERTED", where)]
 
 
@@ -116,7 +116,7 @@ def channels_image(
             read[plane] = _eight_bit_pixels(plane, _bytes_of(plane), coloured)
         except InputError as error:
             read[plane] = None
-            found.append(finding("TEXTURE_MISSING", _name(plane), f"left out: {error}"))
+            found.append(finding("TEXTURE_MISSING", _name(plane), "left out: {error}", error))
     known = [pixels for pixels in read.values() if pixels is not None]
     if not known:
         return None, found

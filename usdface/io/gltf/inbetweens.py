@@ -53,8 +53,10 @@ def flat_mesh(mesh: Mesh) -> tuple[Mesh, list[dict[str, Any]], list[Finding]]:
         usable = distinct_inbetweens(shape)
         for between in shape.inbetweens:
             if between not in usable:
-                message = f"inbetween {between.name!r} of {shape.name!r} has no place of its own"
-                found.append(finding("INBETWEEN_DROPPED", mesh.name, message))
+                message = "inbetween {inbetween!r} of {shape!r} has no place of its own"
+                found.append(
+                    finding("INBETWEEN_DROPPED", mesh.name, message, between.name, shape.name)
+                )
         for between in usable:
             name, number = f"{shape.name}:{between.name}", 1
             while name in taken:

@@ -31,21 +31,25 @@ def report_extensions(document: GLTF2) -> list[Finding]:
             if name not in _READ:
                 places.setdefault(name, []).append((where, value))
     return [
-        finding("EXTENSION_DROPPED", name, _message(name, found, document))
+        finding("EXTENSION_DROPPED", name, *_message(name, found, document))
         for name, found in places.items()
     ]
 
 
-def _message(name: str, found: list[tuple[str, Any]], document: GLTF2) -> str:
+def _message(name: str, found: list[tuple[str, Any]], document: GLTF2) -> tuple[Any, ...]:
     where = found[0][0] + (f" and {len(found) - 1} more" if found[1:] else "")
     if name == _INSTANCES:
         count = sum(_instances(value, document) for _, value in found)
-        return f"{count} instances of {where} become one each: they are left out"
+        return (
+            "{instance_count} instances of {part} become one each: they are left out",
+            count,
+            where,
+        )
     if name == _VARIANTS:
         named = [v.get("name") for _, value in found for v in _variants(value)]
-        listed = ", ".join(map(str, named)) or where
-        return f"the material variants {listed} are left out; the default materials are kept"
-    return f"its data are left out: {where}"
+        message = "the material variants {variants} are left out; the default materials are kept"
+        return message, named or [where]
+    return "its data are left out: {part}", where
 
 
 def _instances(value: Any, document: GLTF2) -> int:
@@ -97,11 +101,15 @@ def report_nodes(document: GLTF2, tree: NodeTree, joints: Collection[int]) -> li
             with_extras.append(node.name or f"node {index}")
     found = []
     if bare:
-        message = f"{len(bare)} nodes are left out, their transforms kept: {_listed(bare)}"
-        found.append(finding("NODES_DROPPED", "nodes", message))
+        message = "{node_count} nodes are left out, their transforms kept: {nodes}"
+        found.append(finding("NODES_DROPPED", "nodes", message, len(bare), bare))
     if with_extras:
-        message = f"extras of {len(with_extras)} nodes are left out: {_listed(with_extras)}"
-        found.append(finding("FEATURE_DROPPED", "nodes", message))
+        message = "extras of {node_count} nodes are left out: {nodes}"
+        found.append(
+            finding(
+                "FEATURE_DROPPED", "nodes", message, len(with_extras), with_extras, feature="extras"
+            )
+        )
     return found
 
 

@@ -126,7 +126,8 @@ def _extensions(
         held = _HELD.get(key)
         left = [key] if held is None else [f"{k} of {key}" for k in sorted({*values} - held)]
         for feature in left:
-            found.append(finding("FEATURE_DROPPED", f"material {name}", f"{feature} is left out"))
+            where = f"material {name}"
+            found.append(finding("FEATURE_DROPPED", where, "{feature} is left out", feature))
         if held is not None:
             kept[key] = values
     return kept

@@ -54,10 +54,10 @@ class Box:
         """Return the finding that states the bound."""
         micro = self.error * 1e6
         message = (
-            f"points are rounded by at most {micro:.3g} micrometres at rest, "
-            f"and by {micro:.3g} more for each shape at weight 1"
+            "points are rounded by at most {rounding_um:.3g} micrometres at rest, and by "
+            "{rounding_um:.3g} more for each shape at weight 1"
         )
-        return finding("POINTS_ROUNDED", name, message)
+        return finding("POINTS_ROUNDED", name, message, micro)
 
 
 def bounding_box(mesh: Mesh) -> Box:

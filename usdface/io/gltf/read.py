@@ -228,8 +228,8 @@ def _shape_names(
     given = _texts(extras.get("targetNames"))
     found = []
     if given and len(given) != count:
-        message = f"there are {len(given)} targetNames for {count} morph targets"
-        found.append(finding("NAME_CHANGED", name, message))
+        message = "there are {name_count} targetNames for {shape_count} morph targets"
+        found.append(finding("NAME_CHANGED", name, message, len(given), count))
     names = [given[k] if k < len(given) and given[k] else f"target_{k}" for k in range(count)]
     ours = extras.get("usdface")
     own = _texts(ours.get("names")) if isinstance(ours, Mapping) else []
@@ -298,7 +298,7 @@ def _unique(given: list[str], subject: str) -> tuple[tuple[str, ...], list[Findi
         seen.add(name)
         if name != original:
             found.append(
-                finding("NAME_CHANGED", original, f"{subject} name occurs twice: {name!r}")
+                finding("NAME_CHANGED", original, f"{subject} name occurs twice: {{name!r}}", name)
             )
         result.append(name)
     return tuple(result), found

@@ -105,7 +105,8 @@ def clips_of(
             motions.append(motion)
         else:
             message = "it moves nothing that is kept" if animation.channels else "it is empty"
-            found.append(finding("ANIMATION_DROPPED", motion.name, message))
+            count = len(animation.channels)
+            found.append(finding("ANIMATION_DROPPED", motion.name, message, channel_count=count))
     parts = [WeightsMotion(m.weights, m.inserted) for m in motions]
     if not parts or any(placed.weights.any() for placed in meshes):
         parts.append(WeightsMotion({}, np.zeros(0)))
@@ -154,9 +155,8 @@ def _motion(
             continue
         found += new_findings
     if lost and (transforms or weights):
-        some = ", ".join(lost[:3]) + (", ..." if len(lost) > 3 else "")
-        message = f"channels that move nothing that is kept were left out: {some}"
-        found.append(finding("ANIMATION_DROPPED", name, message))
+        message = "channels that move nothing that is kept were left out: {channels}"
+        found.append(finding("ANIMATION_DROPPED", name, message, lost))
     curves = {place: _joined(parts, meshes[place].weights) for place, parts in weights.items()}
     return _Motion(name, curves, transforms, _inserted(animation, curves)), found
 
@@ -218,8 +218,10 @@ def _joints(
         then = armature.to_parent(node, tree)
         joint, wanted = followed_by(move, turn, size, then), compose(move, turn, size) @ then
         if not np.allclose(compose(*joint), wanted, rtol=_SHEAR, atol=_SHEAR):
-            message = f"{motion.name!r}: the shear of a joint is left out"
-            found.append(finding("FEATURE_DROPPED", str(node), message))
+            message = "{animation!r}: the shear of a joint is left out"
+            found.append(
+                finding("FEATURE_DROPPED", str(node), message, motion.name, feature="joint_shear")
+            )
         parts.append(joint)
     joints = tuple(armature.skeleton.joints[armature.nodes[node]] for node in nodes)
     moves, turns, sizes = (np.stack(values, 1) for values in zip(*parts, strict=True))

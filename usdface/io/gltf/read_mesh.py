@@ -96,7 +96,14 @@ def mesh_of_primitives(
         attributes = {k: v for k, v in vars(primitive.attributes).items() if v is not None}
         drawn = primitive.mode in (None, TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN)
         if not drawn or "POSITION" not in attributes:
-            found.append(finding("FEATURE_DROPPED", name, "points and lines are left out"))
+            found.append(
+                finding(
+                    "FEATURE_DROPPED",
+                    name,
+                    "points and lines are left out",
+                    feature="points_and_lines",
+                )
+            )
             continue
         targets = primitive.targets or []
         if len(targets) != len(shape_names):
@@ -115,7 +122,10 @@ def mesh_of_primitives(
         triangles.append(corners + start)
         labels.append(np.full(len(corners), _material(primitive, materials)))
     if not sum(map(len, triangles)):
-        return None, [*found, finding("FEATURE_DROPPED", name, "a mesh without triangles")]
+        return None, [
+            *found,
+            finding("FEATURE_DROPPED", name, "a mesh without triangles", feature="mesh"),
+        ]
     mesh = _merged(name, [b for _, b in blocks.values()], np.concatenate(triangles), shape_names)
     if mesh.skin is not None:
         weights, new_findings = normalised_weights(mesh.skin.weights, name)
@@ -140,13 +150,22 @@ def _report_ignored(
 ) -> list[Finding]:
     read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_0", "JOINTS_", "WEIGHTS_")
     left = sorted(a for a in attributes if not a.startswith(read))
-    found = [finding("FEATURE_DROPPED", name, f"vertex attribute {a} is left out") for a in left]
+    found = [
+        finding(
+            "FEATURE_DROPPED",
+            name,
+            "vertex attribute {attribute} is left out",
+            a,
+            feature="vertex_attribute",
+        )
+        for a in left
+    ]
     moves = {a for target in targets for a in target}
     if "TANGENT" in moves:
         found.append(finding("TANGENTS_COMPUTED", name))
     for moved in sorted(moves - {"POSITION", "NORMAL", "TANGENT"}):
-        message = f"changes of {moved} by blend shapes are left out"
-        found.append(finding("FEATURE_DROPPED", name, message))
+        message = "changes of {attribute} by blend shapes are left out"
+        found.append(finding("FEATURE_DROPPED", name, message, moved, feature="morph_attribute"))
     return found
 
 

@@ -89,7 +89,9 @@ def armature_of(
                     finding(
                         "FEATURE_DROPPED",
                         f"skin {number}",
-                        f"node {joint} is bound differently by two skins; the first one counts",
+                        "node {node} is bound differently by two skins; the first one counts",
+                        joint,
+                        feature="second_bind_pose",
                     )
                 )
     for node in moved:

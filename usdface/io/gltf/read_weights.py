@@ -121,8 +121,8 @@ def _merge_curves(
         columns[name] = curve
         own.add(name)
         if name != shape.name:
-            message = f"moves unlike the shape of that name on another mesh; now {name!r}"
-            found.append(finding("NAME_CHANGED", shape.name, message))
+            message = "moves unlike the shape of that name on another mesh; now {name!r}"
+            found.append(finding("NAME_CHANGED", shape.name, message, name))
             shape = replace(shape, name=name, label=shape.label or shape.name)
         shapes.append(shape)
     return replace(mesh, shapes=tuple(shapes)), found

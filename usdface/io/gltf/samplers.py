@@ -153,5 +153,7 @@ def _resampled(times: FloatArray, keys: FloatArray, where: str) -> tuple[Curve, 
     kept = np.append(True, np.diff(moments) > 0)
     curve = Curve(moments[kept], np.concatenate([values, keys[-1:, 1]])[kept], times)
     error = (bend / (8 * parts**2)).max(initial=0.0)
-    message = f"{len(times)} cubic keys became {len(curve.times)} linear ones, within {error:.1e}"
-    return curve, [finding("CURVE_RESAMPLED", where, message)]
+    message = (
+        "{cubic_key_count} cubic keys became {linear_key_count} linear ones, within {error:.1e}"
+    )
+    return curve, [finding("CURVE_RESAMPLED", where, message, len(times), len(curve.times), error)]

@@ -32,16 +32,25 @@ def normalised_weights(weights: FloatArray, name: str) -> tuple[FloatArray, list
         return weights, []
     found = []
     if (weights < 0).any():
-        message = (
-            f"{int((weights < 0).any(axis=1).sum())} points have negative skin weights; taken as 0"
+        message = "{point_count} points have negative skin weights; taken as 0"
+        found.append(
+            finding(
+                "FEATURE_APPROXIMATED",
+                name,
+                message,
+                int((weights < 0).any(axis=1).sum()),
+                feature="negative_skin_weights",
+            )
         )
-        found.append(finding("FEATURE_APPROXIMATED", name, message))
     held = weights.clip(min=0)
     held[~held.any(axis=1), 0] = 1.0
     total = held.sum(axis=1, keepdims=True)
     off = np.abs(weights.sum(axis=1) - 1)
     if off.max() > _REPORTED:
-        message = f"skin weights of {int((off > _REPORTED).sum())} points add up to 1 only now; "
-        message += f"sums were off by up to {off.max():.3g}"
-        found.append(finding("SKIN_WEIGHTS_NORMALISED", name, message))
+        message = (
+            "skin weights of {point_count} points add up to 1 only now; sums were off by up to "
+            "{error:.3g}"
+        )
+        count = int((off > _REPORTED).sum())
+        found.append(finding("SKIN_WEIGHTS_NORMALISED", name, message, count, off.max()))
     return np.where(np.abs(total - 1) > _ROUNDED, held / total, held), found

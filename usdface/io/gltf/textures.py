@@ -80,7 +80,7 @@ def read_texture(
         image = _image(file, texture.source)
     except _NoImage as error:
         code = "ASSET_OUTSIDE" if error.code == "URI_OUTSIDE" else "TEXTURE_MISSING"
-        return None, [finding(code, where, f"{error}; the texture is left out")]
+        return None, [finding(code, where, "{error}; the texture is left out", error)]
     return replace(image, placed=_placement(file, texture, info, uv_names)), []
 
 
@@ -175,8 +175,12 @@ class TextureBuilder:
         if placed.uv in self._uv_names:
             coordinates = self._uv_names.index(placed.uv)
         elif placed.uv != "st" and self._uv_names:
-            message = f"no mesh has the texture coordinates {placed.uv!r}; others are used"
-            self.findings.append(finding("FEATURE_APPROXIMATED", where, message))
+            message = "no mesh has the texture coordinates {uv_set!r}; others are used"
+            self.findings.append(
+                finding(
+                    "FEATURE_APPROXIMATED", where, message, placed.uv, feature="texture_coordinates"
+                )
+            )
         info = kind(index=self._textures.setdefault(key, len(self._textures)))
         info.texCoord = coordinates or None
         if placed.moved:

@@ -70,8 +70,8 @@ def read_vrm(
         made["expressions"] = expressions
     if not lost:
         return made, []
-    message = f"{', '.join(lost)} of {name} are left out; expressions, bones and meta are kept"
-    return made, [finding("EXTENSION_DROPPED", name, message)]
+    message = "{parts} of {extension} are left out; expressions, bones and meta are kept"
+    return made, [finding("EXTENSION_DROPPED", name, message, lost, name)]
 
 
 _IMAGES = {"thumbnailImage", "texture"}  # numbers of images, which mean nothing elsewhere

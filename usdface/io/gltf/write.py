@@ -262,7 +262,7 @@ def _write_skeleton(
         translation, rotation, scale = decompose(rest)
         if not np.allclose(compose(translation, rotation, scale), rest, atol=1e-5):
             message = "the shear of a joint's rest transform is left out"
-            found.append(finding("FEATURE_DROPPED", path, message))
+            found.append(finding("FEATURE_DROPPED", path, message, feature="joint_shear"))
         document.nodes.append(
             pygltflib.Node(
                 name=name,

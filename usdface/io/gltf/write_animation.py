@@ -69,8 +69,10 @@ def write_animation(
     if not animation.channels:
         return None, found
     if shift:
-        message = f"glTF has no times below 0; all are {shift:g} s later"
-        found.append(finding("FEATURE_DROPPED", animation.name, message))
+        message = "glTF has no times below 0; all are {shift_s:g} s later"
+        found.append(
+            finding("FEATURE_DROPPED", animation.name, message, shift, feature="negative_times")
+        )
     return animation, found
 
 

@@ -131,7 +131,11 @@ def _factors(result: pygltflib.Material, material: Material, found: list[Finding
     values += [*glow, material.clearcoat, material.clearcoat_roughness]
     if not all(0 <= value <= 1 for value in values) or material.alpha_cutoff < 0:
         message = "a value outside 0 to 1 is clamped"
-        found.append(finding("FEATURE_DROPPED", f"material {material.name}", message))
+        found.append(
+            finding(
+                "FEATURE_DROPPED", f"material {material.name}", message, feature="material_value"
+            )
+        )
     pbr = result.pbrMetallicRoughness
     pbr.baseColorFactor = [_clamped(v) for v in (*material.base_color, material.opacity)]
     pbr.metallicFactor = _clamped(material.metallic)
@@ -164,8 +168,8 @@ def _joint_texture(
     """Return `second` if it can be part of the image of `first`: it must lie the same."""
     if second is None or first is None or second.placed == first.placed:
         return second
-    message = f"the texture of {role} lies elsewhere than the one glTF packs it with; left out"
-    found.append(finding("FEATURE_DROPPED", where, message))
+    message = "the texture of {role} lies elsewhere than the one glTF packs it with; left out"
+    found.append(finding("FEATURE_DROPPED", where, message, role, feature="texture_transform"))
     return None
 
 

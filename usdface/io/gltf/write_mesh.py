@@ -73,7 +73,11 @@ def write_mesh(
     """
     corners, faces = triangulated(mesh.face_counts, mesh.face_indices, mesh.points)
     if not len(corners):
-        return None, [finding("FEATURE_DROPPED", mesh.name, "a mesh without faces is left out")]
+        return None, [
+            finding(
+                "FEATURE_DROPPED", mesh.name, "a mesh without faces is left out", feature="mesh"
+            )
+        ]
     found = _report_dropped(mesh)
     if mesh.flat:  # tangents mean nothing without normals (section 3.7.2.1)
         others = tuple(c for c in mesh.corner_values if c.name != TANGENTS)
@@ -148,8 +152,10 @@ def _report_dropped(mesh: Mesh) -> list[Finding]:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
     combined = [shape.name for shape in mesh.shapes if shape.combination is not None]
     if combined:
-        message = f"combination shapes become plain ones, with their weights: {', '.join(combined)}"
-        found.append(finding("FEATURE_DROPPED", mesh.name, message))
+        message = "combination shapes become plain ones, with their weights: {shapes}"
+        found.append(
+            finding("FEATURE_DROPPED", mesh.name, message, combined, feature="combination_shapes")
+        )
     return found
 
 
@@ -177,8 +183,8 @@ def _primitives(
         if not len(chosen):
             continue
         if name and name not in index:
-            message = f"the rig has no material {name!r}"
-            found.append(finding("FEATURE_DROPPED", mesh.name, message))
+            message = "the rig has no material {material!r}"
+            found.append(finding("FEATURE_DROPPED", mesh.name, message, name, feature="material"))
         width = np.uint16 if chosen.max() < 2**16 - 1 else np.uint32
         corners = builder.array(chosen.reshape(-1, 1).astype(width), ELEMENT_ARRAY_BUFFER)
         primitives.append(pygltflib.Primitive(indices=corners, material=index.get(name)))

@@ -52,10 +52,13 @@ def write_influences(
     if len(attributes) > 2:
         lost = weights[:, _SET:].sum(axis=1)
         message = (
-            f"{int((lost > 0).sum())} points have more than {_SET} joints; programs that read the "
-            f"strongest only leave out up to {100 * lost.max():.2g} % of a point's weight"
+            "{point_count} points have more than {influence_count} joints; programs that "
+            "read the strongest only leave out up to {left_out_percent:.2g} % of a point's "
+            "weight"
         )
-        found.append(finding("INFLUENCES_MANY", name, message))
+        found.append(
+            finding("INFLUENCES_MANY", name, message, int((lost > 0).sum()), _SET, 100 * lost.max())
+        )
     return attributes, found
 
 
@@ -64,8 +67,12 @@ def _report_sums(skin: Skin, name: str) -> list[Finding]:
     off = np.abs(np.nan_to_num(skin.weights).sum(axis=1) - 1)
     if not len(off) or (off.max() <= _SUM and (skin.weights >= 0).all()):
         return []
-    message = f"the skin weights of {int((off > _SUM).sum())} points do not add up to 1; glTF's do"
-    return [finding("FEATURE_APPROXIMATED", name, message)]
+    message = "the skin weights of {point_count} points do not add up to 1; glTF's do"
+    return [
+        finding(
+            "FEATURE_APPROXIMATED", name, message, int((off > _SUM).sum()), feature="skin_weights"
+        )
+    ]
 
 
 def _influences(

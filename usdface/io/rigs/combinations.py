@@ -61,7 +61,7 @@ def read_combinations(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
         for mesh in rig.meshes
     )
     unknown = [name for name in declared if name not in rig.shape_names]
-    found = [finding("SHAPE_UNKNOWN", name, f"it is named in {path.name}") for name in unknown]
+    found = [finding("SHAPE_UNKNOWN", name, "it is named in {file}", path.name) for name in unknown]
     return replace(rig, meshes=meshes), found
 
 

@@ -103,8 +103,21 @@ def _body(obj: ObjMesh, path: Path) -> tuple[Mesh, IntArray, list[Finding]]:
     lost = len(obj.points) - len(kept)
     if not lost:
         return mesh, kept, []
-    message = f"{(~on_body).sum()} faces and {lost} points of helper geometry are left out"
-    return mesh, kept, [finding("FEATURE_DROPPED", str(path), message)]
+    message = "{face_count} faces and {point_count} points of helper geometry are left out"
+    return (
+        mesh,
+        kept,
+        [
+            finding(
+                "FEATURE_DROPPED",
+                str(path),
+                message,
+                (~on_body).sum(),
+                lost,
+                feature="helper_geometry",
+            )
+        ],
+    )
 
 
 def _read_target(path: Path, count: int) -> tuple[IntArray, FloatArray]:

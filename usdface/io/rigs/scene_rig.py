@@ -43,8 +43,8 @@ def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
     try:
         return rig, findings + _dropped(clips_of_stage(open_stage(path), rig)[0])
     except InputError as error:  # an animation that is left out anyhow
-        message = f"left out, as it cannot be read: {error}"
-        return rig, [*findings, finding("ANIMATION_DROPPED", "", message)]
+        message = "left out, as it cannot be read: {error}"
+        return rig, [*findings, finding("ANIMATION_DROPPED", "", message, error)]
 
 
 def _dropped(clips: Sequence[Clip]) -> list[Finding]:

@@ -46,12 +46,21 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
             continue
         points, same_faces = _read_points(path, neutral)
         if len(points) != len(neutral.points):
-            message = f"{len(points)} points; the neutral {chosen.name} has {len(neutral.points)}"
-            findings.append(finding("SHAPE_SKIPPED", str(path), message))
+            message = "{point_count} points; the neutral {file} has {expected_count}"
+            findings.append(
+                finding(
+                    "SHAPE_SKIPPED",
+                    str(path),
+                    message,
+                    len(points),
+                    chosen.name,
+                    len(neutral.points),
+                )
+            )
             continue
         if path.stem in shapes:
-            message = f"there is a shape {path.stem!r} already"
-            findings.append(finding("SHAPE_SKIPPED", str(path), message))
+            message = "there is a shape {shape!r} already"
+            findings.append(finding("SHAPE_SKIPPED", str(path), message, path.stem))
             continue
         if not same_faces:
             findings.append(finding("FACES_DIFFER", str(path)))
@@ -122,7 +131,7 @@ def _read_neutral(
     findings = []
     if subsets:
         message = "materials keep their names and faces; their colours (.mtl) are not read"
-        findings.append(finding("FEATURE_DROPPED", str(path), message))
+        findings.append(finding("FEATURE_DROPPED", str(path), message, feature="material_colours"))
     points = obj.points @ space
     mesh = Mesh(
         path.stem, points, obj.face_counts, obj.face_indices, None, obj.uvs, subsets=subsets

@@ -119,8 +119,12 @@ def _motion(path: Path, text: str, width: int) -> tuple[FloatArray, float, list[
     motion[~np.isfinite(motion)] = np.nan
     if count >= announced and len(words) % width == 0:
         return motion, positive(header[2]), []
-    message = f"the header announces {announced} frames, the file holds {count}"
-    return motion, positive(header[2]), [finding("FRAMES_MISSING", str(path), message)]
+    message = "the header announces {expected_count} frames, the file holds {frame_count}"
+    return (
+        motion,
+        positive(header[2]),
+        [finding("FRAMES_MISSING", str(path), message, announced, count)],
+    )
 
 
 def _forward_kinematics(joints: list[_Joint], motion: FloatArray) -> FloatArray:

@@ -123,10 +123,14 @@ def _layout(path: Path, size: int, header: _Header) -> tuple[_Layout, list[Findi
     held, rest = divmod(size - start, frame_bytes)
     findings = []
     if announced > held:
-        message = f"the header announces {announced} frames, the file holds {held}"
         if rest or not held:
-            raise InputError(f"{path} is cut off: {message} and a part", "FILE_CUT_OFF")
-        findings = [finding("FRAMES_MISSING", str(path), message)]
+            raise InputError(
+                f"{path} is cut off: the header announces {announced} frames, the file holds "
+                f"{held} and a part",
+                "FILE_CUT_OFF",
+            )
+        message = "the header announces {expected_count} frames, the file holds {frame_count}"
+        findings = [finding("FRAMES_MISSING", str(path), message, announced, held)]
     frames = max(0, min(announced, held))
     return _Layout(start, frames, markers, frame_bytes, scale, rate, header.order), findings
 
@@ -146,7 +150,8 @@ def _frame_count(header: _Header) -> int:
     first = parameters.get("TRIAL:ACTUAL_START_FIELD", [])
     last = parameters.get("TRIAL:ACTUAL_END_FIELD", [])
     if not isinstance(first, list) and not isinstance(last, list) and len(first) == len(last) == 2:
-        return int((last - first) @ [1.0, 65536.0]) + 1
+        count = float((last - first) @ [1.0, 65536.0])
+        return int(count) + 1 if np.isfinite(count) else 0
     count = _number(parameters, "POINT:LONG_FRAMES", 0) or _number(parameters, "POINT:FRAMES", 0)
     return int(count) or header.words[4] - header.words[3] + 1
 
@@ -190,8 +195,8 @@ def _up_axis(
             "AXIS_UNKNOWN",
         )
     if screen.startswith("-") and options.up_axis is None:
-        message = f"POINT:Y_SCREEN is {screen}; taken as {axis} up"
-        return axis, [finding("UP_AXIS_ASSUMED", str(path), message)]
+        message = "POINT:Y_SCREEN is {screen_axis}; taken as {axis} up"
+        return axis, [finding("UP_AXIS_ASSUMED", str(path), message, screen, axis)]
     return axis, []
 
 

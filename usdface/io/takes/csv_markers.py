@@ -57,8 +57,8 @@ def read_csv_markers(
     raw, ignored = (_long if long else _wide)(path, rows, columns)
     take, findings = finish_take(raw, options)
     if ignored:
-        message = f"columns that are no positions are not read: {listed(ignored)}"
-        findings.insert(0, finding("CHANNEL_IGNORED", str(path), message))
+        message = "columns that are no positions are not read: {channels}"
+        findings.insert(0, finding("CHANNEL_IGNORED", str(path), message, ignored))
     return take, findings
 
 

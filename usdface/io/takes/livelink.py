@@ -12,7 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.takes.raw_take import DEFAULTS, listed
+from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
@@ -62,8 +62,8 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     kept, weights, findings = _rows_with_data(path, rows[1:], columns)
     ignored = [name for name in header[2:] if name.endswith(_ROTATION)]
     if ignored:
-        message = f"head and eye rotations are not read: {listed(ignored)}"
-        findings.append(finding("CHANNEL_IGNORED", str(path), message))
+        message = "head and eye rotations are not read: {channels}"
+        findings.append(finding("CHANNEL_IGNORED", str(path), message, ignored))
     seconds, base_findings = _seconds(path, kept)
     times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)
     try:
@@ -89,7 +89,13 @@ def _rows_with_data(
     empty = len(rows) - len(kept)
     if not empty:
         return kept, weights, []
-    found = finding("FRAME_EMPTY", str(path), f"{empty} of {len(rows)} rows hold no weights")
+    found = finding(
+        "FRAME_EMPTY",
+        str(path),
+        "{empty_count} of {frame_count} rows hold no weights",
+        empty,
+        len(rows),
+    )
     return kept, weights[complete], [found]
 
 
@@ -125,7 +131,7 @@ def _timecode_base(path: Path, clock: IntArray, frames: FloatArray) -> tuple[int
     inside = steps[np.diff(clock) == 0]
     if not (turns.any() and len(inside)):
         base = _ASSUMED_BASE if _ASSUMED_BASE in bases else bases[0]
-        message = f"timecode frames taken as 1/{base} s: the take is too short to tell"
-        return base, [finding("RATE_ASSUMED", str(path), message)]
+        message = "timecode frames taken as 1/{rate_hz} s: the take is too short to tell"
+        return base, [finding("RATE_ASSUMED", str(path), message, base)]
     usual, turning = np.median(inside), np.median(steps[turns])
     return min(bases, key=lambda base: abs(float(turning + base - usual))), []

@@ -11,7 +11,7 @@ from pathlib import Path
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT
-from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take, listed
+from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import Row, positive, read_numbers, read_rows, read_text
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -65,11 +65,11 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     take, findings = finish_take(raw, options)
     announced = positive(about.get("Total Exported Frames", ""))
     if announced > len(data):
-        message = f"the header announces {announced:g} frames, the file holds {len(data)}"
-        findings.insert(0, finding("FRAMES_MISSING", str(path), message))
+        message = "the header announces {expected_count:g} frames, the file holds {frame_count}"
+        findings.insert(0, finding("FRAMES_MISSING", str(path), message, announced, len(data)))
     if ignored:
-        message = f"only measured markers are read, not {listed(ignored)}"
-        findings.insert(0, finding("CHANNEL_IGNORED", str(path), message))
+        message = "only measured markers are read, not {channels}"
+        findings.insert(0, finding("CHANNEL_IGNORED", str(path), message, ignored))
     return take, findings
 
 

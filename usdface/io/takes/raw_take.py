@@ -157,8 +157,8 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     findings += new_findings
     far = np.any(np.isfinite(positions) & (np.abs(positions) > FARTHEST), axis=2)
     if far.any():
-        message = f"{far.sum()} places beyond {FARTHEST / 1000:g} km are taken as occluded"
-        findings.append(finding("MARKER_SPIKE", str(path), message))
+        message = "{place_count} places beyond {limit_km:g} km are taken as occluded"
+        findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), FARTHEST / 1000))
     hidden = far | np.any(~np.isfinite(positions), axis=2)
     positions[hidden] = np.nan
     seen, occlusion = find_occlusion(path, labels, hidden)
@@ -203,7 +203,7 @@ def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list
     changes = [f"{a!r} to {b!r}" for a, b in zip(labels, unique, strict=True) if a.strip() != b]
     if not changes:
         return unique, []
-    return unique, [finding("LABEL_CHANGED", str(path), f"labels changed: {listed(changes)}")]
+    return unique, [finding("LABEL_CHANGED", str(path), "labels changed: {changes}", changes)]
 
 
 def _in_metres(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str, list[Finding]]:
@@ -217,7 +217,7 @@ def _in_metres(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, s
     unit = METERS_PER_UNIT[options.units] if options.units else raw.unit
     if unit is None:
         unit = METERS_PER_UNIT[raw.assumed_unit]
-        findings.append(finding("UNITS_ASSUMED", where, f"taken as {raw.assumed_unit}"))
+        findings.append(finding("UNITS_ASSUMED", where, "taken as {unit}", raw.assumed_unit))
     up_axis = options.up_axis or raw.up_axis
     if up_axis is None:
         up_axis = "Y"
@@ -245,10 +245,10 @@ def find_occlusion(
         if count == frame_count:
             findings.append(finding("MARKER_NEVER_SEEN", where))
         elif count:
-            message = f"hidden in {count} of {frame_count} frames"
-            findings.append(finding("MARKER_OCCLUDED", where, message))
+            message = "hidden in {occluded_count} of {frame_count} frames"
+            findings.append(finding("MARKER_OCCLUDED", where, message, count, frame_count))
     empty = np.flatnonzero(hidden.all(axis=1))
     if len(empty):
-        message = f"no marker is visible in frames {listed([str(i) for i in empty])}"
-        findings.append(finding("FRAME_EMPTY", str(path), message))
+        message = "no marker is visible in frames {frames}"
+        findings.append(finding("FRAME_EMPTY", str(path), message, empty.tolist()))
     return np.any(~hidden, axis=0), findings

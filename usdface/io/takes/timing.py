@@ -79,7 +79,7 @@ def take_times(
         if rate or override:
             findings = []
         else:
-            findings = [finding("RATE_ASSUMED", str(path), f"taken as {ASSUMED_RATE:g} Hz")]
+            findings = [finding("RATE_ASSUMED", str(path), "taken as {rate_hz:g} Hz", ASSUMED_RATE)]
         rate = rate or override or ASSUMED_RATE
         numbers = np.arange(count) if frames is None else _from_zero(path, frames, "frame number")
         seconds = numbers / rate
@@ -89,8 +89,11 @@ def take_times(
         seconds = grid / rate
     missing = int(np.maximum(np.round(np.diff(exact)) - 1, 0).sum())
     if missing:
-        message = f"{missing} frames are missing between the {count} recorded ones; times are kept"
-        findings.append(finding("FRAMES_DROPPED", str(path), message))
+        message = (
+            "{missing_count} frames are missing between the {frame_count} recorded ones; "
+            "times are kept"
+        )
+        findings.append(finding("FRAMES_DROPPED", str(path), message, missing, count))
     if override and rate:
         return seconds * (rate / override), override, findings
     return seconds, rate, findings

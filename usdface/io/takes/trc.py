@@ -79,5 +79,5 @@ def _whole_frames(
         rows = rows[:-1]
     if announced <= len(rows):
         return rows, []
-    message = f"the header announces {announced:g} frames, the file holds {len(rows)}"
-    return rows, [finding("FRAMES_MISSING", str(path), message)]
+    message = "the header announces {expected_count:g} frames, the file holds {frame_count}"
+    return rows, [finding("FRAMES_MISSING", str(path), message, announced, len(rows))]

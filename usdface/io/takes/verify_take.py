@@ -51,7 +51,8 @@ def verified_take(
     if not seen.all():
         names = tuple(name for name, kept in zip(take.names, seen, strict=True) if kept)
         take = replace(take, names=names, positions=take.positions[:, seen])
-    return take, findings + [each for each in occlusion if each not in findings]
+    said = {(each.code, each.where) for each in findings}
+    return take, findings + [each for each in occlusion if (each.code, each.where) not in said]
 
 
 def _number(value: object, least: float) -> bool:

@@ -31,6 +31,7 @@ __all__ = [
     "OCCLUDED_INPUT",
     "Animation",
     "Inputs",
+    "animation_path",
     "apply_animation",
     "author",
     "closure_animation",
@@ -148,6 +149,11 @@ def closure_animation(result: ShotResult) -> Animation | None:
     return Animation(result.solved.names, closure.weights, None, closure=curves)
 
 
+def animation_path(prims: ShotPrims) -> str:
+    """Return the path of the SkelAnimation that results are authored on; it may be made there."""
+    return prims.animation or f"{prims.skel_root}/{_ANIMATION}"
+
+
 def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) -> list[Finding]:
     """Author one animation as overs on the edit target of an open stage, all of it or nothing.
 
@@ -207,7 +213,7 @@ def author(
     """
     prims, codes = shot.prims, shot.codes.tolist()
     with Sdf.ChangeBlock():
-        anim = Sdf.CreatePrimInLayer(layer, prims.animation or f"{prims.skel_root}/{_ANIMATION}")
+        anim = Sdf.CreatePrimInLayer(layer, animation_path(prims))
         if not prims.animation:
             _define_animation(layer, anim, prims)
         if animation.names != prims.tokens:

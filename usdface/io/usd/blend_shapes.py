@@ -8,6 +8,7 @@ from pxr import Usd, UsdSkel
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.io.usd.combinations import read_combination
 from usdface.rigs import BlendShape, Inbetween
@@ -58,11 +59,11 @@ def read_shapes(
         where = str(target)
         shape = UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target))
         if not shape:
-            message = f"{prim.GetPath()} names a blend shape that does not exist"
-            findings.append(finding("SHAPE_TARGET_MISSING", where, message))
+            message = "{mesh} names a blend shape that does not exist"
+            findings.append(finding("SHAPE_TARGET_MISSING", where, message, prim.GetPath()))
         elif token in shapes:
-            message = f"a second target for {token!r} on {prim.GetPath()} is left out"
-            findings.append(finding("SHAPE_SKIPPED", where, message))
+            message = "a second target for {shape!r} on {mesh} is left out"
+            findings.append(finding("SHAPE_SKIPPED", where, message, token, prim.GetPath()))
         else:
             found, new_findings = _read_shape(shape, token, count)
             findings += new_findings
@@ -83,7 +84,8 @@ def _read_shape(
     where = str(shape.GetPath())
 
     def skipped(why: str) -> tuple[None, list[Finding]]:
-        return None, [finding("SHAPE_SKIPPED", where, f"blend shape {name!r} {why}; left out")]
+        message = "blend shape {shape!r} {why}; left out"
+        return None, [finding("SHAPE_SKIPPED", where, message, name, Prose(why))]
 
     indices: IntArray = np.asarray(shape.GetPointIndicesAttr().Get() or [], np.int64)
     offsets = _vectors(shape.GetOffsetsAttr().Get())
@@ -152,8 +154,9 @@ def _read_inbetweens(
             used.add(weight)
             found.append((name, weight, moved, turned))
             continue
-        message = f"inbetween {name!r} is left out: {why}"
-        findings.append(finding("INBETWEEN_DROPPED", str(shape.GetPath()), message))
+        message = "inbetween {inbetween!r} is left out: {why}"
+        where = str(shape.GetPath())
+        findings.append(finding("INBETWEEN_DROPPED", where, message, name, Prose(why)))
     return sorted(found, key=lambda between: between[1]), findings
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel
 
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.usd.check_bindings import check_bindings
@@ -82,8 +83,15 @@ def _bindings_exist(prim: Usd.Prim) -> Findings:
     ):
         for target in relation.GetForwardedTargets() if relation else ():
             if not kind(prim.GetStage().GetPrimAtPath(target)):
-                message = f"{relation.GetName()} of {prim.GetPath()} names no {kind.__name__}"
-                yield finding("BINDING_TARGET_MISSING", str(target), message)
+                message = "{relationship} of {prim} names no {expected}"
+                yield finding(
+                    "BINDING_TARGET_MISSING",
+                    str(target),
+                    message,
+                    relation.GetName(),
+                    prim.GetPath(),
+                    kind.__name__,
+                )
 
 
 def _names_and_targets(prim: Usd.Prim) -> tuple[list[str], list[object]]:
@@ -96,22 +104,24 @@ def _names_and_targets(prim: Usd.Prim) -> tuple[list[str], list[object]]:
 def _names_match_targets(prim: Usd.Prim) -> Findings:
     names, targets = _names_and_targets(prim)
     if len(names) != len(targets):
-        message = f"{len(names)} skel:blendShapes for {len(targets)} skel:blendShapeTargets"
-        yield finding("SHAPE_NAMES_MISMATCH", str(prim.GetPath()), message)
+        message = "{name_count} skel:blendShapes for {shape_count} skel:blendShapeTargets"
+        yield finding(
+            "SHAPE_NAMES_MISMATCH", str(prim.GetPath()), message, len(names), len(targets)
+        )
 
 
 def _names_are_unique(prim: Usd.Prim) -> Findings:
     names, _ = _names_and_targets(prim)
     for name in sorted({n for n in names if names.count(n) > 1}):
-        message = f"the name {name!r} occurs {names.count(name)} times; UsdSkel moves the first"
-        yield finding("SHAPE_NAME_REPEATED", str(prim.GetPath()), message)
+        message = "the name {shape!r} occurs {name_count} times; UsdSkel moves the first"
+        yield finding("SHAPE_NAME_REPEATED", str(prim.GetPath()), message, name, names.count(name))
 
 
 def _targets_exist(prim: Usd.Prim) -> Findings:
     for target in _names_and_targets(prim)[1]:
         if not UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target)):
-            message = f"{prim.GetPath()} names no BlendShape; UsdSkel then moves none of its shapes"
-            yield finding("SHAPE_TARGET_MISSING", str(target), message)
+            message = "{mesh} names no BlendShape; UsdSkel then moves none of its shapes"
+            yield finding("SHAPE_TARGET_MISSING", str(target), message, prim.GetPath())
 
 
 def _faces_fit_points(prim: Usd.Prim) -> Findings:
@@ -119,23 +129,23 @@ def _faces_fit_points(prim: Usd.Prim) -> Findings:
     where, codes = str(prim.GetPath()), mesh.GetPointsAttr().GetTimeSamples()
     counts = {len(mesh.GetPointsAttr().Get(code) or ()) for code in codes or [_START]}
     if len(counts) > 1:
-        message = f"points change in number over time, {min(counts)} to {max(counts)}"
-        yield finding("TOPOLOGY_DIFFERS", where, message)
+        message = "points change in number over time, {least_count} to {most_count}"
+        yield finding("TOPOLOGY_DIFFERS", where, message, min(counts), max(counts))
     sizes = np.asarray(mesh.GetFaceVertexCountsAttr().Get(_START) or [], np.int64)
     corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(_START) or [], np.int64)
     if sizes.sum() != len(corners):
-        message = f"{len(corners)} faceVertexIndices for faces with {sizes.sum()} corners"
-        yield finding("TOPOLOGY_DIFFERS", where, message)
+        message = "{index_count} faceVertexIndices for faces with {corner_count} corners"
+        yield finding("TOPOLOGY_DIFFERS", where, message, len(corners), sizes.sum())
     outside = corners[(corners < 0) | (corners >= min(counts))]
     if len(outside):
-        message = f"a face names point {outside[0]} of a mesh with {min(counts)} points"
-        yield finding("TOPOLOGY_DIFFERS", where, message)
+        message = "a face names point {point} of a mesh with {point_count} points"
+        yield finding("TOPOLOGY_DIFFERS", where, message, outside[0], min(counts))
 
 
 def _points_are_near(prim: Usd.Prim) -> Findings:
-    message = stray_point(_points(prim))
-    if message:
-        yield finding("POINT_STRAY", str(prim.GetPath()), message)
+    stray = stray_point(_points(prim))
+    if stray:
+        yield finding("POINT_STRAY", str(prim.GetPath()), *stray)
 
 
 def _points(prim: Usd.Prim) -> NDArray[np.float64]:
@@ -158,8 +168,8 @@ def _normals_are_there(prim: Usd.Prim) -> Findings:
         s.GetPrim().GetName() for s in shapes if not len(s.GetNormalOffsetsAttr().Get() or ())
     ]
     if without:
-        message = f"no normalOffsets: {without[0]}{_more(without)}"
-        yield finding("NORMALS_MISSING", str(prim.GetPath()), message)
+        message = "no normalOffsets: {shapes}"
+        yield finding("NORMALS_MISSING", str(prim.GetPath()), message, without)
 
 
 _MESH_RULES: tuple[Callable[[Usd.Prim], Findings], ...] = (
@@ -204,8 +214,8 @@ def _vectors(values: object) -> NDArray[np.float64]:
 def _indices_are_inside(shape: _Shape) -> Findings:
     outside = shape.indices[(shape.indices < 0) | (shape.indices >= shape.count)]
     if len(outside):
-        message = f"point index {outside[0]} on a mesh of {shape.count} points"
-        yield finding("POINT_INDICES_OUTSIDE", shape.where, message)
+        message = "point index {point} on a mesh of {point_count} points"
+        yield finding("POINT_INDICES_OUTSIDE", shape.where, message, outside[0], shape.count)
 
 
 def _indices_are_sorted(shape: _Shape) -> Findings:
@@ -222,14 +232,16 @@ def _lengths_agree(shape: _Shape) -> Findings:
     expected = len(shape.indices) or shape.count
     for name, values in shape.vectors.items():
         if len(values) not in (0, expected):
-            message = f"{len(values)} {name} for {expected} points"
-            yield finding("OFFSETS_LENGTH_WRONG", shape.where, message)
+            message = "{value_count} {attribute} for {expected_count} points"
+            yield finding("OFFSETS_LENGTH_WRONG", shape.where, message, len(values), name, expected)
 
 
 def _offsets_are_finite(shape: _Shape) -> Findings:
     for name, values in shape.vectors.items():
         if not np.isfinite(values).all():
-            yield finding("VALUES_WRONG", shape.where, f"{name} holds NaN or infinite numbers")
+            yield finding(
+                "VALUES_WRONG", shape.where, "{attribute} holds NaN or infinite numbers", name
+            )
 
 
 def _offsets_are_near(shape: _Shape) -> Findings:
@@ -237,9 +249,10 @@ def _offsets_are_near(shape: _Shape) -> Findings:
         if name.endswith("normalOffsets") or not np.isfinite(values).all():
             continue
         indices = shape.indices if len(shape.indices) == len(values) else np.arange(len(values))
-        message = stray_move(values, indices, shape.points)
-        if message:
-            yield finding("POINT_STRAY", shape.where, f"{name}: {message}")
+        stray = stray_move(values, indices, shape.points)
+        if stray:
+            message, *found = stray
+            yield finding("POINT_STRAY", shape.where, "{attribute}: " + message, name, *found)
 
 
 def _moves_something(shape: _Shape) -> Findings:
@@ -251,13 +264,13 @@ def _inbetweens_have_places(shape: _Shape) -> Findings:
     used: dict[float, str] = {0.0: "neutral", 1.0: "the shape itself"}
     for name, weight in shape.inbetweens.items():
         if not isinstance(weight, float) or not np.isfinite(weight):
-            message = f"{name} has the weight {weight}; author a number"
+            message = "{inbetween} has the weight {weight}; author a number"
+            yield finding("INBETWEEN_WRONG", shape.where, message, name, weight)
         elif weight in used:
-            message = f"{name} has the weight {weight:g}, where {used[weight]} is"
+            message = "{inbetween} has the weight {weight:g}, where {other} is"
+            yield finding("INBETWEEN_WRONG", shape.where, message, name, weight, used[weight])
         else:
             used[weight] = name
-            continue
-        yield finding("INBETWEEN_WRONG", shape.where, message)
 
 
 _SHAPE_RULES: tuple[Callable[[_Shape], Findings], ...] = (
@@ -276,31 +289,38 @@ def _weights_fit(animation: UsdSkel.Animation) -> Findings:
     where = str(animation.GetPath())
     names = [str(name) for name in animation.GetBlendShapesAttr().Get() or ()]
     for name in sorted({n for n in names if names.count(n) > 1}):
-        message = f"the name {name!r} occurs {names.count(name)} times; UsdSkel takes the last"
-        yield finding("SHAPE_NAME_REPEATED", where, message)
+        message = "the name {shape!r} occurs {name_count} times; UsdSkel takes the last"
+        yield finding("SHAPE_NAME_REPEATED", where, message, name, names.count(name))
     attribute = animation.GetBlendShapeWeightsAttr()
     codes: list[float | None] = list(attribute.GetTimeSamples()) or [None]
     values = [attribute.Get() if code is None else attribute.Get(code) for code in codes]
     rows = {
-        "" if code is None else f" at time code {code:g}": np.asarray(row, np.float64)
+        code: np.asarray(row, np.float64)
         for code, row in zip(codes, values, strict=True)
         if row is not None
     }
-    wrong = [when for when, row in rows.items() if len(row) != len(names)]
+    wrong = [code for code, row in rows.items() if len(row) != len(names)]
     if wrong:
-        message = f"{len(rows[wrong[0]])} weights for {len(names)} blendShapes{wrong[0]}"
-        yield finding("WEIGHTS_LENGTH_WRONG", where, f"{message}{_more(wrong)}")
-    broken = [when for when, row in rows.items() if not np.isfinite(row).all()]
+        message = "{weight_count} weights for {shape_count} blendShapes{when}"
+        counts = len(rows[wrong[0]]), len(names)
+        yield finding("WEIGHTS_LENGTH_WRONG", where, message, *counts, _when(wrong), **_at(wrong))
+    broken = [code for code, row in rows.items() if not np.isfinite(row).all()]
     if broken:
-        message = f"a weight is NaN or infinite{broken[0]}{_more(broken)}"
-        yield finding("VALUES_WRONG", where, message)
+        message = "a weight is NaN or infinite{when}"
+        yield finding("VALUES_WRONG", where, message, _when(broken), **_at(broken))
     beyond = [
-        when for when, row in rows.items() if ((row < -_ROUNDING) | (row > 1 + _ROUNDING)).any()
+        code for code, row in rows.items() if ((row < -_ROUNDING) | (row > 1 + _ROUNDING)).any()
     ]
     if beyond:
-        message = f"a weight is outside 0 to 1{beyond[0]}{_more(beyond)}"
-        yield finding("WEIGHTS_OUT_OF_RANGE", where, message)
+        message = "a weight is outside 0 to 1{when}"
+        yield finding("WEIGHTS_OUT_OF_RANGE", where, message, _when(beyond), **_at(beyond))
 
 
-def _more(places: list[str]) -> str:
-    return f" and at {len(places) - 1} more" if len(places) > 1 else ""
+def _when(codes: list[float | None]) -> Prose:
+    first = "" if codes[0] is None else f" at time code {codes[0]:g}"
+    return Prose(first + (f" and at {len(codes) - 1} more" if len(codes) > 1 else ""))
+
+
+def _at(codes: list[float | None]) -> dict[str, object]:
+    """Return the time codes as a value of a finding; None = the default value."""
+    return {"time_codes": codes}

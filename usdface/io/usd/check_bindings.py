@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.errors import did_you_mean
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 
 __all__ = ["check_bindings"]
@@ -41,9 +42,9 @@ def _can_play(mesh: Usd.Prim) -> Findings:
 
 
 def _not_applied(prim: Usd.Prim) -> Finding:
-    names = ", ".join(sorted(filter(_of_skel, prim.GetAuthoredPropertyNames()))[:3])
-    message = f"SkelBindingAPI is not applied; UsdSkel ignores {names}"
-    return finding("SCHEMA_UNAPPLIED", str(prim.GetPath()), message)
+    names = sorted(filter(_of_skel, prim.GetAuthoredPropertyNames()))
+    message = "SkelBindingAPI is not applied; UsdSkel ignores {attributes}"
+    return finding("SCHEMA_UNAPPLIED", str(prim.GetPath()), message, names)
 
 
 def _is_bound(prim: Usd.Prim) -> bool:
@@ -82,10 +83,14 @@ def _names_are_those_of_meshes(stage: Usd.Stage) -> Findings:
         unknown = [name for name in given if name not in known]
         where = str(animation.GetPath())
         if unknown and known and len(unknown) == len(given):
-            message = f"names no blend shape of the meshes that it moves: {', '.join(unknown[:5])}"
-            message += did_you_mean(unknown[0], known)
-            yield finding("ANIMATION_UNMATCHED", where, message)
+            message = "names no blend shape of the meshes that it moves: {shapes}{hint}"
+            hint = Prose(did_you_mean(unknown[0], known))
+            yield finding("ANIMATION_UNMATCHED", where, message, unknown, hint)
         elif unknown and known:
-            message = f"{unknown[0]!r} is on no mesh that it moves{did_you_mean(unknown[0], known)}"
-            more = f", and {len(unknown) - 1} others" if unknown[1:] else ""
-            yield finding("SHAPE_UNKNOWN", where, message + more)
+            message = "{shape!r} is on no mesh that it moves{hint}{more}"
+            hint = Prose(did_you_mean(unknown[0], known))
+            more = Prose(f", and {len(unknown) - 1} others" if unknown[1:] else "")
+            count = len(unknown)
+            yield finding(
+                "SHAPE_UNKNOWN", where, message, unknown[0], hint, more, shape_count=count
+            )

@@ -1,6 +1,6 @@
 """Clips from USD: the SkelAnimations of a character, one for each variant that binds one."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -47,7 +47,7 @@ _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
 def animated_rig(
-    stage: Usd.Stage, asset_root: Path | None = None
+    stage: Usd.Stage, asset_root: Path | None = None, purposes: Collection[str] = ()
 ) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Return the meshes under all SkelRoots as one rig, and its clips.
 
@@ -55,7 +55,7 @@ def animated_rig(
     over time become blend shapes.
     See `usdface.io.usd.rig.rig_of_stage` and `clips_of_stage`.
     """
-    rig, found = rig_of_stage(stage, asset_root=asset_root, caches=True)
+    rig, found = rig_of_stage(stage, asset_root=asset_root, caches=True, purposes=purposes)
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         rig, names, new_findings = separate_shapes(stage, rig)
         found += new_findings
@@ -75,7 +75,9 @@ def _report_skinning_method(stage: Usd.Stage, rig: Rig) -> list[Finding]:
         method = primvars.FindPrimvarWithInheritance(UsdSkel.Tokens.primvarsSkelSkinningMethod)
         if mesh.skin is not None and method and method.Get() == UsdSkel.Tokens.dualQuaternion:
             message = "dual quaternion skinning becomes linear"
-            found.append(finding("FEATURE_DROPPED", mesh.path, message))
+            found.append(
+                finding("FEATURE_DROPPED", mesh.path, message, feature="dual_quaternion_skinning")
+            )
     return found
 
 
@@ -280,9 +282,9 @@ def _merged_weights(
         for name, curve in zip(take.names, take.weights.T, strict=True):
             own = np.interp(times, take.times, curve)
             if not np.allclose(columns.setdefault(name, own), own, rtol=0, atol=_SAME_WEIGHT):
-                message = f"{name!r} moves otherwise in another SkelAnimation, which comes first"
+                message = "{joint!r} moves otherwise in another SkelAnimation, which comes first"
                 where = str(bound.animation.GetPrim().GetPath())
-                found.append(finding("ANIMATION_DROPPED", where, message))
+                found.append(finding("ANIMATION_DROPPED", where, message, name))
     weights = np.stack([*columns.values()], 1)
     return WeightsTake(tuple(columns), times, weights, max(t.rate for t in takes)), found
 
@@ -309,8 +311,8 @@ def _joints(
     known = [k for k, joint in enumerate(order) if joint in skeleton.joints]
     found = []
     if len(known) < len(order):
-        message = f"{len(order) - len(known)} animated joints are not in the skeleton"
-        found.append(finding("ANIMATION_DROPPED", where, message))
+        message = "{joint_count} animated joints are not in the skeleton"
+        found.append(finding("ANIMATION_DROPPED", where, message, len(order) - len(known)))
     codes = np.array(binding.animation.GetJointTransformTimeSamples() or [clock.start])
     rows = [binding.animation.ComputeJointLocalTransformComponents(float(c)) for c in codes]
     if not known or any(row is None or any(len(p) != len(order) for p in row) for row in rows):

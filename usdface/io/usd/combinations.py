@@ -34,8 +34,12 @@ def read_combination(prim: Usd.Prim) -> tuple[Combination | None, list[Finding]]
     for known in get_args(CombinationRule):
         if rule == known:
             return Combination(tuple(str(name) for name in of), known), []
-    message = f"its rule is {rule!r}; expected {', '.join(get_args(CombinationRule))}"
-    return None, [finding("COMBINATION_IGNORED", str(prim.GetPath()), message)]
+    message = "its rule is {rule!r}; expected {expected}"
+    return None, [
+        finding(
+            "COMBINATION_IGNORED", str(prim.GetPath()), message, rule, get_args(CombinationRule)
+        )
+    ]
 
 
 def write_combination(prim: Usd.Prim, combination: Combination | None) -> None:

@@ -1,5 +1,6 @@
 """Deformed meshes of a stage, computed by UsdSkel itself."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -215,8 +216,10 @@ def _normal_matrix(matrix: FloatArray) -> FloatArray:
     return np.ascontiguousarray(turns, np.float64)
 
 
-def evaluate_usd(stage: Usd.Stage) -> tuple[UsdMesh, ...]:
+def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdMesh, ...]:
     """Return the meshes with faces, those under SkelRoots first, for evaluation by UsdSkel.
+
+    Those that a render shows, and those of `purposes`.
 
     Raises
     ------
@@ -236,7 +239,7 @@ def evaluate_usd(stage: Usd.Stage) -> tuple[UsdMesh, ...]:
         prims |= dict.fromkeys(outside_meshes(stage))
         si = to_si(metrics_of(stage))
         meshes = []
-        for prim in shown_meshes(prims)[0]:
+        for prim in shown_meshes(prims, purposes)[0]:
             used = np.unique(UsdGeom.Mesh(prim).GetFaceVertexIndicesAttr().Get(_START) or [])
             if len(used):
                 inside = UsdSkel.Root.Find(prim)

@@ -34,8 +34,10 @@ def _author(prim: Usd.Prim, extras: Extras, put: Callable[[str, object], object]
             lost.append(key)
     if not lost:
         return []
-    message = f"extras that USD does not hold: {', '.join(sorted(lost)[:10])}"
-    return [finding("FEATURE_DROPPED", str(prim.GetPath()), message)]
+    message = "extras that USD does not hold: {names}"
+    return [
+        finding("FEATURE_DROPPED", str(prim.GetPath()), message, sorted(lost), feature="extras")
+    ]
 
 
 def _usd_dict(values: Mapping[str, Any], path: str, lost: list[str], depth: int) -> dict[str, Any]:
@@ -83,8 +85,10 @@ def _read(
     made = _json_dict({k: v for k, v in (given or {}).items() if k not in ours}, "", lost)
     if not lost:
         return made, []
-    message = f"metadata that JSON does not hold: {', '.join(sorted(lost)[:10])}"
-    return made, [finding("FEATURE_DROPPED", str(prim.GetPath()), message)]
+    message = "metadata that JSON does not hold: {names}"
+    return made, [
+        finding("FEATURE_DROPPED", str(prim.GetPath()), message, sorted(lost), feature="metadata")
+    ]
 
 
 def _json_dict(values: Mapping[str, Any], path: str, lost: list[str]) -> dict[str, Any]:

@@ -58,8 +58,17 @@ def read_face_varying(
         array = np.asarray(given, np.float64).reshape(len(given), -1)
         fitting = to_face_varying(array, primvars[name].GetInterpolation(), counts, indices, count)
         if fitting is None or array.shape[1] != width or not np.isfinite(array).all():
-            message = f"{len(array)} values of {name} do not fit the mesh; they are left out"
-            found.append(finding("FEATURE_DROPPED", str(mesh.GetPath()), message))
+            message = "{value_count} values of {attribute} do not fit the mesh; they are left out"
+            found.append(
+                finding(
+                    "FEATURE_DROPPED",
+                    str(mesh.GetPath()),
+                    message,
+                    len(array),
+                    name,
+                    feature="primvar",
+                )
+            )
             return None
         return fitting
 

@@ -6,6 +6,7 @@ from functools import cache
 from pxr import Sdf, Usd
 
 from usdface.errors import did_you_mean
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.schemas import plugin_dir, tokens
 
@@ -27,8 +28,8 @@ def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
     examined = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
     findings: dict[str, Finding] = {}
     for prim in examined:
-        for path, message in (*_attributes(prim), *_undefined_child(prim)):
-            findings[path] = finding("SETTING_UNREAD", path, message)
+        for path, *said in (*_attributes(prim), *_undefined_child(prim)):
+            findings[path] = finding("SETTING_UNREAD", path, *said)
     return list(findings.values())
 
 
@@ -38,7 +39,7 @@ def _schema() -> Sdf.Layer:
     return Sdf.Layer.FindOrOpen(str(plugin_dir() / "generatedSchema.usda"))
 
 
-def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
+def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
     kind = _schema().GetPrimAtPath(f"/{prim.GetTypeName()}") if prim.GetTypeName() else None
     if not kind:
         return
@@ -48,11 +49,13 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
             continue
         where = f"<{prim.GetPath()}>.{written}"
         if written not in known:
-            yield where, f"unknown attribute {written}{did_you_mean(written, known)}"
+            hint = Prose(did_you_mean(written, known))
+            yield where, "unknown attribute {attribute}{hint}", written, hint
         elif known[written].variability == Sdf.VariabilityUniform and _has_samples(prim, written):
             yield (
                 where,
-                f"{written} is uniform: one value for the take; its time samples are ignored",
+                "{attribute} is uniform: one value for the take; its time samples are ignored",
+                written,
             )
 
 
@@ -61,7 +64,7 @@ def _has_samples(prim: Usd.Prim, name: str) -> bool:
     return bool(attribute) and int(attribute.GetNumTimeSamples()) > 0
 
 
-def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, str]]:
+def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
     """Report a child without a type: an override of an undefined prim, or a forgotten type."""
     parent = prim.GetParent()
     if prim.GetTypeName() or not parent.IsDefined():

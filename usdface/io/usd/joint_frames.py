@@ -41,8 +41,8 @@ def with_unit_scales(
         sizes = np.zeros(0) if clip.joints is None else clip.joints.scales
         off = np.abs(_half(sizes) - sizes).max(initial=0.0)
         if off > _COARSE * max(1.0, np.abs(sizes).max(initial=0.0)):
-            message = f"scales of joints are off by up to {off:.1e} in UsdSkel's 16-bit numbers"
-            found.append(finding("SCALE_ROUNDED", clip.name, message))
+            message = "scales of joints are off by up to {error:.1e} in UsdSkel's 16-bit numbers"
+            found.append(finding("SCALE_ROUNDED", clip.name, message, off))
     return skeleton, tuple(clips), found
 
 

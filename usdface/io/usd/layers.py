@@ -6,13 +6,12 @@ layer by the ratio to its fallback of 24.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from pxr import Sdf, Usd
 
-from usdface.errors import InputError
 from usdface.io.atomic import all_or_none, remove_when_written
+from usdface.io.layer_paths import LayerPaths, layer_paths
 from usdface.io.usd.animation import (
     author,
     closure_animation,
@@ -32,39 +31,7 @@ from usdface.schemas import write_fallback_types
 from usdface.shot import ShotResult
 from usdface.verdict.judge import Verdict
 
-__all__ = ["layer_paths", "open_shot", "write_layers"]
-
-
-@dataclass(frozen=True, slots=True)
-class _Paths:
-    root: Path
-    solve: Path
-    express: Path
-    closure: Path
-
-    @property
-    def layers(self) -> tuple[Path, ...]:
-        """All but the root, the weakest first."""
-        return (self.solve, self.express, self.closure)
-
-
-def layer_paths(shot: Path, root: Path | None) -> _Paths:
-    """Return the paths of a shot's layers: beside it, or beside another `root`.
-
-    Raises
-    ------
-    InputError
-        If the root is not named as a USD file.
-    """
-    root = root or shot.parent / f"{shot.stem}.usdface.usda"
-    if root.suffix not in (".usda", ".usdc", ".usd"):
-        raise InputError(
-            f"{root} is not named as a USD file; end it in .usda, .usdc or .usd",
-            "FILE_KIND_UNKNOWN",
-        )
-    stem = root.stem if root.stem.endswith(".usdface") else f"{root.stem}.usdface"
-    folder = root.with_name(stem)
-    return _Paths(root, folder / "solve.usdc", folder / "express.usdc", folder / "closure.usdc")
+__all__ = ["open_shot", "write_layers"]
 
 
 def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
@@ -144,7 +111,7 @@ def write_layers(
 
 
 def _root_layer(
-    stage: Usd.Stage, metrics: Metrics, paths: _Paths, shot: Path, stronger_first: list[Path]
+    stage: Usd.Stage, metrics: Metrics, paths: LayerPaths, shot: Path, stronger_first: list[Path]
 ) -> Sdf.Layer:
     layer = new_layer(metrics)
     if stage.GetRootLayer().HasDefaultPrim():

@@ -40,7 +40,9 @@ def read_mesh_materials(
         suffixes = itertools.chain([""], (f"_{n}" for n in itertools.count(1)))
         names[path] = next(wanted + s for s in suffixes if wanted + s not in names.values())
         if names[path] != wanted:
-            findings.append(finding("NAME_CHANGED", path, f"{wanted!r} is now {names[path]!r}"))
+            findings.append(
+                finding("NAME_CHANGED", path, "{original!r} is now {name!r}", wanted, names[path])
+            )
         material, notes = _read_material(UsdShade.Material(prim), names[path], asset_root)
         sided = any(path in _bound(m) and _is_double_sided(stage, m) for m in meshes)
         single = bool(read_metadata(prim).get("singleSided"))
@@ -72,7 +74,7 @@ def _read_material(
     shader = material.ComputeSurfaceSource()[0]
     if not shader or shader.GetShaderId() != "UsdPreviewSurface":
         message = "the material is not a UsdPreviewSurface; a grey one stands for it"
-        return Material(name), [finding("FEATURE_DROPPED", where, message)]
+        return Material(name), [finding("FEATURE_DROPPED", where, message, feature="material")]
     surface, kept = Surface(shader, where, asset_root), read_metadata(material)
     colour, number, texture = surface.colour, surface.number, surface.texture
     threshold = number("opacityThreshold", 0.0)
@@ -126,10 +128,20 @@ def _dropped_inputs(surface: Surface, where: str) -> list[Finding]:
     found = []
     if surface.source("useSpecularWorkflow").value:
         message = "the specular workflow is read as a dielectric of that colour"
-        found.append(finding("FEATURE_APPROXIMATED", where, message))
+        found.append(finding("FEATURE_APPROXIMATED", where, message, feature="specular_workflow"))
     if surface.source("displacement").texture or surface.source("displacement").value:
-        found.append(finding("FEATURE_DROPPED", where, "displacement is not kept"))
+        found.append(
+            finding("FEATURE_DROPPED", where, "displacement is not kept", feature="displacement")
+        )
     for name in ("clearcoat", "clearcoatRoughness", "ior"):
         if surface.source(name).texture:
-            found.append(finding("FEATURE_DROPPED", where, f"the texture of {name} is not kept"))
+            found.append(
+                finding(
+                    "FEATURE_DROPPED",
+                    where,
+                    "the texture of {attribute} is not kept",
+                    name,
+                    feature="texture",
+                )
+            )
     return found

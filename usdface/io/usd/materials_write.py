@@ -67,7 +67,9 @@ def write_materials(
         prim = UsdShade.Material.Define(stage, f"{scope}/{name}")
         if name != material.name:
             prim.GetPrim().SetDisplayName(material.name)
-            findings.append(finding("NAME_CHANGED", str(prim.GetPath()), f"was {material.name!r}"))
+            findings.append(
+                finding("NAME_CHANGED", str(prim.GetPath()), "was {original!r}", material.name)
+            )
         _write_surface(prim, material, files, findings)
         findings += write_extras(prim.GetPrim(), material.extras)
         made.setdefault(material.name, prim)
@@ -98,8 +100,8 @@ class _TextureFiles:
             try:
                 data, suffix = read_file(path, LARGEST_ASSET), path.suffix
             except InputError as error:
-                message = f"{error}; the texture is left out"
-                self._findings.append(finding("TEXTURE_MISSING", name, message))
+                message = "{error}; the texture is left out"
+                self._findings.append(finding("TEXTURE_MISSING", name, message, error))
                 return ""
         key = hashlib.sha256(data).hexdigest()
         if key not in self._written:
@@ -117,8 +119,8 @@ class _TextureFiles:
         folder, path = self._target.parent.resolve(), Path(texture.path).resolve()
         tiles = udim_tiles(texture)
         if not tiles:
-            message = f"{texture.path} has no tiles; the texture is left out"
-            self._findings.append(finding("TEXTURE_MISSING", name, message))
+            message = "{file} has no tiles; the texture is left out"
+            self._findings.append(finding("TEXTURE_MISSING", name, message, texture.path))
             return ""
         if path.is_relative_to(folder):
             return f"./{path.relative_to(folder).as_posix()}"
@@ -131,8 +133,8 @@ class _TextureFiles:
             try:
                 data = read_file(Path(tile.path), LARGEST_ASSET)
             except InputError as error:
-                message = f"{error}; the tile is left out"
-                self._findings.append(finding("TEXTURE_MISSING", name, message))
+                message = "{error}; the tile is left out"
+                self._findings.append(finding("TEXTURE_MISSING", name, message, error))
                 continue
             write_bytes(targets[number], data)
         return f"./{place}"
@@ -176,12 +178,12 @@ def _write_surface(
     if material.unlit:
         write_metadata(prim.GetPrim(), "unlit", True)
         message = "unlit is written as a surface that glows and reflects little"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message))
+        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="unlit"))
     if material.normal_scale != 1 and material.normal_texture:
         # USD's validators want the scale of a normal map to be 2.
         write_metadata(prim.GetPrim(), "normalScale", material.normal_scale)
         message = "the strength of the normal map is kept for glTF only; USD shows all of it"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message))
+        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="normal_strength"))
     for node in _nodes(material, shown, glow):
         asset = files.asset(node.texture, f"{path.name}_{node.role}")
         if asset:
@@ -284,7 +286,7 @@ def _write_vertex_colours(
     write_metadata(prim.GetPrim(), "vertexColors", True)
     if material.base_color_texture is not None:
         message = "vertex colours do not multiply a texture in UsdPreviewSurface; the texture shows"
-        found.append(finding("FEATURE_APPROXIMATED", where, message))
+        found.append(finding("FEATURE_APPROXIMATED", where, message, feature="vertex_colours"))
         return
     reader = _primvar_reader(prim, "displayColor", 3)
     node = UsdShade.Shader(reader.GetPrim())

@@ -47,7 +47,9 @@ def read_mesh(
     path = str(prim.GetPath())
     points = np.asarray(mesh.GetPointsAttr().Get(_START) or np.zeros((0, 3)), np.float64)
     if not len(points):
-        return None, [finding("FEATURE_DROPPED", path, "a mesh without points is left out")]
+        return None, [
+            finding("FEATURE_DROPPED", path, "a mesh without points is left out", feature="mesh")
+        ]
     if not np.isfinite(points).all():
         raise InputError(f"{path}: points must be finite numbers", "VALUES_WRONG")
     linear = space[:3, :3]
@@ -138,8 +140,16 @@ def _normals(
     values = np.asarray(given, np.float64)
     corners = to_face_varying(values, interpolation, counts, indices, count)
     if corners is None or not np.isfinite(values).all():
-        message = f"{len(values)} {interpolation} normals do not fit the mesh; they are left out"
-        return None, None, [finding("FEATURE_DROPPED", path, message)]
+        message = "{value_count} {interpolation} normals do not fit the mesh; they are left out"
+        return (
+            None,
+            None,
+            [
+                finding(
+                    "FEATURE_DROPPED", path, message, len(values), interpolation, feature="normals"
+                )
+            ],
+        )
     if len(values) == count and interpolation in ("vertex", "varying"):
         return values, None, []
     total = [np.bincount(indices, corners[:, axis], count) for axis in range(3)]
@@ -163,8 +173,12 @@ def _material_subsets(
         faces = np.asarray(subset.GetIndicesAttr().Get(_START) or [], np.int64)
         inside = (faces >= 0) & (faces < count)
         if not inside.all():
-            message = f"faces outside 0 to {count - 1} are left out"
-            findings.append(finding("FEATURE_DROPPED", str(subset.GetPath()), message))
+            message = "faces outside 0 to {last_face} are left out"
+            findings.append(
+                finding(
+                    "FEATURE_DROPPED", str(subset.GetPath()), message, count - 1, feature="faces"
+                )
+            )
         material = _material(subset.GetPrim())
         if material != whole:  # else it repeats that of the mesh
             subsets.append(MaterialSubset(material, faces[inside]))
@@ -182,9 +196,11 @@ def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
     ]
     findings = []
     if others:
-        message = f"primvars that usdface does not keep: {', '.join(sorted(others))}"
-        findings.append(finding("CHANNEL_IGNORED", path, message))
+        message = "primvars that usdface does not keep: {channels}"
+        findings.append(finding("CHANNEL_IGNORED", path, message, sorted(others)))
     if scheme.HasAuthoredValue() and scheme.Get() != UsdGeom.Tokens.none:
-        message = f"subdivision scheme {scheme.Get()} is not kept; the cage is"
-        findings.append(finding("FEATURE_DROPPED", path, message))
+        message = "subdivision scheme {scheme} is not kept; the cage is"
+        findings.append(
+            finding("FEATURE_DROPPED", path, message, str(scheme.Get()), feature="subdivision")
+        )
     return findings

@@ -76,8 +76,10 @@ def _put(prim: Sdf.PrimSpec, spec: Sdf.PrimSpec, stale: Callable[[str], bool]) -
     for made in prim.properties:
         before = spec.properties.get(made.name)
         if before is not None and _kind(before) != _kind(made):
-            message = f"it is {_kind(before)}, the result is {_kind(made)}; replaced"
-            findings.append(finding("ATTRIBUTE_REPLACED", str(made.path), message))
+            message = "it is {found}, the result is {written}; replaced"
+            findings.append(
+                finding("ATTRIBUTE_REPLACED", str(made.path), message, _kind(before), _kind(made))
+            )
         if before is not None:
             spec.RemoveProperty(before)
         place = spec.path.AppendProperty(made.name)

@@ -50,35 +50,35 @@ def read_pins(
         name = next((n for n in (display_name, suffix) if n in names), legal.get(suffix))
         where = str(attribute.GetPath())
         if name is None:
-            message = f"the rig has no blend shape {display_name or suffix!r}"
+            message = "the rig has no blend shape {shape!r}"
+            findings.append(finding("PIN_IGNORED", where, message, display_name or suffix))
         elif name in pins:
-            message = f"{name!r} is pinned by another attribute too"
+            message = "{shape!r} is pinned by another attribute too"
+            findings.append(finding("PIN_IGNORED", where, message, name))
         else:
             frames, weights, problems = _pinned(attribute, codes)
-            findings += [finding("PIN_IGNORED", where, message) for message in problems]
+            findings += [finding("PIN_IGNORED", where, *problem) for problem in problems]
             if len(frames):
                 pins[name] = Pin(name, np.array(frames), np.array(weights))
-            continue
-        findings.append(finding("PIN_IGNORED", where, message))
     return tuple(pins.values()), findings
 
 
 def _pinned(
     attribute: Usd.Attribute, codes: FloatArray
-) -> tuple[list[int], list[float], list[str]]:
+) -> tuple[list[int], list[float], list[tuple[str, object]]]:
     """Return frame indices and weights of the usable samples, and the problems of the others."""
     step = float(np.min(np.diff(codes))) if len(codes) > 1 else 1.0
     found: dict[int, float] = {}
-    problems = []
+    problems: list[tuple[str, object]] = []
     for code, frame in _samples(attribute, codes):
         value = attribute.Get(code)
         moment = f"at time code {code:g}" if isinstance(code, float) else "throughout"
         if value is None:  # blocked
             continue
         if not isinstance(value, (int, float)) or not 0.0 <= value <= 1.0:
-            problems.append(f"the weight {value} {moment} is outside 0 to 1")
+            problems.append((f"the weight {{weight}} {moment} is outside 0 to 1", value))
         elif isinstance(code, float) and abs(codes[frame] - code) > _ON_FRAME * step:
-            problems.append(f"the take has no frame {moment}")
+            problems.append(("the take has no frame at time code {time_code:g}", code))
         elif isinstance(code, float):
             found[frame] = float(value)
         else:

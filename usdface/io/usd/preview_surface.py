@@ -82,7 +82,9 @@ class Surface:
         bias = given.Get() if given else None
         if bias is not None and any(tuple(bias)[:3]):
             message = "glTF has no bias of textures; it is left out"
-            self.findings.append(finding("FEATURE_DROPPED", str(shader.GetPath()), message))
+            self.findings.append(
+                finding("FEATURE_DROPPED", str(shader.GetPath()), message, feature="texture_bias")
+            )
 
 
 def _source(given: UsdShade.Input, where: str, found: list[Finding]) -> Source:
@@ -91,8 +93,8 @@ def _source(given: UsdShade.Input, where: str, found: list[Finding]) -> Source:
         return Source()
     if not UsdShade.Output.IsOutput(producers[0]):
         if producers[0].ValueMightBeTimeVarying():
-            message = f"{given.GetBaseName()} changes over time; it stays as it is at the first"
-            found.append(finding("ANIMATION_DROPPED", where, message))
+            message = "{attribute} changes over time; it stays as it is at the first"
+            found.append(finding("ANIMATION_DROPPED", where, message, given.GetBaseName()))
         return Source(producers[0].Get(Usd.TimeCode.EarliestTime()))
     shader = UsdShade.Shader(producers[0].GetPrim())
     kind = str(shader.GetShaderId())
@@ -103,6 +105,7 @@ def _source(given: UsdShade.Input, where: str, found: list[Finding]) -> Source:
         if primvar in ("displayColor", "displayOpacity"):
             fallback = value_of(shader, "fallback")
             return Source(fallback, primvar=primvar)
-    message = f"{given.GetBaseName()} comes from a shader node that is not kept"
-    found.append(finding("FEATURE_DROPPED", where, message))
+    message = "{attribute} comes from a shader node that is not kept"
+    name = given.GetBaseName()
+    found.append(finding("FEATURE_DROPPED", where, message, name, feature="shader_node"))
     return Source()

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
+from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
 from usdface.io.usd.face_layout import EXAGGERATION
@@ -17,6 +18,7 @@ from usdface.schemas import tokens
 __all__ = ["read_expressions", "read_setup", "write_expressions", "write_setup"]
 
 _NAMES = Sdf.ValueTypeNames
+_ORIGIN = "usdface:madeWith"  # of the custom data of bound vertices
 _MAP = {
     tokens.MAP_KERNEL: ("kernel", _NAMES.Token),
     tokens.MAP_FORM: ("form", _NAMES.Token),
@@ -52,6 +54,8 @@ def write_setup(
         prim.CreateRelationship(relationship, custom=False).SetTargets(paths)
     author(prim, tokens.BIND_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.binding.markers))
     author(prim, tokens.BIND_POINTS, _NAMES.IntArray, Vt.IntArray(setup.binding.points.tolist()))
+    if setup.origin is not None:
+        _author_origin(prim, setup.origin)
     if setup.binding.confidence is not None:
         sure = Vt.FloatArray(setup.binding.confidence.tolist())
         author(prim, tokens.BIND_CONFIDENCE, _NAMES.FloatArray, sure)
@@ -154,9 +158,26 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             clean=CleanOptions(**_fields(prim, _CLEAN)),
             closure=ClosureOptions(**_fields(prim, _CLOSURE)),
             calibration=_read_calibration(prim),
+            origin=_read_origin(prim),
         )
     except InputError as error:
         raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
+
+
+def _author_origin(prim: Usd.Prim, origin: BindingOrigin) -> None:
+    """Keep the mesh of a binding beside its vertices; the take is named by the shot."""
+    mesh = {"points": origin.points, "faces": origin.faces, "topology": origin.topology}
+    prim.GetAttribute(tokens.BIND_POINTS).SetCustomDataByKey(_ORIGIN, mesh)
+
+
+def _read_origin(prim: Usd.Prim) -> BindingOrigin | None:
+    attribute = prim.GetAttribute(tokens.BIND_POINTS)
+    kept = attribute.GetCustomDataByKey(_ORIGIN) if attribute else None
+    if not isinstance(kept, dict):
+        return None
+    points, faces, topology = (kept.get(name) for name in ("points", "faces", "topology"))
+    good = isinstance(points, int) and isinstance(faces, int) and isinstance(topology, str)
+    return BindingOrigin(points, faces, topology) if good else None  # type: ignore[arg-type]
 
 
 def _value(prim: Usd.Prim, name: str, default: Any) -> Any:

@@ -1,6 +1,6 @@
 """Rigs from USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -62,6 +62,7 @@ def rig_of_stage(
     joints: bool = False,
     asset_root: Path | None = None,
     caches: bool = False,
+    purposes: Collection[str] = (),
 ) -> tuple[Rig, list[Finding]]:
     """Return all meshes of an open stage that has SkelRoots as one rig.
 
@@ -84,6 +85,8 @@ def rig_of_stage(
     caches : bool
         The caller reads points that change over time (`usdface.io.usd.vertex_cache`); else that
         they stay as at the first time is a finding.
+    purposes : collection of str
+        Also return meshes of these purposes, which a render does not show.
 
     Raises
     ------
@@ -96,7 +99,7 @@ def rig_of_stage(
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
     with usd_errors(_source(stage)):
-        rig, findings = _rig(stage, root, joints, asset_root)
+        rig, findings = _rig(stage, root, joints, asset_root, purposes)
     for mesh in () if caches else rig.meshes:
         if points_move(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))):
             message = "its points change over time; they stay as at the first"
@@ -109,7 +112,11 @@ def _source(stage: Usd.Stage) -> str:
 
 
 def _rig(
-    stage: Usd.Stage, root: str, joints: bool, asset_root: Path | None
+    stage: Usd.Stage,
+    root: str,
+    joints: bool,
+    asset_root: Path | None,
+    purposes: Collection[str],
 ) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
     bound, skeletons = _bindings(roots)
@@ -123,7 +130,7 @@ def _rig(
     prims = [prim for prim in _meshes_of(roots) if prim.GetPath().HasPrefix(below)]
     outside = set() if root else set(outside_meshes(stage))
     if not root:  # a scene, of which what is shown counts; a character may be hidden for now
-        prims, new_findings = shown_meshes([*prims, *outside_meshes(stage)])
+        prims, new_findings = shown_meshes([*prims, *outside_meshes(stage)], purposes)
         findings += new_findings + report_unconverted(stage)
     for prim in prims:
         binding = bound.get(prim.GetPath())
@@ -253,7 +260,9 @@ def _read_skeletons(
         findings += new_findings
         if skeleton and given and single:
             message = "a character keeps one skeleton; meshes bound to this one are not skinned"
-            findings.append(finding("FEATURE_DROPPED", str(prim.GetPath()), message))
+            findings.append(
+                finding("FEATURE_DROPPED", str(prim.GetPath()), message, feature="skeleton")
+            )
         elif skeleton:
             given.append((prim.GetPath(), skeleton))
     return given, findings

@@ -156,7 +156,7 @@ def _write_mesh(
     write_face_varying(prim, mesh)
     if prim.GetPrim().GetName() != mesh.name:
         prim.GetPrim().SetDisplayName(mesh.name)
-        findings.append(finding("NAME_CHANGED", path, f"was {mesh.name!r}"))
+        findings.append(finding("NAME_CHANGED", path, "was {original!r}", mesh.name))
     findings += write_extras(prim.GetPrim(), mesh.extras)
     _bind_skin(prim, mesh, rig)
     shape_prims = prim_names(mesh.shape_names)
@@ -179,8 +179,12 @@ def _write_sides(
         return []
     for name in single:
         write_metadata(materials[name].GetPrim(), "singleSided", True)
-    message = f"both sides are shown also of {', '.join(single)}: USD knows no sides of materials"
-    return [finding("FEATURE_APPROXIMATED", str(prim.GetPath()), message)]
+    message = "both sides are shown also of {materials}: USD knows no sides of materials"
+    return [
+        finding(
+            "FEATURE_APPROXIMATED", str(prim.GetPath()), message, single, feature="material_sides"
+        )
+    ]
 
 
 def _write_normals(prim: UsdGeom.Mesh, mesh: Mesh) -> list[Finding]:
@@ -239,8 +243,8 @@ def _bind_materials(
         if name in materials:
             UsdShade.MaterialBindingAPI.Apply(target).Bind(materials[name])
         elif name:
-            message = f"the rig has no material {name!r}; the binding is left out"
-            findings.append(finding("FEATURE_DROPPED", path, message))
+            message = "the rig has no material {material!r}; the binding is left out"
+            findings.append(finding("FEATURE_DROPPED", path, message, name, feature="material"))
 
     binding = UsdShade.MaterialBindingAPI.Apply(prim.GetPrim())
     bind(prim.GetPrim(), mesh.material)

@@ -56,7 +56,14 @@ def read_scene(
         where = str(prim.GetPath())
         matrix = np.array(xforms.GetLocalToWorldTransform(prim), np.float64) @ si
         if not np.isfinite(matrix).all() or not np.linalg.det(matrix[:3, :3]):
-            found.append(finding("FEATURE_DROPPED", where, "its transform is no place; left out"))
+            found.append(
+                finding(
+                    "FEATURE_DROPPED",
+                    where,
+                    "its transform is no place; left out",
+                    feature="transform",
+                )
+            )
             continue
         if _moves(prim):
             message = "it stands still: its animation is not kept"
@@ -120,8 +127,10 @@ def _light(prim: Usd.Prim, matrix: FloatArray, found: list[Finding]) -> Light | 
         lux = strength if normal or half == 0 else strength * math.pi * math.sin(half) ** 2
         return Light(name, "directional", rigid(matrix), hue, lux)
     if not prim.IsA(UsdLux.SphereLight):
-        message = f"a {prim.GetTypeName()} is left out: glTF has points, spots and distant lights"
-        found.append(finding("FEATURE_DROPPED", where, message))
+        message = "a {type} is left out: glTF has points, spots and distant lights"
+        found.append(
+            finding("FEATURE_DROPPED", where, message, str(prim.GetTypeName()), feature="light")
+        )
         return None
     radius = UsdLux.SphereLight(prim).GetRadiusAttr().Get(_START) * _unit(matrix)
     candela = strength / 4 if normal else strength * math.pi * radius**2
@@ -133,8 +142,8 @@ def _light(prim: Usd.Prim, matrix: FloatArray, found: list[Finding]) -> Light | 
     soft = min(max(shaping.GetShapingConeSoftnessAttr().Get(_START) or 0.0, 0.0), 1.0)
     outer = math.radians(angle)
     if outer > math.pi / 2:
-        message = f"a cone of {angle:g} degrees becomes one of 90, the widest of glTF"
-        found.append(finding("FEATURE_APPROXIMATED", where, message))
+        message = "a cone of {angle_degrees:g} degrees becomes one of 90, the widest of glTF"
+        found.append(finding("FEATURE_APPROXIMATED", where, message, angle, feature="cone_angle"))
         outer = math.pi / 2
     return Light(name, "spot", rigid(matrix), hue, candela, outer * (1 - soft), outer, reach)
 
@@ -169,7 +178,7 @@ def write_scene(
             UsdGeom.Xformable(prim).AddTransformOp().Set(place)
             if name != thing.name:
                 prim.SetDisplayName(thing.name)
-                found.append(finding("NAME_CHANGED", str(path), f"was {thing.name!r}"))
+                found.append(finding("NAME_CHANGED", str(path), "was {original!r}", thing.name))
             found += write_extras(prim, thing.extras)
     return found
 
@@ -214,9 +223,9 @@ def _write_light(stage: Usd.Stage, path: Sdf.Path, light: Light, found: list[Fin
         shaping.CreateShapingConeAngleAttr(math.degrees(light.outer))
         shaping.CreateShapingConeSoftnessAttr(1 - light.inner / light.outer if light.outer else 0.0)
         message = "glTF and UsdLux let the light of a spot fade by different curves"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message))
+        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="spot_falloff"))
     if math.isfinite(light.reach):
         write_metadata(prim, "range", light.reach)
         message = "UsdLux lights have no range; it is only noted"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message))
+        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="light_range"))
     return prim

@@ -42,7 +42,7 @@ def write_shapes(prim: UsdGeom.Mesh, mesh: Mesh, names: tuple[str, ...]) -> list
         made = UsdSkel.BlendShape.Define(stage, target)
         if target.name != shape.name:
             made.GetPrim().SetDisplayName(shape.label or shape.name)
-            findings.append(finding("NAME_CHANGED", str(target), f"was {shape.name!r}"))
+            findings.append(finding("NAME_CHANGED", str(target), "was {original!r}", shape.name))
 
         if shape.label:
             made.GetPrim().SetCustomDataByKey(LABEL, shape.label)
@@ -78,8 +78,12 @@ def _write_inbetweens(
     names = prim_names(between.name for between in shape.inbetweens)
     for name, between in zip(names, shape.inbetweens, strict=True):
         if between.weight in weights:
-            message = f"inbetween {between.name!r}: weight {between.weight:g} is taken already"
-            findings.append(finding("INBETWEEN_DROPPED", str(made.GetPath()), message))
+            message = "inbetween {inbetween!r}: weight {weight:g} is taken already"
+            findings.append(
+                finding(
+                    "INBETWEEN_DROPPED", str(made.GetPath()), message, between.name, between.weight
+                )
+            )
             continue
         weights.add(between.weight)
         target = made.CreateInbetween(name)

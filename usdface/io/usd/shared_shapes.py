@@ -60,9 +60,9 @@ def separate_shapes(stage: Usd.Stage, rig: Rig) -> tuple[Rig, ShapeNames, list[F
                 and _differ(clips, holder, other, name)
             ):
                 names[holder][name] = _unused(_character(stage, mesh, holder), name, taken)
-                message = f"moves unlike the shape of that name on {other or 'a mesh without'}; "
-                message += f"now {names[holder][name]!r}"
-                found.append(finding("NAME_CHANGED", f"{mesh.path}/{name}", message))
+                message = "moves unlike the shape of that name on {other}; now {name!r}"
+                there, new = str(other or "a mesh without"), names[holder][name]
+                found.append(finding("NAME_CHANGED", f"{mesh.path}/{name}", message, there, new))
         meshes.append(_renamed(mesh, names.get(holder, {})))
     kept = {holder: own for holder, own in names.items() if holder is not None}
     return replace(rig, meshes=tuple(meshes)), kept, found

@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
 from usdface.arrays import FloatArray
+from usdface.binding_origin import check_mesh
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
@@ -22,6 +23,7 @@ from usdface.io.usd.retarget_setup import (
 from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.stage import (
     Metrics,
+    check_clocks,
     metrics_of,
     missing_metrics,
     to_si,
@@ -89,6 +91,7 @@ def read_shot(
 def _read(
     stage: Usd.Stage, where: str, asset_root: Path | None
 ) -> tuple[StagedShot, list[Finding]]:
+    check_clocks(stage)  # also of one that a host has opened
     found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
     if len(found) != 1:
         paths = ", ".join(str(p.GetPath()) for p in found)
@@ -116,6 +119,8 @@ def _read(
     layout = read_layout(prim, metrics.meters_per_unit)
     gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
+    if setup.origin is not None:
+        check_mesh(setup.origin, mesh)
     prims = _prims_of(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
     prims_of_head = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
     head = find_carrier(mesh, rig.skeleton, setup, *prims_of_head, to_si(metrics))

@@ -7,11 +7,13 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError, OutputError
+from usdface.findings import Finding
 from usdface.io.usd.animation import editable_layer
 from usdface.io.usd.face_layout import write_layout
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.io.usd.retarget_setup import write_expressions, write_setup
+from usdface.io.usd.shared_layers import SharedLayers, share
 from usdface.io.usd.stage import (
     Metrics,
     default_prim,
@@ -20,7 +22,7 @@ from usdface.io.usd.stage import (
     new_stage,
     open_stage,
     relative_asset,
-    save_layer,
+    save_layers,
     to_si,
 )
 from usdface.io.usd.take import define_take
@@ -34,11 +36,21 @@ _CAPTURE = "/Shot/Capture"
 _TAKE = "/Shot/Capture/Take"
 
 
-def write_shot(path: Path, rig: Path, take: Path, shot: Shot) -> None:
+def write_shot(
+    path: Path, rig: Path, take: Path, shot: Shot, shared: SharedLayers | None = None
+) -> tuple[list[Path], list[Finding]]:
     """Write a shot that references the files `rig` and `take` and holds the setup of `shot`.
 
     Units and up axis are the rig's, the clock is the take's. The bound mesh of the setup is a
-    prim path on the rig's own stage.
+    prim path on the rig's own stage. What belongs to `shared` layers goes there, unless they are
+    there already.
+
+    Returns
+    -------
+    list of Path
+        The written files, the shot first.
+    list of Finding
+        LAYER_KEPT.
 
     Raises
     ------
@@ -68,8 +80,10 @@ def write_shot(path: Path, rig: Path, take: Path, shot: Shot) -> None:
         prim.specifier = Sdf.SpecifierDef
         prim.referenceList.prependedItems = [Sdf.Reference(relative_asset(asset, path), root)]
     write_fallback_types(layer)
+    new, findings = share(layer, path, shared or SharedLayers())
     sign(layer)
-    save_layer(layer, path)
+    save_layers([*new, (path, layer)])
+    return [path, *(place for place, _ in new)], findings
 
 
 def author_shot(

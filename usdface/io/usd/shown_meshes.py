@@ -1,6 +1,6 @@
 """The meshes of a stage that are shown, and what else is there and is not converted."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from pxr import Usd, UsdGeom, UsdSkel
 
@@ -10,11 +10,14 @@ __all__ = ["outside_meshes", "report_unconverted", "shown_meshes"]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
+_UNSEEN = (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy)  # purposes that a render leaves out
 _OURS = "UsdFace"  # prims of usdface: a take is no part of the picture
 
 
-def shown_meshes(prims: Iterable[Usd.Prim]) -> tuple[list[Usd.Prim], list[Finding]]:
-    """Return the meshes that a render shows at the first time.
+def shown_meshes(
+    prims: Iterable[Usd.Prim], purposes: Collection[str] = ()
+) -> tuple[list[Usd.Prim], list[Finding]]:
+    """Return the meshes that a render shows at the first time, and those of `purposes`.
 
     Guides are left out, proxies where others are there to render, and what is invisible; where
     nothing is visible all is kept, as a file of nothing serves no one. Each is announced.
@@ -22,25 +25,27 @@ def shown_meshes(prims: Iterable[Usd.Prim]) -> tuple[list[Usd.Prim], list[Findin
     Source: OpenUSD, UsdGeomImageable (purpose, visibility).
     """
     meshes = list(prims)
-    purposes = {prim: UsdGeom.Imageable(prim).ComputePurpose() for prim in meshes}
+    computed = {prim: UsdGeom.Imageable(prim).ComputePurpose() for prim in meshes}
     visible = {p: UsdGeom.Imageable(p).ComputeVisibility(_START) != "invisible" for p in meshes}
     rendered = any(
-        visible[p] and purposes[p] in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+        visible[p] and computed[p] in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
         for p in meshes
     )
     shown, found = [], []
     for prim in meshes:
-        where, purpose = str(prim.GetPath()), purposes[prim]
+        where, purpose = str(prim.GetPath()), computed[prim]
         hidden = "" if visible[prim] else "it is invisible"
-        if purpose in (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy):
+        if purpose in _UNSEEN and purpose not in purposes:
             hidden = hidden or f"its purpose is {purpose}"
         if not hidden:
             shown.append(prim)
         elif rendered:
-            found.append(finding("FEATURE_DROPPED", where, f"the mesh is left out: {hidden}"))
+            found.append(
+                finding("FEATURE_DROPPED", where, f"the mesh is left out: {hidden}", feature="mesh")
+            )
         elif purpose != UsdGeom.Tokens.guide:
             message = f"the mesh is shown although {hidden}: there is no other"
-            found.append(finding("FEATURE_APPROXIMATED", where, message))
+            found.append(finding("FEATURE_APPROXIMATED", where, message, feature="visibility"))
             shown.append(prim)
         if _blinks(prim):
             message = "its visibility changes over time; it stays as at the first"
@@ -78,9 +83,13 @@ def report_unconverted(stage: Usd.Stage) -> list[Finding]:
         if prim.IsA(UsdGeom.PointInstancer):
             prims.PruneChildren()  # prototypes are not shown where they stand
             count = len(UsdGeom.PointInstancer(prim).GetProtoIndicesAttr().Get(_START) or ())
-            message = f"a PointInstancer of {count} instances is left out: meshes are converted"
-            found.append(finding("FEATURE_DROPPED", where, message))
+            message = (
+                "a PointInstancer of {instance_count} instances is left out: meshes are converted"
+            )
+            found.append(
+                finding("FEATURE_DROPPED", where, message, count, feature="point_instancer")
+            )
         elif prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Mesh) and not kind.startswith(_OURS):
-            message = f"a {kind} is left out: meshes are converted"
-            found.append(finding("FEATURE_DROPPED", where, message))
+            message = "a {type} is left out: meshes are converted"
+            found.append(finding("FEATURE_DROPPED", where, message, kind, feature="geometry"))
     return found

@@ -4,6 +4,7 @@ import numpy as np
 from pxr import Usd, UsdSkel
 
 from usdface.arrays import FloatArray
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.rigs import Skeleton, Skin
 
@@ -31,14 +32,18 @@ def read_skeleton(
     sound, why = topology.Validate()
     if len(bind) != count or len(rest) not in (0, count) or not sound:
         why = why or f"{count} joints, {len(bind)} bind and {len(rest)} rest transforms"
-        return None, [finding("FEATURE_DROPPED", where, f"the skeleton is left out: {why}")]
+        return None, [
+            finding(
+                "FEATURE_DROPPED", where, f"the skeleton is left out: {why}", feature="skeleton"
+            )
+        ]
     parents = np.array([topology.GetParent(joint) for joint in range(count)])
     if not len(rest):
         above = np.where((parents >= 0)[:, None, None], bind[parents], np.eye(4))
         rest = bind @ np.linalg.pinv(above)
     if not (np.isfinite(bind).all() and np.isfinite(rest).all()):
         message = "the skeleton is left out: its transforms are not finite numbers"
-        return None, [finding("FEATURE_DROPPED", where, message)]
+        return None, [finding("FEATURE_DROPPED", where, message, feature="skeleton")]
     if count == 1 and not moved and np.allclose(bind, np.eye(4)) and np.allclose(rest, np.eye(4)):
         return None, []
     scale, below = parent_frames(joints, to_rig)
@@ -74,8 +79,8 @@ def read_skin(
     width = query.GetNumInfluencesPerComponent()
     influences = query.ComputeVaryingJointInfluences(count)
     if not influences or any(len(part) != count * width for part in influences):
-        message = f"skin influences do not fit {count} points; the mesh is left unskinned"
-        return None, [finding("FEATURE_DROPPED", where, message)]
+        message = "skin influences do not fit {point_count} points; the mesh is left unskinned"
+        return None, [finding("FEATURE_DROPPED", where, message, count, feature="skin")]
     indices = np.asarray(influences[0], np.int64).reshape(count, width)
     weights = np.asarray(influences[1], np.float64).reshape(count, width)
     own = query.GetJointOrder()
@@ -86,6 +91,7 @@ def read_skin(
         why = (
             f"joint {unknown[0]!r} is unknown" if unknown else "joint indices or weights are wrong"
         )
-        return None, [finding("FEATURE_DROPPED", where, f"{why}; the mesh is left unskinned")]
+        message = "{why}; the mesh is left unskinned"
+        return None, [finding("FEATURE_DROPPED", where, message, Prose(why), feature="skin")]
     places = np.array([joints.index(joint) for joint in order], np.int64)
     return Skin(places[indices], weights), []

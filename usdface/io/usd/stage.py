@@ -30,6 +30,7 @@ __all__ = [
     "Metrics",
     "Stage",
     "author_metrics",
+    "check_clocks",
     "codes_of",
     "default_prim",
     "is_usd",
@@ -99,15 +100,31 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         for layer in stage.GetUsedLayers():
             if layer.realPath in left_out:
                 stage.MuteLayer(layer.identifier)
-    clock = stage.GetTimeCodesPerSecond()
-    if not 0 < clock < np.inf:  # USD would loop over its frames for ever
-        raise InputError(
-            f"{path}: timeCodesPerSecond is {clock:g}; expected a positive number", "SETTING_WRONG"
-        )
+    check_clocks(stage)
     for error in broken:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
     return stage
+
+
+def check_clocks(stage: Usd.Stage) -> None:
+    """Check the clock of every layer of a stage: USD would loop over its frames for ever.
+
+    Raises
+    ------
+    InputError
+        If one is not positive and finite.
+    """
+    for layer in stage.GetUsedLayers():
+        if layer.HasTimeCodesPerSecond() or not layer.HasFramesPerSecond():
+            name, clock = "timeCodesPerSecond", layer.timeCodesPerSecond
+        else:  # which then stands for it
+            name, clock = "framesPerSecond", layer.framesPerSecond
+        if not 0 < clock < np.inf:
+            where = layer.realPath or layer.identifier
+            raise InputError(
+                f"{where}: {name} is {clock:g}; expected a positive number", "SETTING_WRONG"
+            )
 
 
 def is_usd(path: Path) -> bool:
@@ -225,10 +242,11 @@ def missing_metrics(stage: Usd.Stage) -> list[Finding]:
         authored = [layer for layer in below if layer.pseudoRoot.HasInfo(name)]
         if authored and (value := authored[0].pseudoRoot.GetInfo(name)) != fallback:
             message = (
-                f"{root.GetDisplayName()} has no {name}, so that USD falls back to {fallback}; "
-                f"{authored[0].GetDisplayName()} below it has {value}: copy it"
+                "{layer} has no {name}, so that USD falls back to {fallback}; {other_layer} below "
+                "it has {value}: copy it"
             )
-            found.append(finding(code, root.GetDisplayName(), message))
+            where, other = root.GetDisplayName(), authored[0].GetDisplayName()
+            found.append(finding(code, where, message, where, name, fallback, other, value))
     return found
 
 

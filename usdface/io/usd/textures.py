@@ -12,6 +12,7 @@ import numpy as np
 from pxr import Ar, Sdf, Usd, UsdShade
 
 from usdface.errors import InputError
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import udim_tiles
@@ -49,7 +50,7 @@ def read_texture(
     where = str(shader.GetPath())
 
     def missing(why: str, code: str = "TEXTURE_MISSING") -> Texture | None:
-        found.append(finding(code, where, f"{why}; the texture is left out"))
+        found.append(finding(code, where, "{why}; the texture is left out", Prose(why)))
         return None
 
     asset = value_of(shader, "file")
@@ -99,7 +100,7 @@ def _placement(shader: UsdShade.Shader, where: str, found: list[Finding]) -> Pla
         given = str(value_of(shader, name) or "useMetadata")
         if given == "black":
             message = "glTF does not know black beyond the edges of a texture; they are clamped"
-            found.append(finding("FEATURE_APPROXIMATED", where, message))
+            found.append(finding("FEATURE_APPROXIMATED", where, message, feature="texture_wrap"))
         wraps.append("clamp" if given == "black" else _WRAPS.get(given, "repeat"))
     notes = read_metadata(shader)
     filters = tuple(n if isinstance(n := notes.get(k), int) else 0 for k in _FILTERS)
@@ -114,8 +115,16 @@ def _placement(shader: UsdShade.Shader, where: str, found: list[Finding]) -> Pla
     if reader is not None and str(reader.GetShaderId()).startswith("UsdPrimvarReader_float2"):
         uv = str(value_of(reader, "varname") or uv)
     elif reader is not None:
-        message = f"texture coordinates come from {reader.GetShaderId()}; those of the mesh serve"
-        found.append(finding("FEATURE_APPROXIMATED", where, message))
+        message = "texture coordinates come from {shader}; those of the mesh serve"
+        found.append(
+            finding(
+                "FEATURE_APPROXIMATED",
+                where,
+                message,
+                str(reader.GetShaderId()),
+                feature="texture_coordinates",
+            )
+        )
     return Placement(uv, (wraps[0], wraps[1]), (filters[0], filters[1]), scale, rotation, offset)
 
 

@@ -84,8 +84,10 @@ def _flattened(stage: Usd.Stage, clip: str) -> tuple[Sdf.Layer, list[Finding]]:
     chosen = stages[names.index(clip) if clip else 0]
     flat = chosen.Flatten(addSourceFileComment=False)
     if not clip:
-        message = f"a package plays one clip, here {names[0] or 'none'}; --clip NAME names another"
-        return flat, [finding("ANIMATION_DROPPED", name, message) for name in names[1:]]
+        message = "a package plays one clip, here {clip}; --clip NAME names another"
+        return flat, [
+            finding("ANIMATION_DROPPED", name, message, names[0] or "none") for name in names[1:]
+        ]
     others = {path for staged in stages for path in playing_animations(staged)} - {
         *playing_animations(chosen)
     }

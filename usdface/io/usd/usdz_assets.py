@@ -64,7 +64,7 @@ def localise(
             held = _read(asset, [*allowed[asset], *general])
         except InputError as error:
             code = _CODES.get(error.code, "TEXTURE_MISSING")
-            findings.append(finding(code, asset, f"{error}; it is left out"))
+            findings.append(finding(code, asset, "{error}; it is left out", error, feature="asset"))
             continue
         # A folder for each, as two may have one name.
         place = f"{len(places)}/" + re.sub(r"[^\w.<>-]", "_", _name(asset), flags=re.ASCII)

@@ -28,13 +28,13 @@ def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
         chosen = _main_prim(stage)
         if chosen:
             stage.SetDefaultPrim(chosen)
-            message = f"the stage has no defaultPrim; {chosen.GetPath()} is what viewers show"
-            found.append(finding("DEFAULT_PRIM_CHOSEN", where, message))
+            message = "the stage has no defaultPrim; {prim} is what viewers show"
+            found.append(finding("DEFAULT_PRIM_CHOSEN", where, message, chosen.GetPath()))
     if not stage.HasAuthoredMetadata(UsdGeom.Tokens.metersPerUnit):
         unit = UsdGeom.GetStageMetersPerUnit(stage)
         UsdGeom.SetStageMetersPerUnit(stage, unit)
-        message = f"the stage has no metersPerUnit; {unit:g}, as USD assumes"
-        found.append(finding("UNITS_ASSUMED", where, message))
+        message = "the stage has no metersPerUnit; {unit_m:g}, as USD assumes"
+        found.append(finding("UNITS_ASSUMED", where, message, unit))
     if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
         for prim in stage.GetPseudoRoot().GetChildren():
             _lay_down(prim)

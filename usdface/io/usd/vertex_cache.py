@@ -102,10 +102,14 @@ def find_vertex_caches(
         parts, weights, error = _decomposed(moves, _EXACT * size)
         shapes = _named_shapes(mesh, parts, _NOWHERE * size, taken)
         caches.append(VertexCache(mesh.path, codes, shapes, weights))
-        message = f"points in {len(codes)} samples became {len(shapes)} blend shapes, "
-        message += f"which show them within {1e3 * error:.2g} mm"
+        message = (
+            "points in {sample_count} samples became {shape_count} blend shapes, which show them "
+            "within {error_mm:.2g} mm"
+        )
+        counts = len(codes), len(shapes)
         code = "POINTS_TO_SHAPES" if error <= _EXACT * size else "FEATURE_APPROXIMATED"
-        found.append(finding(code, mesh.path, message))
+        more = {} if code == "POINTS_TO_SHAPES" else {"feature": "vertex_cache"}
+        found.append(finding(code, mesh.path, message, *counts, 1e3 * error, **more))
         if points.GetNormalsAttr().ValueMightBeTimeVarying():
             message = "its normals over time are left out; they follow the blend shapes"
             found.append(finding("NORMALS_MISSING", mesh.path, message))

@@ -184,7 +184,7 @@ class Bind {
       element("h2", { text: "markers" }),
       list,
       ...(this.page.findings.length ? [element("h2", { text: "findings" })] : []),
-      ...this.page.findings.map(({ code, severity, message, subject }) => element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [subject, message].filter(Boolean).join(": ") })])),
+      ...this.page.findings.map(({ code, severity, message, where }) => element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [where, message].filter(Boolean).join(": ") })])),
       element("p", { class: "note", text: "Drag a marker along the skin, or click where the selected one belongs. n and p: next and previous marker, unsure ones first. Drag beside the face to turn it, f looks from the front, g from three quarters." }),
     ]);
     document.getElementById("panel").append(body);

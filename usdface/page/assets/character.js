@@ -1,4 +1,7 @@
-// The character: meshes with morph targets, materials, joints. Copies of it share their geometry.
+// The character: meshes with blend shapes, materials, joints. Copies of it share all but what moves.
+//
+// Blend shapes are added here, not by the graphics card: few vertices move at a time, so that this takes
+// a millisecond, needs no textures of all targets, and has no limit to the number of shapes.
 
 import {
   Bone, Box3, BufferAttribute, BufferGeometry, ClampToEdgeWrapping, Color, DoubleSide, FrontSide,
@@ -62,14 +65,8 @@ export class Character {
     const influences = this.influences(index, weights);
     out.fill(0);
     for (const { knots, shape, first } of shapes)
-      for (let k = 0; k < knots.length; k++) {
-        const share = influences[first + k];
-        if (!share) continue;
-        const { vertices, offsets } = targets[first + k];
-        for (let i = 0; i < vertices.length; i++)
-          for (let axis = 0; axis < 3; axis++)
-            out[3 * vertices[i] + axis] += share * offsets[3 * i + axis];
-      }
+      for (let k = 0; k < knots.length; k++)
+        if (influences[first + k]) added(targets[first + k], influences[first + k], out);
     return out;
   }
 
@@ -92,7 +89,8 @@ export class Figure {
     if (this.bones.length) this.group.add(...this.bones.filter((bone) => !bone.parent));
     this.meshes = character.parts.map((own) => {
       const skinned = own.skinned && this.skeleton;
-      const mesh = new (skinned ? SkinnedMesh : Mesh)(own.geometry, character.materials);
+      const geometry = own.targets.length ? movable(own.geometry) : own.geometry;
+      const mesh = new (skinned ? SkinnedMesh : Mesh)(geometry, character.materials);
       mesh.frustumCulled = false;
       mesh.name = own.name;
       if (skinned) mesh.bind(this.skeleton, new Matrix4());
@@ -101,12 +99,18 @@ export class Figure {
     });
   }
 
-  /** Give all blend shapes a weight. */
+  /** Give all blend shapes a weight; a figure that is not shown moves once it is. */
   pose(weights) {
     this.meshes.forEach((mesh, index) => {
-      if (!mesh.morphTargetInfluences) return;
-      const influences = this.character.influences(index, weights);
-      for (let i = 0; i < influences.length; i++) mesh.morphTargetInfluences[i] = influences[i];
+      const own = this.character.parts[index];
+      if (!own.targets.length) return;
+      const influences = this.character.influences(index, weights), before = mesh.userData.morphed;
+      mesh.morphTargetInfluences = influences;
+      if (!this.group.parent || (before && influences.every((share, i) => share === before[i]))) return;
+      mesh.userData.morphed = influences;
+      const { position, normal } = mesh.geometry.attributes;
+      morphed(own, influences, "points", (target) => target, position);
+      morphed(own, influences, "normals", (target) => turned(own, target), normal);
     });
   }
 
@@ -170,14 +174,14 @@ function part(data) {
     for (const table of offsets) targets.push({ vertices: vertices.values, offsets: table.values });
     for (const vertex of vertices.values) moved[vertex] = 1;
   }
-  if (targets.length) addTargets(geometry, points, normals, triangles, targets, spreadOut);
   const skin = data.skin;
   if (skin) {
     const joints = spreadOut(four(skin.joints, Uint16Array), 4);
     geometry.setAttribute("skinIndex", new BufferAttribute(joints, 4));
     geometry.setAttribute("skinWeight", new BufferAttribute(spreadOut(four(skin.weights, Float32Array), 4), 4));
   }
-  return { name: data.name, points, triangles, geometry, targets, shapes, moved, source, skinned: !!skin };
+  const posed = new Float32Array(points.length);
+  return { name: data.name, points, normals, triangles, geometry, targets, shapes, moved, source, posed, skinned: !!skin };
 }
 
 /** Values of the vertices that `source` names, `width` of each. */
@@ -187,27 +191,45 @@ export function parted(values, source, width, out = new values.constructor(width
   return out;
 }
 
-/** Morph targets relative to the points, with the change of the normals. */
-function addTargets(geometry, points, normals, triangles, targets, spreadOut) {
-  const around = facesAround(triangles, points.length / 3);
-  const positions = [], turned = [];
-  const posed = points.slice();
-  for (const { vertices, offsets } of targets) {
-    const dense = new Float32Array(points.length);
-    for (let i = 0; i < vertices.length; i++)
-      for (let axis = 0; axis < 3; axis++) {
-        const at = 3 * vertices[i] + axis;
-        dense[at] = offsets[3 * i + axis];
-        posed[at] = points[at] + dense[at];
-      }
-    turned.push(new BufferAttribute(spreadOut(turns(posed, normals, triangles, vertices, around), 3), 3));
-    positions.push(new BufferAttribute(spreadOut(dense, 3), 3));
-    for (const vertex of vertices)
-      for (let axis = 0; axis < 3; axis++) posed[3 * vertex + axis] = points[3 * vertex + axis];
+/** A geometry of its own points and normals; all else is shared. */
+function movable(geometry) {
+  const own = new BufferGeometry();
+  own.setIndex(geometry.index);
+  for (const [name, attribute] of Object.entries(geometry.attributes))
+    own.setAttribute(name, name === "position" || name === "normal" ? attribute.clone() : attribute);
+  for (const group of geometry.groups) own.addGroup(group.start, group.count, group.materialIndex);
+  return own;
+}
+
+/** Add a share of a target to the values of its vertices. */
+function added({ vertices, offsets }, share, out) {
+  for (let i = 0; i < vertices.length; i++) {
+    const at = 3 * vertices[i];
+    out[at] += share * offsets[3 * i];
+    out[at + 1] += share * offsets[3 * i + 1];
+    out[at + 2] += share * offsets[3 * i + 2];
   }
-  geometry.morphTargetsRelative = true;
-  geometry.morphAttributes.position = positions;
-  geometry.morphAttributes.normal = turned;
+}
+
+/** Write the points or the normals of a part at some influences to an attribute. */
+function morphed(own, influences, kind, target, attribute) {
+  const out = own.source ? own.posed : attribute.array;
+  out.set(own[kind]);
+  influences.forEach((share, i) => share && added(target(own.targets[i]), share, out));
+  if (own.source) parted(out, own.source, 3, attribute.array);
+  attribute.needsUpdate = true;
+}
+
+/** The change of the normals by a target, computed when it is first seen. */
+function turned(own, target) {
+  if (!target.turned) {
+    own.around ??= facesAround(own.triangles, own.points.length / 3);
+    const moving = own.posed;
+    moving.set(own.points);
+    added(target, 1, moving);
+    target.turned = turns(moving, own, target.vertices);
+  }
+  return target.turned;
 }
 
 /** The triangles around each vertex, as lists one after the other. */
@@ -223,9 +245,9 @@ function facesAround(triangles, count) {
 }
 
 /** By how much the normals turn when some vertices have moved; only what they touch is computed. */
-function turns(posed, normals, triangles, vertices, around) {
+function turns(posed, { normals, triangles, around }, vertices) {
   const { starts, faces, seen } = around, round = ++around.round;
-  const out = new Float32Array(posed.length), sum = new Float32Array(3);
+  const touched = [], offsets = [], sum = new Float32Array(3);
   for (const moved of vertices)
     for (let i = starts[moved]; i < starts[moved + 1]; i++)
       for (let corner = 0; corner < 3; corner++) {
@@ -235,10 +257,10 @@ function turns(posed, normals, triangles, vertices, around) {
         sum.fill(0);
         for (let k = starts[vertex]; k < starts[vertex + 1]; k++) addNormal(posed, triangles, faces[k], sum, 0);
         const length = Math.sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) || 1;
-        for (let axis = 0; axis < 3; axis++)
-          out[3 * vertex + axis] = sum[axis] / length - normals[3 * vertex + axis];
+        touched.push(vertex);
+        for (let axis = 0; axis < 3; axis++) offsets.push(sum[axis] / length - normals[3 * vertex + axis]);
       }
-  return out;
+  return { vertices: Uint32Array.from(touched), offsets: Float32Array.from(offsets) };
 }
 
 function addNormal(points, triangles, face, out, at) {

@@ -30,14 +30,13 @@ function mixed(ramp, share) {
 /** The coloured skin of one mesh, in place of its materials. */
 export class Heat {
   constructor(character, index) {
-    const { geometry, points, source } = character.parts[index];
+    const { points, source } = character.parts[index];
     this.source = source;
     this.character = character;
     this.index = index;
     this.colours = new Float32Array(points.length);
     const count = source ? source.length : points.length / 3;
     this.attribute = new BufferAttribute(source ? new Float32Array(3 * count) : this.colours, 3);
-    geometry.setAttribute("color", this.attribute);
     const skin = new MeshStandardMaterial({ vertexColors: true, roughness: 0.65 });
     this.materials = character.materials.map(() => skin);
     this.first = new Float32Array(points.length);
@@ -46,8 +45,11 @@ export class Heat {
 
   /** Put the coloured skin on figures, or take it off. */
   wear(figures, on) {
-    for (const figure of figures)
-      figure.meshes[this.index].material = on ? this.materials : this.character.materials;
+    for (const figure of figures) {
+      const mesh = figure.meshes[this.index];
+      mesh.geometry.setAttribute("color", this.attribute);
+      mesh.material = on ? this.materials : this.character.materials;
+    }
   }
 
   /** Colour by the residuals of a frame [mm], each spread to the vertices near its marker. */

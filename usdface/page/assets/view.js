@@ -373,8 +373,8 @@ function notes(place, page) {
   place.append(
     element("dl", {}, facts.flatMap(([name, value]) => [element("dt", { text: name }), element("dd", { text: String(value) })])),
     ...(page.findings?.length ? [element("h2", { text: "findings" })] : []),
-    ...(page.findings ?? []).map(({ code, severity, message, subject }) =>
-      element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [subject, message].filter(Boolean).join(": ") })])),
+    ...(page.findings ?? []).map(({ code, severity, message, where }) =>
+      element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [where, message].filter(Boolean).join(": ") })])),
     element("h2", { text: "keys" }),
     element("dl", { class: "keys" }, KEYS.flatMap(([key, text]) => [element("dt", { text: key }), element("dd", { text })])),
     element("p", { class: "note", text: "Timeline: click or drag to go there, wheel to zoom, double click for all, shift and drag to loop a part." }),

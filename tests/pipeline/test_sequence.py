@@ -1,0 +1,122 @@
+"""A sequence through the command: what fails fails alone, and the table says which and why."""
+
+import json
+from pathlib import Path
+
+import pytest
+from worlds import make_world
+
+from usdface.cli import main
+from usdface.errors import InputError
+from usdface.pipeline.sequence import chosen
+
+SHOW = """
+folder = "shots"
+files = ["old/*.usda"]
+[characters.mia]
+rig = "rig.usda"
+bind = "bind.json"
+layer = "sets/mia.usda"
+[performers.anna]
+[[shots]]
+name = "good"
+take = "take.usda"
+character = "mia"
+performer = "anna"
+process = {page = true}
+[[shots]]
+name = "no_take"
+take = "none.usda"
+character = "mia"
+[[shots]]
+name = "no_calibration"
+take = "take.usda"
+character = "mia"
+calibration = "none.json"
+[[shots]]
+name = "twice"
+file = "same.usda"
+take = "take.usda"
+character = "mia"
+[[shots]]
+name = "again"
+file = "same.usda"
+take = "take.usda"
+character = "mia"
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = make_world().write(tmp_path_factory.mktemp("show"))
+    (folder / "show.toml").write_text(SHOW)
+    (folder / "old").mkdir()
+    (folder / "old/damaged.usda").write_text("#usda 1.0\ndef Scope (")
+    return folder
+
+
+def sequence(folder: Path, *options: str) -> tuple[int, dict[str, dict[str, object]]]:
+    report = folder / "report.json"
+    status = main(["sequence", str(folder / "show.toml"), "--report", str(report), *options])
+    rows = json.loads(report.read_text())["shots"]
+    return status, {row["name"]: row for row in rows}
+
+
+def test_the_sequence_goes_on_and_the_table_says_why(
+    folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    status, rows = sequence(folder, "--table", str(folder / "show.html"), "--workers", "1")
+    assert status == 1
+    assert list(rows)[-1] == "good" and rows["good"]["verdict"] == "good"
+    assert rows["good"]["findings"]["PERFORMER_UNCALIBRATED"] == 1
+    codes = {name: row["code"] for name, row in rows.items() if row["state"] == "failed"}
+    assert codes == {
+        "no_take": "FILE_UNREADABLE",
+        "no_calibration": "FILE_UNREADABLE",
+        "damaged": "FILE_UNREADABLE",
+        "twice": "OUTPUT_UNWRITABLE",
+        "again": "OUTPUT_UNWRITABLE",
+    }
+    assert "written by again" in str(rows["twice"]["error"])
+    assert not (folder / "same.usda").exists()
+    assert "../sets/mia.usda" in (folder / "shots/good.usda").read_text()
+    page = (folder / "show.html").read_text()
+    assert 'href="shots/good.usdface.html"' in page
+    assert (folder / "shots/good.usdface.html").is_file()
+    said = capfd.readouterr()
+    assert "error SHOT_FAILED" in said.out and "good.usdface.usda" in said.out
+
+
+def test_a_shot_that_takes_too_long_fails_and_one_that_is_kept_does_not(folder: Path) -> None:
+    status, rows = sequence(folder, "--time-limit", "0.01", "--index", "1-2")
+    assert status == 1 and rows["good"]["state"] == "kept"
+    assert rows["no_take"]["code"] == "WORKER_HUNG"
+    assert sequence(folder, "--index", "1")[0] == 0
+
+
+@pytest.mark.parametrize("index", ["6", "-1", "2-1", "a", "1-", "1-6", "1-2-3", "٣"])
+def test_a_wrong_index_is_refused(index: str) -> None:
+    with pytest.raises(InputError, match="--index"):
+        chosen(index, 6)
+
+
+def test_an_index_is_a_place_or_a_range() -> None:
+    assert chosen("", 6) == range(6)
+    assert chosen("2", 6) == range(2, 3)
+    assert chosen("0-5", 6) == range(6)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--workers", "0"], "--workers"),
+        (["--time-limit", "-1"], "--time-limit"),
+        (["--time-limit", "nan"], "--time-limit"),
+        (["--table", "show.txt"], "a page is HTML"),
+    ],
+)
+def test_wrong_settings_are_refused(
+    folder: Path, options: list[str], words: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["sequence", str(folder / "show.toml"), *options]) == 1
+    assert words in capfd.readouterr().err

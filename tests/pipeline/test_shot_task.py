@@ -1,0 +1,232 @@
+"""A result is kept where a run would make it again, and made anew after any change."""
+
+import errno
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from composed import image
+from worlds import make_world
+
+from usdface.errors import OutputError, UsdFaceError
+from usdface.io.usd.rig_write import write_rig
+from usdface.materials import Material, Texture
+from usdface.pipeline import process_sequence
+from usdface.pipeline.shot_task import is_shot, run_shot
+from usdface.show import keys
+from usdface.show.plan import Making, ShotPlan
+
+
+def plan_in(folder: Path) -> ShotPlan:
+    """A shot that is made of all kinds of files."""
+    making = Making(rig=folder / "rig.usda", take=folder / "take.usda", bind=folder / "bind.json")
+    return ShotPlan(name="a", file=folder / "shots/a.usda", making=making)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A shot with a texture, made and processed; and one over it, with a layer of its own."""
+    folder = make_world().write(tmp_path_factory.mktemp("show"))
+    (folder / "skin.png").write_bytes(image("skin"))
+    texture = Texture(str(folder / "skin.png"), suffix=".png")
+    rig = make_world().rig
+    meshes = tuple(replace(mesh, material="skin") for mesh in rig.meshes)
+    skin = Material("skin", base_color_texture=texture)
+    write_rig(replace(rig, meshes=meshes, materials=(skin,)), folder / "rig.usda")
+    run_shot({"plan": plan_in(folder).as_dict()})
+    return folder
+
+
+@pytest.fixture
+def place(made: Path, tmp_path: Path) -> Path:
+    """A copy of it: a show that was moved keeps its results."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    (tmp_path / "list.txt").write_text("shots/a.usda\n")
+    return tmp_path
+
+
+def show(place: Path, more: str = "") -> Path:
+    (place / "show.toml").write_text(
+        f'folder = "shots"\n{more}\n[[shots]]\nname = "a"\nrig = "rig.usda"\ntake = "take.usda"\n'
+        'bind = "bind.json"\n'
+    )
+    return place / "show.toml"
+
+
+def state(place: Path, more: str = "") -> str:
+    """Whether the result is what a run would make: kept, or missing."""
+    (row,) = process_sequence(show(place, more), gather=True).value
+    return row.state
+
+
+def spoil(path: Path, old: bytes, new: bytes) -> None:
+    """Change one byte of a file."""
+    content = path.read_bytes()
+    assert old in content and len(old) == len(new) == 1
+    at = content.rindex(old)
+    path.write_bytes(content[:at] + new + content[at + 1 :])
+
+
+def test_an_unchanged_shot_is_kept_also_after_a_move(place: Path) -> None:
+    assert state(place) == "kept"
+
+
+@pytest.mark.parametrize(
+    "name", ["shots/a.usda", "rig.usda", "take.usda", "rig_textures/skin.png", "bind.json"]
+)
+def test_one_byte_of_any_input_counts(place: Path, name: str) -> None:
+    file = next(f for f in place.rglob(Path(name).name))
+    content = bytearray(file.read_bytes())
+    content[-1] ^= 1
+    file.write_bytes(content)
+    assert state(place) == "missing"
+    content[-1] ^= 1
+    file.write_bytes(content)
+    assert state(place) == "kept"
+
+
+@pytest.mark.parametrize(
+    "name", ["a.usdface.usda", "a.usdface/solve.usdc", "a.usdface/express.usdc"]
+)
+def test_a_result_that_was_touched_or_is_missing_is_made_again(place: Path, name: str) -> None:
+    file = place / "shots" / name
+    content = file.read_bytes()
+    file.write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+    assert state(place) == "missing"
+    file.unlink()
+    assert state(place) == "missing"
+    file.write_bytes(content)
+    assert state(place) == "kept"
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "process = {gltf = true}",
+        "process = {page = true}",
+        "process = {express = false}",
+        "process = {deliver = true}",
+        "process = {deliver = {handles = 8}}",
+        "process = {exaggeration = {brows = 1.2}}",
+        "process = {solve = 'frame'}",
+    ],
+)
+def test_any_option_counts(place: Path, more: str) -> None:
+    assert state(place, more) == "missing"
+    assert state(place) == "kept"
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("_version", lambda name: "9.9"), ("_usdface_groups", lambda: {"usdface": [Plugged()]})],
+)
+def test_the_program_counts(
+    place: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: Callable[..., object]
+) -> None:
+    monkeypatch.setattr(keys, name, value)
+    keys.program.cache_clear()
+    try:
+        assert state(place) == "missing"
+    finally:
+        monkeypatch.undo()
+        keys.program.cache_clear()
+    assert state(place) == "kept"
+
+
+class Plugged:
+    """A format of another package."""
+
+    group, name, value, dist = "usdface.takes", "mine", "mine:read", None
+
+
+def test_a_link_that_leads_elsewhere_counts(place: Path) -> None:
+    shutil.copy(place / "take.usda", place / "take_2.usda")
+    spoil(place / "take_2.usda", b"0", b"1")
+    shutil.move(place / "take.usda", place / "take_1.usda")
+    (place / "take.usda").symlink_to("take_1.usda")
+    run_shot({"plan": plan_in(place).as_dict()})
+    assert state(place) == "kept"
+    (place / "take.usda").unlink()
+    (place / "take.usda").symlink_to("take_2.usda")
+    assert state(place) == "missing"
+
+
+def test_numbered_files_beside_one_that_is_read_count(tmp_path: Path) -> None:
+    for name in ("skin.1001.png", "skin.1002.png", "hair.1001.png", "skin.png"):
+        (tmp_path / name).touch()
+    found = keys.numbered_siblings([tmp_path / "skin.1001.png", tmp_path / "skin.png"])
+    assert found == {str(tmp_path / "skin.#.png"): ["skin.1001.png", "skin.1002.png"]}
+
+
+def test_a_shot_is_made_anew_from_a_changed_binding_but_not_over_edits(place: Path) -> None:
+    plan, shot = plan_in(place), place / "shots/a.usda"
+    before = shot.read_bytes()
+    bind = (place / "bind.json").read_text()
+    (place / "bind.json").write_text(bind.replace('"end": 3', '"end": 2'))
+    row = run_shot({"plan": plan.as_dict()})
+    assert shot.read_bytes() != before and "SHOT_KEPT" not in row["findings"]
+    assert state(place) == "kept"
+    shot.write_text(shot.read_text().replace("usdface:gain = 1", "usdface:gain = 0.5"))
+    edited = shot.read_bytes()
+    assert state(place) == "missing"
+    run_shot({"plan": plan.as_dict()})
+    assert state(place) == "kept"
+    (place / "bind.json").write_text(bind)
+    row = run_shot({"plan": plan.as_dict()})
+    assert shot.read_bytes() == edited and row["findings"]["SHOT_KEPT"] == 1
+
+
+def test_a_full_disk_fails_the_shot_and_leaves_the_old_result(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (place / "shots/a.usda").write_text((place / "shots/a.usda").read_text() + "\n")
+    before = {f: f.read_bytes() for f in (place / "shots").rglob("*") if f.is_file()}
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OutputError, match="No space left"):
+        run_shot({"plan": plan_in(place).as_dict()})
+    monkeypatch.undo()
+    assert {f: f.read_bytes() for f in (place / "shots").rglob("*") if f.is_file()} == before
+
+
+def test_an_input_that_changes_meanwhile_is_not_recorded(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from usdface.pipeline import shot_task
+
+    (place / "shots/a.usda").write_text((place / "shots/a.usda").read_text() + "\n")
+    whole = shot_task.process
+
+    def process(*args: object, **kwargs: object) -> object:
+        result = whole(*args, **kwargs)  # type: ignore[arg-type]
+        spoil(place / "take.usda", b"0", b"1")
+        return result
+
+    monkeypatch.setattr(shot_task, "process", process)
+    run_shot({"plan": plan_in(place).as_dict()})
+    assert state(place) == "missing"
+
+
+def test_a_record_of_another_form_is_none(place: Path) -> None:
+    record = place / "shots/a.usdface/record.json"
+    whole = record.read_text()
+    for text in ("", "[]", "{}", "[" * 100_000, whole.replace('"good"', "3"), whole[:-3]):
+        record.write_text(text)
+        assert state(place) == "missing"
+    record.write_text(whole)
+    assert state(place) == "kept"
+
+
+@pytest.mark.parametrize("layers", ["@./a.usda@", "@./b.usda@"])
+def test_layers_in_a_circle_are_refused(tmp_path: Path, layers: str) -> None:
+    (tmp_path / "a.usda").write_text(f"#usda 1.0\n(\n    subLayers = [{layers}]\n)\n")
+    (tmp_path / "b.usda").write_text("#usda 1.0\n(\n    subLayers = [@./a.usda@]\n)\n")
+    assert is_shot(tmp_path / "a.usda")
+    with pytest.raises(UsdFaceError, match="does not compose"):
+        run_shot({"plan": ShotPlan(name="a", file=tmp_path / "a.usda").as_dict()})

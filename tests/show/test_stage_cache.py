@@ -1,0 +1,141 @@
+"""The stages of a shot: exactly those run again that depend on a change, with the same bytes."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from processed import digests
+from worlds import make_world
+
+from usdface.options import ProcessOptions
+from usdface.pipeline import make_shot, process
+
+FILES = ("rig.usda", "take.usda", "shot.usda")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = make_world().write(tmp_path_factory.mktemp("cached"))
+    make_shot(*(folder / name for name in FILES), bind=folder / "bind.json")
+    process(folder / "shot.usda", cache=folder / "cache")
+    return folder
+
+
+@pytest.fixture
+def place(made: Path, tmp_path: Path) -> Path:
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    return tmp_path
+
+
+def changed(file: Path, old: str, new: str) -> None:
+    head, points, text = file.read_text().partition("point3f[] points")
+    if not points:
+        head, text = "", head
+    assert old in text
+    file.write_text(head + points + text.replace(old, new, 1))
+
+
+def stages(place: Path, **options: object) -> str:
+    """Process with the cache; return the stages that were computed, after a look at the bytes."""
+    chosen = ProcessOptions(**options)  # type: ignore[arg-type]
+    result = process(place / "shot.usda", cache=place / "cache", options=chosen)
+    with_cache = digests(place / "shot.usdface")
+    plain = process(place / "shot.usda", options=chosen)
+    assert digests(place / "shot.usdface") == with_cache
+    assert result.findings == plain.findings and result.details == plain.details
+    used = result.summary.pop("stages")
+    assert result.summary == plain.summary
+    return " ".join(name for name, how in used.items() if how == "computed")
+
+
+def test_nothing_changed_nothing_computed(place: Path) -> None:
+    assert stages(place) == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("take.usda", "0.0", "0.1"),
+        ("rig.usda", "0.0", "0.1"),
+        ("shot.usda", "usdface:neutral:range = (0, 3)", "usdface:neutral:range = (0, 2)"),
+        ("shot.usda", "double usdface:solve:pace = 8", "double usdface:solve:pace = 9"),
+        ("shot.usda", "bool usdface:clean:gaps = 1", "bool usdface:clean:gaps = 0"),
+    ],
+)
+def test_an_input_of_the_solve_computes_both(place: Path, name: str, old: str, new: str) -> None:
+    changed(place / name, old, new)
+    assert stages(place) in ("solve express", "solve")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("float usdface:gain = 1", "float usdface:gain = 0.5"),
+        ("uniform double usdface:ease = 0", "uniform double usdface:ease = 0.2"),
+        ("float usdface:weight = 1", "float usdface:weight = 0.5"),
+        ("bool usdface:closure:lids = 1", "bool usdface:closure:lids = 0"),
+    ],
+)
+def test_an_input_of_the_correction_computes_that_alone(place: Path, old: str, new: str) -> None:
+    changed(place / "shot.usda", old, new)
+    assert stages(place) == "express"
+
+
+@pytest.mark.parametrize(
+    ("options", "wanted"),
+    [
+        ({"express": False}, "express"),
+        ({"closure": False}, "express"),
+        ({"head": False}, "express"),
+        ({"exaggeration": {"brows": 1.2}}, "express"),
+        ({"clean": False}, "solve express"),
+        ({"solve": "frame"}, "solve express"),
+    ],
+)
+def test_options_compute_what_they_say(
+    place: Path, options: dict[str, object], wanted: str
+) -> None:
+    assert stages(place, **options) == wanted
+
+
+def test_a_setting_that_goes_to_and_fro_costs_nothing_and_files_do_not_pile_up(place: Path) -> None:
+    shot = (place / "shot.usda").read_text()
+    for gain in (0.5, 0.6, 0.7):
+        changed(place / "shot.usda", "float usdface:gain = 1", f"float usdface:gain = {gain}")
+        assert stages(place) == "express"
+        assert stages(place) == ""
+        if gain == 0.5:
+            (place / "shot.usda").write_text(shot)
+            assert stages(place) == ""
+        (place / "shot.usda").write_text(shot)
+    assert len(list((place / "cache").iterdir())) == 3
+
+
+def test_damaged_files_are_computed_anew(place: Path) -> None:
+    for file in (place / "cache").iterdir():
+        data = bytearray(file.read_bytes())
+        data[len(data) // 2] ^= 1
+        file.write_bytes(data)
+    assert stages(place) == "solve express"
+    assert stages(place) == ""
+
+
+def test_another_program_computes_anew(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from usdface.show import stage_cache
+
+    monkeypatch.setattr(stage_cache, "program", lambda: {"python": "4.0"})
+    assert stages(place) == "solve express"
+
+
+def test_a_cache_that_cannot_be_written_is_none(place: Path) -> None:
+    shutil.rmtree(place / "cache")
+    (place / "cache").write_text("a file")
+    assert stages(place) == "solve express"
+    assert (place / "cache").read_text() == "a file"
+
+
+def test_an_explanation_with_its_memberships_is_not_kept(place: Path) -> None:
+    result = process(place / "shot.usda", cache=place / "cache", options=ProcessOptions(trace=True))
+    assert result.summary["stages"] == {"solve": "cached"}
+    assert result.value.trace is not None
+    assert result.value.trace.sides["both"].evaluation.memberships

@@ -1,0 +1,84 @@
+"""The motion of a rig in the peak frames, for markers at given vertices."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.binding.candidates import CandidateVertices
+from usdface.binding.observations import Observations
+from usdface.binding.registration import MOTION_ERROR, Registration, trust_of
+from usdface.geometry.rigid_modes import infinitesimal_motions
+from usdface.retarget.bounded_least_squares import solve_bounded
+
+__all__ = ["Targets", "peak_motion", "unexplained_motion"]
+
+# Prior of the weights: keeps shapes that hardly show at 0, as if a weight were about 0.4.
+_WEIGHT_PRIOR = 0.2
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Targets:
+    """Assigned markers: their points (M, 3), blend shape offsets (S, M, 3) and trust (M,)."""
+
+    points: FloatArray
+    offsets: FloatArray
+    trust: FloatArray
+
+
+def unexplained_motion(
+    candidates: CandidateVertices, observations: Observations, registration: Registration
+) -> float:
+    """Return the mean squared motion of the markers that the rig cannot explain where they sit.
+
+    In units of the expected squared error. The rig's weights are 0 or more, so a false neutral,
+    with an open mouth say, leaves more: the way back to the true one cannot be gone.
+    """
+    targets = Targets(
+        candidates.points[registration.assigned],
+        candidates.offsets[:, registration.assigned],
+        trust_of(registration.marker_costs),
+    )
+    moves = observations.displacements @ registration.linear
+    weights, rigid = peak_motion(
+        targets, moves, observations.visible, start=registration, clipped=False
+    )
+    predicted = weights @ targets.offsets.reshape(len(targets.offsets), -1)
+    predicted += rigid @ infinitesimal_motions(targets.points).reshape(6, -1)
+    squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2)
+    frames = np.maximum(observations.visible.sum(axis=0), 1)
+    each = (squared * observations.visible).sum(axis=0) / frames
+    return float(each.mean()) / (MOTION_ERROR * candidates.size) ** 2
+
+
+def peak_motion(
+    targets: Targets,
+    moves: FloatArray,
+    visible: BoolArray,
+    *,
+    start: Registration,
+    clipped: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Solve weights (K, S) and small rigid motions (K, 6) of the peak frames for given vertices.
+
+    `moves` (K, M, 3) are in the character's space; where not `visible` the prediction of `start`
+    stands in.
+    """
+    count, root = len(moves), np.sqrt(targets.trust)[:, None]
+    shapes = (targets.offsets * root).reshape(len(targets.offsets), -1)
+    rigid = (infinitesimal_motions(targets.points) * root).reshape(6, -1)
+    predicted = start.weights @ shapes + start.rigid @ rigid
+    observed = np.where(np.repeat(visible, 3, axis=1), (moves * root).reshape(count, -1), predicted)
+    columns = np.linalg.qr(rigid.T)[0]
+    free = shapes - (shapes @ columns) @ columns.T
+    normal = free @ free.T
+    unit = float(np.abs(targets.points).max())
+    ridge = _WEIGHT_PRIOR * len(targets.points) * (MOTION_ERROR * unit) ** 2
+    normal += (ridge + 1e-9 * np.trace(normal) / len(normal)) * np.eye(len(normal))
+    right = observed @ free.T
+    if clipped:
+        weights = np.linalg.solve(normal, right.T).T.clip(0.0, 1.0)
+    else:
+        weights = solve_bounded(normal, right)
+    motions = np.linalg.lstsq(rigid.T, (observed - weights @ shapes).T, rcond=None)[0].T
+    return np.asarray(weights), np.asarray(motions)

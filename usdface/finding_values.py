@@ -1,0 +1,83 @@
+"""The values of a finding: put into its message for people, plain under their keys for programs."""
+
+import math
+from collections.abc import Mapping, Sequence
+from string import Formatter
+from typing import Any
+
+from usdface.errors import UsdFaceError
+from usdface.plain_text import plain
+
+__all__ = ["Prose", "filled_in", "plain_values"]
+
+_LISTED = 8  # names that a message lists
+_LONGEST, _MOST = 400, 200  # characters of a text, entries of a list in a report
+_DIGITS = 6
+_WHOLE = 1e15  # whole numbers below it are exact
+
+
+class Prose(str):
+    """Words for the message alone: no value of a report."""
+
+    __slots__ = ()
+
+
+class _Template(Formatter):
+    """A template that lists names and turns what it does not know into text."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if isinstance(value, Sequence) and not isinstance(value, str):
+            shown = ", ".join(str(each) for each in value[:_LISTED])
+            more = len(value) - _LISTED
+            return f"{shown} and {more} more" if more > 0 else shown
+        return format(value, format_spec) if format_spec else str(value)
+
+
+_TEMPLATE = _Template()
+
+
+def filled_in(template: str, values: Sequence[object]) -> tuple[str, dict[str, object]]:
+    """Fill a template with values, in the order in which their keys first appear.
+
+    Parameters
+    ----------
+    template : str
+        ``"hidden in {occluded_count} of {frame_count} frames"``: written by us, never by a file.
+    values : sequence
+        Numbers, names, lists of names, errors.
+
+    Returns
+    -------
+    text : str
+    named : dict of str to object
+        The values by their keys.
+
+    Raises
+    ------
+    ValueError
+        If there are more or fewer values than keys.
+    """
+    keys = dict.fromkeys(key for _, key, _, _ in _TEMPLATE.parse(template) if key)
+    named = dict(zip(keys, values, strict=True))
+    return _TEMPLATE.vformat(template, (), named), named
+
+
+def plain_values(values: Mapping[str, object]) -> dict[str, Any]:
+    """Return values as those of JSON: an error is its code, prose is left out."""
+    return {key: _plain(value) for key, value in values.items() if not isinstance(value, Prose)}
+
+
+def _plain(value: object) -> Any:
+    if isinstance(value, BaseException):
+        return value.code if isinstance(value, UsdFaceError) else type(value).__name__
+    if hasattr(value, "tolist"):  # of numpy
+        value = value.tolist()
+    if isinstance(value, bool | int) or value is None:
+        return value
+    if isinstance(value, float):
+        if value.is_integer() and abs(value) < _WHOLE:
+            return int(value)
+        return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_plain(each) for each in value[:_MOST]]
+    return plain(str(value), _LONGEST)

@@ -1,0 +1,142 @@
+"""The deliverable of a shot: its face animation alone, flattened, at the shot's frame rate."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, UsdSkel, Vt
+
+from usdface.arrays import FloatArray
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.usd.head_motion import HEAD_OP
+from usdface.io.usd.stage import Metrics, Stage, metrics_of, new_layer, save_layer
+from usdface.options import DeliverOptions
+
+__all__ = ["write_deliverable"]
+
+_MOST_FRAMES = 10_000_000  # a day at 100 frames a second
+_ROUNDING = 1e-6  # frames
+
+
+def write_deliverable(
+    stage: Stage, animation: str, path: Path, codes: FloatArray, options: DeliverOptions
+) -> list[Finding]:
+    """Write the SkelAnimation of a composed result, a sample on each frame of the shot.
+
+    Between two samples values are those that USD plays: straight lines, rotations along the
+    shortest arc.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+        Of the result.
+    animation : str
+        Path of the SkelAnimation.
+    path : Path
+        .usdc, .usda or .usd.
+    codes : (F,) float64
+        Time codes of the take's frames on the stage.
+    options : DeliverOptions
+
+    Returns
+    -------
+    list of Finding
+        RANGE_OUTSIDE, and FEATURE_DROPPED for a head that moves the SkelRoot.
+
+    Raises
+    ------
+    InputError
+        If no frame of the range is in the take.
+    OutputError
+        If the file cannot be written.
+    """
+    source = UsdSkel.Animation.Get(stage, animation)
+    query = UsdSkel.Cache().GetAnimQuery(source)
+    metrics = metrics_of(stage)
+    rate = options.rate or metrics.frames_per_second
+    frames, cut, findings = _frames(codes, metrics, rate, options, path)
+    layer = new_layer(Metrics(metrics.meters_per_unit, metrics.up_axis, rate, rate, cut[0], cut[1]))
+    prim = Sdf.CreatePrimInLayer(layer, f"/{Sdf.Path(animation).name}")
+    prim.specifier, prim.typeName = Sdf.SpecifierDef, "SkelAnimation"
+    layer.defaultPrim = prim.name
+    times = (frames * (metrics.time_codes_per_second / rate)).tolist()
+    with Sdf.ChangeBlock():
+        _weights(layer, prim, query, frames.tolist(), times)
+        _joints(layer, prim, query, frames.tolist(), times)
+    for moved in stage.Traverse():
+        if moved.HasAttribute(HEAD_OP):
+            message = "the head's motion is on the SkelRoot, which is no animation: it stays behind"
+            findings.append(finding("FEATURE_DROPPED", str(moved.GetPath()), message))
+    save_layer(layer, path)
+    return findings
+
+
+def _frames(
+    codes: FloatArray, metrics: Metrics, rate: float, options: DeliverOptions, path: Path
+) -> tuple[FloatArray, tuple[float, float], list[Finding]]:
+    """Return the frames to write, the first and last of the cut, and findings."""
+    at = codes * (rate / metrics.time_codes_per_second)
+    first, last = float(np.ceil(at[0] - _ROUNDING)), float(np.floor(at[-1] + _ROUNDING))
+    start = first if options.start is None else float(options.start)
+    end = last if options.end is None else float(options.end)
+    low, high = start - options.handles, end + options.handles
+    outside = low < first or high > last
+    low, high = max(low, first), min(high, last)
+    if high < low or high - low > _MOST_FRAMES:
+        raise InputError(
+            f"cannot write {path}: frames {start:g} to {end:g} of {rate:g} a second are not in the "
+            f"take, which has {first:g} to {last:g}",
+            "FRAMES_OUTSIDE",
+        )
+    findings = []
+    if outside and (options.start is not None or options.end is not None):
+        message = f"frames {start - options.handles:g} to {end + options.handles:g} are wanted; "
+        message += f"the take has {low:g} to {high:g}, and only these are written"
+        findings.append(finding("RANGE_OUTSIDE", str(path), message))
+    return np.arange(low, high + 1), (max(start, low), min(end, high)), findings
+
+
+def _weights(
+    layer: Sdf.Layer,
+    prim: Sdf.PrimSpec,
+    query: UsdSkel.AnimQuery,
+    frames: Sequence[float],
+    times: Sequence[float],
+) -> None:
+    names, kinds = query.GetBlendShapeOrder(), Sdf.ValueTypeNames
+    order = Sdf.AttributeSpec(prim, "blendShapes", kinds.TokenArray, Sdf.VariabilityUniform)
+    order.default = Vt.TokenArray(list(names))
+    values = Sdf.AttributeSpec(prim, "blendShapeWeights", kinds.FloatArray)
+    for frame, time in zip(frames, times, strict=True):
+        layer.SetTimeSample(values.path, frame, query.ComputeBlendShapeWeights(time))
+
+
+def _joints(
+    layer: Sdf.Layer,
+    prim: Sdf.PrimSpec,
+    query: UsdSkel.AnimQuery,
+    frames: Sequence[float],
+    times: Sequence[float],
+) -> None:
+    names, kinds = query.GetJointOrder(), Sdf.ValueTypeNames
+    if not names:
+        return
+    order = Sdf.AttributeSpec(prim, "joints", kinds.TokenArray, Sdf.VariabilityUniform)
+    order.default = Vt.TokenArray(list(names))
+    parts = [
+        Sdf.AttributeSpec(prim, name, kind)
+        for name, kind in (
+            ("translations", kinds.Float3Array),
+            ("rotations", kinds.QuatfArray),
+            ("scales", kinds.Half3Array),
+        )
+    ]
+    moves = query.JointTransformsMightBeTimeVarying()
+    for frame, time in zip(frames, times, strict=True) if moves else ((None, times[0]),):
+        components = query.ComputeJointLocalTransformComponents(time)
+        for part, value in zip(parts, components, strict=True):
+            if frame is None:
+                part.default = value
+            else:
+                layer.SetTimeSample(part.path, frame, value)

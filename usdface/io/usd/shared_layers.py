@@ -1,0 +1,153 @@
+"""Layers that shots share: a performer's and a character's, taken out of a shot that is written.
+
+A shot sublayers them, so a change in one is a change in every shot. One that is there is kept as it
+is: the shot then says nothing itself about what it holds.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from pxr import Sdf, UsdGeom
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.io.usd.stage import open_layer, relative_asset
+from usdface.schemas import tokens
+
+__all__ = ["SharedLayers", "share"]
+
+_RETARGET = Sdf.Path("/Shot/Retarget")
+_CHARACTER = Sdf.Path("/Shot/Character")
+_OF_PERFORMER = ("usdface:calibration:",)
+_OF_CHARACTER = (
+    *("usdface:bind:", "usdface:contact:", "usdface:roles:", tokens.NOSE_TIP, tokens.HEAD_JOINT),
+    *(tokens.LEFT_SHAPES, tokens.RIGHT_SHAPES, tokens.BROWS_SHAPES, tokens.EYES_SHAPES),
+    *(tokens.MOUTH_SHAPES, tokens.ANTAGONISTS, tokens.RIG, tokens.SYSTEM, tokens.EXPRESSIONS),
+)
+_PRIMS_OF_CHARACTER = tuple(map(Sdf.Path, ("/Shot/Character", "/Shot/Fuzzy", "/Shot/Expressions")))
+_NAMED = 4  # paths that a finding names
+
+
+@dataclass(frozen=True, slots=True)
+class SharedLayers:
+    """Where a shot's shared layers lie; None: what they would hold stays in the shot."""
+
+    performer: Path | None = None
+    character: Path | None = None
+
+
+def share(
+    shot: Sdf.Layer, place: Path, layers: SharedLayers
+) -> tuple[list[tuple[Path, Sdf.Layer]], list[Finding]]:
+    """Take out of a shot's layer what its shared layers hold, and sublayer these.
+
+    Parameters
+    ----------
+    shot : Sdf.Layer
+        As `write_shot` makes it; it is changed.
+    place : Path
+        Where it will be written: its asset paths are relative to that.
+    layers : SharedLayers
+
+    Returns
+    -------
+    list of (Path, Sdf.Layer)
+        Shared layers that are not there yet, to be written.
+    list of Finding
+        LAYER_KEPT for one that is there and differs from what this shot would have put in.
+
+    Raises
+    ------
+    InputError
+        If a shared layer that is there cannot be read, or is that of another character.
+    """
+    new, findings = [], []
+    for path, prefixes, prims in (
+        (layers.character, _OF_CHARACTER, _PRIMS_OF_CHARACTER),
+        (layers.performer, _OF_PERFORMER, ()),
+    ):
+        if path is None:
+            continue
+        mine = _taken_out(shot, place, path, prefixes, prims)
+        shot.subLayerPaths.append(relative_asset(path, place))
+        if not path.is_file():
+            new.append((path, mine))
+            continue
+        there = open_layer(path)
+        _check_character(there, mine, path)
+        if differing := _differing(there, mine):
+            named = ", ".join(differing[:_NAMED]) + (", ..." if len(differing) > _NAMED else "")
+            message = f"{path} is there and kept; it differs from this shot's own in {named}"
+            findings.append(finding("LAYER_KEPT", str(path), message))
+    return new, findings
+
+
+def _taken_out(
+    shot: Sdf.Layer,
+    place: Path,
+    path: Path,
+    prefixes: tuple[str, ...],
+    prims: tuple[Sdf.Path, ...],
+) -> Sdf.Layer:
+    """Move properties of the setup, and whole prims, from a shot to a new layer at `path`."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    for key in (UsdGeom.Tokens.metersPerUnit, UsdGeom.Tokens.upAxis):
+        layer.pseudoRoot.SetInfo(key, shot.pseudoRoot.GetInfo(key))
+    setup = shot.GetPrimAtPath(_RETARGET)
+    for name in [p.name for p in setup.properties if p.name.startswith(prefixes)]:
+        Sdf.CreatePrimInLayer(layer, _RETARGET)
+        source = _RETARGET.AppendProperty(name)
+        Sdf.CopySpec(shot, source, layer, source)
+        setup.RemoveProperty(setup.properties[name])
+    for prim in (p for p in prims if shot.GetPrimAtPath(p)):
+        Sdf.CreatePrimInLayer(layer, prim)
+        Sdf.CopySpec(shot, prim, layer, prim)
+        spec = shot.GetPrimAtPath(prim)
+        del spec.nameParent.nameChildren[spec.name]
+    character = layer.GetPrimAtPath(_CHARACTER)
+    if character:
+        character.referenceList.prependedItems = [
+            Sdf.Reference(
+                relative_asset(place.parent / reference.assetPath, path), reference.primPath
+            )
+            for reference in character.referenceList.prependedItems
+        ]
+    return layer
+
+
+def _check_character(there: Sdf.Layer, mine: Sdf.Layer, path: Path) -> None:
+    """Refuse a layer of another rig: vertices of one are no places on the other."""
+    rigs = [
+        [(path.parent / r.assetPath).resolve() for r in prim.referenceList.prependedItems]
+        for layer in (there, mine)
+        if (prim := layer.GetPrimAtPath(_CHARACTER))
+    ]
+    if len(rigs) == 2 and rigs[0] != rigs[1]:
+        names = ", ".join(str(rig) for rig in rigs[0])
+        raise InputError(
+            f"{path} is the layer of another character, {names}; name another layer, or that rig",
+            "SETTING_WRONG",
+        )
+
+
+def _differing(there: Sdf.Layer, mine: Sdf.Layer) -> list[str]:
+    """Return paths of properties whose values differ, or that only `mine` has."""
+    return [
+        str(path)
+        for path in _properties(mine)
+        if not (other := there.GetPropertyAtPath(path))
+        or _value(other) != _value(mine.GetPropertyAtPath(path))
+    ]
+
+
+def _properties(layer: Sdf.Layer) -> Iterator[Sdf.Path]:
+    found: list[Sdf.Path] = []
+    layer.Traverse(Sdf.Path.absoluteRootPath, found.append)
+    return (path for path in found if path.IsPrimPropertyPath())
+
+
+def _value(spec: Sdf.PropertySpec) -> object:
+    if isinstance(spec, Sdf.RelationshipSpec):
+        return str(spec.targetPathList)
+    return spec.default

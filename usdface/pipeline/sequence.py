@@ -1,0 +1,345 @@
+"""Processing a sequence of shots in worker processes: `usdface sequence`."""
+
+import os
+import time
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from usdface.errors import InputError
+from usdface.finding_values import Prose
+from usdface.findings import finding
+from usdface.io.atomic import StrPath, write_text
+from usdface.progress import OnProgress, Progress, Step
+from usdface.result import Result
+from usdface.show.discovery import find_shots
+from usdface.show.page import table_page
+from usdface.show.plan import ShotPlan, same_outputs
+from usdface.show.record import note_failure, read_failure, read_record, record_path
+from usdface.show.table import Row, by_trouble, row_from
+from usdface.show.workers import Outcome, run_in_workers
+
+__all__ = ["chosen", "plans_of", "process_sequence", "write_openjd"]
+
+TIME_LIMIT = 3600.0  # s for a shot: two orders above the longest take that was measured
+
+
+def process_sequence(
+    sources: StrPath | Sequence[StrPath],
+    *,
+    index: str = "",
+    workers: int | None = None,
+    time_limit: float = TIME_LIMIT,
+    pages: bool = False,
+    table: StrPath | None = None,
+    root: StrPath | None = None,
+    gather: bool = False,
+    cache: StrPath | bool = True,
+    on_progress: OnProgress | None = None,
+) -> Result[tuple[Row, ...]]:
+    """Make the shots of a sequence that are missing, and process those that are out of date.
+
+    Each shot is processed as `process` does, in one of some worker processes. A shot that fails, or
+    ends or hangs its worker, fails alone. A result that is there and is what this run would make,
+    by the content of all files that it depends on, the options and the program, is kept.
+
+    Parameters
+    ----------
+    sources : path or sequence of path
+        Show files (.toml, .json), folders, lists of shots (.txt), shots.
+    index : str
+        ``"N"`` or ``"N-M"``: only these shots, counted from 0 in the order of the sources.
+    workers : int, optional
+        How many processes; as many as this process may use cores if left out.
+    time_limit : float [s]
+        For a shot.
+    pages : bool
+        Also write a page for each shot, as `view` does.
+    table : path, optional
+        Also write the table as a page, .html, with links to those of the shots.
+    root : path, optional
+        Folder that names in show files and lists are relative to, in place of theirs.
+    gather : bool
+        Process nothing: only the table of the results that are there.
+    cache : path or bool
+        A folder for the arrays of each stage, as of `process`; True: beside each result, False:
+        nowhere.
+    on_progress : callable, optional
+        Called with a `Step` for each shot; an exception from it ends the workers.
+
+    Returns
+    -------
+    Result of tuple of Row
+        Sorted by trouble, and as plain values in ``details["shots"]``. Keys of the summary:
+        ``shots``, ``processed``, ``kept``, ``failed``, ``missing``, ``workers``, ``verdicts``. A
+        shot that failed is a finding (`SHOT_FAILED`).
+
+    Raises
+    ------
+    InputError
+        If a source cannot be read, there are no shots, or the index is outside of them.
+
+    Examples
+    --------
+    >>> result = usdface.process_sequence("examples/shot.usda")
+    >>> result.summary["processed"], result.value[0].verdict
+    (1, 'good')
+    >>> usdface.process_sequence("examples/shot.usda").summary["kept"]
+    1
+    """
+    place = _page_place(table)
+    progress = Progress.of(on_progress)
+    given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
+    with progress.step("find shots"):
+        plans = plans_of(given, root)
+        plans = [replace(plan, page=plan.page or pages) for plan in plans]
+        clashing = same_outputs(plans)
+        numbers = chosen(index, len(plans))
+        rows: dict[int, Row] = {}
+        due: list[int] = []
+        for number in numbers:
+            if number in clashing:
+                rows[number] = _clash(plans[number], *clashing[number])
+            elif kept := _kept(plans[number]):
+                rows[number] = kept
+            else:
+                due.append(number)
+    team = max(1, min(workers or _cores(), len(due)))
+    if gather:
+        rows |= {number: _lacking(plans[number]) for number in due}
+    else:
+        with progress.step("process"):
+            done = _processed(
+                [_task(plans[number], cache) for number in due], team, time_limit, progress
+            )
+            for number, row in done:
+                rows[due[number]] = row
+                failed = row.as_dict() if row.state == "failed" else None
+                note_failure(plans[due[number]].file, failed)
+    table_rows = by_trouble(rows.values())
+    written = [Path(path) for number in due for path in rows[number].written]
+    if place is not None:
+        with progress.step("write"):
+            write_text(place, table_page(table_rows, " ".join(map(str, given)), place))
+        written.insert(0, place)
+    return Result(
+        tuple(table_rows),
+        tuple(written),
+        tuple(_findings(table_rows)),
+        _summary(table_rows, team),
+        {"shots": [row.as_dict() for row in table_rows]},
+        progress.seconds,
+    )
+
+
+def write_openjd(
+    sources: StrPath | Sequence[StrPath],
+    folder: StrPath,
+    *,
+    chunk: int = 1,
+    pages: bool = False,
+    root: StrPath | None = None,
+    on_progress: OnProgress | None = None,
+) -> Result[None]:
+    """Write a sequence as a job of Open Job Description: a bundle of four files.
+
+    Its first step processes the shots, some in a task; its second gathers the table.
+
+    Parameters
+    ----------
+    sources : path or sequence of path
+        As of `process_sequence`.
+    folder : path
+        Of the bundle; what it has of these files is replaced.
+    chunk : int
+        Shots in a task.
+    pages : bool
+        Also write a page for each shot.
+    root : path, optional
+        The folder that holds all files of the show; the deepest that does, if left out.
+    on_progress : callable, optional
+        Called with each `Step`.
+
+    Returns
+    -------
+    Result of None
+        `written` begins with the template. Keys of the summary: ``shots``, ``tasks``, ``inputs``.
+
+    Raises
+    ------
+    InputError
+        If a source cannot be read, or a file lies outside of `root`.
+    """
+    from usdface.show.openjd import common_folder, write_bundle
+
+    if chunk < 1:
+        raise InputError(f"a task of {chunk} shots; expected 1 or more", "SETTING_WRONG")
+    progress = Progress.of(on_progress)
+    given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
+    with progress.step("find shots"):
+        plans = [replace(plan, page=plan.page or pages) for plan in plans_of(given)]
+        inputs = _inputs(plans)
+    with progress.step("write"):
+        base = Path(root) if root else common_folder([*inputs, *(plan.file for plan in plans)])
+        name = f"usdface {Path(given[0]).stem}"
+        written = write_bundle(
+            Path(folder), plans, root=base, inputs=inputs, name=name, chunk=chunk
+        )
+    tasks = -(-len(plans) // chunk)
+    summary = {"shots": len(plans), "tasks": tasks, "inputs": len(inputs), "root": str(base)}
+    return Result(None, written, (), summary, seconds=progress.seconds)
+
+
+def _inputs(plans: Iterable[ShotPlan]) -> list[Path]:
+    """Return all files that the shots read: those that make them, or that they are composed of."""
+    from usdface.io.inputs import files_read
+
+    sources: dict[Path, None] = {}
+    for plan in plans:
+        sources |= dict.fromkeys(plan.making.files if plan.making else (plan.file,))
+        if plan.making and plan.file.is_file():  # it may have been edited
+            sources[plan.file] = None
+    return [file for file in files_read(*sources) if file.is_file()]
+
+
+def plans_of(sources: Iterable[StrPath], root: StrPath | None = None) -> list[ShotPlan]:
+    """Return the plans of the shots of a sequence."""
+    return find_shots((Path(source) for source in sources), _is_shot, Path(root) if root else None)
+
+
+def chosen(index: str, count: int) -> range:
+    """Return the places that ``"N"``, ``"N-M"`` or "" (all) names.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or outside of `count` shots.
+    """
+    if not index:
+        return range(count)
+    first, dash, last = index.partition("-")
+    words = (first, last) if dash else (first, first)
+    if not all(word.isascii() and word.isdecimal() and len(word) < 10 for word in words):
+        raise InputError(f"--index {index}: expected N or N-M, from 0 on", "SETTING_WRONG")
+    start, end = map(int, words)
+    if not start <= end < count:
+        raise InputError(
+            f"--index {index}: expected places from 0 to {count - 1}, as there are {count} shots",
+            "SETTING_WRONG",
+        )
+    return range(start, end + 1)
+
+
+def _page_place(table: StrPath | None) -> Path | None:
+    if table is None or not str(table):
+        return None
+    from usdface.io.atomic import check_place
+    from usdface.show.page import check_page_name
+
+    check_page_name(Path(table))
+    check_place(Path(table))
+    return Path(table)
+
+
+def _is_shot(path: Path) -> bool:
+    from usdface.pipeline.shot_task import is_shot  # loads USD: a second run needs none
+
+    return is_shot(path)
+
+
+def _cores() -> int:
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS, Windows
+        return os.cpu_count() or 1
+
+
+def _kept(plan: ShotPlan) -> Row | None:
+    """Return the row of a result that a run would make again as it is."""
+    folder = plan.file.parent
+    if plan.making is not None:
+        made = read_record(record_path(plan.file, "made"))
+        if made is None or made.key != made.key_now(folder, plan.making.options):
+            return None
+    record = read_record(record_path(plan.file))
+    if record is None or not record.is_current(folder, plan.options):
+        return None
+    row = row_from(record.row)
+    if row is None:
+        return None
+    page = str(plan.page_path) if plan.page else ""
+    return replace(row, name=plan.name, state="kept", root=str(plan.paths.root), page=page)
+
+
+def _task(plan: ShotPlan, cache: StrPath | bool) -> dict[str, Any]:
+    """Return the task of a worker."""
+    if isinstance(cache, bool):
+        folder = str(plan.paths.folder / "cache") if cache else ""
+    else:
+        folder = os.fspath(cache)
+    return {"plan": plan.as_dict(), "cache": folder}
+
+
+def _processed(
+    tasks: Sequence[dict[str, Any]], team: int, time_limit: float, progress: Progress
+) -> Iterable[tuple[int, Row]]:
+    """Yield the row of each shot as it is done."""
+    names = [task["plan"]["name"] for task in tasks]
+    done = 0
+
+    def begin(number: int) -> None:
+        progress(Step(names[number], done / len(names)))
+
+    begun = time.monotonic()
+    outcomes = run_in_workers(
+        "usdface.pipeline.shot_task:run_shot",
+        tasks,
+        workers=team,
+        time_limit=time_limit,
+        on_begin=begin,
+    )
+    for outcome in outcomes:
+        done += 1
+        row = row_from(outcome.value) if isinstance(outcome.value, dict) else None
+        yield outcome.number, row or _failed(names[outcome.number], outcome)
+    progress.seconds["workers"] = time.monotonic() - begun
+
+
+def _failed(name: str, outcome: Outcome) -> Row:
+    return Row(name=name, state="failed", error=outcome.error, code=outcome.code)
+
+
+def _lacking(plan: ShotPlan) -> Row:
+    """Return the row of a shot without a result: why it failed, where it was tried."""
+    row = row_from(read_failure(plan.file) or {})
+    if row is not None and row.state == "failed":
+        return replace(row, name=plan.name)
+    error = "there is no result, or it is not what a run would make now"
+    return Row(name=plan.name, state="missing", error=error, code="SHOT_MISSING")
+
+
+def _clash(plan: ShotPlan, path: Path, other: str) -> Row:
+    error = f"{path} would be written by {other}, too; give each shot a file of its own"
+    return Row(name=plan.name, state="failed", error=error, code="OUTPUT_UNWRITABLE")
+
+
+def _findings(rows: Iterable[Row]) -> Iterable[Any]:
+    for row in rows:
+        if row.state == "failed":
+            yield finding("SHOT_FAILED", row.name, "{said} [{error}]", Prose(row.error), row.code)
+        elif row.state == "missing":
+            yield finding("SHOT_MISSING", row.name, row.error)
+
+
+def _summary(rows: Sequence[Row], team: int) -> dict[str, Any]:
+    states = Counter(row.state for row in rows)
+    verdicts = Counter(row.verdict for row in rows if row.verdict)
+    return {
+        "shots": len(rows),
+        **{state: states[state] for state in ("processed", "kept", "failed", "missing")},
+        "verdicts": {name: verdicts[name] for name in ("good", "look_at", "not_usable")},
+        "workers": team,
+        "peak_memory_mb": max((row.peak_memory_mb for row in rows), default=0.0),
+    }

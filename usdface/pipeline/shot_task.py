@@ -1,0 +1,158 @@
+"""One shot of a sequence, in a worker: made if it must be, processed, recorded."""
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.errors import InputError, OutputError
+from usdface.findings import Finding, finding
+from usdface.io.inputs import files_read
+from usdface.io.usd.fingerprint import check_unedited
+from usdface.io.usd.named_files import named_files
+from usdface.options import BindOptions, DeliverOptions, ProcessOptions
+from usdface.pipeline.processing import process
+from usdface.pipeline.schemas import register_schemas
+from usdface.pipeline.shot import make_shot
+from usdface.result import Result, peak_memory
+from usdface.shot import ShotResult
+from usdface.show.plan import Making, ShotPlan, plan_of
+from usdface.show.record import Record, read_record, record_of, record_path, write_record
+from usdface.show.table import Row
+
+__all__ = ["is_shot", "run_shot"]
+
+
+def is_shot(path: Path) -> bool:
+    """Return whether a USD file has the setup of a shot; also where it cannot be opened."""
+    from usdface.io.usd.played_shot import has_setup
+    from usdface.io.usd.stage import open_stage
+
+    register_schemas()
+    try:
+        return has_setup(open_stage(path))
+    except InputError:
+        return True  # the table says why it is not processed
+
+
+def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
+    """Make and process a shot; return its row of the table, and record the result.
+
+    Parameters
+    ----------
+    task : mapping
+        ``plan``, from `ShotPlan.as_dict`, and ``cache``, a folder or "".
+
+    Raises
+    ------
+    UsdFaceError
+        If it cannot be made or processed.
+    """
+    register_schemas()
+    plan = plan_of(task["plan"])
+    plan.file.parent.mkdir(parents=True, exist_ok=True)
+    findings = _made(plan, plan.making) if plan.making else []
+    if plan.making and plan.making.performer and plan.making.calibration is None:
+        findings.append(finding("PERFORMER_UNCALIBRATED", plan.making.performer))
+    folder, options = plan.file.parent, plan.options
+    before = _record(plan, options)
+    result = process(
+        plan.file,
+        gltf=plan.gltf_path if plan.gltf else None,
+        deliver=plan.deliver_path if plan.deliver is not None else None,
+        delivery=DeliverOptions(**(plan.deliver or {})),
+        cache=task.get("cache") or None,
+        options=ProcessOptions(**plan.process),
+    )
+    written = [*result.written]
+    if plan.page:
+        from usdface.pipeline.viewing import view
+
+        written += view(plan.paths.root, plan.page_path).written
+    row = _row(plan, result, findings, written)
+    if before.key_now(folder, options) == before.key:  # else the next run does it again
+        done = record_of(
+            folder,
+            read=[folder / name for name in before.files],
+            absent=[folder / name for name in before.absent],
+            options=options,
+            written=written,
+            row=row.as_dict(),
+        )
+        write_record(record_path(plan.file), done)
+    return row.as_dict()
+
+
+def _record(plan: ShotPlan, options: object) -> Record:
+    """Return the record of the files that a shot reads."""
+    read = files_read(plan.file, apart=plan.paths.layers)
+    named, missing = named_files(plan.file)
+    others = dict.fromkeys((*read, *named))
+    return record_of(plan.file.parent, read=others, absent=missing, options=options)
+
+
+def _made(plan: ShotPlan, making: Making) -> list[Finding]:
+    """Make the shot if it is not there, or is not what would be made; one that was edited stays."""
+    folder, place = plan.file.parent, record_path(plan.file, "made")
+    known = read_record(place)
+    unchanged = known is not None and known.key == known.key_now(folder, making.options)
+    if unchanged and all(path.is_file() for path in (plan.file, *making.layers)):
+        return []
+    read = files_read(*making.files)
+    missing = [path for file in (making.rig, making.take) for path in named_files(file)[1]]
+    before = record_of(folder, read=read, absent=missing, options=making.options)
+    try:
+        check_unedited(plan.file)
+    except OutputError:
+        message = "its rig, take or binding changed, but it was edited since: it is kept as it is"
+        return [finding("SHOT_KEPT", plan.name, message)]
+    result = make_shot(
+        making.rig,
+        making.take,
+        plan.file,
+        bind=making.bind,
+        binding=BindOptions(neutral=making.neutral),
+        calibration=making.calibration,
+        expressions=making.expressions,
+        fuzzy=making.fuzzy,
+        correction=making.correction,
+        performer_layer=making.performer_layer,
+        character_layer=making.character_layer,
+    )
+    if before.key_now(folder, making.options) == before.key:
+        write_record(place, before)
+    return list(result.findings)
+
+
+def _row(
+    plan: ShotPlan, result: Result[ShotResult], made: list[Finding], written: list[Path]
+) -> Row:
+    summary, verdict = result.summary, result.verdict
+    findings = (*made, *result.findings)
+    alarming = [found for found in findings if found.severity != "info"]
+    return Row(
+        name=plan.name,
+        verdict=verdict.level if verdict else "",
+        reasons=tuple(reason.criterion.code for reason in verdict.reasons) if verdict else (),
+        frames=int(summary["frames"]),
+        residual_mean_mm=summary.get("residual_mean_mm"),
+        residual_max_mm=summary.get("residual_max_mm"),
+        occluded_share=_occluded_share(result.value),
+        correction_max=summary.get("correction_max"),
+        findings=dict(Counter(found.code for found in alarming)),
+        notes=len(findings) - len(alarming),
+        stages=summary.get("stages", {}),
+        seconds=round(sum(result.seconds.values()), 3),
+        peak_memory_mb=round(peak_memory() / 1e6, 1),
+        root=str(plan.paths.root),
+        page=str(plan.page_path) if plan.page else "",
+        written=tuple(str(path) for path in written),
+    )
+
+
+def _occluded_share(result: ShotResult) -> float | None:
+    if result.solution is None or not result.solution.distances.size:
+        return None
+    return round(float(np.isnan(result.solution.distances).mean()), 4)

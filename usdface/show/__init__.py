@@ -1,0 +1,1 @@
+"""Many shots: their list, what is out of date, worker processes, the table of results."""

@@ -1,0 +1,160 @@
+"""The plan of a sequence: each shot, how it is made, and what is written of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from usdface.io.layer_paths import LayerPaths, layer_paths
+
+__all__ = ["Making", "ShotPlan", "plan_of", "same_outputs"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Making:
+    """How `usdface shot` makes a shot.
+
+    Attributes
+    ----------
+    rig, take : Path
+    bind, calibration, expressions, fuzzy : Path or None
+    neutral : (int, int), "auto" or None
+        Neutral frames of the take, in place of the binding's.
+    correction : mapping
+        Fields of `CorrectionOptions`.
+    performer : str
+        "" = not named.
+    performer_layer, character_layer : Path or None
+        Layers that shots share; written where they are missing.
+    """
+
+    rig: Path
+    take: Path
+    bind: Path | None = None
+    calibration: Path | None = None
+    expressions: Path | None = None
+    fuzzy: Path | None = None
+    neutral: Any = None
+    correction: Mapping[str, Any] = field(default_factory=dict)
+    performer: str = ""
+    performer_layer: Path | None = None
+    character_layer: Path | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it names."""
+        others = (self.bind, self.calibration, self.expressions, self.fuzzy)
+        return (self.rig, self.take, *(path for path in others if path is not None))
+
+    @property
+    def layers(self) -> tuple[Path, ...]:
+        """The layers that it shares with other shots."""
+        both = (self.performer_layer, self.character_layer)
+        return tuple(path for path in both if path is not None)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """All but the files, as plain values."""
+        return {"neutral": self.neutral, "correction": dict(self.correction)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShotPlan:
+    """A shot of a sequence.
+
+    Attributes
+    ----------
+    name : str
+        Of the shot, in the table.
+    file : Path
+    making : Making or None
+        None: the shot is there, and only processed.
+    gltf, page : bool
+        Also write the result as .glb, as a page of `usdface view`.
+    deliver : mapping or None
+        Also write a deliverable: fields of `DeliverOptions`.
+    process : mapping
+        Fields of `ProcessOptions`.
+    """
+
+    name: str
+    file: Path
+    making: Making | None = None
+    gltf: bool = False
+    page: bool = False
+    deliver: Mapping[str, Any] | None = None
+    process: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def paths(self) -> LayerPaths:
+        """Where its result lies."""
+        return layer_paths(self.file)
+
+    @property
+    def gltf_path(self) -> Path:
+        """Where its glTF lies."""
+        return self.paths.root.with_suffix(".glb")
+
+    @property
+    def page_path(self) -> Path:
+        """Where its page lies."""
+        return self.paths.root.with_suffix(".html")
+
+    @property
+    def deliver_path(self) -> Path:
+        """Where its deliverable lies."""
+        return self.file.with_name(f"{self.file.stem}.face.usdc")
+
+    @property
+    def outputs(self) -> tuple[Path, ...]:
+        """The files that are written of it under names of their own."""
+        others = [self.gltf_path] * self.gltf + [self.page_path] * self.page
+        others += [self.deliver_path] * (self.deliver is not None)
+        return (*([self.file] * (self.making is not None)), self.paths.root, *others)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of its result, as plain values."""
+        deliver = None if self.deliver is None else dict(self.deliver)
+        wanted = {"gltf": self.gltf, "page": self.page, "deliver": deliver}
+        return {**wanted, "process": dict(self.process)}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plan as plain values, which `plan_of` reads."""
+        made = self.making
+        return {
+            "name": self.name,
+            "file": str(self.file),
+            **self.options,
+            "making": made
+            and {
+                part.name: str(value) if isinstance(value, Path) else value
+                for part in fields(made)
+                if (value := getattr(made, part.name))
+            },
+        }
+
+
+def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
+    """Return the plan that `ShotPlan.as_dict` gave."""
+    making = plain["making"]
+    files = {"rig", "take", "bind", "calibration", "expressions", "fuzzy"}
+    files |= {"performer_layer", "character_layer"}
+    if making is not None:
+        paths = {name: Path(value) for name, value in making.items() if name in files}
+        making = Making(**{**making, **paths})
+    values = {**plain, "file": Path(plain["file"]), "making": making}
+    return ShotPlan(**values)
+
+
+def same_outputs(plans: Sequence[ShotPlan]) -> dict[int, tuple[Path, str]]:
+    """Return shots that would write one file: by place, the file and the other shot's name."""
+    owners: dict[Path, int] = {}
+    clashing: dict[int, tuple[Path, str]] = {}
+    for number, plan in enumerate(plans):
+        for path in plan.outputs:
+            owner = owners.setdefault(path.resolve(), number)
+            if owner != number:
+                clashing.setdefault(owner, (path, plan.name))
+                clashing.setdefault(number, (path, plans[owner].name))
+    return clashing

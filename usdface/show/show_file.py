@@ -1,0 +1,315 @@
+"""The show file, TOML (or the same as JSON): the shots of a sequence and their characters.
+
+::
+
+    folder = "shots"                  # where shots are made; beside the show file if left out
+    files = ["old/*.usda"]            # shots that are there already
+
+    [process]                         # options of `usdface process`, of each shot
+    gltf = true
+    exaggeration = {brows = 1.2}
+
+    [characters.mia]
+    rig = "mia.usdc"
+    bind = {anna = "anna_on_mia.json"}  # by performer, or one file
+
+    layer = "mia_setup.usda"          # a layer that all its shots sublayer; made if it is missing
+
+    [performers.anna]
+    calibration = "anna.json"
+    layer = "anna.usda"
+
+    [[shots]]
+    name = "sq010_0010"
+    take = "takes/010.usdc"
+    performer = "anna"
+    character = "mia"                 # or characters = ["mia", "tom"]: a shot of each
+
+A key of a shot goes before that of its performer, which goes before that of its character. Names of
+files are relative to the show file.
+"""
+
+import json
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from usdface.errors import InputError, did_you_mean
+from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
+from usdface.show.plan import Making, ShotPlan
+
+__all__ = ["read_show_file", "show_json"]
+
+_LARGEST = 64_000_000  # bytes
+_FILES = ("rig", "take", "bind", "calibration", "expressions", "fuzzy")
+_LAYERS = ("performer_layer", "character_layer")
+_CORRECTION = tuple(part.name for part in fields(CorrectionOptions))
+_SETUP = (*_FILES, *_LAYERS, "neutral", *_CORRECTION)
+_TOP = ("folder", "files", "process", "characters", "performers", "shots")
+_SHOT = (*_SETUP, "name", "file", "performer", "character", "characters", "process")
+_PROCESS = (
+    *(part.name for part in fields(ProcessOptions) if part.name != "trace"),
+    *("gltf", "page", "deliver"),
+)
+
+
+def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
+    """Read a show file.
+
+    Parameters
+    ----------
+    path : Path
+        .toml or .json.
+    root : Path, optional
+        The folder that names of files are relative to, in place of that of `path`.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or names an unknown key, character or performer.
+    """
+    document = _document(path)
+    _check_keys(document, _TOP, str(path))
+    base = root or path.parent
+    folder = base / _text(document.get("folder", "."), f"{path}: folder")
+    common = _table(document.get("process", {}), f"{path}: process")
+    plans = [
+        _present(file, common, f"{path}: process")
+        for pattern in _list(document.get("files", []), f"{path}: files")
+        for file in _matching(base, _text(pattern, f"{path}: files"), str(path))
+    ]
+    for number, entry in enumerate(_list(document.get("shots", []), f"{path}: shots")):
+        where = f"{path}: shot {number + 1}"
+        _check_keys(_table(entry, where), _SHOT, where)
+        plans += _shots(entry, document, common, base, folder, where)
+    (name, count), *_ = Counter(plan.name for plan in plans).most_common(1) or [("", 0)]
+    if count > 1:
+        raise InputError(f"{path}: two shots are named {name!r}", "NAME_REPEATED")
+    return plans
+
+
+def _document(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise InputError(f"{path} is larger than any show file", "TOO_LARGE")
+        text = path.read_text(encoding="utf-8")
+        document = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
+    except OSError as error:
+        raise InputError(
+            f"cannot read the show file {path}: {error.strerror}", "FILE_UNREADABLE"
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(
+            f"the show file {path} cannot be read: {error}", "FILE_UNREADABLE"
+        ) from error
+    return _table(document, str(path))
+
+
+def _shots(
+    entry: dict[str, Any],
+    document: dict[str, Any],
+    common: dict[str, Any],
+    base: Path,
+    folder: Path,
+    where: str,
+) -> Iterator[ShotPlan]:
+    """Yield the shots of one entry: one for each of its characters."""
+    characters = entry.get("characters", [entry.get("character", "")])
+    performer = _text(entry.get("performer", ""), f"{where}: performer")
+    for character in _list(characters, f"{where}: characters"):
+        name = _name(entry, where) + (f"_{character}" if "characters" in entry else "")
+        process = {**common, **_table(entry.get("process", {}), f"{where}: process")}
+        file = entry.get("file")
+        place = base / _text(file, f"{where}: file") if file else folder / f"{name}.usda"
+        setup = {
+            **_of(document, "characters", _text(character, where), performer, where),
+            **_of(document, "performers", performer, character, where),
+            **{key: value for key, value in entry.items() if key in _SETUP},
+        }
+        making = _making(setup, performer, base, where) if not file or "take" in setup else None
+        yield _plan(name, place, making, process, where)
+
+
+def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) -> dict[str, Any]:
+    """Return the table of a character or a performer, its `bind` for the `other` of the two."""
+    tables = _table(document.get(kind, {}), f"{kind}")
+    if not name:
+        return {}
+    if name not in tables:
+        raise InputError(
+            f"{where}: there is no {kind[:-1]} {name!r}{did_you_mean(name, tables)}",
+            "SETTING_WRONG",
+        )
+    table = dict(_table(tables[name], f"{kind}.{name}"))
+    _check_keys(table, (*_SETUP, "layer"), f"{where}: {kind}.{name}")
+    if "layer" in table:
+        table[f"{kind[:-1]}_layer"] = table.pop("layer")
+    if isinstance(bind := table.get("bind"), dict):
+        table.pop("bind")
+        table |= {"bind": bind[other]} if other in bind else {}
+    return table
+
+
+def _making(setup: dict[str, Any], performer: str, base: Path, where: str) -> Making:
+    for needed in ("rig", "take"):
+        if needed not in setup:
+            raise InputError(f"{where} has no {needed}", "SHOT_INCOMPLETE")
+    files = {
+        name: base / _text(setup[name], f"{where}: {name}")
+        for name in (*_FILES, *_LAYERS)
+        if name in setup
+    }
+    neutral = setup.get("neutral")
+    if isinstance(neutral, list):
+        whole = all(type(frame) is int and frame >= 0 for frame in neutral)
+        if not whole or len(neutral) != 2:
+            raise InputError(
+                f'{where}: neutral is {neutral}; expected [first, last] frame index, or "auto"',
+                "SETTING_WRONG",
+            )
+        neutral = tuple(neutral)
+    elif neutral not in (None, "auto"):
+        raise InputError(
+            f'{where}: neutral is {neutral!r}; expected [first, last] frame index, or "auto"',
+            "SETTING_WRONG",
+        )
+    correction = {name: setup[name] for name in _CORRECTION if name in setup}
+    return Making(**files, neutral=neutral, correction=correction, performer=performer)
+
+
+def _present(file: Path, process: dict[str, Any], where: str) -> ShotPlan:
+    return _plan(file.stem, file, None, process, where)
+
+
+def _plan(
+    name: str, file: Path, making: Making | None, process: dict[str, Any], where: str
+) -> ShotPlan:
+    _check_keys(process, _PROCESS, f"{where}: process")
+    others = ("gltf", "page", "deliver")
+    options = {key: value for key, value in process.items() if key not in others}
+    _check_options(options, where)
+    wanted = {key: _switch(process.get(key, False), f"{where}: {key}") for key in ("gltf", "page")}
+    deliver = _delivery(process.get("deliver", False), f"{where}: deliver")
+    return ShotPlan(name=name, file=file, making=making, process=options, deliver=deliver, **wanted)
+
+
+def _check_options(options: dict[str, Any], where: str) -> None:
+    """Fail before the work where `ProcessOptions` would not take the options."""
+    for part in fields(ProcessOptions):
+        if part.type is bool and part.name in options:
+            _switch(options[part.name], f"{where}: {part.name}")
+    try:
+        ProcessOptions(**options)
+    except (InputError, AttributeError, TypeError) as error:
+        raise InputError(f"{where}: process: {error}", "SETTING_WRONG") from error
+
+
+def _delivery(value: object, where: str) -> dict[str, Any] | None:
+    """Return the fields of `DeliverOptions`; None where nothing is to be delivered."""
+    if isinstance(value, bool):
+        return {} if value else None
+    table = _table(value, where)
+    _check_keys(table, tuple(part.name for part in fields(DeliverOptions)), where)
+    for key, number in table.items():
+        good = type(number) is int or (key == "rate" and isinstance(number, float))
+        if not good:
+            raise InputError(f"{where}: {key} is {number!r}; expected a number", "SETTING_WRONG")
+    try:
+        DeliverOptions(**table)
+    except InputError as error:
+        raise InputError(f"{where}: {error}", error.code) from error
+    return table
+
+
+def _switch(value: object, where: str) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(f"{where} is {value!r}; expected true or false", "SETTING_WRONG")
+    return value
+
+
+def _name(entry: dict[str, Any], where: str) -> str:
+    """Return the name of a shot, which is that of its file in the folder of the show."""
+    stem = Path(str(entry.get("file", entry.get("take", "")))).stem
+    name = _text(entry.get("name", stem), f"{where}: name")
+    if not name or name.startswith((".", "/")) or ".." in Path(name).parts or "\\" in name:
+        raise InputError(f"{where}: {name!r} cannot be the name of a shot", "SETTING_WRONG")
+    return name
+
+
+def _matching(base: Path, pattern: str, where: str) -> list[Path]:
+    """Return the files of a pattern: all but results."""
+    try:
+        found = sorted(base.glob(pattern))
+    except (NotImplementedError, ValueError) as error:
+        raise InputError(f"{where}: {pattern!r}: {error}", "SETTING_WRONG") from error
+    if not found:
+        raise InputError(f"{where}: no file matches {pattern!r}", "FILE_UNREADABLE")
+    return [file for file in found if file.is_file() and not file.stem.endswith(".usdface")]
+
+
+def show_json(plans: list[ShotPlan], root: Path) -> str:
+    """Return the shots as a show file, JSON, each with all that it needs; names relative to `root`.
+
+    Raises
+    ------
+    InputError
+        If a file lies outside of `root`.
+    """
+    shots = []
+    for plan in plans:
+        entry: dict[str, Any] = {"name": plan.name, "file": _relative(plan.file, root)}
+        if made := plan.making:
+            named = {name: getattr(made, name) for name in (*_FILES, *_LAYERS)}
+            entry |= {name: _relative(path, root) for name, path in named.items() if path}
+            entry |= dict(made.correction)
+            entry |= {"neutral": made.neutral} if made.neutral else {}
+            entry |= {"performer": made.performer} if made.performer else {}
+        wanted = {"gltf": plan.gltf, "page": plan.page}
+        entry["process"] = {**plan.process, **{k: True for k, wants in wanted.items() if wants}}
+        if plan.deliver is not None:
+            entry["process"]["deliver"] = dict(plan.deliver) or True
+        shots.append(entry)
+    performers: dict[str, Any] = {
+        str(shot["performer"]): {} for shot in shots if "performer" in shot
+    }
+    document = {"performers": performers, "shots": shots}
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def _relative(path: Path, root: Path) -> str:
+    try:
+        return path.resolve().relative_to(root.resolve()).as_posix()
+    except ValueError as error:
+        raise InputError(
+            f"{path} is not in {root}, which holds the show; name a folder that holds both",
+            "SETTING_WRONG",
+        ) from error
+
+
+def _check_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in known:
+            raise InputError(
+                f"{where}: unknown key {key!r}{did_you_mean(key, known)}", "SCHEMA_BROKEN"
+            )
+
+
+def _table(value: object, where: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError(f"{where} is {value!r}; expected a table", "SCHEMA_BROKEN")
+    return value
+
+
+def _list(value: object, where: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputError(f"{where} is {value!r}; expected a list", "SCHEMA_BROKEN")
+    return value
+
+
+def _text(value: object, where: str) -> str:
+    if not isinstance(value, str) or "\0" in value:
+        raise InputError(f"{where} is {value!r}; expected text", "SCHEMA_BROKEN")
+    return value

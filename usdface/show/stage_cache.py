@@ -1,0 +1,112 @@
+"""The cache of a shot's stages: solve and correction, by the content that they depend on."""
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import TypeVar
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator, CombinationWeight
+from usdface.cleanup.repairs import Repair
+from usdface.closure.blinks import EyeClosing
+from usdface.closure.closed_eyes import CompletedClosing
+from usdface.closure.closure_layer import Closure
+from usdface.correction.expression_layer import ExpressionTrace, SideTrace
+from usdface.errors import OutputError
+from usdface.findings import Finding
+from usdface.fuzzy.inference import Evaluation
+from usdface.geometry.rigid_fit import Pose
+from usdface.inbetween_path import InbetweenPath
+from usdface.retarget.map_choice import MapChoice
+from usdface.retarget.solution import Solution
+from usdface.retarget_shot import SolvedShot
+from usdface.shot import ShotResult
+from usdface.show.content import content_digest
+from usdface.show.keys import program
+from usdface.show.packed import UnpackError, read_packed, write_packed
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["StageCache"]
+
+_CLASSES = (
+    *(BlendShapeEvaluator, Closure, CombinationWeight, CompletedClosing, Evaluation, EyeClosing),
+    *(ExpressionTrace, Finding, InbetweenPath, MapChoice, MarkerTake, Pose, Repair, ShotResult),
+    *(SideTrace, Solution, SolvedShot, WeightsTake),
+)
+_KEPT = 2  # files of each stage: a setting that goes to and fro costs nothing
+
+ValueT = TypeVar("ValueT")
+
+
+class StageCache:
+    """Stages of one shot in a folder, which other shots may share.
+
+    A file that is damaged, or none that this class wrote, is as if it were not there. What cannot
+    be written is not kept: the result does not depend on it.
+
+    Parameters
+    ----------
+    folder : Path
+    name : str
+        Of the shot: the beginning of the files' names.
+
+    Attributes
+    ----------
+    used : dict of str to {"cached", "computed"}
+        How each stage was come by.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self.used: dict[str, str] = {}
+        self._folder = folder
+        self._name = name
+
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        """Return the value of a stage: kept from an earlier run, or computed and kept.
+
+        Parameters
+        ----------
+        name : str
+        inputs : values of the middle
+            All that `compute` depends on.
+        given : mapping of str to object
+            Parts of the value that the caller has.
+        compute : callable
+        """
+        try:
+            key = content_digest((name, inputs, program()))
+        except TypeError:  # a part from outside, of a term or a format of another package
+            self.used[name] = "computed"
+            return compute()
+        place = self._folder / f"{self._name}.{name}.{key[:40]}.npz"
+        with suppress(UnpackError, OSError):
+            stored_key, value = read_packed(place, _CLASSES, given)
+            if stored_key == key:
+                self.used[name] = "cached"
+                kept: ValueT = value
+                return kept
+        self.used[name] = "computed"
+        computed = compute()
+        with suppress(OutputError, OSError, TypeError):
+            self._forget(name, place)
+            write_packed(place, (key, computed), given)
+        return computed
+
+    def _forget(self, name: str, newest: Path) -> None:
+        """Remove the oldest files of a stage, so that `_KEPT` are there with the newest."""
+        prefix = f"{self._name}.{name}."
+        if not self._folder.is_dir():
+            return
+        mine = [
+            file
+            for file in self._folder.iterdir()
+            if file.name.startswith(prefix) and file.suffix == ".npz" and file != newest
+        ]
+        mine.sort(key=lambda file: file.stat().st_mtime_ns, reverse=True)
+        for file in mine[_KEPT - 1 :]:
+            file.unlink(missing_ok=True)
