@@ -130,7 +130,12 @@ def run_hooks(
                 message = "{origin} changed {change}"
                 found.append(
                     finding(
-                        "HOOK_APPLIED", hook.name, message, hook.origin, Prose(change), point=point
+                        "HOOK_APPLIED",
+                        hook.name,
+                        message,
+                        hook.origin,
+                        Prose(change),
+                        hook_point=point,
                     )
                 )
             value = given
