@@ -61,7 +61,7 @@ def draw(folder: Path) -> None:
     def redraw() -> None:
         shown.setPixmap(QtGui.QPixmap.fromImage(view.draw(FRAME)))
 
-    usdview.UpdateViewport = redraw  # type: ignore[method-assign]
+    usdview.GrabViewportShot = redraw  # type: ignore[method-assign]
     show_panel(usdview)
     dock: Any = window.findChild(Dock)
     window.show()

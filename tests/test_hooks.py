@@ -324,7 +324,7 @@ def test_a_plug_in_that_would_not_load_says_why(install: Install) -> None:
 def test_plug_ins_for_hosts_are_listed_with_their_reasons(install: Install, host: str) -> None:
     folder = Path(__file__).parents[1] / "plugins" / host
     project = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
-    install(project["name"].replace("-", "_"), "", project["entry-points"])
+    install(f"installed_{host}", "", project["entry-points"])
     (row,) = list_plugins().details["plugins"]
     assert (row["kind"], row["host"], row["loads"]) == ("host", host, False)
     assert "this Python has no" in row["why_not"]

@@ -27,6 +27,7 @@ USED = {
     },
     "usdviewApi.py": {
         "UsdviewApi": (
+            "GrabViewportShot",
             "PrintStatus",
             "UpdateViewport",
             "dataModel",
@@ -156,7 +157,7 @@ class Usdview:
         self.qMainWindow = QtWidgets.QMainWindow()
         self.stage: Usd.Stage | None = stage
         self.frame = Usd.TimeCode(stage.GetStartTimeCode())
-        self.drawn = 0
+        self.drawn = self.scheduled = 0
         self.said: list[str] = []
         field = QtWidgets.QLineEdit(self.qMainWindow)
         field.setObjectName("frameField")
@@ -166,8 +167,11 @@ class Usdview:
     def set_frame(self, code: float) -> None:
         self.frame = Usd.TimeCode(code)
 
-    def UpdateViewport(self) -> None:
+    def GrabViewportShot(self) -> None:
         self.drawn += 1
+
+    def UpdateViewport(self) -> None:
+        self.scheduled += 1
 
     def PrintStatus(self, message: str) -> None:
         self.said.append(message)

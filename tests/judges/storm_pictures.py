@@ -24,7 +24,7 @@ shot, folder, code = sys.argv[1], Path(sys.argv[2]), float(sys.argv[3])
 stage = Usd.Stage.Open(shot)
 view = StormView(stage, 320)
 usdview = Usdview(stage)
-usdview.UpdateViewport = lambda: view.draw(code)  # type: ignore[method-assign]
+usdview.GrabViewportShot = lambda: view.draw(code)  # type: ignore[method-assign]
 usdview.set_frame(code)
 show_panel(usdview)
 dock = usdview.qMainWindow.findChild(Dock)

@@ -218,18 +218,6 @@ def test_the_residual_colours_the_face_of_the_frame(
     assert not mesh.GetDisplayColorAttr().HasAuthoredValue()
 
 
-def test_an_answer_waits_for_the_end_of_a_drawing(application: Any, processed: Any) -> None:
-    """Within one it would edit the stage while the faces are inactive."""
-    came: list[Any] = []
-    processed.worker.ask("explain", came.append, frame=3)
-    with processed.worker.held():
-        wait(application, lambda: processed.worker._process.bytesAvailable())
-        application.processEvents()
-        assert not came
-    wait(application, lambda: came)
-    assert came[0]["frame"] == 3
-
-
 def test_saving_writes_the_result_with_its_gains(
     application: Any, processed: Any, usdview: Any, tmp_path: Path
 ) -> None:

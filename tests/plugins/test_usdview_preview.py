@@ -95,14 +95,16 @@ def test_another_result_of_the_same_files_is_read_again(shot: Path, tmp_path: Pa
     assert np.abs(value.weights - first.value.weights.weights).max() > 0.05
 
 
-def test_faces_are_inactive_for_one_drawing(shot: Path, result: Result[ShotResult]) -> None:
+def test_faces_are_inactive_while_the_viewport_is_drawn(
+    shot: Path, result: Result[ShotResult]
+) -> None:
     """Storm keeps the weights of a face until then."""
     stage = Usd.Stage.Open(str(shot))
     (root,) = (p.GetPath() for p in stage.Traverse() if p.GetTypeName() == "SkelRoot")
     seen = []
     preview = Preview(stage, lambda: seen.append(stage.GetPrimAtPath(root).IsActive()))
     preview.show(layers(result))
-    assert seen == [False, True]
+    assert seen == [False, False, True]
 
 
 def test_colours_replace_materials_and_give_them_back(

@@ -255,9 +255,9 @@ class Dock(QtWidgets.QDockWidget):
             self._folder = None
 
     def _draw(self) -> None:
+        """Draw at once: UpdateViewport alone only schedules it."""
+        self._usdview.GrabViewportShot()
         self._usdview.UpdateViewport()
-        with self.worker.held():
-            QtWidgets.QApplication.processEvents(QtCore.QEventLoop.ExcludeUserInputEvents)
 
     def _timer(self, interval: int, function: Any, once: bool = False) -> Any:
         timer = QtCore.QTimer(self)

@@ -50,13 +50,13 @@ class Preview:
     Parameters
     ----------
     stage : Usd.Stage
-    process_events : callable
-        Lets the viewport draw once, between two edits.
+    draw : callable
+        Draws the viewport at once, between two edits.
     """
 
-    def __init__(self, stage: Usd.Stage, process_events: Callable[[], object]) -> None:
+    def __init__(self, stage: Usd.Stage, draw: Callable[[], object]) -> None:
         self.stage = stage
-        self._process_events = process_events
+        self._draw = draw
         self._layer = Sdf.Layer.CreateAnonymous("usdface")
         root = stage.GetRootLayer()
         # Without them USD would scale the time codes of the layers by the ratio to 24
@@ -138,18 +138,20 @@ class Preview:
     def _faces_rebuilt(self) -> Iterator[None]:
         """Let edits of faces be seen: Storm keeps a face's weights until its SkelRoot is rebuilt.
 
-        After the edits the SkelRoots are inactive for one drawing of the viewport.
+        After the edits the SkelRoots are inactive while the viewport is drawn.
         """
         yield
         roots = [prim.GetPath() for prim in self.stage.Traverse() if prim.IsA(UsdSkel.Root)]
         with Sdf.ChangeBlock():
             for path in roots:
                 Sdf.CreatePrimInLayer(self._layer, path).SetInfo("active", False)
-        self._process_events()
+        # The first may end early: Storm names faces that are gone, once, as an error
+        self._draw()
+        self._draw()
         with Sdf.ChangeBlock():
             for path in roots:
                 self._layer.GetPrimAtPath(path).ClearInfo("active")
-        self._process_events()
+        self._draw()
 
     def _material(self) -> UsdShade.Material:
         """Return a material that shows the colours of the vertices."""

@@ -3,8 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +36,6 @@ class WorkerClient(QtCore.QObject):
         self._number = 0
         self._waiting: dict[int, Answer] = {}
         self._unread = b""
-        self._is_held = False
 
     @property
     def running(self) -> bool:
@@ -53,16 +51,6 @@ class WorkerClient(QtCore.QObject):
         line = json.dumps({"id": self._number, "job": job, **request}) + "\n"
         self._process.write(line.encode("utf-8"))
         self.busy.emit(True)
-
-    @contextmanager
-    def held(self) -> Iterator[None]:
-        """Let events be handled without answers: within a drawing one would edit the stage."""
-        self._is_held = True
-        try:
-            yield
-        finally:
-            self._is_held = False
-            QtCore.QTimer.singleShot(0, self._read)
 
     def end(self) -> None:
         """End the worker; requests without an answer are dropped without a word."""
@@ -92,7 +80,7 @@ class WorkerClient(QtCore.QObject):
         self._process = process
 
     def _read(self) -> None:
-        if self._process is None or self._is_held:
+        if self._process is None:
             return
         self._unread += bytes(self._process.readAllStandardOutput())
         *lines, self._unread = self._unread.split(b"\n")
