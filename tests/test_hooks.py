@@ -292,7 +292,7 @@ def test_the_command_line_names_and_skips_them(example: Path, shot: Path) -> Non
         )
         return SimpleNamespace(code=done.returncode, **json.loads(done.stdout))
 
-    listed = command("plugins", "list")
+    listed = command("plugins")
     assert [(row["kind"], row["loads"]) for row in listed.plugins] == [("hook", True)] * 4
     skipped = command("process", shot, "--skip-hook", "studio_hooks")
     assert skipped.code == 0 and not hasattr(skipped, "hooks")

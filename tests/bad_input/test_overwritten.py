@@ -42,14 +42,25 @@ CASES = [
     case("markers lay/rig.usda --bind bind.json", RIG + BIND, output=SAID, figure=SHOWN),
     case(
         "shot --rig lay/rig.usda --take take.usda --bind bind.json --fuzzy system.fis "
-        "--expressions poses.json --calibration who.json",
+        "--expressions poses.json --calibration who.json --performer-layer who.usda "
+        "--character-layer head.usda",
         ["take.usda", "system.fis", "poses.json", "who.json", *RIG, *BIND],
         output=USD,
         write_bind=SAID,
         bind_figure=SHOWN,
     ),
     case("calibrate shot.usda", SHOT, output=SAID),
-    case("process shot.usda", SHOT, output=USD, gltf=(".glb", ".bin"), figure=SHOWN, sheet=SHOWN),
+    case(
+        "process shot.usda",
+        SHOT,
+        output=USD,
+        gltf=(".glb", ".bin"),
+        figure=SHOWN,
+        sheet=SHOWN,
+        deliver=USD,
+    ),
+    case("sequence shot.usda", SHOT, table=PAGE),
+    case("plugins", []),
     case("process shot.usda --in-place", SHOT, gltf=(".glb",), figure=SHOWN, sheet=SHOWN),
     case("view shot.usda", SHOT, output=PAGE),
     case("view face.gltf", GLTF, output=PAGE),

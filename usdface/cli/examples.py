@@ -54,7 +54,6 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "formats": ("usdface formats", "usdface formats --format json"),
     "plugins": ("usdface plugins", "usdface plugins --format json"),
-    "plugins list": ("usdface plugins list", "usdface plugins list --format json"),
     "fuzzy explain": (
         "usdface fuzzy explain shot.usda --frame 72",
         "usdface fuzzy explain shot.usda --time 1.2 --figure why.png",

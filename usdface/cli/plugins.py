@@ -1,4 +1,4 @@
-"""The commands below `plugins`: what other packages add."""
+"""The command `plugins`: what other packages add."""
 
 import argparse
 from dataclasses import replace
@@ -12,11 +12,8 @@ __all__ = ["add_plugins"]
 
 
 def add_plugins(commands: Any, summary: str) -> None:
-    """Add `usdface plugins` with its actions."""
-    group = add_command(commands, "plugins", _list, summary)  # without an action: list
-    actions = group.add_subparsers(title="actions", metavar="ACTION")
-    listing = "list hooks, formats and plug-ins for hosts, and whether each would load"
-    add_command(actions, "list", _list, listing)
+    """Add `usdface plugins`."""
+    add_command(commands, "plugins", _list, summary)
 
 
 def _list(parsed: argparse.Namespace) -> int:

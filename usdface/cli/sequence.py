@@ -115,6 +115,10 @@ def _watch(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
 
 
 def _run(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
+    if parsed.report:
+        from usdface.pipeline.sequence import check_unread, plans_of
+
+        check_unread([parsed.report], parsed.sources, plans_of(parsed.sources, parsed.root))
     with progress(parsed) as step:
         result = pipeline.process_sequence(
             parsed.sources,

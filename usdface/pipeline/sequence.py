@@ -8,10 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.finding_values import Prose
 from usdface.findings import finding
 from usdface.io.atomic import StrPath, write_text
+from usdface.io.inputs import check_outputs, files_read
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.show.discovery import find_shots
@@ -19,13 +21,15 @@ from usdface.show.page import table_page
 from usdface.show.plan import ShotPlan, same_outputs
 from usdface.show.record import note_failure, read_failure, read_record, record_path
 from usdface.show.table import Row, by_trouble, row_from
+from usdface.show.watch import files_of
 from usdface.show.workers import Outcome, run_in_workers
 
-__all__ = ["chosen", "plans_of", "process_sequence", "write_openjd"]
+__all__ = ["check_unread", "chosen", "plans_of", "process_sequence", "write_openjd"]
 
 TIME_LIMIT = 3600.0  # s for a shot: two orders above the longest take that was measured
 
 
+@one_blas_thread()
 def process_sequence(
     sources: StrPath | Sequence[StrPath],
     *,
@@ -96,6 +100,7 @@ def process_sequence(
         plans = plans_of(given, root)
         plans = [replace(plan, page=plan.page or pages) for plan in plans]
         clashing = same_outputs(plans)
+        check_unread([place], given, plans)
         numbers = chosen(index, len(plans))
         rows: dict[int, Row] = {}
         due: list[int] = []
@@ -230,6 +235,28 @@ def chosen(index: str, count: int) -> range:
             "SETTING_WRONG",
         )
     return range(start, end + 1)
+
+
+def check_unread(
+    places: Iterable[Path | None], sources: Iterable[StrPath], plans: Iterable[ShotPlan]
+) -> None:
+    """Refuse outputs that the sequence reads.
+
+    Raises
+    ------
+    OutputError
+        If an output is one of the files that the shots are made of.
+    """
+    there = [place for place in places if place is not None and place.exists()]
+    if not there:
+        return
+    plans = list(plans)
+    read = {file: file for file in files_of(map(Path, sources), plans)}
+    # What a shot without a record is composed of is not known yet.
+    new = [plan for plan in plans if not record_path(plan.file, "record").exists()]
+    for plan in new:
+        read |= files_read(plan.file, *(plan.making.files if plan.making else ()))
+    check_outputs(there, read)
 
 
 def _page_place(table: StrPath | None) -> Path | None:
