@@ -1,4 +1,4 @@
-"""Scheduling by simulation: shots of measured times on many workers.
+"""Scheduling by simulation: shots of estimated times on many workers.
 
 A worker starts (`START`), then takes the next shot of the list as soon as it is done with one. The
 parent looks at each shot's files first (`LOOK`) and passes tasks on (`PASS`), one at a time. On a
@@ -11,7 +11,7 @@ import numpy as np
 
 __all__ = ["print_simulation"]
 
-# Measured on two cores by `speed`, and by `openjd run`: seconds.
+# Estimates for idle cores, after runs of `speed` and `openjd run` on busy ones: seconds.
 SHOT_MEDIAN, SHOT_SPREAD = 2.6, 0.7  # of takes from some seconds to a minute: a log-normal
 START = 1.6  # a worker imports and compiles
 LOOK = 0.0025  # the parent: a shot's key, hashed content included
