@@ -49,7 +49,7 @@ def read_labels(path: Path) -> tuple[Label, ...]:
 
 def _of_csv(path: Path, text: str) -> list[tuple[str, Mapping[str, Any]]]:
     delimiter = max(",;\t", key=text.partition("\n")[0].count)
-    rows = [row for row in read_rows(path, text, delimiter) if any(row[1])]
+    rows = read_rows(path, text, delimiter)
     (_, header), body = rows[0], rows[1:]
     columns = [name.lower() for name in header]
     _check_keys(f"{path}, line 1", columns)

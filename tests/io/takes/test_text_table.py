@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
+from usdface.io.labels_file import read_labels
+from usdface.io.takes.files import read_take
 from usdface.io.takes.text_table import positive, read_numbers, read_rows, read_text
 
 
@@ -29,7 +31,7 @@ def test_a_missing_file_is_refused(tmp_path):
 @pytest.mark.parametrize("ending", ["\n", "\r\n", "\r"])
 def test_rows_know_their_line(tmp_path, ending):
     rows = read_rows(tmp_path, ending.join(["a, b", "", "1,2"]), ",")
-    assert rows == [(1, ["a", "b"]), (2, []), (3, ["1", "2"])]
+    assert rows == [(1, ["a", "b"]), (3, ["1", "2"])]
 
 
 def test_an_endless_cell_is_refused(tmp_path):
@@ -63,3 +65,13 @@ def test_only_positive_finite_numbers_count_as_announced():
 def test_a_decimal_comma_is_named(tmp_path):
     with pytest.raises(InputError, match="line 2, column 2: '1,5' is not a number; write decimals"):
         read_numbers(tmp_path / "a.csv", [(2, ["0", "1,5"])], [0, 1])
+
+
+@pytest.mark.parametrize("content", [b",", b",,\n;\n", b"\x1c", b" \r\n\x1f\n", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("name", ["take.csv", "take.trc", "labels.csv"])
+def test_a_table_in_which_nothing_is_written_is_refused(tmp_path, name, content):
+    path = tmp_path / name
+    path.write_bytes(content)
+    read = read_labels if name == "labels.csv" else read_take
+    with pytest.raises(InputError, match=name):
+        read(path)

@@ -45,7 +45,7 @@ def read_csv_markers(
     text = read_text(path)
     first_line = text.lstrip().splitlines()[0]
     delimiter = max(",;\t", key=first_line.count)
-    rows = [row for row in read_rows(path, text, delimiter) if any(row[1])]
+    rows = read_rows(path, text, delimiter)
     if [cell.lower() for cell in rows[0][1][:4]] == _OPENFACE:
         raise InputError(
             f"{path}: OpenFace files are not read; name its columns A_x, A_y, A_z",

@@ -48,7 +48,7 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
         If the file is missing, not such a file, holds no row with data, or its timecodes
         do not increase.
     """
-    rows = [row for row in read_rows(path, read_text(path), ",") if any(row[1])]
+    rows = read_rows(path, read_text(path), ",")
     header = rows[0][1]
     if [cell.lower() for cell in header[:2]] != ["timecode", "blendshapecount"]:
         raise InputError(

@@ -34,7 +34,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     InputError
         If the file is missing, not a Motive export, or holds no usable marker frame.
     """
-    rows = [row for row in read_rows(path, read_text(path), ",") if any(row[1])]
+    rows = read_rows(path, read_text(path), ",")
     first = rows[0][1]
     if first[0] != "Format Version":
         raise InputError(

@@ -33,29 +33,34 @@ def read_text(path: Path) -> str:
         data = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error
-    if not data.strip():
-        raise InputError(f"{path} is empty", "FILE_UNREADABLE")
     if b"\0" in data:
         raise InputError(f"{path} is not a text file; expected UTF-8 text", "FILE_UNREADABLE")
     try:
-        return data.decode("utf-8-sig")
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return data.decode("latin-1")
+        text = data.decode("latin-1")
+    if not text.strip():
+        raise InputError(f"{path} is empty", "FILE_UNREADABLE")
+    return text
 
 
 def read_rows(path: Path, text: str, delimiter: str) -> list[Row]:
-    """Return the rows of a delimited text, blank ones included.
+    """Return the rows of a delimited text in which something is written; one at least.
 
     Raises
     ------
     InputError
-        If the text cannot be split.
+        If the text cannot be split, or nothing is written in it.
     """
     reader = csv.reader(io.StringIO(text, newline=None), delimiter=delimiter)
     try:
-        return [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+        rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
         raise InputError(f"{path}, line {reader.line_num}: {error}", "ROW_WRONG") from error
+    written = [row for row in rows if any(row[1])]
+    if not written:
+        raise InputError(f"{path}: all cells are empty; expected a table", "ROW_WRONG")
+    return written
 
 
 def read_numbers(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> FloatArray:

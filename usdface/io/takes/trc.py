@@ -36,9 +36,7 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
             "FILE_UNREADABLE",
         )
     first_line = text.lstrip().splitlines()[0]
-    rows = [
-        row for row in read_rows(path, text, "\t" if "\t" in first_line else ",") if any(row[1])
-    ]
+    rows = read_rows(path, text, "\t" if "\t" in first_line else ",")
     if len(rows) < 5:
         raise InputError(
             f"{path}: the header is cut off; expected five lines before the data", "FILE_CUT_OFF"
