@@ -183,7 +183,8 @@ def test_a_small_file_of_many_pixels_is_refused_before_they_are_decoded(tmp_path
     data[at : at + 4] = struct.pack("<HH", 9000, 7000)
     image, (found,) = to_gltf_image(Texture(data=bytes(data), suffix=".webp"))
     assert image is None and found.code == "TEXTURE_MISSING"
-    assert "exceeds" in found.message
+    # By a limit of OpenImageIO, or with older ones by ours.
+    assert "exceeds" in found.message or "420 MB in memory" in found.message
 
 
 def test_words_of_a_damaged_image_that_are_no_text_are_no_error(tmp_path: Path) -> None:
