@@ -15,6 +15,7 @@ import signal, sys
 import usdface.io.usd.layers as layers, usdface.io.staging as staging
 from usdface.__main__ import main
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it in the background
 {patch}
 sys.argv[1:] = {arguments}
 sys.exit(main())

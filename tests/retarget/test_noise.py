@@ -77,7 +77,8 @@ def test_occluded_markers_are_no_evidence_of_noise_and_misfit() -> None:
     for filling in (0.0, 5.0):
         filled = np.where(seen, observed, filling)
         assert part.noise(filled) == pytest.approx(1e-3, rel=0.02)
-        assert part.misfit(filled, part.noise(filled)) < 2e-4
+        # What 2 % of the noise, by which its estimate may be off, look like in the largest frames.
+        assert part.misfit(filled, part.noise(filled)) < 3e-4
 
 
 def test_a_frame_is_judged_by_the_best_fit_to_its_seen_coordinates() -> None:
@@ -96,3 +97,21 @@ def test_white_noise_skips_gaps() -> None:
     values = 1e-3 * np.random.default_rng(14).normal(size=(2000, 3))
     values[::9] = np.nan
     assert white_noise(values) == pytest.approx(1e-3, rel=0.05)
+
+
+def test_blend_shapes_that_differ_by_the_rounding_of_a_file_are_one() -> None:
+    """10 nm, as float32 rounds: neither the noise nor the misfit of a take hangs on them."""
+    rng = np.random.default_rng(3)
+    shapes = 0.002 * rng.standard_normal((6, 60))
+    weights = rng.uniform(size=(400, 6))
+    observed = weights @ shapes + 0.0002 * rng.standard_normal((400, 60))
+    observed += 0.0004 * weights[:, :1] * rng.standard_normal(60)
+    seen = np.ones(observed.shape, dtype=bool)
+    found = []
+    for seed in range(4):
+        rounded = 1e-8 * np.random.default_rng(seed).standard_normal((2, 6, 60))
+        rest = Unexplained.of(np.vstack([shapes + rounded[0], shapes + rounded[1]]), seen)
+        noise = rest.noise(observed)
+        found.append((rest.basis.shape[1], noise, rest.misfit(observed, noise)))
+    assert {size for size, _, _ in found} == {54}
+    np.testing.assert_allclose([(a, b) for _, a, b in found], [found[0][1:]] * 4, rtol=1e-3)

@@ -17,6 +17,10 @@ __all__ = ["MOST", "Unexplained", "white_noise"]
 # Misfit grows with the expression and is nothing at rest. This share of the frames has less:
 # neither a resting face nor a few swapped markers decide.
 MOST = 0.9
+# Directions that are shorter than this share of the longest explain nothing: two blend shapes that
+# move the markers alike differ by the rounding of a file, 10 nm, and what the rank says of the take
+# must not hang on that. Head motions have the length 1, so of blend shapes it is 10 micrometres.
+_NOTHING = 1e-5
 # Sets of occluded markers that are looked at, and numbers that are kept for them: bounds on time
 # and memory. Where a take has more, frames evenly spread over it are looked at.
 _PATTERNS = 400
@@ -77,8 +81,8 @@ class Unexplained:
     def of(cls, explained: FloatArray, seen: BoolArray) -> "Unexplained":
         """Return the part beyond the span of `explained` (K, N), for coordinates `seen` (F, N)."""
         turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
-        rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
-        basis = turned[:, rank:]
+        rank = int((values > _NOTHING * values.max(initial=0.0)).sum())
+        basis = _steady(turned[:, rank:])
         if seen.all() or not basis.size:
             return cls(basis, seen, np.arange(len(seen)), [])
         most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
@@ -144,6 +148,17 @@ class Unexplained:
             return 0.0
         of_noise = noise**2 * chdtri(count, 1.0 - MOST) / count
         return float(np.sqrt(max(0.0, float(np.quantile(squares - of_noise, MOST)))))
+
+
+def _steady(basis: FloatArray) -> FloatArray:
+    """Return that basis (N, R) of the same space which is nearest to fixed random directions.
+
+    A decomposition returns any basis, and another one for a rounding of its matrix; the noise of a
+    take is a median over the directions of the basis.
+    """
+    given = np.random.default_rng(0).standard_normal(basis.shape)
+    turned, _, back = np.linalg.svd(basis.T @ given)
+    return np.asarray(basis @ turned @ back)
 
 
 def _alike(basis: FloatArray, seen: BoolArray) -> list[tuple[IntArray, FloatArray]]:
