@@ -19,8 +19,9 @@ NAMES = pytest.mark.parametrize("name", usdface.__all__)
 
 # Their examples solve the example's take, which takes seconds.
 SOLVE = {
-    *("Explanation", "ShotResult", "apply", "calibrate", "check_neutral", "explain"),
-    *("process", "process_sequence", "retarget", "set_up", "view"),
+    *("Explanation", "PlayedShot", "ShotResult", "apply", "calibrate", "check_neutral", "correct"),
+    *("explain", "explain_result", "peak_frames", "process", "process_sequence", "read_result"),
+    *("residual_colours", "retarget", "set_up", "view"),
 }
 
 
