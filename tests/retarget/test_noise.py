@@ -77,8 +77,7 @@ def test_occluded_markers_are_no_evidence_of_noise_and_misfit() -> None:
     for filling in (0.0, 5.0):
         filled = np.where(seen, observed, filling)
         assert part.noise(filled) == pytest.approx(1e-3, rel=0.02)
-        # What 2 % of the noise, by which its estimate may be off, look like in the largest frames.
-        assert part.misfit(filled, part.noise(filled)) < 3e-4
+        assert part.misfit(filled, part.noise(filled)) < 2e-4
 
 
 def test_a_frame_is_judged_by_the_best_fit_to_its_seen_coordinates() -> None:
@@ -114,4 +113,4 @@ def test_blend_shapes_that_differ_by_the_rounding_of_a_file_are_one() -> None:
         noise = rest.noise(observed)
         found.append((rest.basis.shape[1], noise, rest.misfit(observed, noise)))
     assert {size for size, _, _ in found} == {54}
-    np.testing.assert_allclose([(a, b) for _, a, b in found], [found[0][1:]] * 4, rtol=1e-3)
+    np.testing.assert_allclose([(a, b) for _, a, b in found], [found[0][1:]] * 4, rtol=0.05)

@@ -82,7 +82,7 @@ class Unexplained:
         """Return the part beyond the span of `explained` (K, N), for coordinates `seen` (F, N)."""
         turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
         rank = int((values > _NOTHING * values.max(initial=0.0)).sum())
-        basis = _steady(turned[:, rank:])
+        basis = turned[:, rank:]
         if seen.all() or not basis.size:
             return cls(basis, seen, np.arange(len(seen)), [])
         most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
@@ -148,17 +148,6 @@ class Unexplained:
             return 0.0
         of_noise = noise**2 * chdtri(count, 1.0 - MOST) / count
         return float(np.sqrt(max(0.0, float(np.quantile(squares - of_noise, MOST)))))
-
-
-def _steady(basis: FloatArray) -> FloatArray:
-    """Return that basis (N, R) of the same space which is nearest to fixed random directions.
-
-    A decomposition returns any basis, and another one for a rounding of its matrix; the noise of a
-    take is a median over the directions of the basis.
-    """
-    given = np.random.default_rng(0).standard_normal(basis.shape)
-    turned, _, back = np.linalg.svd(basis.T @ given)
-    return np.asarray(basis @ turned @ back)
 
 
 def _alike(basis: FloatArray, seen: BoolArray) -> list[tuple[IntArray, FloatArray]]:
