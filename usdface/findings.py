@@ -26,6 +26,7 @@ Action = Literal[
     "name_neutral",
     "name_nose_tip",
     "name_head_markers",
+    "give_image_size",
     "add_markers",
     "calibrate",
     "correct_pins",
@@ -417,6 +418,17 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the head markers are collinear and leave a rotation open; all markers determine it",
     ),
     "MARKERS_FEW": ("warning", "add_markers", "the markers cannot distinguish all blend shapes"),
+    "FOCAL_LENGTH_FOUND": ("info", "nothing", "the head's motion shows the focal length"),
+    "FOCAL_LENGTH_ASSUMED": (
+        "info",
+        "nothing",
+        "the take does not show the focal length; a usual one is taken",
+    ),
+    "IMAGE_SIZE_ASSUMED": (
+        "warning",
+        "give_image_size",
+        "the size of the image is unknown; the camera is taken to look at the face",
+    ),
     "TAKE_STILL": ("warning", "check_recording", "no marker moves in the whole take"),
     "WEIGHTS_CLIPPED": ("warning", "nothing", "recorded weights outside 0 to 1 were clipped"),
     "FRAME_UNSOLVED": (
