@@ -60,6 +60,11 @@ def add_take(commands: Any, summary: str) -> None:
     command.add_argument(
         "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
     )
+    command.add_argument(
+        "--confidence",
+        type=float,
+        help="0 to 1: samples of 2D tracks with less are occluded (default: the format's own)",
+    )
 
 
 def _take(parsed: argparse.Namespace) -> int:

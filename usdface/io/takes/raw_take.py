@@ -81,7 +81,7 @@ def check_size(path: Path, frame_count: int, marker_count: int) -> None:
     Parameters
     ----------
     path : Path
-        The file.
+        The file, or a folder of files.
     frame_count, marker_count : int
         As the file announces them.
 
@@ -98,7 +98,8 @@ def check_size(path: Path, frame_count: int, marker_count: int) -> None:
     Traceback (most recent call last):
     usdface.errors.InputError: ...cannot come from a file of 3 bytes...
     """
-    size = path.stat().st_size
+    files = path.iterdir() if path.is_dir() else (path,)
+    size = sum(file.stat().st_size for file in files)
     if frame_count * marker_count * 24 > _HEADROOM + _EXPANSION * size:
         raise InputError(
             f"{path}: {frame_count} frames of {marker_count} markers cannot come from "
@@ -158,7 +159,11 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     far = np.any(np.isfinite(positions) & (np.abs(positions) > FARTHEST), axis=2)
     if far.any():
         message = "{place_count} places beyond {limit_km:g} km are taken as occluded"
-        findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), FARTHEST / 1000))
+        limit = FARTHEST / 1000
+        if positions.shape[2] == 2:
+            message = "{place_count} places beyond {limit_px:g} px are taken as occluded"
+            limit = FARTHEST
+        findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), limit))
     hidden = far | np.any(~np.isfinite(positions), axis=2)
     positions[hidden] = np.nan
     seen, occlusion = find_occlusion(path, labels, hidden)
