@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from track_writers import SIZE, TRACKS, WRITERS
 from worlds import make_world
 
 from usdface.cli import main as usdface
@@ -70,6 +71,7 @@ def make_seeds(place: Path) -> list[Seed]:
         for suffix in (".fis", ".fcl", ".fll", ".usda"):
             write_fuzzy_file(place / f"{name}{suffix}", SYSTEMS[name])
     _write_takes(place)
+    _write_tracks(place)
     _write_tables(place)
     _write_images(place)
     return list(_seeds(place))
@@ -200,6 +202,14 @@ def _write_takes(place: Path) -> None:
     (place / "livelink.csv").write_text("\n".join(rows) + "\n")
 
 
+def _write_tracks(place: Path) -> None:
+    """Write 2D tracks in every format; those that need the image's size get it from `_read_tracks`."""
+    for name, writer in WRITERS.items():
+        folder = place / name.replace(" ", "_").replace(",", "")
+        folder.mkdir(exist_ok=True)
+        (folder / writer.file).write_text(writer.write(TRACKS))
+
+
 def _write_tables(place: Path) -> None:
     """Write tables and JSON of our own, meshes, and secrets in the folder above."""
     for name, moved in (("neutral", 1), ("jawOpen", 2)):
@@ -263,6 +273,11 @@ def _seeds(place: Path) -> Iterator[Seed]:
     ):
         kind = "binary" if name.endswith("c3d") else "text"
         yield Seed(name, place / name, kind, (read_take,), take, 1500)
+    sized = (("take", "FILE", "--image-size", "1920", "1080", *_OUT),)
+    for name, writer in WRITERS.items():
+        folder = place / name.replace(" ", "_").replace(",", "")
+        kind = "json" if writer.write(TRACKS)[0] == "{" else "text"
+        yield Seed(name, folder / writer.file, kind, (_read_tracks,), sized, 500)
     yield Seed("clip.usda", place / "clip.usda", "text", (read_take,), take, 60)
     yield Seed("clip.usdc", place / "clip.usdc", "binary", (read_take,), take, 60)
     scene = (("rig", "FILE", *_OUT), ("export", "FILE", *_GLB), ("check", "FILE"))
@@ -302,6 +317,13 @@ def _seeds(place: Path) -> Iterator[Seed]:
             yield Seed(file.name, file, "text", (read_fuzzy_file,), (convert,), share)
     for suffix in (".png", ".tif", ".exr", ".webp"):
         yield Seed(f"image{suffix}", place / f"image{suffix}", "binary", (_read_image,), (), 400)
+
+
+def _read_tracks(path: Path) -> Any:
+    from usdface.io.takes.files import read_take
+    from usdface.options import TakeOptions
+
+    return read_take(path, TakeOptions(image_size=SIZE))
 
 
 def _read_scene(path: Path) -> Any:

@@ -16,7 +16,7 @@ from usdface.findings import Finding
 from usdface.io.takes.image_tracks import (
     ImageTracks,
     finish_tracks,
-    image_size,
+    needed_image_size,
     numbered_lines,
     read_blocks,
 )
@@ -60,8 +60,8 @@ def read_maya_live(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
         else:
             raise InputError(f"{path}, line {number}: a sample before any # Name", "ROW_WRONG")
     table = read_blocks(path, blocks, 4)
-    shown = image_size(path, options, float(size[1]), float(size[2])) or (1, 1)
-    width, height = shown
+    sides = float(size[1]), float(size[2])
+    width, height = needed_image_size(path, options, "relative to the image", *sides)
     aspect = positive(size[3] or "")
     if not 0.01 < aspect < 100 or abs(aspect - width / height) < _ROUNDED:
         aspect = width / height
