@@ -203,11 +203,9 @@ def _write_takes(place: Path) -> None:
 
 
 def _write_tracks(place: Path) -> None:
-    """Write 2D tracks in every format; those that need the image's size get it from `_read_tracks`."""
+    """Write 2D tracks in every format; `_read_tracks` gives the size of the image."""
     for name, writer in WRITERS.items():
-        folder = place / name.replace(" ", "_").replace(",", "")
-        folder.mkdir(exist_ok=True)
-        (folder / writer.file).write_text(writer.write(TRACKS))
+        (place / (name + Path(writer.file).suffix)).write_text(writer.write(TRACKS))
 
 
 def _write_tables(place: Path) -> None:
@@ -275,9 +273,9 @@ def _seeds(place: Path) -> Iterator[Seed]:
         yield Seed(name, place / name, kind, (read_take,), take, 1500)
     sized = (("take", "FILE", "--image-size", "1920", "1080", *_OUT),)
     for name, writer in WRITERS.items():
-        folder = place / name.replace(" ", "_").replace(",", "")
-        kind = "json" if writer.write(TRACKS)[0] == "{" else "text"
-        yield Seed(name, folder / writer.file, kind, (_read_tracks,), sized, 500)
+        file = place / (name + Path(writer.file).suffix)
+        kind = "json" if file.read_text().startswith("{") else "text"
+        yield Seed(name, file, kind, (_read_tracks,), sized, 500)
     yield Seed("clip.usda", place / "clip.usda", "text", (read_take,), take, 60)
     yield Seed("clip.usdc", place / "clip.usdc", "binary", (read_take,), take, 60)
     scene = (("rig", "FILE", *_OUT), ("export", "FILE", *_GLB), ("check", "FILE"))
