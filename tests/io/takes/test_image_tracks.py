@@ -188,6 +188,9 @@ def test_a_take_that_begins_later_says_so(tmp_path):
         ("a.csv", "scorer,n\nbodyparts,a\n0,1\n", "the header has no row coords"),
         ("a.csv", "track,frame_idx,instance.score,a.x\n,0,1,2\n", "there is no column a.y"),
         ("a.csv", "frame,timestamp,confidence,success\n1,0,1,1\n", "there is no column x_0"),
+        ("a.csv", "scorer,n\nbodyparts,a,a\ncoords,x,y\n", "there are no frames of data"),
+        ("a.csv", "track,frame_idx,instance.score,a.x,a.y\n", "there are no frames of data"),
+        ("a.csv", "frame, confidence, success, x_0, y_0\n", "there are no frames of data"),
     ],
 )
 def test_bad_files_are_one_clear_line(tmp_path, file, text, words):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.errors import InputError
 from usdface.io.takes.image_tracks import TrackTable
 from usdface.io.takes.raw_take import check_size
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
@@ -59,8 +60,10 @@ def samples_of_columns(
     Raises
     ------
     InputError
-        If a cell is no number, or the table is out of all proportion to the file.
+        If there is no row, a cell is no number, or the table is out of all proportion to the file.
     """
+    if not (rows and points):
+        raise InputError(f"{path}: there are no frames of data; expected one", "TAKE_EMPTY")
     check_size(path, len(rows), len(points))
     clock = [frame_column] if frame_column >= 0 else []
     picked = [column for _, columns in points for column in columns]
