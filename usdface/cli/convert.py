@@ -61,6 +61,9 @@ def add_take(commands: Any, summary: str) -> None:
         "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
     )
     command.add_argument(
+        "--focal-length", type=float, metavar="PX", help="of the camera [px], for 2D"
+    )
+    command.add_argument(
         "--confidence",
         type=float,
         help="0 to 1: samples of 2D tracks with less are occluded (default: the format's own)",

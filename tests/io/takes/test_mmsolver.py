@@ -47,3 +47,12 @@ def test_a_sample_without_weight_counts_is_occluded(read):
     assert take.visible[:, 0].tolist() == [True, False, True]
     take, _ = read(document, image_size=SIZE, confidence=0.5)
     assert take.visible[:, 0].tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize(("lengths", "focal"), [((5.0, 5.0), 5 / 2.4 * 1920), ((5.0, 6.0), 0)])
+def test_a_focal_length_that_stays_is_that_of_the_take(read, lengths, focal):
+    document = json.loads(write_uv4(TRACKS))
+    frames = [{"frame": n, "focal_length_cm": each} for n, each in enumerate(lengths)]
+    document["camera"] |= {"film_back_cm": [2.4, 1.35], "per_frame": frames}
+    take, _ = read(document)
+    np.testing.assert_allclose(take.focal_length, focal)

@@ -15,10 +15,10 @@ from usdface.lazy import lazy_function
 
 __all__ = ["TAKE_READERS"]
 
-_MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size")
+_MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size", "focal_length")
 _TEXT_TABLES = (".csv", ".tsv", ".txt")
 _FIRST_BYTES = 1 << 15  # more than the longest header below, that of 478 landmarks
-_TRACKS = ("rate", "dimension", "image_size", "confidence")
+_TRACKS = ("rate", "dimension", "image_size", "focal_length", "confidence")
 
 
 def _matches(pattern: str) -> Callable[[Path], bool]:

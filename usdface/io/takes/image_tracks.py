@@ -85,6 +85,8 @@ class ImageTracks:
         Number that the program usually gives the first image.
     image_size : (int, int) or None
         None = unknown.
+    focal_length : float [px]
+        0 = the file does not say.
     lines : sequence of int, optional
         Line number of each sample, for messages.
     seconds : (N,) float64 [s], optional
@@ -107,6 +109,7 @@ class ImageTracks:
     origin: Literal["top", "bottom"]
     first_frame: int
     image_size: tuple[int, int] | None = None
+    focal_length: float = 0.0
     lines: Sequence[int] | None = None
     seconds: FloatArray | None = None
     rate: float = 0.0
@@ -154,7 +157,12 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
         frames=frames,
         rate=tracks.rate,
     )
-    take, found = finish_take(raw, replace(options, image_size=tracks.image_size))
+    of_image = replace(
+        options,
+        image_size=tracks.image_size,
+        focal_length=options.focal_length or tracks.focal_length,
+    )
+    take, found = finish_take(raw, of_image)
     return take, findings + found
 
 

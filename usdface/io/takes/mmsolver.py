@@ -44,7 +44,7 @@ def read_mmsolver(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
     InputError
         If the file is missing or no such file, or the size of the image is not known.
     """
-    width = height = 0.0
+    width = height = focal = 0.0
     if read_text(path).lstrip()[:1] == "{":
         document = read_json(path)
         table = _of_json(path, document)
@@ -52,6 +52,7 @@ def read_mmsolver(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         resolution = camera.get("resolution") if isinstance(camera, dict) else None
         if isinstance(resolution, list) and len(resolution) == 2:
             width, height = np.nan_to_num([number(side) for side in resolution])
+            focal = _focal_length(camera, width)
     else:
         table = _of_lines(path)
     size = needed_image_size(path, options, "0 to 1", width, height)
@@ -64,11 +65,24 @@ def read_mmsolver(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         origin="bottom",
         first_frame=1,
         image_size=size,
+        focal_length=focal if not options.image_size else 0.0,
         lines=table.lines,
         confidence=np.nan_to_num(table.numbers[:, 3], nan=1.0),
         threshold=_LEAST_WEIGHT,
     )
     return finish_tracks(tracks, options)
+
+
+def _focal_length(camera: dict[str, Any], width: float) -> float:
+    """Return the focal length [px]; 0 where it changes, or is not known."""
+    back, frames = camera.get("film_back_cm"), camera.get("per_frame")
+    across = number(back[0]) if isinstance(back, list) and back else np.nan
+    samples = frames if isinstance(frames, list) else []
+    lengths = {number(f.get("focal_length_cm")) for f in samples if isinstance(f, dict)}
+    if len(lengths) != 1 or not across > 0:
+        return 0.0
+    focal = lengths.pop() / across * width
+    return float(focal) if 0 < focal < np.inf else 0.0
 
 
 def _of_lines(path: Path) -> TrackTable:
