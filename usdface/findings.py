@@ -118,6 +118,21 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_image_size",
         "the image's height is not known: y is counted from its lower edge",
     ),
+    "REPROJECTION_ERROR": (
+        "info",
+        "nothing",
+        "how far markers lie from the projections of their points in space",
+    ),
+    "VIEWS_DISAGREE": (
+        "warning",
+        "correct_labels",
+        "cameras do not agree on where a marker is; it is taken as occluded there",
+    ),
+    "VIEW_SINGLE": (
+        "info",
+        "nothing",
+        "a marker that one camera alone sees is taken as occluded",
+    ),
     "CONFIDENCE_LOW": (
         "info",
         "nothing",

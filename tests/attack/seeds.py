@@ -11,6 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from camera_worlds import (
+    make_cameras,
+    moving_points,
+    project_all,
+    write_json,
+    write_stereo_yaml,
+    write_toml,
+)
 from track_writers import SIZE, TRACKS, WRITERS
 from worlds import make_world
 
@@ -72,6 +80,7 @@ def make_seeds(place: Path) -> list[Seed]:
             write_fuzzy_file(place / f"{name}{suffix}", SYSTEMS[name])
     _write_takes(place)
     _write_tracks(place)
+    _write_cameras(place)
     _write_tables(place)
     _write_images(place)
     return list(_seeds(place))
@@ -208,6 +217,18 @@ def _write_tracks(place: Path) -> None:
         (place / (name + Path(writer.file).suffix)).write_text(writer.write(TRACKS))
 
 
+def _write_cameras(place: Path) -> None:
+    """Write the tracks of two cameras, and their calibration in every form."""
+    cameras = make_cameras(2)
+    for n, pixels in enumerate(project_all(cameras, moving_points(5, 3))):
+        rows = ["frame,a_x,a_y,b_x,b_y,c_x,c_y"]
+        rows += [",".join(map(str, (f, *row))) for f, row in enumerate(pixels.reshape(5, 6))]
+        (place / f"camera{n}.csv").write_text("\n".join(rows) + "\n")
+    (place / "stereo.yml").write_text(write_stereo_yaml(cameras))
+    (place / "cameras.json").write_text(write_json(cameras))
+    (place / "cameras.toml").write_text(write_toml(cameras))
+
+
 def _write_tables(place: Path) -> None:
     """Write tables and JSON of our own, meshes, and secrets in the folder above."""
     for name, moved in (("neutral", 1), ("jawOpen", 2)):
@@ -276,6 +297,11 @@ def _seeds(place: Path) -> Iterator[Seed]:
         file = place / (name + Path(writer.file).suffix)
         kind = "json" if file.read_text().startswith("{") else "text"
         yield Seed(name, file, kind, (_read_tracks,), sized, 500)
+    views = tuple(str(place / f"camera{n}.csv") for n in (0, 1))
+    for name in ("stereo.yml", "cameras.json", "cameras.toml"):
+        kind = "json" if name.endswith("json") else "text"
+        command = ("take", *views, "--cameras", "FILE", *_OUT)
+        yield Seed(name, place / name, kind, (_read_views(views),), (command,), 1000)
     yield Seed("clip.usda", place / "clip.usda", "text", (read_take,), take, 60)
     yield Seed("clip.usdc", place / "clip.usdc", "binary", (read_take,), take, 60)
     scene = (("rig", "FILE", *_OUT), ("export", "FILE", *_GLB), ("check", "FILE"))
@@ -322,6 +348,16 @@ def _read_tracks(path: Path) -> Any:
     from usdface.options import TakeOptions
 
     return read_take(path, TakeOptions(image_size=SIZE))
+
+
+def _read_views(views: tuple[str, ...]) -> Reader:
+    def read(path: Path) -> Any:
+        from usdface.io.takes.camera_views import read_views
+        from usdface.options import TakeOptions
+
+        return read_views([Path(view) for view in views], path, TakeOptions())
+
+    return read
 
 
 def _read_scene(path: Path) -> Any:

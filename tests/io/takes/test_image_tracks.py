@@ -145,6 +145,18 @@ def test_a_confidence_is_a_share():
         TakeOptions(confidence=60)
 
 
+@pytest.mark.parametrize("name", WRITERS)
+def test_frames_before_the_first_sample_are_counted_alike(tmp_path, name):
+    writer = WRITERS[name]
+    path = tmp_path / writer.file
+    late = {label: {f + 40: place for f, place in TRACKS[label].items()} for label in TRACKS}
+    path.write_text(writer.write(late))
+    take, _ = read_take(path, TakeOptions(**writer.options))
+    first = int(np.argmax(take.visible.any(axis=1)))  # some write rows without a face before
+    assert take.first_frame + first == 40
+    assert round(take.times[first] * 25) == first
+
+
 def test_a_take_that_begins_later_says_so(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text(write_shake({"a": {40: (1.0, 2.0), 41: (1.0, 2.0)}}))

@@ -130,12 +130,14 @@ def _raw(
     columns: dict[str, int],
 ) -> RawTake:
     timed = _column(columns, _TIME) is not None
+    numbered = bool(clocks.size) and not timed
     return RawTake(
         path=path,
         labels=labels,
         positions=positions,
         seconds=clocks[:, -1] if timed else None,
-        frames=clocks[:, 0] if clocks.shape[1] and not timed else None,
+        frames=clocks[:, 0] if numbered else None,
+        first_frame=int(clocks[0, 0]) if numbered and abs(clocks[0, 0]) < 1 << 31 else 0,
     )
 
 

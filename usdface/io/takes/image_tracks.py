@@ -41,6 +41,7 @@ Block: TypeAlias = tuple[str, Sequence[Row]]  # label of a track, a row for each
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,9}")
 _LARGEST_SIDE = 1 << 20  # pixels of an image
+_FRAMES = (-(1 << 31) + 1, (1 << 31) - 1)  # of footage, as USD's int holds them
 _FARTHEST = 10.0  # images from the origin
 
 
@@ -156,6 +157,7 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
         seconds=_times_of_frames(tracks, row, len(frames)),
         frames=frames,
         rate=tracks.rate,
+        first_frame=round(float(np.clip(frames[0] - tracks.first_frame, *_FRAMES))),
     )
     of_image = replace(
         options,

@@ -52,13 +52,14 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
     script = _parsed(path, read_text(path))
     blocks: list[Block] = []
     skipped: list[str] = []
-    size, rate, sized_by_root = (0.0, 0.0, 1.0), 0.0, False
+    size, rate, first, sized_by_root = (0.0, 0.0, 1.0), 0.0, 1, False
     for kind, node in _nodes(script):
         if "format" in node and not sized_by_root:
             size = _format(node["format"]) or size
             sized_by_root = kind == "Root" and bool(size[0])
         if kind == "Root":
             rate = positive(str(node.get("fps", "")))
+            first = int(positive(str(node.get("first_frame", ""))) or 1)
         elif kind == "Tracker3":
             found = [(each, _curves(node[each])) for each in _POINTS if each in node]
             animated = [(point, curves) for point, curves in found if curves]
@@ -85,7 +86,7 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
         frames=table.numbers[:, 0],
         places=table.numbers[:, 1:] * np.array([size[2], 1.0]),
         origin="bottom",
-        first_frame=1,
+        first_frame=first,
         image_size=shown,
         rate=rate,
         ignored=("offsets", "errors", "pattern and search areas"),

@@ -51,6 +51,8 @@ class RawTake:
         None = the file does not say.
     start_timecode : str
         "" = the file has none.
+    first_frame : int
+        Number of frames of the footage before the first one.
 
     Examples
     --------
@@ -73,6 +75,7 @@ class RawTake:
     assumed_unit: str = "mm"
     up_axis: str | None = None
     start_timecode: str = ""
+    first_frame: int = 0
 
 
 def check_size(path: Path, frame_count: int, marker_count: int) -> None:
@@ -179,6 +182,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         options.image_size if positions.shape[2] == 2 else None,
         path.name,
         (options.focal_length or 0.0) if positions.shape[2] == 2 else 0.0,
+        raw.first_frame,
     )
     return take, findings
 
