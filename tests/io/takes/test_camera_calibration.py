@@ -71,7 +71,7 @@ def edited(**changes):
         ("a.json", edited(tvec=None), "'camera 2' has no translation"),
         ("a.json", edited(tvec=[1, 2]), "translation has shape (2,)"),
         ("a.json", edited(rvec=[1, 2]), "the rotation of camera 'camera 2' has 2 numbers"),
-        ("a.json", edited(rvec=np.diag([1, 1, -1]).tolist()), "rotation of camera 'camera 2' is none"),
+        ("a.json", edited(rvec=np.diag([1, 1, -1]).tolist()), "of camera 'camera 2' is none"),
         ("a.json", edited(rvec=[[0] * 3] * 3), "rotation of camera 'camera 2' is none"),
         ("a.json", edited(camera_matrix=[[0] * 3] * 3), "expected the matrix [fx s cx; 0"),
         ("a.json", edited(distortion_coefficients=[0.1] * 14), "14 coefficients of distortion"),
