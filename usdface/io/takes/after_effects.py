@@ -11,14 +11,10 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.takes.image_tracks import (
-    ImageTracks,
-    finish_tracks,
-    image_size,
-    read_blocks,
-)
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row, positive, read_text
+from usdface.io.takes.track_text import read_blocks
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

@@ -11,16 +11,10 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.takes.image_tracks import (
-    Block,
-    ImageTracks,
-    finish_tracks,
-    needed_image_size,
-    normalised,
-    read_blocks,
-)
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row
+from usdface.io.takes.track_text import Block, read_blocks
 from usdface.io.takes.wide_tracks import read_table
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake

@@ -10,18 +10,10 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.takes.image_tracks import (
-    Block,
-    ImageTracks,
-    cut_off,
-    finish_tracks,
-    image_size,
-    numbered_lines,
-    read_blocks,
-    whole_number,
-)
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row, read_text
+from usdface.io.takes.track_text import Block, cut_off, numbered_lines, read_blocks, whole_number
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

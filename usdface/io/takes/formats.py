@@ -84,8 +84,8 @@ _TRACK_READERS = (
         "equalizer",
     ),
     _reader(
-        "PFTrack, PFMatchit",
-        (".2dt", ".txt"),
+        "PFMatchit text",
+        (".txt",),
         "read_pftrack",
         _TRACKS,
         r'(?:#[^\n]*\n|[ \t]*\n)*"[^"\n]*"[ \t]*\n\s*(?:"[^"\n]*"|\d+)[ \t]*(\n|$)',
@@ -109,6 +109,7 @@ _TRACK_READERS = (
         _TRACKS,
         r"adobe after effects[^\n]*keyframe data",
     ),
+    _reader("PFTrack", (".2dt",), "read_pftrack", _TRACKS),
     _reader("MatchMover", (".rz2",), "read_matchmover", _TRACKS),
     _reader("Nuke script", (".nk",), "read_nuke", _TRACKS),
     _reader("mmSolver", (".uv",), "read_mmsolver", _TRACKS),
@@ -127,7 +128,7 @@ _TRACK_READERS = (
         (".csv",),
         "read_mediapipe",
         _TRACKS,
-        r"[^\n]*\blandmark(_index|_idx|_id|_name)?[,;\t]([^\n]*[,;\t])?x[,;\t]y\b"
+        r"(?=[^\n]*\blandmark(_index|_idx|_id|_name)?[,;\t])[^\n]*[,;\t]x[,;\t]y\b"
         r"|[^\n]*(\bx_?4[67]7\b|(\b|_)4[67]7[._]x\b)",
     ),
     TakeReader(

@@ -13,15 +13,10 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.takes.image_tracks import (
-    ImageTracks,
-    finish_tracks,
-    needed_image_size,
-    numbered_lines,
-    read_blocks,
-)
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row, positive
+from usdface.io.takes.track_text import numbered_lines, read_blocks
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

@@ -20,16 +20,11 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.takes.image_tracks import (
-    ImageTracks,
-    TrackTable,
-    finish_tracks,
-    needed_image_size,
-    normalised,
-)
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
 from usdface.io.takes.json_text import number, read_json
 from usdface.io.takes.raw_take import DEFAULTS, check_size
 from usdface.io.takes.text_table import Row, read_numbers
+from usdface.io.takes.track_text import TrackTable
 from usdface.io.takes.wide_tracks import read_table, samples_of_columns
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake

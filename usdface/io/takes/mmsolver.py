@@ -12,21 +12,18 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.takes.image_tracks import (
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
+from usdface.io.takes.json_text import number, read_json
+from usdface.io.takes.raw_take import DEFAULTS
+from usdface.io.takes.text_table import read_text
+from usdface.io.takes.track_text import (
     Block,
-    ImageTracks,
     TrackTable,
     cut_off,
-    finish_tracks,
-    needed_image_size,
-    normalised,
     numbered_lines,
     read_blocks,
     whole_number,
 )
-from usdface.io.takes.json_text import number, read_json
-from usdface.io.takes.raw_take import DEFAULTS
-from usdface.io.takes.text_table import read_text
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

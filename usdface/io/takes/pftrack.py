@@ -10,18 +10,16 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.takes.image_tracks import (
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
+from usdface.io.takes.raw_take import DEFAULTS
+from usdface.io.takes.track_text import (
     Block,
-    ImageTracks,
     Line,
     cut_off,
-    finish_tracks,
-    image_size,
     numbered_lines,
     read_blocks,
     whole_number,
 )
-from usdface.io.takes.raw_take import DEFAULTS
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

@@ -9,16 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from usdface.findings import Finding
-from usdface.io.takes.image_tracks import (
-    ImageTracks,
-    finish_tracks,
-    needed_image_size,
-    normalised,
-    numbered_lines,
-    read_blocks,
-)
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row, read_numbers
+from usdface.io.takes.track_text import numbered_lines, read_blocks
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.io.takes.image_tracks import TrackTable
 from usdface.io.takes.raw_take import check_size
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
+from usdface.io.takes.track_text import TrackTable
 
 __all__ = ["read_table", "samples_of_columns"]
 
