@@ -128,6 +128,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "correct_labels",
         "cameras do not agree on where a marker is; it is taken as occluded there",
     ),
+    "VIEWS_OUT_OF_STEP": (
+        "warning",
+        "correct_settings",
+        "two cameras agree better some frames earlier or later",
+    ),
     "VIEW_SINGLE": (
         "info",
         "nothing",

@@ -56,6 +56,14 @@ def add_take(commands: Any, summary: str) -> None:
         help="calibration of the cameras of several 2D takes (.yml, .json of OpenCV, .toml)",
     )
     command.add_argument(
+        "--sync",
+        type=int,
+        nargs="+",
+        default=(),
+        metavar="FRAME",
+        help="a frame of each camera's footage, all of one moment, as a clap",
+    )
+    command.add_argument(
         "--units", choices=("mm", "cm", "m", "in"), help="unit of length; overrides the file's"
     )
     command.add_argument("--up-axis", choices=("Y", "Z"), help="overrides the file's")
@@ -85,6 +93,7 @@ def _take(parsed: argparse.Namespace) -> int:
             parsed.source,
             parsed.output,
             cameras=parsed.cameras,
+            sync=parsed.sync,
             options=options,
             on_progress=step,
         )

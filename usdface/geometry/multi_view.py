@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.camera import Camera, projection_and_jacobian, undistort
 
-__all__ = ["PointsOfViews", "triangulate"]
+__all__ = ["PointsOfViews", "epipolar_distances", "triangulate"]
 
 _ITERATIONS = 20
 _CONVERGED = 1e-12  # of the distance to the cameras
@@ -60,6 +60,28 @@ def triangulate(cameras: Sequence[Camera], pixels: FloatArray) -> PointsOfViews:
         np.concatenate([part.residuals for part in parts], axis=1),
         np.concatenate([part.spread for part in parts]),
     )
+
+
+def epipolar_distances(
+    first: Camera, second: Camera, pixels: FloatArray, others: FloatArray
+) -> FloatArray:
+    """Return how far pixels (..., 2) of two cameras are from showing one point [px], at least.
+
+    The first-order (Sampson) distance. R. Hartley, A. Zisserman: Multiple View Geometry in Computer
+    Vision, 2nd edition, 11.4.3. NaN where one is not seen.
+    """
+    turn = second.rotation @ first.rotation.T
+    x, y, z = second.translation - turn @ first.translation
+    essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
+    near, far = (
+        np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1)
+        for flat in (undistort(first, pixels), undistort(second, others))
+    )
+    lines, back = near @ essential.T, far @ essential
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steepness = np.sqrt((lines[..., :2] ** 2).sum(-1) + (back[..., :2] ** 2).sum(-1))
+        away = np.abs((far * lines).sum(axis=-1)) / steepness
+    return np.asarray(away * first.matrix[0, 0])
 
 
 def _triangulate(cameras: Sequence[Camera], pixels: FloatArray) -> PointsOfViews:

@@ -26,6 +26,7 @@ def make_take(
     output: StrPath,
     *,
     cameras: StrPath | None = None,
+    sync: Sequence[int] = (),
     options: TakeOptions = TakeOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[MarkerTake | WeightsTake]:
@@ -39,6 +40,8 @@ def make_take(
         .usda or .usdc.
     cameras : path, optional
         Calibration of the cameras of several takes: .yml or .json of OpenCV, or .toml.
+    sync : sequence of int
+        A frame of each camera's footage, all of one moment; empty = footages begin together.
     options : TakeOptions
         Unit, up axis and rate in place of the file's own.
     on_progress : callable, optional
@@ -77,7 +80,7 @@ def make_take(
         if calibration is None:
             take, findings = read_take(sources[0], options)
         else:
-            take, findings = read_views(sources, calibration, options)
+            take, findings = read_views(sources, calibration, options, sync)
     with progress.step("write"):
         write_take(take, output)
     return Result(take, (output,), tuple(findings), _summary(take), seconds=progress.seconds)

@@ -70,8 +70,14 @@ def test_frames_belong_together_by_their_number(world):
     np.testing.assert_allclose(take.positions[5:], (POINTS * [1, -1, -1])[5:], atol=1e-8)
 
 
-def test_cameras_that_are_out_of_step_are_told(world):
-    _, findings = read_views(*world(first=(1, 4)), OPTIONS)
+def test_cameras_that_are_out_of_step_are_told_and_put_right(world):
+    files, calibration = world(first=(1, 4))
+    _, findings = read_views(files, calibration, OPTIONS)
+    assert found(findings, "VIEWS_OUT_OF_STEP") == [{"step_count": 3}]
+    take, right = read_views(files, calibration, OPTIONS, sync=(10, 13))
+    np.testing.assert_allclose(take.positions, POINTS * [1, -1, -1], atol=1e-8)
+    assert take.first_frame == 0
+    assert not found(right, "VIEWS_DISAGREE") and not found(right, "VIEWS_OUT_OF_STEP")
     assert len(found(findings, "VIEWS_DISAGREE")) == 2
     assert min(values["rms_px"] for values in found(findings, "VIEWS_DISAGREE")) > 3
 
@@ -124,6 +130,10 @@ def test_the_command(world, tmp_path, capsys):
 
 def test_what_does_not_fit_is_one_clear_line(world, tmp_path):
     files, calibration = world()
+    with pytest.raises(InputError, match="one moment are .3. for 2 takes; give one of each"):
+        read_views(files, calibration, OPTIONS, sync=(3,))
+    with pytest.raises(InputError, match="up to 1000000000"):
+        read_views(files, calibration, OPTIONS, sync=(0, 10**40))
     with pytest.raises(InputError, match="2 cameras for 1 takes"):
         read_views(files[:1], calibration, OPTIONS)
     other = write_3de(

@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.camera import Camera
-from usdface.geometry.multi_view import PointsOfViews, triangulate
+from usdface.geometry.multi_view import PointsOfViews, epipolar_distances, triangulate
 from usdface.io.takes.camera_calibration import read_calibration
 from usdface.io.takes.files import read_take
 from usdface.io.takes.raw_take import RawTake, finish_take
@@ -27,6 +27,9 @@ _FAR_MEDIANS, _FAR_PIXELS = 10.0, 1.0
 # RMS [px] above which the cameras as a whole disagree; set by hand: calibrations and tracks of dots
 # are good to a pixel.
 _DOUBTFUL = 3.0
+_LAST_FRAME = 10**9
+# Frames that cameras are tried to be out of step by, and frames that are compared.
+_MOST_STEPS, _COMPARED = 120, 500
 # OpenCV's space, y down and z ahead, to that of a camera with y up.
 _Y_UP = np.array([1.0, -1.0, -1.0])
 
@@ -42,7 +45,7 @@ class _Views:
 
 
 def read_views(
-    paths: Sequence[Path], calibration: Path, options: TakeOptions
+    paths: Sequence[Path], calibration: Path, options: TakeOptions, sync: Sequence[int] = ()
 ) -> tuple[MarkerTake, list[Finding]]:
     """Read a 2D take of each camera, and find where in space the markers were.
 
@@ -56,6 +59,8 @@ def read_views(
     calibration : Path
     options : TakeOptions
         Unit and up axis of the calibration's world; the others hold for the takes.
+    sync : sequence of int
+        A frame of each camera's footage, all of one moment; empty = footages begin together.
 
     Raises
     ------
@@ -70,15 +75,23 @@ def read_views(
             "in the calibration's order",
             "SETTING_WRONG",
         )
+    if sync and (len(sync) != len(paths) or max(map(abs, sync)) > _LAST_FRAME):
+        raise InputError(
+            f"frames of one moment are {list(sync)[:10]} for {len(paths)} takes; give one of each, "
+            f"up to {_LAST_FRAME}",
+            "SETTING_WRONG",
+        )
     takes, findings = [], []
     for path, camera in zip(paths, cameras, strict=True):
         take, found = _take_of_camera(path, camera, options)
         takes.append(take)
         findings += [each for each in found if each.code != "RATE_ASSUMED" or not takes[1:]]
-    views = _joined(paths, takes, cameras)
+    views = _joined(paths, takes, cameras, sync or [0] * len(paths))
     count = len(views.frames), len(views.names)
     solved = triangulate(cameras, views.pixels.reshape(len(cameras), -1, 2))
     told, points = _trusted_points(paths, solved, views)
+    if any(each.code == "VIEWS_DISAGREE" for each in told):
+        told += _steps_that_fit(paths, cameras, views)
     # The first camera is the world of a stereo pair; it is taken to stand upright.
     first = cameras[0]
     upright = np.allclose(first.rotation, np.eye(3)) and not first.translation.any()
@@ -119,7 +132,10 @@ def _take_of_camera(
 
 
 def _joined(
-    paths: Sequence[Path], takes: Sequence[MarkerTake], cameras: Sequence[Camera]
+    paths: Sequence[Path],
+    takes: Sequence[MarkerTake],
+    cameras: Sequence[Camera],
+    sync: Sequence[int],
 ) -> _Views:
     rates = [take.rate for take in takes]
     if max(rates) - min(rates) > 1e-4 * max(rates):
@@ -129,7 +145,11 @@ def _joined(
             "TIMES_WRONG",
         )
     rate = rates[0] or 1.0
-    numbers = [np.round(t.times * rate).astype(np.int64) + t.first_frame for t in takes]
+    # All frames are counted as in the footage of the first camera.
+    numbers = [
+        np.round(take.times * rate).astype(np.int64) + take.first_frame + sync[0] - step
+        for take, step in zip(takes, sync, strict=True)
+    ]
     every = np.unique(np.concatenate(numbers))
     cameras_of = {name: sum(name in t.names for t in takes) for t in takes for name in t.names}
     names = tuple(name for name, count in cameras_of.items() if count > 1)
@@ -148,6 +168,30 @@ def _joined(
         view[np.searchsorted(every, frames)[:, None], known] = _calibrated(take, camera, place)
     seen = np.isfinite(pixels[..., 0]).any(axis=(0, 2))
     return _Views(names, every[seen], pixels[:, seen], takes[0].rate)
+
+
+def _steps_that_fit(
+    paths: Sequence[Path], cameras: Sequence[Camera], views: _Views
+) -> list[Finding]:
+    """Return findings on cameras that agree better some frames earlier or later."""
+    findings = []
+    first = views.pixels[0]
+    for path, camera, other in zip(paths[1:], cameras[1:], views.pixels[1:], strict=True):
+        medians = {}
+        for step in range(-_MOST_STEPS, _MOST_STEPS + 1):
+            before, after = max(0, -step), max(0, step)
+            count = min(len(first) - before - after, _COMPARED)
+            if count < 1:
+                continue
+            shown, moved = first[before : before + count], other[after : after + count]
+            away = epipolar_distances(cameras[0], camera, shown, moved)
+            if np.isfinite(away).any():
+                medians[step] = float(np.nanmedian(away))
+        best = min(medians, key=lambda step: (medians[step], abs(step)), default=0)
+        if best and medians[best] < medians.get(0, np.inf) / 2:
+            message = "fits better with --sync of {step_count} frames more than the first camera's"
+            findings.append(finding("VIEWS_OUT_OF_STEP", str(path), message, best))
+    return findings
 
 
 def _calibrated(take: MarkerTake, camera: Camera, places: FloatArray) -> FloatArray:
