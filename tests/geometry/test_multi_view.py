@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from camera_worlds import make_cameras, moving_points, project_all
 
+from usdface.geometry.camera import undistort
 from usdface.geometry.multi_view import epipolar_distances, triangulate
 
 POINTS = moving_points(50, 20).reshape(-1, 3)
@@ -66,10 +67,12 @@ def test_parallel_rays_and_points_behind_a_camera_are_none() -> None:
 
 def test_pixels_of_one_point_have_no_epipolar_distance() -> None:
     cameras = make_cameras(3)[1:]
-    first, second = project_all(cameras, POINTS)
+    pixels = project_all(cameras, POINTS)
+    first, second = (undistort(c, p) for c, p in zip(cameras, pixels, strict=True))
     assert epipolar_distances(*cameras, first, second).max() < 1e-6
     # Where epipolar lines run along the rows, a shift by rows is shared by both images.
-    away = epipolar_distances(*cameras, first, second + np.array([0.0, 1.0]))
+    shifted = undistort(cameras[1], pixels[1] + np.array([0.0, 1.0]))
+    away = epipolar_distances(*cameras, first, shifted)
     np.testing.assert_allclose(np.median(away), 1 / np.sqrt(2), rtol=0.1)
 
 

@@ -63,9 +63,9 @@ def triangulate(cameras: Sequence[Camera], pixels: FloatArray) -> PointsOfViews:
 
 
 def epipolar_distances(
-    first: Camera, second: Camera, pixels: FloatArray, others: FloatArray
+    first: Camera, second: Camera, flat: FloatArray, other: FloatArray
 ) -> FloatArray:
-    """Return how far pixels (..., 2) of two cameras are from showing one point [px], at least.
+    """Return how far undistorted places (..., 2) are from showing one point [px], at least.
 
     The first-order (Sampson) distance. R. Hartley, A. Zisserman: Multiple View Geometry in Computer
     Vision, 2nd edition, 11.4.3. NaN where one is not seen.
@@ -74,8 +74,7 @@ def epipolar_distances(
     x, y, z = second.translation - turn @ first.translation
     essential = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ turn
     near, far = (
-        np.concatenate([flat, np.ones_like(flat[..., :1])], axis=-1)
-        for flat in (undistort(first, pixels), undistort(second, others))
+        np.concatenate([places, np.ones_like(places[..., :1])], axis=-1) for places in (flat, other)
     )
     lines, back = near @ essential.T, far @ essential
     with np.errstate(divide="ignore", invalid="ignore"):

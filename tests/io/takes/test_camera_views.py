@@ -130,7 +130,7 @@ def test_the_command(world, tmp_path, capsys):
 
 def test_what_does_not_fit_is_one_clear_line(world, tmp_path):
     files, calibration = world()
-    with pytest.raises(InputError, match="one moment are .3. for 2 takes; give one of each"):
+    with pytest.raises(InputError, match="give one of each, up to"):
         read_views(files, calibration, OPTIONS, sync=(3,))
     with pytest.raises(InputError, match="up to 1000000000"):
         read_views(files, calibration, OPTIONS, sync=(0, 10**40))

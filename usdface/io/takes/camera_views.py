@@ -9,7 +9,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.geometry.camera import Camera
+from usdface.geometry.camera import Camera, undistort
 from usdface.geometry.multi_view import PointsOfViews, epipolar_distances, triangulate
 from usdface.io.takes.camera_calibration import read_calibration
 from usdface.io.takes.files import read_take
@@ -175,8 +175,8 @@ def _steps_that_fit(
 ) -> list[Finding]:
     """Return findings on cameras that agree better some frames earlier or later."""
     findings = []
-    first = views.pixels[0]
-    for path, camera, other in zip(paths[1:], cameras[1:], views.pixels[1:], strict=True):
+    first, *others = (undistort(c, p) for c, p in zip(cameras, views.pixels, strict=True))
+    for path, camera, other in zip(paths[1:], cameras[1:], others, strict=True):
         medians = {}
         for step in range(-_MOST_STEPS, _MOST_STEPS + 1):
             before, after = max(0, -step), max(0, step)
