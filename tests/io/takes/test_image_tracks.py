@@ -140,6 +140,13 @@ def test_samples_below_the_asked_confidence_are_occluded(tmp_path, threshold, se
     assert ("CONFIDENCE_LOW" in codes(findings)) == (not seen)
 
 
+def test_a_format_without_confidence_refuses_a_threshold(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text(WRITERS["3de4"].write(TRACKS))
+    with pytest.raises(InputError, match=r"has no use for confidence = 0\.5"):
+        read_take(path, TakeOptions(confidence=0.5))
+
+
 def test_a_confidence_is_a_share():
     with pytest.raises(InputError, match="'confidence' is 60"):
         TakeOptions(confidence=60)

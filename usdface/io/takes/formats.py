@@ -18,7 +18,8 @@ __all__ = ["TAKE_READERS"]
 _MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size", "focal_length")
 _TEXT_TABLES = (".csv", ".tsv", ".txt")
 _FIRST_BYTES = 1 << 15  # more than the longest header below, that of 478 landmarks
-_TRACKS = ("rate", "dimension", "image_size", "focal_length", "confidence")
+_TRACKS = ("rate", "dimension", "image_size", "focal_length")
+_SCORED = (*_TRACKS, "confidence")  # of programs that say how sure they are
 
 
 def _matches(pattern: str) -> Callable[[Path], bool]:
@@ -90,7 +91,7 @@ _TRACK_READERS = (
         _TRACKS,
         r'(?:#[^\n]*\n|[ \t]*\n)*"[^"\n]*"[ \t]*\n\s*(?:"[^"\n]*"|\d+)[ \t]*(\n|$)',
     ),
-    _reader("Shake text, Nuke CameraTracker", (".txt",), "read_shake", _TRACKS, r"trackname[ \t]"),
+    _reader("Shake text, Nuke CameraTracker", (".txt",), "read_shake", _SCORED, r"trackname[ \t]"),
     _reader(
         "SynthEyes 2-D paths",
         (".txt",),
@@ -110,16 +111,16 @@ _TRACK_READERS = (
         r"adobe after effects[^\n]*keyframe data",
     ),
     _reader("PFTrack", (".2dt",), "read_pftrack", _TRACKS),
-    _reader("MatchMover", (".rz2",), "read_matchmover", _TRACKS),
+    _reader("MatchMover", (".rz2",), "read_matchmover", _SCORED),
     _reader("Nuke script", (".nk",), "read_nuke", _TRACKS),
-    _reader("mmSolver", (".uv",), "read_mmsolver", _TRACKS),
-    _reader("DeepLabCut CSV", (".csv",), "read_deeplabcut", _TRACKS, r'"?scorer"?[,;\t]'),
-    _reader("SLEAP CSV", (".csv",), "read_sleap", _TRACKS, r"track[,;\t]frame_idx[,;\t]"),
+    _reader("mmSolver", (".uv",), "read_mmsolver", _SCORED),
+    _reader("DeepLabCut CSV", (".csv",), "read_deeplabcut", _SCORED, r'"?scorer"?[,;\t]'),
+    _reader("SLEAP CSV", (".csv",), "read_sleap", _SCORED, r"track[,;\t]frame_idx[,;\t]"),
     _reader(
         "OpenFace CSV",
         (".csv",),
         "read_openface",
-        _TRACKS,
+        _SCORED,
         r"frame\s*,(\s*face_id\s*,)?(\s*timestamp\s*,)?\s*confidence\s*,\s*success",
     ),
     _reader("MediaPipe JSON", (".json",), "read_mediapipe", _TRACKS),
