@@ -296,7 +296,7 @@ WRITERS = {
     "3de4": Writer("a.txt", write_3de4, _SIZED),
     "3de3": Writer("a.txt", write_3de3, _RATE),
     "pftrack 5": Writer("a.2dt", write_pftrack, _SIZED),
-    "pftrack 4": Writer("a.2dt", lambda t: write_pftrack(t, "", 1), _SIZED),
+    "pftrack 4": Writer("a.2dt", lambda t: write_pftrack(t, "", 0), _SIZED),
     "pfmatchit": Writer("a.txt", lambda t: write_pftrack(t, "1\n", 1), _SIZED),
     "shake": Writer("a.txt", write_shake, _SIZED),
     "syntheyes": Writer("a.txt", write_syntheyes, _SIZED, False),

@@ -67,6 +67,11 @@ def test_expressions_are_neither_evaluated_nor_read(read):
     assert any("b" in f.message and "keys" in f.message for f in findings)
 
 
+def test_the_word_curve_may_stand_in_quotes(read):
+    take, _ = read(ROOT + curve("x1 1 2").replace("{curve ", '{"curve " '))
+    np.testing.assert_allclose(take.positions[:, 0, 0], [1, 2])
+
+
 def test_nodes_of_groups_are_read(read):
     take, _ = read(ROOT + "Group {\n name G\n}\n" + curve("x1 1") + "end_group\n")
     assert take.names == ("T",)

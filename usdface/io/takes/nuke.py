@@ -142,7 +142,9 @@ def _curves(value: Any) -> tuple[Words, Words] | None:
 
 
 def _is_curve(value: Any) -> bool:
-    return isinstance(value, list) and len(value) > 1 and value[0] == "curve"
+    # Some versions of Nuke write {"curve " x1 ...}.
+    named = isinstance(value, list) and len(value) > 1 and isinstance(value[0], str)
+    return named and value[0].strip() == "curve"
 
 
 def _table(node: dict[str, Any]) -> Iterator[tuple[str, tuple[Words, Words] | None]]:

@@ -37,7 +37,7 @@ def read_pftrack(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTak
     by_camera = _by_camera(path, numbered_lines(path, comment="#"))
     cameras = list(by_camera)
     table = read_blocks(path, by_camera[cameras[0]] if cameras else (), 3)
-    # PFTrack 5, which names cameras, counts frames from 0.
+    # PFTrack counts frames from 0, PFMatchit, which numbers clips, from 1.
     tracks = ImageTracks(
         path=path,
         labels=table.labels,
@@ -45,7 +45,7 @@ def read_pftrack(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTak
         frames=table.numbers[:, 0],
         places=table.numbers[:, 1:] + 0.5,
         origin="bottom",
-        first_frame=0 if cameras[0].startswith('"') else 1,
+        first_frame=int(cameras[0].isdecimal()),
         image_size=image_size(path, options),
         lines=table.lines,
         ignored=("residual",),
