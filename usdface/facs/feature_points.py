@@ -50,6 +50,7 @@ _CENTRAL = {
     "chin": (0, -112),
 }
 _PATCH = 4.0  # [mm of the average face] along the surface: the reach of a small optical marker
+_LOOSE = 8.0  # [mm of the average face]: how far what is no skin lies from the point on the skin
 # The skin of the brows begins so high above the eyes [mm of the average face]: half-way from the
 # lid to the brow.
 _ABOVE_LID = 0.5 * (LANDMARKS["lid upper"][1] + LANDMARKS["brow"][1])
@@ -167,7 +168,8 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
     for (point, vertex), distance in zip(vertices.items(), away, strict=True):
         near = surface.vertices[distance <= _PATCH * landmarks.unit]
         patches[point] = (which, near if len(near) else np.array([vertex]))
-    return FeaturePoints(patches | _eyeballs(rig, landmarks), landmarks.unit)
+    loose = _loose_patches(rig, landmarks, patches)
+    return FeaturePoints(patches | loose | _eyeballs(rig, landmarks), landmarks.unit)
 
 
 def _with_mirrored(mesh: Mesh) -> Mesh:
@@ -254,16 +256,53 @@ def _lips_and_lids(landmarks: FaceLandmarks) -> dict[str, int]:
     return found
 
 
-def _eyeballs(rig: Rig, landmarks: FaceLandmarks) -> dict[str, tuple[int, IntArray]]:
-    """Return the fronts of the eyeballs that a blend shape moves."""
+def _loose_patches(
+    rig: Rig, landmarks: FaceLandmarks, patches: Mapping[str, tuple[int, IntArray]]
+) -> dict[str, tuple[int, IntArray]]:
+    """Return patches of what lies before the skin, for points where no shape moves the skin.
+
+    Brows of drawn characters are strips of their own, and their irises flat.
+    """
+    moved = [_moved(mesh) for mesh in rig.meshes]
+    skin = np.zeros(len(landmarks.surface.mesh.points), dtype=bool)
+    skin[landmarks.surface.vertices] = True
+    face, _ = next(iter(patches.values()))
+    places = {
+        point: rig.meshes[which].points[vertices].mean(axis=0)
+        for point, (which, vertices) in patches.items()
+        if not moved[which][vertices].any()
+    }
+    places |= {f"{half} eyeball": centre for half, (centre, _) in _eyes(landmarks).items()}
     found: dict[str, tuple[int, IntArray]] = {}
-    average = landmarks.average.tolist()
+    for which, mesh in enumerate(rig.meshes):
+        own = np.flatnonzero(moved[which] & ~skin if which == face else moved[which])
+        if not len(own):
+            continue
+        tree = cKDTree(mesh.points[own])
+        for point, place in places.items():
+            reach = _LOOSE * landmarks.unit
+            near = own[tree.query_ball_point(place, reach)]
+            if len(near) and point not in found:
+                found[point] = (which, np.sort(near))
+    return found
+
+
+def _eyes(landmarks: FaceLandmarks) -> dict[str, tuple[FloatArray, float]]:
+    """Return the centre and the width of each eye's opening [m]."""
+    average, found = landmarks.average.tolist(), {}
     for half, sign in (("left", 1), ("right", -1)):
         inner, outer = (
             landmarks.points[average.index([sign * LANDMARKS[name][0], LANDMARKS[name][1]])]
             for name in ("eye inner", "eye outer")
         )
-        centre, width = 0.5 * (inner + outer), abs(float((outer - inner)[0]))
+        found[half] = (0.5 * (inner + outer), abs(float((outer - inner)[0])))
+    return found
+
+
+def _eyeballs(rig: Rig, landmarks: FaceLandmarks) -> dict[str, tuple[int, IntArray]]:
+    """Return the fronts of the eyeballs that a blend shape moves."""
+    found: dict[str, tuple[int, IntArray]] = {}
+    for half, (centre, width) in _eyes(landmarks).items():
         for which, mesh in enumerate(rig.meshes):
             moved = _moved(mesh)
             for vertices in _pieces(mesh, moved):

@@ -112,6 +112,8 @@ _PAIRED = """
     nasolabial fold: up 7
     nose wing: up 4
     lip corner: up 3
+    cheek: up 3
+    upper cheek: up 2
 12 = lip corner puller
     lip corner: out 8 up 10 back 8
     upper lip: out 4 up 4 back 4

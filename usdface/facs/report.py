@@ -174,7 +174,7 @@ def _shape_finding(shape: ShapeVerdict) -> Finding | None:
     """Return what is wrong with a blend shape; None if nothing is, or its name tells no unit."""
     own, shown = _words(shape.claim), _words(shape.shown)
     match shape.verdict:
-        case "dead":
+        case "dead" if shape.claim:
             message = "it moves nothing farther than {largest_mm:.2f} mm"
             return finding("FACS_SHAPE_DEAD", shape.name, message, shape.largest_mm)
         case "other_side":
