@@ -18,7 +18,7 @@ from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import FaceLandmarks, find_landmarks
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.errors import InputError
-from usdface.face.lip_lid_contacts import find_lip_lid_contacts
+from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
 from usdface.face.named_places import LANDMARKS
 from usdface.face.surface_graph import surface_graph
 from usdface.facs.movements import POINTS
@@ -154,7 +154,8 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
     which = next(i for i, mesh in enumerate(rig.meshes) if mesh is face)
     mesh = _with_mirrored(face)
     surface = face_surface(mesh)
-    landmarks = find_landmarks(surface)
+    contacts = find_lip_lid_contacts(mesh)
+    landmarks = find_landmarks(surface, contacts)
     if landmarks is None:
         raise InputError(
             f"the blend shapes of {rig.source or rig.name!r} show no lids and lips; action units "
@@ -162,7 +163,7 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
             "SKIN_MISSING",
         )
     landmarks = _with_own_brows(landmarks)
-    vertices = _carried_over(landmarks) | _lips_and_lids(landmarks)
+    vertices = _carried_over(landmarks) | _lips_and_lids(landmarks, contacts)
     away = surface.distances(np.array(list(vertices.values())), _PATCH * landmarks.unit)
     patches: dict[str, tuple[int, IntArray]] = {}
     for (point, vertex), distance in zip(vertices.items(), away, strict=True):
@@ -174,10 +175,11 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
 
 def _with_mirrored(mesh: Mesh) -> Mesh:
     """Return the mesh with the mirror image of each blend shape as well."""
-    lips = find_lip_lid_contacts(mesh).lips
-    ends = mesh.points[lips].mean(axis=1)[:, 0] if len(lips) else mesh.points[:, 0]
-    middle = ends.min() + ends.max()
-    _, partner = cKDTree(mesh.points).query(mesh.points * (-1, 1, 1) + (middle, 0, 0))
+    across = mesh.points[_moved(mesh), 0]
+    if not len(across):
+        return mesh
+    ends = across.min() + across.max()
+    _, partner = cKDTree(mesh.points).query(mesh.points * (-1, 1, 1) + (ends, 0, 0))
     shapes = []
     for shape in mesh.shapes:
         dense = np.zeros((len(mesh.points), 3))
@@ -233,11 +235,10 @@ def _carried_over(landmarks: FaceLandmarks) -> dict[str, int]:
     return dict(zip(places, landmarks.surface.vertices[at].tolist(), strict=True))
 
 
-def _lips_and_lids(landmarks: FaceLandmarks) -> dict[str, int]:
+def _lips_and_lids(landmarks: FaceLandmarks, contacts: LipLidContacts) -> dict[str, int]:
     """Return the vertices of the points on the rims of lips and lids."""
     surface, middle = landmarks.surface, landmarks.middle
     points = surface.mesh.points
-    contacts = find_lip_lid_contacts(surface.mesh)
     across = points[contacts.lips].mean(axis=1)[:, 0] - middle
     found: dict[str, int] = {}
     for name, share in (("middle {}", 0.0), ("left {}", 0.5), ("right {}", -0.5)):

@@ -146,11 +146,11 @@ _PAIRED = """
     nasolabial fold: out 3 down 1 back 2
     lower cheek: out 3 back 1
 23 = lip tightener
-    upper lip: out 2 down 2 back 6
-    lower lip: out 2 up 3 back 6
-    lip corner: out 4 up 2 back 5
-    middle upper lip: down 1 back 2
-    middle lower lip: up 1 back 2
+    upper lip: out 3 down 3 back 9
+    lower lip: out 3 up 4 back 9
+    lip corner: out 6 up 3 back 7
+    middle upper lip: down 2 back 3
+    middle lower lip: up 2 back 3
 24 = lip pressor
     lower lip: up 8
     middle lower lip: up 5

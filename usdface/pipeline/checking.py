@@ -69,14 +69,15 @@ def check(
     for done, path in enumerate(files):
         progress(Step("check", done / len(files)))
         with progress.step(f"check {path.name}"):
-            findings += check_file(path) if len(files) == 1 else _checked(path)
-        if facs and path.is_file():
+            found = check_file(path) if len(files) == 1 else _checked(path)
+            findings += found
+        if facs and all(one.code != "FILE_UNREADABLE" for one in found):
             from usdface.pipeline.facs import judge_file  # loads the geometry of faces
 
             with progress.step(f"judge {path.name}"):
                 verdicts, found = judge_file(path, picture)
-                findings += found
-                judged.append({"file": str(path), **verdicts})
+            findings += found
+            judged.append({"file": str(path), **verdicts})
     summary = {"files": len(files), "findings": len(findings)}
     written = (picture,) if picture and picture.exists() else ()
     details = {"facs": judged} if facs else {}
