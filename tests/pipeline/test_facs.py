@@ -56,13 +56,11 @@ def test_faults_are_findings_in_table_and_json(
 
 
 def test_the_figure_names_shapes_and_verdicts(spoilt: Path, tmp_path: Path) -> None:
-    for name in ("a.svg", "b.svg"):
-        result = usdface.check(spoilt, facs=True, figure=tmp_path / name)
-        assert result.written == (tmp_path / name,)
+    result = usdface.check(spoilt, facs=True, figure=tmp_path / "a.svg")
+    assert result.written == (tmp_path / "a.svg",)
     said = (tmp_path / "a.svg").read_text()
     for text in ("mouthSmileLeft", "AU12L", "swapped with mouthPucker", "dead", "surprise"):
         assert text in said, text
-    assert said == (tmp_path / "b.svg").read_text()
 
 
 def test_what_is_no_face_is_not_judged(tmp_path: Path) -> None:
