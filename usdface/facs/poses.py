@@ -21,11 +21,12 @@ __all__ = ["PAPER_CRITERIA", "PoseVerdict", "UnitAmount", "judge_pose", "units_e
 
 # By which action units the poses of six emotions are judged in Troy, Pranowo, Gunanto, "2D to 3D
 # Space Transformation for Facial Animation Based on Marker Data", InAES 2016; one of the
-# alternatives is enough. Lips press together by tightener or pressor; of disgust both move the lip.
+# alternatives is enough. Lips press together by tightener or pressor; in disgust the nose wrinkler
+# raises the upper lip by itself.
 PAPER_CRITERIA: Mapping[str, tuple[tuple[str, ...], ...]] = MappingProxyType(
     {
         "anger": (("23",), ("24",)),
-        "disgust": (("9", "10"),),
+        "disgust": (("9",), ("10",)),
         "joy": (("12",),),
         "sadness": (("1", "4", "15"),),
         "fear": (("1", "2", "4"),),
