@@ -1,8 +1,8 @@
 """Verdicts of `usdface check --facs` on rigs with faults of known kinds.
 
 On ICT, MakeHuman and the example: two names exchanged, one shape mirrored and one silenced, drawn
-at random; a shape with another one added; and ICT's shapes on other people's faces, without a
-fault. `python benchmarks/facs.py`; --count worlds of each kind.
+at random; a shape with another one added; and without a fault ICT's shapes on other people's
+faces, and MakeHuman's unit poses by joints. `python benchmarks/facs.py`.
 """
 
 import argparse
@@ -19,7 +19,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests")]
 
 from ict_face import ict_mesh  # noqa: E402
+from makehuman_face import posable_face  # noqa: E402
+from scipy.spatial import cKDTree  # noqa: E402
 
+from usdface.blend_shapes import BlendShape  # noqa: E402
 from usdface.facs.judge import ShapeVerdict, judge_shapes  # noqa: E402
 from usdface.facs.movements import SIDED  # noqa: E402
 from usdface.facs.report import judge_rig  # noqa: E402
@@ -30,6 +33,25 @@ from usdface.rigs import Rig  # noqa: E402
 SHARED = ROOT.parent / "shared" / "data"
 NOISE = 0.3  # [mm]
 COUNT, SEED = 400, 8
+# MakeHuman's unit poses, and names of ARKit or FACS for the same.
+JOINT_POSES = {
+    **{"NoseWrinkler": "noseSneer", "CheeksPump": "cheekPuff", "ChinLeft": "jawLeft"},
+    **{"ChinRight": "jawRight", "ChinForward": "jawForward", "JawDrop": "jawOpen"},
+    **{"LipsKiss": "mouthPucker", "lowerLipBackward": "mouthRollLower", "lowerLipDown": "AU16"},
+    **{"UpperLipBackward": "mouthRollUpper", "UpperLipUp": "AU10"},
+    **{"MouthMoveLeft": "mouthLeft", "MouthMoveRight": "mouthRight"},
+} | {
+    pose.format(side): name.format(side[0])
+    for side in ("Left", "Right")
+    for pose, name in {
+        **{"{}BrowDown": "AU4_{}", "{}OuterBrowUp": "AU2_{}", "{}InnerBrowUp": "AU1_{}"},
+        **{"{}UpperLidOpen": "AU5_{}", "{}UpperLidClosed": "AU43_{}", "{}LowerLidUp": "AU7_{}"},
+        **{"{}CheekUp": "AU6_{}", "Mouth{}PullUp": "AU12_{}", "Mouth{}PullSide": "AU14_{}"},
+        **{"Mouth{}PullDown": "AU15_{}", "Mouth{}Platysma": "AU20_{}"},
+        **{"{}EyeturnLeft": "AU61_{}", "{}EyeturnRight": "AU62_{}"},
+        **{"{}EyeUp": "AU63_{}", "{}EyeDown": "AU64_{}"},
+    }.items()
+}
 DIRECTIONS = {"30L", "30R", "mouth left", "mouth right"}
 
 
@@ -127,6 +149,23 @@ def other_people(face: Face, count: int) -> dict[str, float]:
     return {"people": float(count), "named wrongly %": 100 * sum(named.values()) / total}
 
 
+def joint_poses(face: Face) -> dict[str, float]:
+    """MakeHuman's unit poses by joints as blend shapes: those that do the unit of their name.
+
+    Nothing was set on them.
+    """
+    posable, mesh = posable_face(SHARED), face.rig.face()
+    rest = posable.posed({})
+    at = cKDTree(rest).query(mesh.points)[1]
+    shapes = tuple(
+        BlendShape.from_dense(name, (posable.posed({pose: 1.0}) - rest)[at], 1e-6)
+        for pose, name in JOINT_POSES.items()
+    )
+    found = judge_rig(Rig("poses", (replace(mesh, shapes=shapes),)), ()).shapes.verdicts
+    done = sum(v.verdict == "done" for v in found)
+    return {"poses": float(len(found)), "done": float(done)}
+
+
 def figures(count: int = 40) -> dict[str, float]:
     """Mean over the three rigs, for benchmarks/sensitivity.py."""
     known = faces().values()
@@ -153,7 +192,8 @@ def main() -> None:
     console = Console()
     console.print(table)
     if "ICT" in known:
-        console.print(other_people(known["ICT"], parsed.people))
+        console.print("other people:", other_people(known["ICT"], parsed.people))
+        console.print("unit poses by joints:", joint_poses(known["MakeHuman"]))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Feature points of a rig's face, found by anatomy and never by the names of blend shapes.
 
 Lids and lips are where skin meets (`usdface.face.lip_lid_contacts`), the other points are those of
-an average face carried over through the landmarks. Every blend shape is joined by its mirror image
-while they are looked for, so that a dead or mirrored one hides no eye. Each point is a small patch
-of skin, and what it did is the mean of its vertices.
+an average face carried over through the landmarks. Where a dead blend shape hides an eye, every shape
+is joined by its mirror image while they are looked for. Each point is a small patch of skin, and
+what it did is the mean of its vertices.
 """
 
 from collections.abc import Mapping
@@ -152,10 +152,12 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
     """
     face = rig.face()
     which = next(i for i, mesh in enumerate(rig.meshes) if mesh is face)
-    mesh = _with_mirrored(face)
-    surface = face_surface(mesh)
-    contacts = find_lip_lid_contacts(mesh)
-    landmarks = find_landmarks(surface, contacts)
+    contacts = find_lip_lid_contacts(face)
+    landmarks = find_landmarks(face_surface(face), contacts)
+    if landmarks is None:
+        completed = _with_mirrored(face)
+        contacts = find_lip_lid_contacts(completed)
+        landmarks = find_landmarks(face_surface(completed), contacts)
     if landmarks is None:
         raise InputError(
             f"the blend shapes of {rig.source or rig.name!r} show no lids and lips; action units "
@@ -163,6 +165,7 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
             "SKIN_MISSING",
         )
     landmarks = _with_own_brows(landmarks)
+    surface = landmarks.surface
     vertices = _carried_over(landmarks) | _lips_and_lids(landmarks, contacts)
     away = surface.distances(np.array(list(vertices.values())), _PATCH * landmarks.unit)
     patches: dict[str, tuple[int, IntArray]] = {}

@@ -7,6 +7,7 @@ fits better by more than this rig's shapes usually miss their own, beside the no
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -212,17 +213,18 @@ def _swaps(
 ) -> dict[int, int]:
     """Return the shapes whose names are swapped, each with the one that does what its name says.
 
-    Both fit the other's name better than their own, and nearly as well as any movement.
+    Both fit the other's name better than their own, and nearly as well as any movement. Of two
+    units that are alike one shape may fit either name: the gain of the other decides, which is as
+    large as the loss where the two shapes are the same.
     """
     shapes = [i for i in claimed if alive[i]]
     fit = {(i, j): float(fits.cosines[i, fits.best(i, claimed[j])]) for i in shapes for j in shapes}
     enough = fits.cosines.max(axis=1) - usual
     gains = [
-        (fit[i, j] - fit[i, i] + fit[j, i] - fit[j, j], i, j)
-        for i in shapes
-        for j in shapes
-        if i < j
-        and min(fit[i, j] - fit[i, i], fit[j, i] - fit[j, j]) > 0.0
+        (one + other, i, j)
+        for i, j in combinations(shapes, 2)
+        for one, other in ((fit[i, j] - fit[i, i], fit[j, i] - fit[j, j]),)
+        if (min(one, other) > 0.0 or (min(one, other) > -usual and one + other > usual))
         and fit[i, j] >= enough[i]
         and fit[j, i] >= enough[j]
     ]
