@@ -1,9 +1,9 @@
 """Feature points of a rig's face, found by anatomy and never by the names of blend shapes.
 
 Lids and lips are where skin meets (`usdface.face.lip_lid_contacts`), the other points are those of
-an average face carried over through the landmarks. Where a dead shape hides an eye, every blend shape
-is joined by its mirror image while they are looked for. Each point is a small patch of skin, and
-what it did is the mean of its vertices.
+an average face carried over through the landmarks. Where a dead shape hides an eye, every blend
+shape is joined by its mirror image while they are looked for. Each point is a small patch of skin,
+and what it did is the mean of its vertices.
 """
 
 from collections.abc import Mapping
