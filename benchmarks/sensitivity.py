@@ -57,6 +57,7 @@ PLACED, CHECKED, CLEANED = "binding:figures", "binding:anchor_figures", "cleanup
 SOLVED, RESTED = "solve_figures:figures", "binding:neutral_figures"
 CALIBRATED, EXPRESSED = "calibration:figures", "expressions:layer_figures"
 DESIGNED, LEARNED = "expressions:design_figures", "fuzzy_variants:figures"
+JUDGED = "facs:figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
         *rows("usdface.binding.candidates", "_LARGEST_WEIGHT _EVEN_CELL", PLACED),
@@ -144,6 +145,11 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.cleanup.low_rank_model", "_MODES FRAMES_PER_MODE _ROUNDS", CLEANED),
         *rows("usdface.cleanup.spikes", "_USUAL _SHARE _SPEED _WINDOW _OFF _FAR", CLEANED),
         *rows("usdface.cleanup.label_assignment", "_JUMP _LANDING _USUAL", CLEANED),
+    ],
+    "facs": [
+        *rows("usdface.facs.judge", "_HALF _LEAST", JUDGED),
+        *rows("usdface.facs.fits", "SEEN", JUDGED),
+        *rows("usdface.facs.feature_points", "_PATCH", JUDGED),
     ],
 }
 

@@ -11,6 +11,7 @@ import pytest
 from pxr import Usd
 from worlds import animation_of
 
+import usdface
 from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.io.bind_file import bind_json
@@ -65,6 +66,26 @@ def test_each_emotion_is_heard_where_it_is_shown(
         strengths = {name: float(curve[frame]) for name, curve in heard.items()}
         assert max(strengths, key=strengths.__getitem__) == emotion
         assert strengths[emotion] > 0.3
+
+
+def test_the_peaks_show_the_units_of_their_emotions(
+    folder: Path, shown: dict[str, int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At the markers and on the face, where each emotion peaks; corrected farther than solved."""
+    path = folder / "shot.usdface.usda"
+    verdicts = usdface.check(path, facs=True).details["facs"][0]
+    assert verdicts["counts"] == {"done": 51, "unnamed": 1}
+    assert not any(peak["lost"] for peak in verdicts["peaks"])
+    for emotion, frame in shown.items():
+        near = [p for p in verdicts["peaks"] if abs(p["frame"] - frame) < 60]
+        (peak,) = (p for p in near if p["emotion"] == emotion)
+        assert all(peak[at]["criteria"] for at in ("markers", "solved", "corrected")), emotion
+        solved, corrected = (
+            sum(unit["moved_mm"] for unit in peak[at]["units"]) for at in ("solved", "corrected")
+        )
+        assert corrected > 1.1 * solved, emotion
+    assert main(["check", str(path), "--facs"]) == 0
+    assert "peaks of the take" in capsys.readouterr().out
 
 
 def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]) -> None:

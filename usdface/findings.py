@@ -193,6 +193,52 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "frames of the range are not in the take, and are not written",
     ),
     # rigs
+    # blend shapes, poses and peaks judged by action units
+    "FACS_SHAPE_DEAD": (
+        "warning",
+        "export_again",
+        "a blend shape moves nothing that could be seen on a face",
+    ),
+    "FACS_SIDE_OTHER": (
+        "warning",
+        "export_again",
+        "a blend shape does on one side what its name says of the other",
+    ),
+    "FACS_SHAPES_SWAPPED": (
+        "warning",
+        "export_again",
+        "two blend shapes do what the other's name says",
+    ),
+    "FACS_UNIT_OTHER": (
+        "warning",
+        "export_again",
+        "a blend shape does another action unit than its name says",
+    ),
+    "FACS_UNITS_MIXED": (
+        "warning",
+        "export_again",
+        "a blend shape does the action unit of its name and another one",
+    ),
+    "FACS_UNIT_NOT_DONE": (
+        "warning",
+        "export_again",
+        "a blend shape does not move the points of the action unit that its name says",
+    ),
+    "FACS_POSE_INCOMPLETE": (
+        "info",
+        "compare",
+        "an action unit of an emotion cannot be seen in its expression pose",
+    ),
+    "FACS_UNIT_LOST": (
+        "info",
+        "look_at_frames",
+        "an action unit is seen at the markers and not on the face",
+    ),
+    "FACS_NOT_JUDGED": (
+        "warning",
+        "nothing",
+        "the face cannot be judged by action units",
+    ),
     "SHAPE_EMPTY": ("info", "nothing", "a blend shape moves no point"),
     "SHAPE_SKIPPED": (
         "warning",

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.binding.face_surface import FaceSurface
-from usdface.face.lip_lid_contacts import find_lip_lid_contacts
+from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
 from usdface.face.named_places import LANDMARKS
 from usdface.face.regions import shape_regions
 
@@ -68,10 +68,19 @@ class FaceLandmarks:
         return np.asarray(front[cKDTree(self.surface.points[front, :2]).query(flat)[1]])
 
 
-def find_landmarks(surface: FaceSurface) -> FaceLandmarks | None:
-    """Find the landmarks of a face; None where its blend shapes reveal no lips or no lids."""
+def find_landmarks(
+    surface: FaceSurface, contacts: LipLidContacts | None = None
+) -> FaceLandmarks | None:
+    """Find the landmarks of a face; None where its blend shapes reveal no lips or no lids.
+
+    Parameters
+    ----------
+    surface : FaceSurface
+    contacts : LipLidContacts, optional
+        Of its mesh, if they are known.
+    """
     mesh, points = surface.mesh, surface.mesh.points
-    contacts = find_lip_lid_contacts(mesh)
+    contacts = contacts or find_lip_lid_contacts(mesh)
     if not len(contacts.lips) or not len(contacts.lids):
         return None
     lips = points[contacts.lips].mean(axis=1)

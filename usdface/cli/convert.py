@@ -156,11 +156,28 @@ def _import(parsed: argparse.Namespace) -> int:
 
 def add_check(commands: Any, summary: str) -> None:
     """Add `usdface check`."""
-    command = add_command(commands, "check", _check, summary)
+    command = add_command(commands, "check", _check, summary, writes=("figure",))
     command.add_argument("files", type=Path, nargs="+")
+    command.add_argument(
+        "--facs",
+        action="store_true",
+        help="also judge blend shapes, expression poses and the peaks of a take by action units",
+    )
+    command.add_argument(
+        "--figure",
+        type=Path,
+        metavar="FILE",
+        help="with --facs, draw the verdicts: .png, .svg, .pdf",
+    )
 
 
 def _check(parsed: argparse.Namespace) -> int:
     with progress(parsed) as step:
-        result = pipeline.check(parsed.files, on_progress=step)
+        result = pipeline.check(
+            parsed.files, facs=parsed.facs, figure=parsed.figure, on_progress=step
+        )
+    if parsed.facs and parsed.format == "text":
+        from usdface.cli.print_facs import print_facs
+
+        print_facs(result.details["facs"])
     return report(parsed, result, fail_on=("error",))

@@ -49,8 +49,8 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "usdface import avatar.vrm -o avatar.usdc --report report.json",
     ),
     "check": (
-        "usdface check face.usda face.glb",
         "usdface check assets/*.glb --format json --strict",
+        "usdface check shot.usdface.usda --facs --figure units.png",
     ),
     "formats": ("usdface formats", "usdface formats --format json"),
     "plugins": ("usdface plugins", "usdface plugins --format json"),

@@ -3,12 +3,14 @@
 from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from usdface.blas_threads import one_blas_thread
-from usdface.errors import UsdFaceError
+from usdface.errors import InputError, UsdFaceError
 from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath
 from usdface.io.check import check_file
+from usdface.io.inputs import check_outputs, files_read
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
@@ -18,7 +20,11 @@ __all__ = ["check"]
 
 @one_blas_thread()
 def check(
-    paths: StrPath | Iterable[StrPath], *, on_progress: OnProgress | None = None
+    paths: StrPath | Iterable[StrPath],
+    *,
+    facs: bool = False,
+    figure: StrPath | None = None,
+    on_progress: OnProgress | None = None,
 ) -> Result[None]:
     """Check blend shapes and their animation for faults that the standard validators miss.
 
@@ -26,34 +32,73 @@ def check(
     ----------
     paths : path or paths
         USD or glTF files.
+    facs : bool
+        Also judge each face by action units: blend shapes, expression poses, and of a processed
+        shot the peaks of its emotions.
+    figure : path, optional
+        Draw the verdicts on one file: .png, .svg or .pdf; with `facs`.
     on_progress : callable, optional
 
     Returns
     -------
     Result of None
-        Keys of the summary: ``files``, ``findings``.
+        Keys of the summary: ``files``, ``findings``. With `facs`, `details` has ``facs``: the
+        verdicts on each file.
 
     Raises
     ------
     InputError
         If the file cannot be read. Of several files each that cannot is the finding
-        FILE_UNREADABLE, and the others are checked.
+        FILE_UNREADABLE, and the others are checked. If a figure of several files is asked for, or
+        one without `facs`.
 
     Examples
     --------
     >>> usdface.check("examples/head.usdc").findings
     ()
+    >>> result = usdface.check("examples/head.usdc", facs=True)
+    >>> result.details["facs"][0]["counts"]
+    {'done': 51, 'unnamed': 1}
     """
     files = [Path(p) for p in ([paths] if isinstance(paths, str | PathLike) else paths)]
+    picture = _picture(figure, files, facs)
     register_schemas()
     progress = Progress.of(on_progress)
     findings: list[Finding] = []
+    judged: list[dict[str, Any]] = []
     for done, path in enumerate(files):
         progress(Step("check", done / len(files)))
         with progress.step(f"check {path.name}"):
-            findings += check_file(path) if len(files) == 1 else _checked(path)
+            found = check_file(path) if len(files) == 1 else _checked(path)
+            findings += found
+        if facs and all(one.code != "FILE_UNREADABLE" for one in found):
+            from usdface.pipeline.facs import judge_file  # loads the geometry of faces
+
+            with progress.step(f"judge {path.name}"):
+                verdicts, found = judge_file(path, picture)
+            findings += found
+            judged.append({"file": str(path), **verdicts})
     summary = {"files": len(files), "findings": len(findings)}
-    return Result(None, (), tuple(findings), summary, seconds=progress.seconds)
+    written = (picture,) if picture and picture.exists() else ()
+    details = {"facs": judged} if facs else {}
+    return Result(None, written, tuple(findings), summary, details, progress.seconds)
+
+
+def _picture(figure: StrPath | None, files: list[Path], facs: bool) -> Path | None:
+    """Return the figure's file, validated."""
+    if not figure:
+        return None
+    if not facs or len(files) != 1:
+        raise InputError(
+            f"cannot draw {figure}: a figure is of the action units of one file; name one, with "
+            "--facs"
+        )
+    from usdface.figures.picture import check_picture
+
+    picture = Path(figure)
+    check_picture(picture)
+    check_outputs([picture], files_read(*files))
+    return picture
 
 
 def _checked(path: Path) -> list[Finding]:

@@ -1,0 +1,1 @@
+"""Blend shapes, poses and peaks judged by the action units of FACS."""

@@ -1,0 +1,339 @@
+"""Feature points of a rig's face, found by anatomy and never by the names of blend shapes.
+
+Lids and lips are where skin meets (`usdface.face.lip_lid_contacts`), the other points are those of
+an average face carried over through the landmarks. Where a dead shape hides an eye, every blend
+shape is joined by its mirror image while they are looked for. Each point is a small patch of skin,
+and what it did is the mean of its vertices.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.binding.face_surface import face_surface
+from usdface.binding.landmarks import FaceLandmarks, find_landmarks
+from usdface.blend_shape_evaluator import evaluator_of
+from usdface.errors import InputError
+from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
+from usdface.face.named_places import LANDMARKS
+from usdface.face.surface_graph import surface_graph
+from usdface.facs.movements import POINTS
+from usdface.rigs import Mesh, Rig
+
+__all__ = ["FeaturePoints", "find_feature_points"]
+
+# On the average face [mm], as `usdface.face.named_places`; x of the left half.
+_SIDED = {
+    "inner brow": (16, 24),
+    "middle brow": (34, 25),
+    "outer brow": (54, 18),
+    "upper cheek": (34, -20),
+    "cheek": (42, -38),
+    "lower cheek": (42, -62),
+    "nose bridge": (6, -7),
+    "nose side": (10, -14),
+    "nose wing": (17, -40),
+    "nasolabial fold": (24, -50),
+    "jaw": (30, -104),
+}
+_CENTRAL = {
+    "glabella": (0, 18),
+    "nose root": (0, 4),
+    "nose tip": (0, -36),
+    "philtrum": (0, -57),
+    "lip groove": (0, -84),
+    "chin boss": (0, -98),
+    "chin": (0, -112),
+}
+_PATCH = 4.0  # [mm of the average face] along the surface: the reach of a small optical marker
+_LOOSE = 8.0  # [mm of the average face]: how far what is no skin lies from the point on the skin
+# The skin of the brows begins so high above the eyes [mm of the average face]: half-way from the
+# lid to the brow.
+_ABOVE_LID = 0.5 * (LANDMARKS["lid upper"][1] + LANDMARKS["brow"][1])
+_BROW = (LANDMARKS["brow"][0] - LANDMARKS["eye inner"][0]) / (
+    LANDMARKS["eye outer"][0] - LANDMARKS["eye inner"][0]
+)
+# An eyeball is a piece as deep and high as wide, and as wide as an eye (a ball of 24 mm behind an
+# opening of 30 mm; artists make them larger). Its front is what lies before half its radius.
+_ROUND, _NARROW, _WIDE, _FRONT = 1.35, 0.6, 1.8, 0.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FeaturePoints:
+    """Patches of vertices on the meshes of a rig, for the feature points that were found.
+
+    Attributes
+    ----------
+    patches : mapping of str to (int, (N,) int64)
+        By the names of `usdface.facs.movements.POINTS`: index of the mesh, vertices.
+    unit : float [m]
+        Length on the rig of a millimetre on the average face.
+    """
+
+    patches: Mapping[str, tuple[int, IntArray]]
+    unit: float
+
+    def moved(self, rig: Rig, names: tuple[str, ...]) -> FloatArray:
+        """Return the displacement of each point by each blend shape at weight 1.
+
+        Parameters
+        ----------
+        rig : Rig
+        names : tuple of str, length S
+            Blend shapes of the rig.
+
+        Returns
+        -------
+        (S, len(POINTS), 3) float64 [mm of a human head]
+            0 for points that were not found.
+        """
+        result = np.zeros((len(names), len(POINTS), 3))
+        row = {name: i for i, name in enumerate(names)}
+        for column, point in enumerate(POINTS):
+            if point not in self.patches:
+                continue
+            which, vertices = self.patches[point]
+            mesh = rig.meshes[which]
+            rows = [row[name] for name in mesh.shape_names if name in row]
+            known = [name in row for name in mesh.shape_names]
+            result[rows, column] = mesh.offsets_at(vertices).mean(axis=1)[known]
+        return frozen(result / self.unit)
+
+    def displaced(self, rig: Rig, names: tuple[str, ...], weights: FloatArray) -> FloatArray:
+        """Return the displacement of each point where all shapes have weights.
+
+        Parameters
+        ----------
+        rig : Rig
+        names : tuple of str, length S
+            Blend shapes of the rig; inbetweens and combination shapes follow.
+        weights : (F, S) float64
+
+        Returns
+        -------
+        (F, len(POINTS), 3) float64 [mm of a human head]
+        """
+        result = np.zeros((len(weights), len(POINTS), 3))
+        column = {name: i for i, name in enumerate(names)}
+        for which, mesh in enumerate(rig.meshes):
+            here = {p: v for p, (at, v) in self.patches.items() if at == which}
+            if not here or not mesh.shapes:
+                continue
+            vertices = np.unique(np.concatenate(list(here.values())))
+            evaluator, _ = evaluator_of(mesh, vertices)
+            order = np.array([column.get(name, -1) for name in mesh.shape_names])
+            own = np.where(order >= 0, weights[:, order], 0.0)
+            moved = evaluator.displacements(evaluator.combined(own))
+            moved = moved.reshape(len(weights), len(vertices), 3)
+            for point, patch in here.items():
+                at = np.searchsorted(vertices, patch)
+                result[:, POINTS.index(point)] = moved[:, at].mean(axis=1)
+        return frozen(result / self.unit)
+
+    def centres(self, rig: Rig) -> dict[str, FloatArray]:
+        """Return the place of each point on the neutral face: (3,) each [m]."""
+        return {
+            point: rig.meshes[which].points[vertices].mean(axis=0)
+            for point, (which, vertices) in self.patches.items()
+        }
+
+
+def find_feature_points(rig: Rig) -> FeaturePoints:
+    """Find the feature points of a rig's face.
+
+    Raises
+    ------
+    InputError
+        If no blend shape moves visible skin, or none reveals lids and lips.
+    """
+    face = rig.face()
+    which = next(i for i, mesh in enumerate(rig.meshes) if mesh is face)
+    contacts = find_lip_lid_contacts(face)
+    landmarks = find_landmarks(face_surface(face), contacts)
+    if landmarks is None:
+        completed = _with_mirrored(face)
+        contacts = find_lip_lid_contacts(completed)
+        landmarks = find_landmarks(face_surface(completed), contacts)
+    if landmarks is None:
+        raise InputError(
+            f"the blend shapes of {rig.source or rig.name!r} show no lids and lips; action units "
+            "need a face that closes its eyes and opens its mouth",
+            "SKIN_MISSING",
+        )
+    landmarks = _with_own_brows(landmarks)
+    surface = landmarks.surface
+    vertices = _carried_over(landmarks) | _lips_and_lids(landmarks, contacts)
+    away = surface.distances(np.array(list(vertices.values())), _PATCH * landmarks.unit)
+    patches: dict[str, tuple[int, IntArray]] = {}
+    for (point, vertex), distance in zip(vertices.items(), away, strict=True):
+        near = surface.vertices[distance <= _PATCH * landmarks.unit]
+        patches[point] = (which, near if len(near) else np.array([vertex]))
+    loose = _loose_patches(rig, landmarks, patches)
+    return FeaturePoints(patches | loose | _eyeballs(rig, landmarks), landmarks.unit)
+
+
+def _with_mirrored(mesh: Mesh) -> Mesh:
+    """Return the mesh with the mirror image of each blend shape as well."""
+    across = mesh.points[_moved(mesh), 0]
+    if not len(across):
+        return mesh
+    ends = across.min() + across.max()
+    _, partner = cKDTree(mesh.points).query(mesh.points * (-1, 1, 1) + (ends, 0, 0))
+    shapes = []
+    for shape in mesh.shapes:
+        dense = np.zeros((len(mesh.points), 3))
+        dense[shape.indices] = shape.offsets
+        dense = dense[partner] * (-1, 1, 1)
+        moved = np.flatnonzero(dense.any(axis=1))
+        shapes.append(
+            replace(
+                shape,
+                name=f"{shape.name} mirrored",
+                indices=moved,
+                offsets=dense[moved],
+                normal_offsets=None,
+                inbetweens=(),
+                combination=None,
+            )
+        )
+    return replace(mesh, shapes=(*mesh.shapes, *shapes))
+
+
+def _with_own_brows(landmarks: FaceLandmarks) -> FaceLandmarks:
+    """Return the landmarks with brows where the skin above the lids moves, by any shape."""
+    surface, unit = landmarks.surface, landmarks.unit
+    points = surface.mesh.points
+    brow = np.isclose(landmarks.average[:, 1], LANDMARKS["brow"][1])
+    found = dict(zip(map(tuple, landmarks.average.tolist()), landmarks.points, strict=True))
+    (inner, _), (outer, _) = LANDMARKS["eye inner"], LANDMARKS["eye outer"]
+    least = unit * _ABOVE_LID + np.mean([found[s * inner, 0.0][1] for s in (1, -1)])
+    energy = np.zeros(len(points))
+    for shape in surface.mesh.shapes:
+        squares = (shape.offsets**2).sum(axis=1)
+        if squares.any() and np.average(points[shape.indices, 1], weights=squares) > least:
+            np.maximum.at(energy, shape.indices, squares / squares.max())
+    average, placed = landmarks.average[~brow].tolist(), list(landmarks.points[~brow])
+    for side in (1, -1):
+        own = side * (surface.points[:, 0] - landmarks.middle) > 0.0
+        weight = np.where(own & (surface.points[:, 1] > least), energy[surface.vertices], 0.0)
+        if weight.any():
+            y, z = np.average(surface.points, axis=0, weights=weight)[1:]
+            ends = found[side * inner, 0.0][0], found[side * outer, 0.0][0]
+            placed.append(np.array([ends[0] + _BROW * (ends[1] - ends[0]), y, z]))
+            average.append([side * LANDMARKS["brow"][0], LANDMARKS["brow"][1]])
+    return replace(landmarks, average=np.array(average), points=np.array(placed))
+
+
+def _carried_over(landmarks: FaceLandmarks) -> dict[str, int]:
+    """Return the vertices of the points that the average face places."""
+    places: dict[str, tuple[float, float]] = {}
+    for half, sign in (("left", 1), ("right", -1)):
+        places |= {f"{half} {point}": (sign * x, y) for point, (x, y) in _SIDED.items()}
+    places |= _CENTRAL
+    at = landmarks.vertices_at(np.array(list(places.values()), dtype=np.float64))
+    return dict(zip(places, landmarks.surface.vertices[at].tolist(), strict=True))
+
+
+def _lips_and_lids(landmarks: FaceLandmarks, contacts: LipLidContacts) -> dict[str, int]:
+    """Return the vertices of the points on the rims of lips and lids."""
+    surface, middle = landmarks.surface, landmarks.middle
+    points = surface.mesh.points
+    across = points[contacts.lips].mean(axis=1)[:, 0] - middle
+    found: dict[str, int] = {}
+    for name, share in (("middle {}", 0.0), ("left {}", 0.5), ("right {}", -0.5)):
+        upper, lower = contacts.lips[np.abs(across - share * np.abs(across).max()).argmin()]
+        found |= {name.format("upper lip"): int(upper), name.format("lower lip"): int(lower)}
+    front = surface.vertices[surface.level]
+    corner = LANDMARKS["mouth corner"]
+    for half, sign in (("left", 1), ("right", -1)):
+        aside = sign * (points[contacts.lids].mean(axis=1)[:, 0] - middle)
+        lids = contacts.lids[aside > 0.0]
+        widest = lids[(points[lids[:, 0], 1] - points[lids[:, 1], 1]).argmax()]
+        found |= {f"{half} upper lid": int(widest[0]), f"{half} lower lid": int(widest[1])}
+        at = (landmarks.average == np.multiply(corner, (sign, 1))).all(axis=1).argmax()
+        nearest = np.linalg.norm(points[front] - landmarks.points[at], axis=1).argmin()
+        found[f"{half} lip corner"] = int(front[nearest])
+    return found
+
+
+def _loose_patches(
+    rig: Rig, landmarks: FaceLandmarks, patches: Mapping[str, tuple[int, IntArray]]
+) -> dict[str, tuple[int, IntArray]]:
+    """Return patches of what lies before the skin, for points where no shape moves the skin.
+
+    Brows of drawn characters are strips of their own, and their irises flat.
+    """
+    moved = [_moved(mesh) for mesh in rig.meshes]
+    skin = np.zeros(len(landmarks.surface.mesh.points), dtype=bool)
+    skin[landmarks.surface.vertices] = True
+    face, _ = next(iter(patches.values()))
+    places = {
+        point: rig.meshes[which].points[vertices].mean(axis=0)
+        for point, (which, vertices) in patches.items()
+        if not moved[which][vertices].any()
+    }
+    places |= {f"{half} eyeball": centre for half, (centre, _) in _eyes(landmarks).items()}
+    found: dict[str, tuple[int, IntArray]] = {}
+    for which, mesh in enumerate(rig.meshes):
+        own = np.flatnonzero(moved[which] & ~skin if which == face else moved[which])
+        if not len(own):
+            continue
+        tree = cKDTree(mesh.points[own])
+        for point, place in places.items():
+            reach = _LOOSE * landmarks.unit
+            near = own[tree.query_ball_point(place, reach)]
+            if len(near) and point not in found:
+                found[point] = (which, np.sort(near))
+    return found
+
+
+def _eyes(landmarks: FaceLandmarks) -> dict[str, tuple[FloatArray, float]]:
+    """Return the centre and the width of each eye's opening [m]."""
+    average, found = landmarks.average.tolist(), {}
+    for half, sign in (("left", 1), ("right", -1)):
+        inner, outer = (
+            landmarks.points[average.index([sign * LANDMARKS[name][0], LANDMARKS[name][1]])]
+            for name in ("eye inner", "eye outer")
+        )
+        found[half] = (0.5 * (inner + outer), abs(float((outer - inner)[0])))
+    return found
+
+
+def _eyeballs(rig: Rig, landmarks: FaceLandmarks) -> dict[str, tuple[int, IntArray]]:
+    """Return the fronts of the eyeballs that a blend shape moves."""
+    found: dict[str, tuple[int, IntArray]] = {}
+    for half, (centre, width) in _eyes(landmarks).items():
+        for which, mesh in enumerate(rig.meshes):
+            moved = _moved(mesh)
+            for vertices in _pieces(mesh, moved):
+                at = mesh.points[vertices]
+                low, high = at.min(axis=0), at.max(axis=0)
+                size, middle = high - low, 0.5 * (low + high)
+                beside = np.abs(middle - centre)[:2].max() < 0.5 * width
+                ball = size.max() < _ROUND * size.min()
+                fits = _NARROW * width < size.max() < _WIDE * width
+                if beside and ball and fits and f"{half} eyeball" not in found:
+                    front = at[:, 2] > middle[2] + _FRONT * 0.5 * size[2]
+                    found[f"{half} eyeball"] = (which, vertices[front])
+    return found
+
+
+def _moved(mesh: Mesh) -> BoolArray:
+    moved = np.zeros(len(mesh.points), dtype=bool)
+    for shape in mesh.shapes:
+        moved[shape.indices[shape.offsets.any(axis=1)]] = True
+    return moved
+
+
+def _pieces(mesh: Mesh, moved: BoolArray) -> list[IntArray]:
+    """Return the connected pieces of a mesh that blend shapes move: vertices of each."""
+    if not moved.any():
+        return []
+    _, piece = connected_components(surface_graph(mesh), directed=False)
+    order = np.argsort(piece, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(piece[order])) + 1)
+    return [part for part in parts if moved[part].any()]
