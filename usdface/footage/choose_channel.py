@@ -4,10 +4,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from usdface.arrays import BoolArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.footage.colour_channel import CHANNELS, ColourChannel, Pixels, channel_of_colour
-from usdface.footage.detect import DotModel, background, measure
+from usdface.footage.detect import DotModel, background, hues, measure, opponents
 from usdface.footage.dots import Dots
 
 __all__ = ["LEAST_DOTS", "MOST_DOTS", "choose_model", "colour_at", "model_of_colour"]
@@ -24,7 +24,9 @@ _ALIKE_RADIUS, _ALIKE_HEIGHT = 1.7, 2.0
 # A dot is at most this share of the image's larger side across.
 _LARGEST = 1 / 20
 # Share of the dots' height at which they are cut out of what is around them.
-_CUT = 0.4
+_CUT = 0.3
+# How often a dot's height doubles that of the strongest other thing; more is no better.
+_MARGIN = 2.5
 
 
 def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None) -> DotModel:
@@ -32,7 +34,7 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
 
     Each channel is cut at several thresholds; what counts is the number of dots that are round,
     of one size and of one strength, times the share of them among all that stands out, times the
-    logarithm of their height above the threshold that shows them.
+    logarithm of their height over that of the strongest other thing.
 
     Parameters
     ----------
@@ -65,10 +67,15 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
             if not LEAST_DOTS <= count <= MOST_DOTS:
                 continue
             height = float(np.median(dots.heights[alike]))
-            score = count * _purity(dots, alike) * np.log2(1.0 + height / _WEAKEST)
+            score = count * _MARGIN
+            if score <= best:
+                continue
+            score = count * min(_margin(above, dots[alike], height), _MARGIN)
+            # What else stands out where the dots are cut out, not where they alone are left.
+            everything = measure(signal, above > _CUT * height)
+            score *= _purity(everything, count, float(np.median(dots.areas[alike])))
             if score > best:
-                area = float(np.median(dots.areas[alike]))
-                best, chosen = score, DotModel(channel, _CUT * height, area)
+                best, chosen = score, _model(pixels, channel, dots[alike])
     if chosen is None:
         raise InputError(
             "no dots are found: no colour shows three or more round spots that are alike; "
@@ -76,6 +83,24 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
             "MARKERS_TOO_FEW",
         )
     return chosen
+
+
+def _model(pixels: Pixels, channel: ColourChannel, dots: Dots) -> DotModel:
+    hue = np.median(hues(pixels, dots), axis=0)
+    # What surrounds the dots: a ring of points at twice their radius.
+    turns = np.linspace(0.0, 2 * np.pi, 12, endpoint=False)
+    ring = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    places = dots.centres[:, None] + (2.0 * dots.axes[:, :1, None] + 2.0) * ring
+    x, y = (places.reshape(-1, 2).T).astype(int)
+    around = pixels[y.clip(0, pixels.shape[0] - 1), x.clip(0, pixels.shape[1] - 1)]
+    skin = opponents(np.median(around, axis=0))
+    return DotModel(
+        channel,
+        _CUT * float(np.median(dots.heights)),
+        float(np.median(dots.areas)),
+        (float(hue[0]), float(hue[1])),
+        (float(skin[0]), float(skin[1])),
+    )
 
 
 def _alike(dots: Dots, side: int) -> BoolArray:
@@ -99,10 +124,20 @@ def _alike(dots: Dots, side: int) -> BoolArray:
     return alike
 
 
-def _purity(dots: Dots, alike: BoolArray) -> float:
+def _margin(above: FloatArray, dots: Dots, height: float) -> float:
+    """Return how often the dots' height doubles that of the strongest other thing, at least 0.1."""
+    rest = above.copy()
+    for (x, y), radius in zip(dots.centres.tolist(), dots.axes[:, 0].tolist(), strict=True):
+        reach = int(1.5 * radius + 4)
+        rest[max(int(y) - reach, 0) : int(y) + reach, max(int(x) - reach, 0) : int(x) + reach] = 0
+    least = max(int(0.3 * float(np.median(dots.areas))), 1)
+    strongest = float(np.partition(rest.ravel(), -least)[-least])
+    return max(float(np.log2(height / max(strongest, 1.0))), 0.1)
+
+
+def _purity(found: Dots, count: int, area: float) -> float:
     """Return the share of the dots among all that stands out, specks left aside."""
-    least = 0.2 * float(np.median(dots.areas[alike]))
-    return float(alike.sum()) / max(float((dots.areas > least).sum()), 1.0)
+    return min(1.0, count / max(float((found.areas > 0.2 * area).sum()), 1.0))
 
 
 def colour_at(

@@ -10,7 +10,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.footage.colour_channel import ColourChannel, Pixels, Signal
 from usdface.footage.dots import Dots, no_dots
 
-__all__ = ["Box", "DotModel", "background", "detect_dots"]
+__all__ = ["Box", "DotModel", "background", "detect_dots", "hues", "measure", "opponents"]
 
 Box = tuple[int, int, int, int]  # left, top, right, bottom [px], the last two excluded
 
@@ -26,6 +26,13 @@ _CELLS = 48  # of the local background across an image
 _FOOT, _PLATEAU = 0.15, 0.8
 # Variance of a pixel's own square [px^2].
 _PIXEL_VARIANCE = 1.0 / 12.0
+# Factors that areas may be smaller and larger by than the usual one, where that is known.
+_RANGE = (16, 5)
+# A dot's hue lies on the way from the skin to the usual one, at least so far along, and at most so
+# far beside it: a small dot is mixed with skin, an iris or a leaf has a way of its own.
+_ALONG, _BESIDE = 0.3, 0.3
+# Hues of dots and skin that are no farther apart tell nothing: dots are dark or light then.
+_GREY = 25.0
 _NOISE_FLOOR = 0.3  # code values: rounding to whole ones
 
 
@@ -40,11 +47,15 @@ class DotModel:
         Signal above the local background, in code values.
     area : float [px^2]
         Median of the dots' areas; 0 = not known yet.
+    hue, skin : (float, float)
+        Red against green and yellow against blue, of the dots and of what surrounds them.
     """
 
     channel: ColourChannel
     threshold: float
     area: float = 0.0
+    hue: tuple[float, float] = (0.0, 0.0)
+    skin: tuple[float, float] = (0.0, 0.0)
 
 
 def background(signal: Signal) -> FloatArray:
@@ -90,7 +101,33 @@ def detect_dots(pixels: Pixels, model: DotModel, box: Box | None = None) -> Dots
     left, top, right, bottom = box or (0, 0, pixels.shape[1], pixels.shape[0])
     signal = model.channel.signal(pixels[top:bottom, left:right])
     found = measure(signal, signal - background(signal) > model.threshold, model.area)
-    return _moved(found, left, top)
+    found = _moved(found, left, top)
+    return found[_of_hue(hues(pixels, found), model)] if len(found) else found
+
+
+def hues(pixels: Pixels, dots: Dots) -> FloatArray:
+    """Return red against green and yellow against blue (K, 2) in the middle of each dot."""
+    x, y = dots.centres.astype(int).T
+    steps = np.array([-1, 0, 1])
+    rows = (y[:, None] + steps).clip(0, pixels.shape[0] - 1)
+    columns = (x[:, None] + steps).clip(0, pixels.shape[1] - 1)
+    return opponents(pixels[rows[:, :, None], columns[:, None]].mean(axis=(1, 2)))
+
+
+def opponents(colours: FloatArray) -> FloatArray:
+    """Return red against green and yellow against blue (..., 2) of colours (..., 3)."""
+    red, green, blue = (colours[..., k] for k in range(3))
+    return np.stack([red - green, (red + green) / 2 - blue], axis=-1)
+
+
+def _of_hue(found: FloatArray, model: DotModel) -> BoolArray:
+    """Return which hues (K, 2) are those of dots."""
+    way, own = np.subtract(model.hue, model.skin), found - model.skin
+    length = float(np.hypot(*way))
+    if length < _GREY:
+        return np.ones(len(found), dtype=bool)
+    along, beside = own @ way / length, own @ (-way[1], way[0]) / length
+    return np.asarray((along > _ALONG * length) & (np.abs(beside) < _BESIDE * length))
 
 
 def _moved(dots: Dots, left: int, top: int) -> Dots:
@@ -115,7 +152,7 @@ def measure(signal: Signal, mask: BoolArray, area: float = 0.0) -> Dots:
     sizes = np.bincount(owner, minlength=count)
     least, most = _SMALLEST, signal.size // 50
     if area:
-        least, most = max(least, int(area / 8)), int(area * 5) + 1
+        least, most = max(least, int(area / _RANGE[0])), int(area * _RANGE[1]) + 1
     kept = np.flatnonzero((sizes >= least) & (sizes <= most))
     if not len(kept) or len(kept) > _MOST:
         return no_dots()
