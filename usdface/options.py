@@ -8,6 +8,7 @@ dataclasses here are the values that `usdface shot` writes, and those of missing
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from math import isfinite
+from os import PathLike
 from typing import Any, Literal, get_args
 
 from usdface.errors import InputError
@@ -182,7 +183,9 @@ class TakeOptions:
     """How a take file is read where the file itself does not say.
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
-    an image (y down) of `image_size`.
+    an image (y down) of `image_size`. Of images: `dots` is the colour of the dots ("green",
+    "#3a7" or the place "x,y" of one; by default it is found), `names` a file of names at places,
+    `fixes` a file of corrections.
 
     Examples
     --------
@@ -195,6 +198,9 @@ class TakeOptions:
     rate: float | None = None
     dimension: Literal[2, 3] | None = None
     image_size: tuple[int, int] | None = None
+    dots: str | None = None
+    names: str | PathLike[str] | None = None
+    fixes: str | PathLike[str] | None = None
 
     def __post_init__(self) -> None:
         if self.units is not None:

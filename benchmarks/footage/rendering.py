@@ -1,7 +1,7 @@
 """A rasteriser for footage: a z-buffer with perspective, smooth shading and painted dots.
 
-Every pixel is the mean of `samples` x `samples` points, so that the edge of a dot is as a lens shows
-it. Compiled by numba: 1280 x 960 with nine points a pixel takes about a quarter of a second.
+Every pixel is the mean of `samples` x `samples` points, so that the edge of a dot is that of a
+lens. Compiled by numba: 1280 x 960 with nine points a pixel takes about a quarter of a second.
 """
 
 from dataclasses import dataclass
@@ -95,7 +95,18 @@ def _raster(screen, depth, triangles, paint, rest, centres, radius2, size, hidde
 
 @njit(cache=True)
 def _shade(
-    nearest, shares, triangles, normals, albedo, paint, rest, centres, radius2, colour, samples, image
+    nearest,
+    shares,
+    triangles,
+    normals,
+    albedo,
+    paint,
+    rest,
+    centres,
+    radius2,
+    colour,
+    samples,
+    image,
 ):
     height, width = nearest.shape
     seen = np.zeros(len(centres))
@@ -119,7 +130,9 @@ def _shade(
                 norm = np.sqrt((lights[k] ** 2).sum())
                 c = (n0 * lights[k, 0] + n1 * lights[k, 1] + n2 * lights[k, 2]) / norm / length
                 light += powers[k] * max(0.0, (c + 0.25) / 1.25)
-                half = (lights[k, 0] * n0 + lights[k, 1] * n1 + (lights[k, 2] / norm + 1) * n2) / length
+                half = (
+                    lights[k, 0] * n0 + lights[k, 1] * n1 + (lights[k, 2] / norm + 1) * n2
+                ) / length
                 half /= np.sqrt(2 + 2 * lights[k, 2] / norm)
                 shine += powers[k] * max(0.0, half) ** 40
             painted = False

@@ -46,19 +46,45 @@ def _rig(parsed: argparse.Namespace) -> int:
 
 def add_take(commands: Any, summary: str) -> None:
     """Add `usdface take`."""
-    command = add_command(commands, "take", _take, summary)
+    command = add_command(commands, "take", _take, summary, writes=("sheet",))
     command.add_argument("source", type=Path, help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
     command.add_argument(
         "--units", choices=("mm", "cm", "m", "in"), help="unit of length; overrides the file's"
     )
     command.add_argument("--up-axis", choices=("Y", "Z"), help="overrides the file's")
-    command.add_argument("--rate", type=float, help="frames per second; overrides the file's")
+    command.add_argument(
+        "--rate", "--fps", type=float, help="frames per second; overrides the file's"
+    )
     command.add_argument(
         "--dimension", type=int, choices=(2, 3), help="2: pixels of an image, y down"
     )
     command.add_argument(
         "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
+    )
+    command.add_argument(
+        "--dots",
+        metavar="COLOUR",
+        help="of images: green, #3a7 or the place x,y of a dot (default: it is found)",
+    )
+    command.add_argument(
+        "--names",
+        type=Path,
+        metavar="FILE",
+        help="of images: names of dots, rows of name, x, y and perhaps frame, CSV or JSON",
+    )
+    command.add_argument(
+        "--fix",
+        dest="fixes",
+        type=Path,
+        metavar="FILE",
+        help="of images: corrections, rows of frame, name and x, y or hidden, JSON or CSV",
+    )
+    command.add_argument(
+        "--sheet",
+        type=Path,
+        metavar="FILE",
+        help="of images: picture of every n-th one with labelled dots, .png, .svg or .pdf",
     )
 
 
@@ -67,7 +93,9 @@ def _take(parsed: argparse.Namespace) -> int:
         parsed.image_size = tuple(parsed.image_size)
     options = TakeOptions(**settings(parsed, TakeOptions))
     with progress(parsed) as step:
-        result = pipeline.make_take(parsed.source, parsed.output, options=options, on_progress=step)
+        result = pipeline.make_take(
+            parsed.source, parsed.output, options=options, sheet=parsed.sheet, on_progress=step
+        )
     return report(parsed, result)
 
 

@@ -54,7 +54,7 @@ class ColourChannel:
         if self.weights is not None:
             whole = np.rint(np.array(self.weights) * _SCALE).astype(np.int32)
             total = pixels.astype(np.int32) @ whole
-            return np.clip(total // _SCALE, -255, 255).astype(np.int16)
+            return np.asarray(np.clip(total // _SCALE, -255, 255), dtype=np.int16)
         high = _extreme(pixels, self.high, np.minimum)
         low = _extreme(pixels, self.low, np.maximum)
         if high is None or low is None:
@@ -73,7 +73,7 @@ def _extreme(pixels: Pixels, components: tuple[int, ...], reduce: np.ufunc) -> S
 
 def _opponents() -> dict[str, ColourChannel]:
     names = {_RED: "red", _GREEN: "green", _BLUE: "blue"}
-    found = {}
+    found: dict[str, tuple[tuple[int, ...], tuple[int, ...]]] = {}
     for colour in names:
         others = tuple(other for other in names if other != colour)
         text = " and ".join(names[other] for other in others)

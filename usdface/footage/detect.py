@@ -68,12 +68,13 @@ def background(signal: Signal) -> FloatArray:
     rows, columns = max(1, height // step), max(1, width // step)
     thin = max(1, step // 6)
     part = signal[: rows * step, : columns * step].reshape(rows, step, columns, step)
-    part = part[:, ::thin, :, ::thin].transpose(0, 2, 1, 3).reshape(rows, columns, -1)
-    cells = ndimage.median_filter(np.median(part, axis=2).astype(np.float32), 3, mode="nearest")
+    each = part[:, ::thin, :, ::thin].transpose(0, 2, 1, 3).reshape(rows, columns, -1)
+    cells = ndimage.median_filter(np.median(each, axis=2).astype(np.float32), 3, mode="nearest")
     y = ((np.arange(height) + 0.5) / step - 0.5).clip(0, rows - 1)
     x = ((np.arange(width) + 0.5) / step - 0.5).clip(0, columns - 1)
-    top, left = np.minimum(y.astype(int), max(rows - 2, 0)), np.minimum(
-        x.astype(int), max(columns - 2, 0)
+    top, left = (
+        np.minimum(y.astype(int), max(rows - 2, 0)),
+        np.minimum(x.astype(int), max(columns - 2, 0)),
     )
     down, right = np.minimum(top + 1, rows - 1), np.minimum(left + 1, columns - 1)
     v, u = (y - top).astype(np.float32)[:, None], (x - left).astype(np.float32)[None]
@@ -132,7 +133,7 @@ def _of_hue(found: FloatArray, model: DotModel) -> BoolArray:
 
 def _moved(dots: Dots, left: int, top: int) -> Dots:
     return Dots(
-        dots.centres + (left, top),
+        dots.centres + np.array([left, top]),
         dots.deviations,
         dots.axes,
         dots.angles,

@@ -1,6 +1,6 @@
 """Following of dots from image to image, in one direction of time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +10,9 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.footage.dots import Dots
 from usdface.footage.similarity import IDENTITY, Similarity, fit_similarity
 
-__all__ = ["HIDDEN", "Followed", "Forced", "follow", "nearest_distances"]
+__all__ = ["HIDDEN", "Followed", "follow", "nearest_distances"]
 
 HIDDEN = -1
-Forced = Mapping[int, Mapping[int, int]]
-"""Dot of a track in a frame, as the user says: frame -> track -> dot or HIDDEN."""
 
 # Share of the distance between neighbouring dots within which a dot is looked for: at 30 images a
 # second the fastest dot of a face moves by less than half of it, the head's motion apart.
@@ -87,7 +85,7 @@ class _Tracks:
             usual[live] = near.clip(0.4 * middle, 1.6 * middle)
         return usual
 
-    def step(self, dots: Dots, forced: Mapping[int, int]) -> tuple[IntArray, bool]:
+    def step(self, dots: Dots) -> tuple[IntArray, bool]:
         """Return the dot of each track (T,) in the next frame, and whether there was a cut."""
         spacing = self.spacing()
         seen = (self.unseen == 0) & ~self.dead
@@ -95,19 +93,17 @@ class _Tracks:
         cut = False
         if len(dots) and seen.any():
             moved, cut = self._found(dots, moved, spacing, seen)
-            pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead, forced)
+            pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead)
             for _ in range(2):
                 sure = (pairs >= 0) & seen
                 if sure.sum() < 2:
                     break
                 fitted = fit_similarity(self.places[sure], dots.centres[pairs[sure]])
                 moved = fitted(self.places)
-                pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead, forced)
+                pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead)
                 self.motion = fitted
         else:
             pairs = np.full(len(self.places), HIDDEN)
-            for track, dot in forced.items():
-                pairs[track] = dot
         self._update(dots, moved, pairs, spacing)
         return pairs, cut
 
@@ -138,7 +134,6 @@ class _Tracks:
         expected: FloatArray,
         spacing: FloatArray,
         live: BoolArray,
-        forced: Mapping[int, int],
     ) -> IntArray:
         away = np.linalg.norm(expected[:, None] - dots.centres, axis=2)
         share = np.minimum(_GATE + _LONGER * self.unseen, _FARTHEST)
@@ -147,11 +142,6 @@ class _Tracks:
         cost = np.where((cost <= 1.0) & live[:, None], cost + _SIZE * grown, np.inf)
         # One that was seen goes before one that was not.
         cost = cost + np.where(self.unseen > 0, 0.3, 0.0)[:, None]
-        for track, dot in forced.items():
-            cost[track] = np.inf
-            if dot >= 0:
-                cost[:, dot] = np.inf
-                cost[track, dot] = 0.0
         finite = np.isfinite(cost)
         rows, columns = linear_sum_assignment(np.where(finite, cost, 1e3))
         pairs = np.full(len(expected), HIDDEN)
@@ -159,9 +149,7 @@ class _Tracks:
         pairs[rows[good]] = columns[good]
         return pairs
 
-    def _update(
-        self, dots: Dots, moved: FloatArray, pairs: IntArray, spacing: FloatArray
-    ) -> None:
+    def _update(self, dots: Dots, moved: FloatArray, pairs: IntArray, spacing: FloatArray) -> None:
         seen = pairs >= 0
         change = np.zeros_like(self.places)
         change[seen] = dots.centres[pairs[seen]] - moved[seen]
@@ -212,7 +200,6 @@ def follow(
     frames: Sequence[Dots],
     start: IntArray,
     places: FloatArray,
-    forced: Forced | None = None,
     births: bool = True,
 ) -> Followed:
     """Follow dots from the first of some frames to the last.
@@ -227,18 +214,15 @@ def follow(
         The dot of each track in the first frame, or HIDDEN.
     places : (M, 2) float64 [px]
         Where hidden ones are expected there.
-    forced : Forced, optional
-        What the user says.
     births : bool
         Whether dots that no track has begin tracks, which are appended.
     """
     tracks = _Tracks(frames[0], start, places)
-    forced = forced or {}
     rows, begun, cuts = [start], [0] * len(start), []
     short: list[int] = []
     for number in range(1, len(frames)):
         dots = frames[number]
-        pairs, cut = tracks.step(dots, forced.get(number, {}))
+        pairs, cut = tracks.step(dots)
         if cut:
             cuts.append(number)
         # A track that was just begun and lost at once was none.

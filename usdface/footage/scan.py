@@ -1,8 +1,10 @@
 """Dots of all images of a film, a batch at a time: memory does not grow with the film."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
+from itertools import islice
 
 import numpy as np
 
@@ -11,10 +13,10 @@ from usdface.footage.colour_channel import Pixels
 from usdface.footage.detect import Box, DotModel, detect_dots
 from usdface.footage.dots import Dots, no_dots
 
-__all__ = ["ReadFrame", "scan"]
+__all__ = ["LoadFrame", "scan"]
 
-ReadFrame = Callable[[int], Pixels | None]
-"""Frame index -> pixels (H, W, 3); None where there is no image."""
+LoadFrame = Callable[[], Pixels | None]
+"""Reads one frame: pixels (H, W, 3); None where there is no image."""
 
 # Images that are looked at side by side; the part of the image to look at, and the look of the
 # dots, follow from the batch before, so that the result does not depend on the number of threads.
@@ -28,26 +30,23 @@ _FEWER = 0.8
 _CUT, _CHANGE = 0.3, 1.5
 
 
-def scan(read: ReadFrame, count: int, model: DotModel) -> Iterator[Dots]:
+def scan(frames: Iterable[LoadFrame], model: DotModel) -> Iterator[Dots]:
     """Yield the dots of each frame, in order.
 
     Parameters
     ----------
-    read : callable
-        Safe to be called from several threads.
-    count : int
-        F, the number of frames.
+    frames : iterable of callable
+        Called from several threads.
     model : DotModel
         Of the first images; threshold and area follow the light and the size of the face.
     """
     box: Box | None = None
     usual = 0.0
+    coming = iter(frames)
     with ThreadPoolExecutor(_THREADS) as pool:
-        for start in range(0, count, _BATCH):
-            frames = range(start, min(start + _BATCH, count))
-            found = list(
-                pool.map(lambda f, m=model, b=box, u=usual: _found(read(f), m, b, u), frames)
-            )
+        while batch := list(islice(coming, _BATCH)):
+            look = partial(_found, model=model, box=box, usual=usual)
+            found = list(pool.map(look, batch))
             yield from (dots for dots, _ in found)
             model = _adapted(model, [dots for dots, _ in found])
             seen = [each for each in found if len(each[0]) >= LEAST_DOTS]
@@ -57,8 +56,9 @@ def scan(read: ReadFrame, count: int, model: DotModel) -> Iterator[Dots]:
 
 
 def _found(
-    pixels: Pixels | None, model: DotModel, box: Box | None, usual: float
+    load: LoadFrame, model: DotModel, box: Box | None, usual: float
 ) -> tuple[Dots, tuple[int, int]]:
+    pixels = load()
     if pixels is None:
         return no_dots(), (0, 0)
     size = pixels.shape[1], pixels.shape[0]

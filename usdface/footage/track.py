@@ -1,6 +1,7 @@
 """Tracks of a film from the dots of its images: followed both ways, joined, doubted."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -15,7 +16,9 @@ from usdface.cleanup.low_rank_model import (
 from usdface.errors import InputError
 from usdface.footage.choose_channel import LEAST_DOTS, MOST_DOTS
 from usdface.footage.dots import Dots
-from usdface.footage.follow import HIDDEN, Forced, follow, nearest_distances
+from usdface.footage.fixes import Fix, apply_fixes
+from usdface.footage.follow import HIDDEN, follow, nearest_distances
+from usdface.footage.labels import NamedPlace, name_tracks
 from usdface.footage.similarity import fit_similarity
 from usdface.footage.tracks import Doubt, Tracks
 
@@ -62,7 +65,9 @@ def reference_frame(frames: Sequence[Dots]) -> int:
 
 
 def track_dots(
-    frames: Sequence[Dots], reference: int | None = None, forced: Forced | None = None
+    frames: Sequence[Dots],
+    named: Sequence[NamedPlace] = (),
+    fixes: Sequence[Fix] = (),
 ) -> Tracks:
     """Follow the dots of a film from its reference frame forwards and backwards.
 
@@ -73,33 +78,35 @@ def track_dots(
     Parameters
     ----------
     frames : sequence of Dots, length F
-    reference : int, optional
-        Frame whose dots are named; by default `reference_frame`.
-    forced : Forced, optional
-        Frame -> track (its dot's index in the reference frame, among the kept ones) -> dot.
+    named : sequence of NamedPlace
+        Names of dots at places; the others are numbered from top to bottom.
+    fixes : sequence of Fix
+        Corrections of the user: from its frame on, the marker is followed anew.
 
     Raises
     ------
     InputError
-        If there are too few or too many dots.
+        If there are too few or too many dots, or a name or fix is of no frame or marker.
     """
-    at = reference_frame(frames) if reference is None else reference
+    at = reference_frame(frames)
     first = frames[at]
     start = np.flatnonzero((first.fills > 0.6) & (first.roundness > 0.25))
     start = start[reading_order(first.centres[start])]
-    ahead, behind = frames[at:], frames[at :: -1]
-    later, earlier = _split(forced or {}, at)
-    forward = follow(ahead, start, first.centres[start], later)
-    backward = follow(behind, start, first.centres[start], earlier)
+    ahead, behind = frames[at:], frames[at::-1]
+    forward = follow(ahead, start, first.centres[start])
+    backward = follow(behind, start, first.centres[start])
     table = _merged(forward.dots, backward.dots, len(start))
     agreed = _agreement(frames, table, at, len(start))
     cuts = tuple(sorted([at + c for c in forward.cuts] + [at - c + 1 for c in backward.cuts]))
     places = _places(frames, table)
     table, agreed = _joined(table, agreed, places)
     kept = _markers(table, len(start))
-    left_out = int(((table >= 0).sum(axis=0) >= _LEAST_FRAMES).sum() - kept.sum())
+    left_out = int((((table >= 0).sum(axis=0) >= _LEAST_FRAMES) & ~kept).sum())
     table, agreed = table[:, kept], agreed[:, kept]
-    return _finished(frames, table, agreed, at, cuts, left_out)
+    names, unmatched = name_tracks(_places(frames, table), named)
+    table, agreed, unused = apply_fixes(frames, table, agreed, names, fixes)
+    found = _finished(frames, table, agreed, at, cuts, left_out)
+    return replace(found, names=names, unmatched=(*unmatched, *unused))
 
 
 def reading_order(places: FloatArray) -> IntArray:
@@ -110,12 +117,6 @@ def reading_order(places: FloatArray) -> IntArray:
     order = np.argsort(places[:, 1], kind="stable")
     rows = np.concatenate([[0], np.cumsum(np.diff(places[order, 1]) > max(height, 1.0) * 0.5)])
     return np.asarray(order[np.lexsort((places[order, 0], rows))])
-
-
-def _split(forced: Forced, at: int) -> tuple[Forced, Forced]:
-    later = {frame - at: given for frame, given in forced.items() if frame > at}
-    earlier = {at - frame: given for frame, given in forced.items() if frame < at}
-    return later, earlier
 
 
 def _merged(forward: IntArray, backward: IntArray, count: int) -> IntArray:
@@ -160,7 +161,7 @@ def _last_places(places: FloatArray) -> FloatArray:
     """Return the last place (T, 2) at which each track of (F, T, 2) was seen."""
     seen = ~np.isnan(places[..., 0])
     last = np.where(seen, np.arange(len(places))[:, None], 0).max(axis=0)
-    return np.nan_to_num(places[last, np.arange(places.shape[1])], nan=-1e6)
+    return np.asarray(np.nan_to_num(places[last, np.arange(places.shape[1])], nan=-1e6))
 
 
 def _still(places: FloatArray) -> FloatArray:
@@ -175,9 +176,7 @@ def _still(places: FloatArray) -> FloatArray:
     return still
 
 
-def _joined(
-    table: IntArray, agreed: BoolArray, places: FloatArray
-) -> tuple[IntArray, BoolArray]:
+def _joined(table: IntArray, agreed: BoolArray, places: FloatArray) -> tuple[IntArray, BoolArray]:
     """Join tracks that never meet and are one dot by what all others say."""
     seen = table >= 0
     counts = seen.sum(axis=0)
@@ -273,9 +272,7 @@ def _finished(
     confidence = np.where(seen, confidence, 0.0)
     doubts = _doubts(seen & (~agreed | (stray > _DOUBT)))
     names = tuple(f"dot_{k + 1:02d}" for k in range(shape[1]))
-    return Tracks(
-        names, places, deviations, ellipses, confidence, at, cuts, doubts, left_out
-    )
+    return Tracks(names, places, deviations, ellipses, confidence, at, cuts, doubts, left_out)
 
 
 def _whole_share(areas: FloatArray, places: FloatArray) -> FloatArray:
@@ -311,7 +308,7 @@ def _stray(places: FloatArray, seen: BoolArray) -> FloatArray:
     model, _ = fit_low_rank_model(still, seen, filled)
     predicted = predict_from_others(model, np.nan_to_num(still), seen)
     away = np.linalg.norm(predicted - still, axis=2)
-    return np.nan_to_num(away / nearest_distances(home))
+    return np.asarray(np.nan_to_num(away / nearest_distances(home)))
 
 
 def _doubts(wrong: BoolArray) -> tuple[Doubt, ...]:

@@ -38,6 +38,8 @@ class Tracks:
     doubts : tuple of Doubt
     left_out : int
         Short tracks that are no markers.
+    unmatched : tuple of str
+        Names and corrections that no dot is near to.
     """
 
     names: tuple[str, ...]
@@ -49,6 +51,7 @@ class Tracks:
     cuts: tuple[int, ...] = ()
     doubts: tuple[Doubt, ...] = ()
     left_out: int = 0
+    unmatched: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("places", "deviations", "ellipses", "confidence"):

@@ -32,7 +32,13 @@ _TURNS = {
     7: (True, True, True),
     8: (True, False, True),
 }
-_RATES = ("FramesPerSecond", "dpx:FrameRate", "dpx:TVFrameRate", "framesPerSecond", "oiio:FrameRate")
+_RATES = (
+    "FramesPerSecond",
+    "dpx:FrameRate",
+    "dpx:TVFrameRate",
+    "framesPerSecond",
+    "oiio:FrameRate",
+)
 # Linear light: its 95th percentile is brought to `_BRIGHT` where it is outside of these limits.
 _LIT, _BRIGHT = (0.2, 4.0), 0.8
 _FULL_FRAME = 36.0  # mm, width of the film that 35 mm equivalents refer to
@@ -86,8 +92,8 @@ def _checked(path: Path, spec: Any) -> None:
     most = _HEADROOM + _EXPANSION * path.stat().st_size
     if count > _MOST_PIXELS or memory > most:
         raise InputError(
-            f"{path} has {spec.width} x {spec.height} pixels of {spec.nchannels} channels in a file "
-            f"of {path.stat().st_size} bytes; expected at most {_MOST_PIXELS} pixels",
+            f"{path} has {spec.width} x {spec.height} pixels of {spec.nchannels} channels in a "
+            f"file of {path.stat().st_size} bytes; expected at most {_MOST_PIXELS} pixels",
             "TOO_LARGE",
         )
 
@@ -150,13 +156,13 @@ def _timecode(spec: Any) -> str:
 
 
 def _focal(spec: Any) -> float:
-    """Return the focal length in pixels, from Exif: that equivalent to 35 mm film, or the sensor's."""
+    """Return the focal length [px] from Exif: by that on 35 mm film, or by the sensor's density."""
     side = max(spec.width, spec.height)
-    equivalent = spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0.0)
+    equivalent = float(spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0.0))
     if equivalent > 0:
         return equivalent / _FULL_FRAME * side
-    length = spec.get_float_attribute("Exif:FocalLength", 0.0)
-    density = spec.get_float_attribute("Exif:FocalPlaneXResolution", 0.0)
+    length = float(spec.get_float_attribute("Exif:FocalLength", 0.0))
+    density = float(spec.get_float_attribute("Exif:FocalPlaneXResolution", 0.0))
     unit = {2: 25.4, 3: 10.0, 4: 1.0}.get(
         spec.get_int_attribute("Exif:FocalPlaneResolutionUnit", 2), 25.4
     )
@@ -212,9 +218,7 @@ def _kind(spec: Any) -> Any:
     return oiio.HALF if base in (oiio.FLOAT, oiio.DOUBLE) else oiio.UINT16
 
 
-def _for_display(
-    pixels: NDArray[Any], space: str, exposure: float
-) -> NDArray[np.uint8]:
+def _for_display(pixels: NDArray[Any], space: str, exposure: float) -> NDArray[np.uint8]:
     named = space.lower()
     linear = named.startswith(("lin", "scene_linear", "aces", "acescg")) or "linear" in named
     log = "log" in named or "cineon" in named
@@ -269,9 +273,7 @@ def exposure_of(path: Path, subimage: int = 0) -> float:
     return 1.0 if bright <= 0 or _LIT[0] <= bright <= _LIT[1] else _BRIGHT / bright
 
 
-def _upright(
-    pixels: NDArray[np.uint8], turns: tuple[bool, bool, bool]
-) -> NDArray[np.uint8]:
+def _upright(pixels: NDArray[np.uint8], turns: tuple[bool, bool, bool]) -> NDArray[np.uint8]:
     exchanged, columns, rows = turns
     if exchanged:
         pixels = pixels.transpose(1, 0, 2)

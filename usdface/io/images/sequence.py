@@ -7,12 +7,20 @@ from pathlib import Path
 
 from usdface.errors import InputError
 
-__all__ = ["IMAGE_SUFFIXES", "ImageFile", "find_images", "is_pattern", "may_be_images"]
+__all__ = [
+    "IMAGE_SUFFIXES",
+    "MOVIE_SUFFIXES",
+    "ImageFile",
+    "find_images",
+    "is_pattern",
+    "may_be_images",
+]
 
 IMAGE_SUFFIXES = (
     *(".png", ".jpg", ".jpeg", ".jpe", ".tif", ".tiff", ".exr", ".dpx", ".cin", ".gif"),
     *(".bmp", ".tga", ".webp", ".hdr", ".jp2", ".jxl", ".ppm", ".pgm", ".psd", ".iff", ".sgi"),
 )
+MOVIE_SUFFIXES = (".mov", ".mp4", ".m4v", ".avi", ".mkv", ".webm", ".mpg", ".mxf")
 _PATTERN = re.compile(r"#+|%0?\d*d|@+")
 _NUMBER = re.compile(r"(\d+)(?=\D*$)")
 # Frames that a sequence may have: an hour at 120 images a second. And how far apart its numbers may
@@ -35,10 +43,10 @@ def is_pattern(path: Path) -> bool:
 
 
 def may_be_images(path: Path) -> bool:
-    """Return whether a path is a pattern of images, an image, or a folder that has some."""
+    """Return whether a path is a pattern of images, an image, a movie, or a folder of images."""
     if path.is_dir():
         return _first_image(path)
-    return path.suffix.lower() in IMAGE_SUFFIXES
+    return path.suffix.lower() in (*IMAGE_SUFFIXES, *MOVIE_SUFFIXES)
 
 
 def _first_image(folder: Path) -> bool:
@@ -129,8 +137,8 @@ def _without_gaps(path: Path, found: dict[int, Path]) -> tuple[ImageFile, ...]:
     count = last - first + 1
     if count > _MOST or count > _SPARSE * len(found) + 1000:
         raise InputError(
-            f"{path}: the {len(found)} images are numbered {first} to {last}; expected the frames of "
-            "one sequence, one after the other",
+            f"{path}: the {len(found)} images are numbered {first} to {last}; expected the frames "
+            "of one sequence, one after the other",
             "TOO_LARGE",
         )
     return tuple(ImageFile(n, found.get(n)) for n in range(first, last + 1))
