@@ -61,7 +61,7 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
             threshold = share * strongest
             if threshold < max(_WEAKEST, _ABOVE_NOISE * noise):
                 break
-            dots = measure(signal, above > threshold)
+            dots = measure(signal, above, threshold)
             alike = _alike(dots, max(pixels.shape[:2]))
             count = int(alike.sum())
             if not LEAST_DOTS <= count <= MOST_DOTS:
@@ -72,7 +72,7 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
                 continue
             score = count * min(_margin(above, dots[alike], height), _MARGIN)
             # What else stands out where the dots are cut out, not where they alone are left.
-            everything = measure(signal, above > _CUT * height)
+            everything = measure(signal, above, _CUT * height)
             score *= _purity(everything, count, float(np.median(dots.areas[alike])))
             if score > best:
                 best, chosen = score, _model(pixels, channel, dots[alike])

@@ -20,6 +20,7 @@ _MOST = 2000
 _SMALLEST = 6
 # Around a component's half height lie its blurred edge, and colour that JPEG spread.
 _EDGE = 3
+_HALF = 0.45  # of its own height cuts a dot out
 _CELLS = 48  # of the local background across an image
 # Shares of a dot's height that count as none and all of it. Below is noise of the skin, above is
 # highlight or shade on the paint; both would pull the centre.
@@ -101,7 +102,7 @@ def detect_dots(pixels: Pixels, model: DotModel, box: Box | None = None) -> Dots
     """
     left, top, right, bottom = box or (0, 0, pixels.shape[1], pixels.shape[0])
     signal = model.channel.signal(pixels[top:bottom, left:right])
-    found = measure(signal, signal - background(signal) > model.threshold, model.area)
+    found = measure(signal, signal - background(signal), model.threshold, model.area)
     found = _moved(found, left, top)
     return found[_of_hue(hues(pixels, found), model)] if len(found) else found
 
@@ -143,9 +144,19 @@ def _moved(dots: Dots, left: int, top: int) -> Dots:
     )
 
 
-def measure(signal: Signal, mask: BoolArray, area: float = 0.0) -> Dots:
-    """Measure the components of a mask (H, W) on the signal: centres, ellipses, noise."""
-    labels, count = ndimage.label(mask)
+def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0.0) -> Dots:
+    """Measure what stands out in a signal: centres, ellipses, noise.
+
+    Parameters
+    ----------
+    signal : (H, W) int16
+    above : (H, W) float
+        The signal above its local background.
+    threshold : float
+    area : float [px^2]
+        The usual one, if it is known.
+    """
+    labels, count = _components(above, threshold)
     if not count:
         return no_dots()
     flat = np.flatnonzero(labels)
@@ -168,6 +179,27 @@ def measure(signal: Signal, mask: BoolArray, area: float = 0.0) -> Dots:
         these = half == size
         parts.append(_measured(signal, labels, kept[these] + 1, x[these], y[these], int(size)))
     return Dots(*(np.concatenate([getattr(p, n) for p in parts]) for n in Dots.__slots__))
+
+
+def _components(above: FloatArray, threshold: float) -> tuple[IntArray, int]:
+    """Label what is above a threshold, and then above half of its own height.
+
+    A dot in the shade is as whole as one in the light, and does not run into a coloured thing
+    beside it.
+    """
+    labels, count = ndimage.label(above > threshold)
+    if not count:
+        return labels, 0
+    flat = np.flatnonzero(labels)
+    owner, heights = labels.ravel()[flat], above.ravel()[flat]
+    order = np.lexsort((heights, owner))
+    ends = np.searchsorted(owner[order], np.arange(1, count + 1), side="right") - 1
+    sizes = np.bincount(owner, minlength=count + 1)[1:]
+    # Not the highest pixel: noise makes it.
+    peaks = heights[order[ends - sizes // 4]]
+    labels.ravel()[flat[heights < _HALF * peaks[owner - 1]]] = 0
+    whole: tuple[IntArray, int] = ndimage.label(labels)
+    return whole
 
 
 def _measured(

@@ -28,6 +28,8 @@ _INERTIA = 0.7
 _LOST, _CUT, _SEARCH = 0.25, 0.35, 6.0
 # A dot that is a part, or several, of what it was says nothing of where it is.
 _WHOLE = (0.45, 1.7)
+# Images without dots through which the head's motion goes on.
+_BLIND = 3
 # Area of a dot follows the track by this share a frame.
 _ADAPT = 0.1
 # A new track begins at a dot that is shaped like one.
@@ -88,11 +90,17 @@ class _Tracks:
     def step(self, dots: Dots) -> tuple[IntArray, bool]:
         """Return the dot of each track (T,) in the next frame, and whether there was a cut."""
         spacing = self.spacing()
-        seen = (self.unseen == 0) & ~self.dead
+        # Those that were seen last: after images without dots these are older.
+        age = int(self.unseen[~self.dead].min(initial=1_000_000))
+        seen = (self.unseen == age) & ~self.dead
+        if age > _BLIND:
+            self.motion = IDENTITY
         moved = self.motion(self.places)
         cut = False
         if len(dots) and seen.any():
-            moved, cut = self._found(dots, moved, spacing, seen)
+            expected = moved
+            moved, cut = self._found(dots, expected, spacing, seen)
+            leapt = moved is not expected
             pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead)
             for _ in range(2):
                 sure = (pairs >= 0) & seen
@@ -101,7 +109,7 @@ class _Tracks:
                 fitted = fit_similarity(self.places[sure], dots.centres[pairs[sure]])
                 moved = fitted(self.places)
                 pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead)
-                self.motion = fitted
+                self.motion = IDENTITY if leapt else fitted  # a leap does not go on
         else:
             pairs = np.full(len(self.places), HIDDEN)
         self._update(dots, moved, pairs, spacing)

@@ -166,14 +166,23 @@ def _last_places(places: FloatArray) -> FloatArray:
 
 def _still(places: FloatArray) -> FloatArray:
     """Return places (F, M, 2) without the head's motion in the image."""
-    home = np.nanmedian(places, axis=0) if len(places) else places
+    home = _median_seen(places)
     still = np.full_like(places, np.nan)
     for _ in range(2):
         for frame, row in enumerate(places):
             seen = ~np.isnan(row[:, 0]) & ~np.isnan(home[:, 0])
             still[frame] = fit_similarity(row[seen], home[seen])(row)
-        home = np.nanmedian(still, axis=0)
+        home = _median_seen(still)
     return still
+
+
+def _median_seen(values: FloatArray) -> FloatArray:
+    """Return the median (M, 2) of (F, M, 2) over the frames that are not NaN; NaN if all are."""
+    result = np.full(values.shape[1:], np.nan)
+    ever = ~np.isnan(values[..., 0]).all(axis=0)
+    if ever.any():
+        result[ever] = np.nanmedian(values[:, ever], axis=0)
+    return result
 
 
 def _joined(table: IntArray, agreed: BoolArray, places: FloatArray) -> tuple[IntArray, BoolArray]:
@@ -212,7 +221,7 @@ def _joined(table: IntArray, agreed: BoolArray, places: FloatArray) -> tuple[Int
 
 def _join_costs(still: FloatArray, have: BoolArray) -> FloatArray:
     """Return the distance over the gate of each track (T) from the dot of each earlier one (T)."""
-    home = np.nanmedian(still, axis=0)
+    home = _median_seen(still)
     filled = np.where(np.isnan(still), np.nan_to_num(home), still)
     long = have.sum(axis=0) >= FRAMES_PER_MODE
     model, filled = fit_low_rank_model(still, have & long, filled)
@@ -291,7 +300,7 @@ def _whole_share(areas: FloatArray, places: FloatArray) -> FloatArray:
         usual[have] = np.nanpercentile(areas[near][:, have], 70, axis=0)
         share[block] = areas[block] / usual
     if areas.shape[1] > _NEIGHBOURS:
-        home = np.nan_to_num(np.nanmedian(places, axis=0), nan=1e6)
+        home = np.nan_to_num(_median_seen(places), nan=1e6)
         order = np.argsort(np.linalg.norm(home[:, None] - home, axis=2), axis=1)
         around = np.nan_to_num(share, nan=1.0)[:, order[:, 1 : _NEIGHBOURS + 1]]
         share = share / np.minimum(np.median(around, axis=2), 1.0)
@@ -303,7 +312,7 @@ def _stray(places: FloatArray, seen: BoolArray) -> FloatArray:
     if len(places) < 3 * FRAMES_PER_MODE or places.shape[1] < 6:
         return np.zeros(seen.shape)
     still = _still(places)
-    home = np.nanmedian(still, axis=0)
+    home = _median_seen(still)
     filled = np.where(np.isnan(still), home, still)
     model, _ = fit_low_rank_model(still, seen, filled)
     predicted = predict_from_others(model, np.nan_to_num(still), seen)

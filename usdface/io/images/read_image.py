@@ -39,6 +39,7 @@ _RATES = (
     "framesPerSecond",
     "oiio:FrameRate",
 )
+_LOG = ("Logarithmic", "Printing density")  # SMPTE ST 268-1
 # Linear light: its 95th percentile is brought to `_BRIGHT` where it is outside of these limits.
 _LIT, _BRIGHT = (0.2, 4.0), 0.8
 _FULL_FRAME = 36.0  # mm, width of the film that 35 mm equivalents refer to
@@ -160,13 +161,13 @@ def _focal(spec: Any) -> float:
     side = max(spec.width, spec.height)
     equivalent = float(spec.get_float_attribute("Exif:FocalLengthIn35mmFilm", 0.0))
     if equivalent > 0:
-        return equivalent / _FULL_FRAME * side
+        return float(equivalent / _FULL_FRAME * side)
     length = float(spec.get_float_attribute("Exif:FocalLength", 0.0))
     density = float(spec.get_float_attribute("Exif:FocalPlaneXResolution", 0.0))
     unit = {2: 25.4, 3: 10.0, 4: 1.0}.get(
         spec.get_int_attribute("Exif:FocalPlaneResolutionUnit", 2), 25.4
     )
-    return length * density / unit if length > 0 and density > 0 else 0.0
+    return float(length * density / unit if length > 0 and density > 0 else 0.0)
 
 
 def read_image(path: Path, subimage: int = 0, exposure: float = 1.0) -> NDArray[np.uint8]:
@@ -200,7 +201,9 @@ def read_image(path: Path, subimage: int = 0, exposure: float = 1.0) -> NDArray[
         fault = file.geterror()
         if pixels is None or fault:
             raise InputError(f"{path} is not readable: {_first_line(fault)}", "FILE_UNREADABLE")
-        space = str(spec.getattribute("oiio:ColorSpace") or "")
+        transfer = str(spec.getattribute("dpx:Transfer") or "")
+        log = transfer in _LOG or file.format_name() == "cineon"
+        space = "log" if log else str(spec.getattribute("oiio:ColorSpace") or "")
         turns = _TURNS.get(spec.get_int_attribute("Orientation", 1), _TURNS[1])
     finally:
         file.close()
