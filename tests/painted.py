@@ -38,13 +38,19 @@ def paint(
     light = 0.8 + 0.35 * x / width
     image = np.empty((height, width, 3))
     image[:] = np.array(SKIN) * light[None, :, None]
+    reach = int(radius * max(stretch) + 3)
     for cx, cy in centres.tolist():
         if np.isnan(cx):
             continue
-        away = np.hypot((x[None] - cx) / stretch[0], (y[:, None] - cy) / stretch[1])
+        at = (
+            slice(max(int(cy) - reach, 0), max(int(cy) + reach, 0)),
+            slice(max(int(cx) - reach, 0), max(int(cx) + reach, 0)),
+        )
+        away = np.hypot((x[at[1]] - cx) / stretch[0], (y[at[0], None] - cy) / stretch[1])
         cover = np.clip(radius + 0.5 - away, 0.0, 1.0)[..., None]
-        image = image * (1 - cover) + np.array(colour) * light[None, :, None] * cover
-    image += np.random.default_rng([7, seed]).normal(0.0, noise, image.shape)
+        image[at] += (np.array(colour) * light[None, at[1], None] - image[at]) * cover
+    random = np.random.default_rng([7, seed])
+    image += noise * random.standard_normal(image.shape, dtype=np.float32)
     return np.asarray(np.rint(image).clip(0, 255), dtype=np.uint8)
 
 
@@ -61,9 +67,7 @@ def performance(
     turn = 0.12 * motion * np.sin(2 * np.pi * 0.8 * t)
     shift = motion * np.stack([18 * np.sin(2 * np.pi * 0.7 * t), 9 * np.sin(5.0 * t)], axis=1)
     cos, sin = np.cos(turn), np.sin(turn)
-    turned = np.einsum(
-        "abf,mb->fma", np.array([[cos, -sin], [sin, cos]]), home - middle
-    )
+    turned = np.einsum("abf,mb->fma", np.array([[cos, -sin], [sin, cos]]), home - middle)
     own = np.sin(2 * np.pi * np.outer(t, 0.5 + 0.07 * np.arange(len(home))))
     places = turned + middle + shift[:, None]
     places[..., 1] += 4.0 * motion * own

@@ -113,7 +113,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "DOTS_IGNORED": (
         "info",
         "look_at_frames",
-        "spots that are seen for a short time are no markers",
+        "spots that are seen for a short time are left out",
     ),
     "DOT_UNMATCHED": ("warning", "correct_labels", "a name or a correction is of no dot"),
     "IMAGE_UNREADABLE": (

@@ -1,9 +1,9 @@
 """Centres, labels and speed of `usdface take` on rendered footage, beside other trackers.
 
 ``python -m benchmarks.footage [FOLDER]``; the films are rendered once into FOLDER (three to eight
-minutes), by default a folder of temporary files. Curves are those of a real Live Link Face recording
-where the shared data are, else the example's performance. The detector was built on the example's
-performance; the recording's films are only scored.
+minutes), by default a folder of temporary files. Curves are those of a real Live Link Face
+recording where the shared data are, else the example's performance. The detector was built on the
+example's performance; the recording's films are only scored.
 """
 
 import argparse
@@ -79,7 +79,9 @@ def main() -> int:
         count = len(truth.shares)
         print(f"{name}: {judge(footage.tracks, vars_of(truth))}")
         doubts = sum(found.code == "TRACK_DOUBTED" for found in findings)
-        print(f"  {count / wall:.0f} images/s, {1000 * cpu / count:.0f} ms of CPU time each;", end="")
+        print(
+            f"  {count / wall:.0f} images/s, {1000 * cpu / count:.0f} ms of CPU time each;", end=""
+        )
         print(f" {doubts} stretches doubted; channel {footage.model.channel.name}")
         for line in other_trackers.rows(folder, suffix, truth, footage):
             print("  " + line)
@@ -112,8 +114,8 @@ def _whole_command(folder: Path) -> None:
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
-        f"usdface take of 1200 images of 1280 x 960 (JPEG): {1200 / wall:.0f} images/s from files to "
-        f"take, {result.summary['markers']} markers; peak memory of this process {peak:.0f} MB"
+        f"usdface take of 1200 images of 1280 x 960 (JPEG): {1200 / wall:.0f} images/s from files "
+        f"to take, {result.summary['markers']} markers; peak memory of this process {peak:.0f} MB"
     )
 
 

@@ -35,7 +35,9 @@ def main() -> None:
         for number in range(len(task["places"])):
             marker = clip.tracking.tracks[f"dot_{number}"].markers.find_frame(frame)
             lost = marker is None or marker.mute
-            row.append([None, None] if lost else [marker.co[0] * width, (1 - marker.co[1]) * height])
+            row.append(
+                [None, None] if lost else [marker.co[0] * width, (1 - marker.co[1]) * height]
+            )
         rows.append(row)
     Path(task["out"]).write_text(json.dumps(rows))
 

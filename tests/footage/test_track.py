@@ -92,7 +92,9 @@ def test_stray_specks_are_no_markers() -> None:
         parts = (extra, 0.05 * ones, pair, 0 * ones, 78.0 * ones, ones, 90.0 * ones)
         names = Dots.__slots__
         spoilt.append(
-            Dots(*(np.concatenate([getattr(dots, n), p]) for n, p in zip(names, parts, strict=True)))
+            Dots(
+                *(np.concatenate([getattr(dots, n), p]) for n, p in zip(names, parts, strict=True))
+            )
         )
     tracks = track_dots(spoilt)
     labels = labels_of(tracks, places)

@@ -11,7 +11,7 @@ from usdface.io.images.footage import Footage
 __all__ = ["write_footage_sheet"]
 
 # Images on a sheet, in a row, and the width of each [inch].
-_IMAGES, _COLUMNS, _WIDTH = 12, 4, 4.6
+_IMAGES, _COLUMNS, _WIDTH = 12, 4, 3.6
 _ROOM = 0.12  # around the dots, as a share of their extent
 _COLOURS = "RdYlGn"  # confidence 0 to 1
 

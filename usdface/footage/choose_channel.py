@@ -27,6 +27,9 @@ _LARGEST = 1 / 20
 _CUT = 0.3
 # How often a dot's height doubles that of the strongest other thing; more is no better.
 _MARGIN = 2.5
+# Cosine of the angle between the ways from the skin to the colour asked for and to that found,
+# where both are so far from the skin.
+_SAME_HUE, _COLOURED = 0.75, 40.0
 
 
 def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None) -> DotModel:
@@ -195,7 +198,18 @@ def model_of_colour(
         around = _triple(np.median(pixels[::4, ::4].reshape(-1, 3), axis=0))
     channel = channel_of_colour(colour, around, "the given colour")
     own = [each for each in CHANNELS.values() if _shows(each, colour, around)]
-    return choose_model(pixels, [channel, *own])
+    model = choose_model(pixels, [channel, *own])
+    wanted, there = opponents(np.array(colour, dtype=float)), np.array(model.hue)
+    wanted, there = wanted - model.skin, there - model.skin
+    sizes = float(np.hypot(*wanted) * np.hypot(*there))
+    if sizes > _COLOURED**2 and float(wanted @ there) < _SAME_HUE * sizes:
+        red, green, blue = (round(value) for value in colour)
+        raise InputError(
+            f"no dots of the colour #{red:02x}{green:02x}{blue:02x} are found; look at their "
+            "colour in the image, or name the place of one (--dots x,y)",
+            "MARKERS_TOO_FEW",
+        )
+    return model
 
 
 def _shows(

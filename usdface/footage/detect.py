@@ -20,6 +20,8 @@ _MOST = 2000
 _SMALLEST = 6
 # Around a component's half height lie its blurred edge, and colour that JPEG spread.
 _EDGE = 3
+# A component's short axis over its long one, and its area over that of the ellipse, at least.
+_SLIM, _RAGGED = 0.15, 0.5
 _HALF = 0.45  # of its own height cuts a dot out
 _CELLS = 48  # of the local background across an image
 # Shares of a dot's height that count as none and all of it. Below is noise of the skin, above is
@@ -165,15 +167,21 @@ def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0
     least, most = _SMALLEST, signal.size // 50
     if area:
         least, most = max(least, int(area / _RANGE[0])), int(area * _RANGE[1]) + 1
-    kept = np.flatnonzero((sizes >= least) & (sizes <= most))
+    rows, columns = np.divmod(flat, signal.shape[1])
+    x = np.bincount(owner, columns, count) / sizes
+    y = np.bincount(owner, rows, count) / sizes
+    dx, dy = columns - x[owner], rows - y[owner]
+    xx, yy, xy = (np.bincount(owner, k, count) / sizes for k in (dx * dx, dy * dy, dx * dy))
+    axes, _ = _ellipses(xx, yy, xy)
+    # Lines and rags are nothing to measure.
+    shaped = (axes[:, 1] > _SLIM * axes[:, 0]) & (sizes > _RAGGED * np.pi * axes.prod(axis=1))
+    kept = np.flatnonzero((sizes >= least) & (sizes <= most) & shaped)
     if not len(kept) or len(kept) > _MOST:
         return no_dots()
-    rows, columns = np.divmod(flat, signal.shape[1])
-    x = np.bincount(owner, columns, count)[kept] / sizes[kept]
-    y = np.bincount(owner, rows, count)[kept] / sizes[kept]
+    x, y = x[kept], y[kept]
     reach = np.sqrt(sizes[kept] / np.pi)
-    # Ellipses reach farther than discs; long smears are cut, which their shape then shows.
-    half = (1.7 * reach + _EDGE + 3).astype(int)
+    # Ellipses reach farther than discs. A few sizes of windows, each measured at once.
+    half = 3 * np.ceil((1.7 * reach + _EDGE + 2) / 3).astype(int)
     parts = []
     for size in np.unique(half):
         these = half == size

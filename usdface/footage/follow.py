@@ -19,7 +19,7 @@ HIDDEN = -1
 _GATE = 0.4
 # A hidden dot may come back farther away, from frame to frame, up to a limit.
 _LONGER, _FARTHEST = 0.02, 0.6
-# Weight of a change in size (logarithm of the area) beside the squared distance over the gate.
+# Weight of a change in size and height (logarithms) beside the squared distance over the gate.
 _SIZE = 0.1
 # Share of a velocity beside the head's that goes on to the next frame.
 _INERTIA = 0.7
@@ -33,7 +33,7 @@ _BLIND = 3
 # Area of a dot follows the track by this share a frame.
 _ADAPT = 0.1
 # A new track begins at a dot that is shaped like one.
-_NEW_FILL, _NEW_ROUND, _NEW_AREA = (0.8, 1.25), 0.3, (0.3, 2.0)
+_NEW_FILL, _NEW_ROUND, _NEW_AREA, _NEW_HEIGHT = (0.8, 1.25), 0.3, (0.25, 2.0), 0.4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,9 +69,10 @@ class _Tracks:
         seen = start >= 0
         self.places = places.copy()
         self.places[seen] = dots.centres[start[seen]]
-        usual = float(np.median(dots.areas)) if len(dots) else 1.0
-        self.areas = np.full(len(start), usual)
+        self.areas = np.full(len(start), float(np.median(dots.areas)) if len(dots) else 1.0)
         self.areas[seen] = dots.areas[start[seen]]
+        self.heights = np.full(len(start), float(np.median(dots.heights)) if len(dots) else 1.0)
+        self.heights[seen] = dots.heights[start[seen]]
         self.velocities = np.zeros_like(self.places)
         self.unseen = np.where(seen, 0, 1)
         self.motion: Similarity = IDENTITY
@@ -147,6 +148,7 @@ class _Tracks:
         share = np.minimum(_GATE + _LONGER * self.unseen, _FARTHEST)
         cost = (away / (share * spacing)[:, None]) ** 2
         grown = np.abs(np.log(dots.areas / self.areas[:, None]))
+        grown += np.abs(np.log(dots.heights / self.heights[:, None]))
         cost = np.where((cost <= 1.0) & live[:, None], cost + _SIZE * grown, np.inf)
         # One that was seen goes before one that was not.
         cost = cost + np.where(self.unseen > 0, 0.3, 0.0)[:, None]
@@ -175,15 +177,18 @@ class _Tracks:
             change[~whole] = around
         self.places = moved + change
         self.areas[whole] *= ratio[whole] ** _ADAPT
+        higher = dots.heights[pairs[whole]] / self.heights[whole]
+        self.heights[whole] *= higher**_ADAPT
         self.unseen = np.where(seen, 0, self.unseen + 1)
 
     def born(self, dots: Dots, taken: IntArray) -> IntArray:
         """Begin tracks at dots that none has; return their indices."""
         usual = float(np.median(self.areas)) if len(self.areas) else 0.0
+        height = float(np.median(self.heights)) if len(self.heights) else 0.0
         free = np.ones(len(dots), dtype=bool)
         free[taken] = False
         free &= (dots.fills > _NEW_FILL[0]) & (dots.fills < _NEW_FILL[1])
-        free &= dots.roundness > _NEW_ROUND
+        free &= (dots.roundness > _NEW_ROUND) & (dots.heights > _NEW_HEIGHT * height)
         if usual:
             free &= (dots.areas > _NEW_AREA[0] * usual) & (dots.areas < _NEW_AREA[1] * usual)
         fresh = np.flatnonzero(free)
@@ -191,6 +196,7 @@ class _Tracks:
         self.places = np.concatenate([self.places, dots.centres[fresh]])
         self.velocities = np.concatenate([self.velocities, np.zeros((count, 2))])
         self.areas = np.concatenate([self.areas, dots.areas[fresh]])
+        self.heights = np.concatenate([self.heights, dots.heights[fresh]])
         self.unseen = np.concatenate([self.unseen, np.zeros(count, dtype=int)])
         self.dead = np.concatenate([self.dead, np.zeros(count, dtype=bool)])
         return fresh

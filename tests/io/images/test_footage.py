@@ -74,9 +74,7 @@ def test_names_and_corrections_come_from_files(
     (tmp_path / "names.csv").write_text(
         "name,x,y\n" + "\n".join(f"m{k},{x},{y}" for k, (x, y) in enumerate(places[0]))
     )
-    (tmp_path / "fixes.json").write_text(
-        json.dumps([{"frame": 6, "name": "m3", "hidden": True}])
-    )
+    (tmp_path / "fixes.json").write_text(json.dumps([{"frame": 6, "name": "m3", "hidden": True}]))
     take, _ = codes(folder, names=tmp_path / "names.csv", fixes=tmp_path / "fixes.json")
     shown = take.select(tuple(f"m{k}" for k in range(20))) * (1, -1)
     assert np.nanmax(np.linalg.norm(shown - places, axis=2)) < 0.3
@@ -134,7 +132,14 @@ def test_the_command_writes_take_sheet_and_report(
 ) -> None:
     folder, _ = film
     out = tmp_path / "take.usda"
-    files = ["-o", str(out), "--sheet", str(tmp_path / "s.png"), "--report", str(tmp_path / "r.json")]
+    files = [
+        "-o",
+        str(out),
+        "--sheet",
+        str(tmp_path / "s.png"),
+        "--report",
+        str(tmp_path / "r.json"),
+    ]
     assert main(["take", str(folder / "face.%04d.png"), "--fps", "30", *files]) == 0
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["written"] == [str(tmp_path / name) for name in ("take.usda", "s.png", "r.json")]
@@ -174,9 +179,7 @@ def test_a_gif_is_a_film(tmp_path: Path) -> None:
 
 def test_outputs_are_no_images_of_the_film(copied: Path) -> None:
     with pytest.raises(OutputError, match="would be overwritten"):
-        make_take(
-            copied / "face.####.png", copied / "t.usda", sheet=copied / "face.0101.png"
-        )
+        make_take(copied / "face.####.png", copied / "t.usda", sheet=copied / "face.0101.png")
     with pytest.raises(InputError, match="of images only"):
         make_take("examples/performance.trc", copied / "t.usda", sheet=copied / "s.png")
 

@@ -135,7 +135,9 @@ def test_rubbish_is_refused_in_one_line(tmp_path: Path, name: str) -> None:
         assert "\n" not in str(caught.value) and name in str(caught.value)
 
 
-@pytest.mark.parametrize(("name", "kind"), [("a.png", "uint8"), ("a.exr", "half"), ("a.tif", "uint8")])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("a.png", "uint8"), ("a.exr", "half"), ("a.tif", "uint8")]
+)
 def test_a_cut_off_image_is_refused(tmp_path: Path, name: str, kind: str) -> None:
     noisy = np.random.default_rng(0).uniform(size=(64, 64, 3))
     path = write(tmp_path / name, noisy, kind)

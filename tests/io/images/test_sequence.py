@@ -14,7 +14,9 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["face.#.png", "face.####.png", "face.%d.png", "face.%04d.png", ""])
+@pytest.mark.parametrize(
+    "name", ["face.#.png", "face.####.png", "face.%d.png", "face.%04d.png", ""]
+)
 def test_images_come_in_the_order_of_their_numbers_with_gaps(folder: Path, name: str) -> None:
     found = find_images(folder / name)
     assert [file.number for file in found] == [9, 10, 11, 12]
