@@ -183,9 +183,9 @@ class TakeOptions:
     """How a take file is read where the file itself does not say.
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
-    an image (y down) of `image_size`. Of images: `dots` is the colour of the dots ("green",
-    "#3a7" or the place "x,y" of one; by default it is found), `names` a file of names at places,
-    `fixes` a file of corrections.
+    an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Of images: `dots` is
+    the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is found),
+    `names` a file of names at places, `fixes` a file of corrections.
 
     Examples
     --------
@@ -198,6 +198,7 @@ class TakeOptions:
     rate: float | None = None
     dimension: Literal[2, 3] | None = None
     image_size: tuple[int, int] | None = None
+    focal_length: float | None = None
     dots: str | None = None
     names: str | PathLike[str] | None = None
     fixes: str | PathLike[str] | None = None

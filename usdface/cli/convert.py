@@ -63,6 +63,9 @@ def add_take(commands: Any, summary: str) -> None:
         "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
     )
     command.add_argument(
+        "--focal-length", type=float, metavar="PX", help="of the camera [px], for 2D"
+    )
+    command.add_argument(
         "--dots",
         metavar="COLOUR",
         help="of images: green, #3a7 or the place x,y of a dot (default: it is found)",

@@ -150,7 +150,8 @@ def _take(film: Film, tracks: Tracks, options: TakeOptions) -> tuple[MarkerTake,
         rate=film.header.rate,
         start_timecode=film.header.timecode,
     )
-    return finish_take(raw, replace(options, image_size=film.header.size))
+    focal = options.focal_length or film.header.focal or None
+    return finish_take(raw, replace(options, image_size=film.header.size, focal_length=focal))
 
 
 def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:

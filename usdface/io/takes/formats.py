@@ -14,7 +14,7 @@ from usdface.lazy import lazy_function
 
 __all__ = ["TAKE_READERS"]
 
-_MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size")
+_MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size", "focal_length")
 _TEXT_TABLES = (".csv", ".tsv", ".txt")
 _FIRST_BYTES = 256  # more than the longest first words below
 
@@ -73,7 +73,7 @@ TAKE_READERS = FormatTable(
         TakeReader(
             name="images of painted dots",
             suffixes=(*IMAGE_SUFFIXES, *MOVIE_SUFFIXES),
-            options=("rate", "dots", "names", "fixes"),
+            options=("rate", "focal_length", "dots", "names", "fixes"),
             folder=True,
             sniff=may_be_images,
             read=lazy_function("usdface.io.images.footage", "read_image_take"),
