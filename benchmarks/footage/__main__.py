@@ -65,8 +65,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, nargs="?", default=temporary_folder())
     parser.add_argument("--render-only", action="store_true")
+    parser.add_argument("--film", choices=FILMS, action="append", help="only this; may be repeated")
     parsed = parser.parse_args()
-    for name, (make, look) in FILMS.items():
+    for name in parsed.film or FILMS:
+        make, look = FILMS[name]
         folder = parsed.folder / name.replace(", ", "_")
         truth = shoot(make(), look, folder)
         if parsed.render_only:

@@ -200,3 +200,14 @@ def test_a_photograph_of_a_face_with_21_dots() -> None:
     take, _ = codes(photograph)
     assert len(take.names) == 21
     assert np.abs(take.positions[0, :, 0] - 620).max() < 240
+
+
+def test_the_focal_length_of_the_camera_is_that_of_the_take(tmp_path: Path) -> None:
+    spec = oiio.ImageSpec(280, 220, 3, "uint8")
+    spec.attribute("Exif:FocalLengthIn35mmFilm", 27)
+    file = oiio.ImageOutput.create(str(tmp_path / "a.1.jpg"))
+    assert file.open(str(tmp_path / "a.1.jpg"), spec)
+    file.write_image(paint(layout()))
+    file.close()
+    assert codes(tmp_path)[0].focal_length == pytest.approx(27 / 36 * 280)
+    assert codes(tmp_path, focal_length=300.0)[0].focal_length == 300.0

@@ -73,7 +73,7 @@ def test_images_are_read_as_images(tmp_path):
     image = tmp_path / "face.0001.png"
     image.touch()
     for path in (tmp_path, image, tmp_path / "face.####.png"):
-        with pytest.raises(InputError, match="0001.png is not readable"):
+        with pytest.raises(InputError, match=r"0001\.png is not readable"):
             read_take(path)
 
 
