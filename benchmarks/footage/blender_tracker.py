@@ -11,7 +11,6 @@ def main() -> None:
     task = json.loads(Path(sys.argv[1]).read_text())
     clip = bpy.data.movieclips.load(task["first"])
     width, height = clip.size
-    clip.frame_duration = task["count"]
     bpy.context.scene.frame_end = task["count"]
     settings = clip.tracking.settings
     settings.default_pattern_size, settings.default_search_size = 25, 75

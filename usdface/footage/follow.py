@@ -84,7 +84,7 @@ class _Tracks:
         usual = np.full(len(self.places), 40.0)
         if live.sum() > 1:
             near = nearest_distances(self.places[live])
-            middle = float(np.median(near))
+            middle = max(float(np.median(near)), 1.0)
             usual[live] = near.clip(0.4 * middle, 1.6 * middle)
         return usual
 
