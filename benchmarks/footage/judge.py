@@ -33,9 +33,9 @@ class Score:
         return (
             f"{self.tracks} tracks of {self.dots} dots, {self.visible} visible samples: "
             f"{100 * self.found:.2f} % found, labels of them right {100 * self.labels:.3f} %, "
-            f"wrong and not noticed {self.swaps_unnoticed}; centre {self.centroid_rms:.3f} px RMS in "
-            f"each coordinate (projected vertex {self.vertex_rms:.3f}), largest {self.worst:.2f}; hidden dots that "
-            f"were given a place {100 * self.invented:.2f} %"
+            f"wrong and not noticed {self.swaps_unnoticed}; centre {self.centroid_rms:.3f} px RMS "
+            f"in each coordinate (projected vertex {self.vertex_rms:.3f}), largest "
+            f"{self.worst:.2f}; hidden dots that were given a place {100 * self.invented:.2f} %"
         )
 
 
