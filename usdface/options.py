@@ -183,9 +183,10 @@ class TakeOptions:
     """How a take file is read where the file itself does not say.
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
-    an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Of images: `dots` is
-    the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is found),
-    `names` a file of names at places, `fixes` a file of corrections.
+    an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
+    with less than `confidence` are occluded; None = the usual threshold of the format. Of images:
+    `dots` is the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is
+    found), `names` a file of names at places, `fixes` a file of corrections.
 
     Examples
     --------
@@ -202,8 +203,11 @@ class TakeOptions:
     dots: str | None = None
     names: str | PathLike[str] | None = None
     fixes: str | PathLike[str] | None = None
+    confidence: float | None = None
 
     def __post_init__(self) -> None:
+        if self.confidence is not None:
+            _check_share("confidence", self.confidence)
         if self.units is not None:
             _check_choice("units", self.units, LengthUnit, "UNIT_UNKNOWN")
         if self.up_axis is not None:

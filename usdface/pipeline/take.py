@@ -1,5 +1,7 @@
 """Conversion of a recorded take to USD: `usdface take`."""
 
+from collections.abc import Sequence
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +11,7 @@ from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.images.sequence import is_pattern, may_be_images
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.usd.take import write_take
@@ -25,9 +28,11 @@ __all__ = ["make_take"]
 
 @one_blas_thread()
 def make_take(
-    source: StrPath,
+    source: StrPath | Sequence[StrPath],
     output: StrPath,
     *,
+    cameras: StrPath | None = None,
+    sync: Sequence[int] = (),
     options: TakeOptions = TakeOptions(),
     sheet: StrPath | None = None,
     on_progress: OnProgress | None = None,
@@ -36,9 +41,14 @@ def make_take(
 
     Parameters
     ----------
-    source : path
+    source : path, or sequence of paths
+        Several: 2D takes of one performance by calibrated cameras, in their order.
     output : path
         .usda or .usdc.
+    cameras : path, optional
+        Calibration of the cameras of several takes: .yml or .json of OpenCV, or .toml.
+    sync : sequence of int
+        A frame of each camera's footage, all of one moment; empty = footages begin together.
     options : TakeOptions
         Unit, up axis and rate in place of the file's own.
     sheet : path, optional
@@ -64,20 +74,31 @@ def make_take(
     >>> usdface.make_take("examples/performance.trc", "take.usdc").summary["rate_hz"]
     60.0
     """
-    source, output = Path(source), Path(output)
+    output = Path(output)
+    sources = [Path(source)] if isinstance(source, str | PathLike) else [Path(s) for s in source]
+    calibration = None if cameras is None else Path(cameras)
+    if not sources or (len(sources) > 1) != (calibration is not None):
+        raise InputError(
+            f"{len(sources)} takes and {'a' if calibration else 'no'} calibration of cameras; "
+            "expected one take, or several with --cameras FILE",
+            "SETTING_WRONG",
+        )
     drawn = None if sheet is None else Path(sheet)
     progress = Progress.of(on_progress)
     beside = [Path(each) for each in (options.names, options.fixes) if each]
-    check_outputs([output, drawn], files_read(source, *beside))
+    check_outputs([output, drawn], files_read(*sources, calibration, *beside))
+    filmed = is_pattern(sources[0]) or may_be_images(sources[0])
     if drawn:
-        _check_sheet(source, drawn)
+        _check_sheet(sources, drawn, filmed)
     take: MarkerTake | WeightsTake
     footage = None
     with progress.step("read"):
-        if is_pattern(source) or may_be_images(source):
-            take, footage, findings = _read_images(source, options)
+        if calibration is not None:
+            take, findings = read_views(sources, calibration, options, sync)
+        elif filmed:
+            take, footage, findings = _read_images(sources[0], options)
         else:
-            take, findings = read_take(source, options)
+            take, findings = read_take(sources[0], options)
     with progress.step("write"), all_or_none():
         if drawn and footage:
             from usdface.figures.footage_sheet import write_footage_sheet
@@ -94,13 +115,14 @@ def make_take(
     )
 
 
-def _check_sheet(source: Path, sheet: Path) -> None:
+def _check_sheet(sources: list[Path], sheet: Path, filmed: bool) -> None:
     from usdface.figures.picture import check_picture
 
     check_picture(sheet)
-    if not (is_pattern(source) or may_be_images(source)):
+    if not filmed or len(sources) > 1:
         raise InputError(
-            f"{source}: a sheet is drawn of images only; leave it out", "SETTING_WRONG"
+            f"{sources[0]}: a sheet is drawn of the images of one film only; leave it out",
+            "SETTING_WRONG",
         )
 
 

@@ -180,7 +180,7 @@ def test_a_gif_is_a_film(tmp_path: Path) -> None:
 def test_outputs_are_no_images_of_the_film(copied: Path) -> None:
     with pytest.raises(OutputError, match="would be overwritten"):
         make_take(copied / "face.####.png", copied / "t.usda", sheet=copied / "face.0101.png")
-    with pytest.raises(InputError, match="of images only"):
+    with pytest.raises(InputError, match="of one film only"):
         make_take("examples/performance.trc", copied / "t.usda", sheet=copied / "s.png")
 
 
