@@ -145,6 +145,25 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "samples in which the tracking program has little confidence are taken as occluded",
     ),
     "CHANNEL_IGNORED": ("info", "nothing", "a channel that usdface does not use was left out"),
+    # films of painted dots
+    "DOTS_FOUND": ("info", "nothing", "dots were found in the images, by their colour"),
+    "DOTS_IGNORED": (
+        "info",
+        "look_at_frames",
+        "spots that are seen for a short time are left out",
+    ),
+    "DOT_UNMATCHED": ("warning", "correct_labels", "a name or a correction is of no dot"),
+    "IMAGE_UNREADABLE": (
+        "warning",
+        "check_recording",
+        "an image cannot be read; all markers are occluded in its frame",
+    ),
+    "FOOTAGE_CUT": (
+        "warning",
+        "look_at_frames",
+        "the picture changes at once; names after it were found again by the layout",
+    ),
+    "TRACK_DOUBTED": ("warning", "look_at_frames", "a marker may be that of another dot"),
     # formats of other packages
     "PLUGIN_FAILED": (
         "warning",

@@ -8,6 +8,7 @@ dataclasses here are the values that `usdface shot` writes, and those of missing
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from math import isfinite
+from os import PathLike
 from typing import Any, Literal, get_args
 
 from usdface.errors import InputError
@@ -183,7 +184,9 @@ class TakeOptions:
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
     an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
-    with less than `confidence` are occluded; None = the usual threshold of the format.
+    with less than `confidence` are occluded; None = the usual threshold of the format. Of images:
+    `dots` is the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is
+    found), `names` a file of names at places, `fixes` a file of corrections.
 
     Examples
     --------
@@ -197,6 +200,9 @@ class TakeOptions:
     dimension: Literal[2, 3] | None = None
     image_size: tuple[int, int] | None = None
     focal_length: float | None = None
+    dots: str | None = None
+    names: str | PathLike[str] | None = None
+    fixes: str | PathLike[str] | None = None
     confidence: float | None = None
 
     def __post_init__(self) -> None:

@@ -46,7 +46,7 @@ def _rig(parsed: argparse.Namespace) -> int:
 
 def add_take(commands: Any, summary: str) -> None:
     """Add `usdface take`."""
-    command = add_command(commands, "take", _take, summary)
+    command = add_command(commands, "take", _take, summary, writes=("sheet",))
     command.add_argument("source", type=Path, nargs="+", help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
     command.add_argument(
@@ -67,7 +67,9 @@ def add_take(commands: Any, summary: str) -> None:
         "--units", choices=("mm", "cm", "m", "in"), help="unit of length; overrides the file's"
     )
     command.add_argument("--up-axis", choices=("Y", "Z"), help="overrides the file's")
-    command.add_argument("--rate", type=float, help="frames per second; overrides the file's")
+    command.add_argument(
+        "--rate", "--fps", type=float, help="frames per second; overrides the file's"
+    )
     command.add_argument(
         "--dimension", type=int, choices=(2, 3), help="2: pixels of an image, y down"
     )
@@ -82,6 +84,30 @@ def add_take(commands: Any, summary: str) -> None:
         type=float,
         help="0 to 1: samples of 2D tracks with less are occluded (default: the format's own)",
     )
+    command.add_argument(
+        "--dots",
+        metavar="COLOUR",
+        help="of images: green, #3a7 or the place x,y of a dot (default: it is found)",
+    )
+    command.add_argument(
+        "--names",
+        type=Path,
+        metavar="FILE",
+        help="of images: names of dots, rows of name, x, y and perhaps frame, CSV or JSON",
+    )
+    command.add_argument(
+        "--fix",
+        dest="fixes",
+        type=Path,
+        metavar="FILE",
+        help="of images: corrections, rows of frame, name and x, y or hidden, JSON or CSV",
+    )
+    command.add_argument(
+        "--sheet",
+        type=Path,
+        metavar="FILE",
+        help="of images: picture of every n-th one with labelled dots, .png, .svg or .pdf",
+    )
 
 
 def _take(parsed: argparse.Namespace) -> int:
@@ -95,6 +121,7 @@ def _take(parsed: argparse.Namespace) -> int:
             cameras=parsed.cameras,
             sync=parsed.sync,
             options=options,
+            sheet=parsed.sheet,
             on_progress=step,
         )
     return report(parsed, result)

@@ -3,19 +3,25 @@
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
-from usdface.io.atomic import StrPath
+from usdface.findings import Finding
+from usdface.io.atomic import StrPath, all_or_none
+from usdface.io.images.sequence import is_pattern, may_be_images
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
+from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.usd.take import write_take
 from usdface.options import TakeOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.takes import MarkerTake, WeightsTake
+
+if TYPE_CHECKING:
+    from usdface.io.images.footage import Footage
 
 __all__ = ["make_take"]
 
@@ -28,6 +34,7 @@ def make_take(
     cameras: StrPath | None = None,
     sync: Sequence[int] = (),
     options: TakeOptions = TakeOptions(),
+    sheet: StrPath | None = None,
     on_progress: OnProgress | None = None,
 ) -> Result[MarkerTake | WeightsTake]:
     """Convert a take of any format that `list_formats` names to USD.
@@ -44,13 +51,16 @@ def make_take(
         A frame of each camera's footage, all of one moment; empty = footages begin together.
     options : TakeOptions
         Unit, up axis and rate in place of the file's own.
+    sheet : path, optional
+        Of images: a picture of every n-th one with its labelled dots, .png, .svg or .pdf.
     on_progress : callable, optional
 
     Returns
     -------
     Result of MarkerTake or WeightsTake
         Keys of the summary: ``frames``, ``duration_s``, ``rate_hz``; of markers ``markers``,
-        ``dimension``, ``occluded_percent``; of weights ``blend_shapes``.
+        ``dimension``, ``occluded_percent``; of images ``channel``, ``reference_frame``,
+        ``confidence_mean``; of weights ``blend_shapes``.
 
     Raises
     ------
@@ -73,17 +83,54 @@ def make_take(
             "expected one take, or several with --cameras FILE",
             "SETTING_WRONG",
         )
+    drawn = None if sheet is None else Path(sheet)
     progress = Progress.of(on_progress)
-    check_outputs([output], files_read(*sources, calibration))
+    beside = [Path(each) for each in (options.names, options.fixes) if each]
+    check_outputs([output, drawn], files_read(*sources, calibration, *beside))
+    filmed = is_pattern(sources[0]) or may_be_images(sources[0])
+    if drawn:
+        _check_sheet(sources, drawn, filmed)
+    take: MarkerTake | WeightsTake
+    footage = None
     with progress.step("read"):
-        take: MarkerTake | WeightsTake
-        if calibration is None:
-            take, findings = read_take(sources[0], options)
-        else:
+        if calibration is not None:
             take, findings = read_views(sources, calibration, options, sync)
-    with progress.step("write"):
+        elif filmed:
+            take, footage, findings = _read_images(sources[0], options)
+        else:
+            take, findings = read_take(sources[0], options)
+    with progress.step("write"), all_or_none():
+        if drawn and footage:
+            from usdface.figures.footage_sheet import write_footage_sheet
+
+            write_footage_sheet(footage, drawn)
         write_take(take, output)
-    return Result(take, (output,), tuple(findings), _summary(take), seconds=progress.seconds)
+    return Result(
+        take,
+        (output, *([drawn] if drawn else [])),
+        tuple(findings),
+        _summary(take) | (footage.summary if footage else {}),
+        details=footage.details if footage else {},
+        seconds=progress.seconds,
+    )
+
+
+def _check_sheet(sources: list[Path], sheet: Path, filmed: bool) -> None:
+    from usdface.figures.picture import check_picture
+
+    check_picture(sheet)
+    if not filmed or len(sources) > 1:
+        raise InputError(
+            f"{sources[0]}: a sheet is drawn of the images of one film only; leave it out",
+            "SETTING_WRONG",
+        )
+
+
+def _read_images(source: Path, options: TakeOptions) -> tuple[MarkerTake, "Footage", list[Finding]]:
+    from usdface.io.images.footage import read_footage  # loads OpenImageIO only here
+
+    TAKE_READERS.find(source)[0].format.check_options(source, options)
+    return read_footage(source, options)
 
 
 def _summary(take: MarkerTake | WeightsTake) -> dict[str, Any]:

@@ -69,11 +69,11 @@ def test_options_reach_every_marker_file(tmp_path):
         assert take.rate == 10
 
 
-def test_image_sequences_are_not_in_this_version(tmp_path):
+def test_images_are_read_as_images(tmp_path):
     image = tmp_path / "face.0001.png"
     image.touch()
-    for path in (tmp_path, image):
-        with pytest.raises(InputError, match="image sequences are not read"):
+    for path in (tmp_path, image, tmp_path / "face.####.png"):
+        with pytest.raises(InputError, match=r"0001\.png is not readable"):
             read_take(path)
 
 

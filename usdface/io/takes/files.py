@@ -4,6 +4,7 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding
+from usdface.io.images.sequence import is_pattern
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.verify_take import verified_take
@@ -12,13 +13,11 @@ from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["read_take"]
 
-_IMAGES = frozenset({".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".bmp", ".mov", ".mp4"})
-
 
 def read_take(
     path: Path, options: TakeOptions = DEFAULTS
 ) -> tuple[MarkerTake | WeightsTake, list[Finding]]:
-    """Read a take: C3D, TRC, BVH, CSV, USD, or a format of another package.
+    """Read a take: C3D, TRC, BVH, CSV, USD, images of painted dots, or a format of another package.
 
     Parameters
     ----------
@@ -42,19 +41,9 @@ def read_take(
         If the reader of another package fails, or returns something else than a take.
     """
     path = Path(path)
-    images = path.is_dir() or path.suffix.lower() in _IMAGES
-    if not (images or path.is_file()):
+    if not (path.is_dir() or path.is_file() or is_pattern(path)):
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
-    try:
-        reader, findings = TAKE_READERS.find(path)
-    except InputError as error:
-        if not images or error.code != "FILE_KIND_UNKNOWN":
-            raise
-        raise InputError(
-            f"{path}: image sequences are not read in this version; "
-            "track the markers first and give their positions as CSV",
-            "FILE_KIND_UNKNOWN",
-        ) from error
+    reader, findings = TAKE_READERS.find(path)
     reader.format.check_options(path, options)
     result = reader.call(reader.format.read, path, options)
     if reader.origin:

@@ -11,6 +11,7 @@ from pathlib import Path
 from usdface.errors import InputError
 from usdface.formats import TakeReader
 from usdface.io.format_table import FormatTable
+from usdface.io.images.sequence import IMAGE_SUFFIXES, MOVIE_SUFFIXES, may_be_images
 from usdface.lazy import lazy_function
 
 __all__ = ["TAKE_READERS"]
@@ -161,5 +162,13 @@ TAKE_READERS = FormatTable(
         _reader("TRC as CSV", _TEXT_TABLES, "read_trc", begins=r"pathfiletype"),
         *_TRACK_READERS,
         _reader("USD", (".usd", ".usda", ".usdc"), "read_usd_take", options=()),
+        TakeReader(
+            name="images of painted dots",
+            suffixes=(*IMAGE_SUFFIXES, *MOVIE_SUFFIXES),
+            options=("rate", "focal_length", "dots", "names", "fixes"),
+            folder=True,
+            sniff=may_be_images,
+            read=lazy_function("usdface.io.images.footage", "read_image_take"),
+        ),
     ),
 )

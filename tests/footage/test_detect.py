@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+from painted import layout, paint
+
+from usdface.footage.choose_channel import choose_model
+from usdface.footage.detect import detect_dots
+from usdface.footage.dots import Dots
+
+
+def errors(found: Dots, true: np.ndarray) -> np.ndarray:
+    away = np.linalg.norm(found.centres[:, None] - true, axis=2)
+    assert len(found) == len(true)
+    return away.min(axis=0)
+
+
+def test_centres_are_those_of_the_discs_to_a_twentieth_of_a_pixel() -> None:
+    true = layout()
+    pixels = paint(true)
+    found = detect_dots(pixels, choose_model(pixels))
+    assert np.sqrt((errors(found, true) ** 2).mean()) < 0.05
+
+
+def test_noise_makes_the_error_that_is_stated() -> None:
+    true = layout()
+    worlds = [paint(true, noise=8.0, seed=seed) for seed in range(6)]
+    model = choose_model(worlds[0])
+    found = [detect_dots(pixels, model) for pixels in worlds]
+    error = np.sqrt(np.mean([(errors(dots, true) ** 2).mean() / 2 for dots in found]))
+    stated = np.sqrt(np.mean([(dots.deviations**2).mean() for dots in found]))
+    assert 0.5 < error / stated < 2.0
+
+
+def test_a_slanted_dot_is_an_ellipse() -> None:
+    true = layout()
+    pixels = paint(true, stretch=(0.6, 1.2))
+    found = detect_dots(pixels, choose_model(pixels))
+    assert errors(found, true).max() < 0.2
+    assert np.allclose(found.roundness, 0.5, atol=0.05)
+    assert np.allclose(np.abs(found.angles), np.pi / 2, atol=0.1)
+    assert np.allclose(found.fills, 1.0, atol=0.08)
+
+
+def test_a_part_of_an_image_gives_the_same_dots() -> None:
+    pixels = paint(layout())
+    model = choose_model(pixels)
+    whole, part = detect_dots(pixels, model), detect_dots(pixels, model, (30, 20, 280, 220))
+    order, other = np.argsort(whole.centres[:, 0]), np.argsort(part.centres[:, 0])
+    assert np.allclose(whole.centres[order], part.centres[other], atol=0.03)
+
+
+def test_a_thing_of_another_hue_is_no_dot() -> None:
+    true = layout()
+    pixels = paint(true)
+    model = choose_model(pixels)
+    pixels[180:192, 200:212] = (70, 130, 200)  # stands out in green above red, too
+    assert len(detect_dots(pixels, model)) == len(true)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 40), (40, 2)])
+def test_tiny_images_have_no_dots(size: tuple[int, int]) -> None:
+    model = choose_model(paint(layout()))
+    assert len(detect_dots(np.zeros((*size, 3), np.uint8), model)) == 0

@@ -1,0 +1,172 @@
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from painted import performance
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.errors import InputError
+from usdface.footage.dots import Dots, no_dots
+from usdface.footage.fixes import Fix
+from usdface.footage.labels import NamedPlace
+from usdface.footage.track import track_dots
+from usdface.footage.tracks import Tracks
+
+
+def seen_as(places: FloatArray, seen: BoolArray, noise: float = 0.05) -> list[Dots]:
+    """Dots as the detector would find them, in any order."""
+    random = np.random.default_rng(4)
+    frames = []
+    for row, visible in zip(places, seen, strict=True):
+        own = row[visible][random.permutation(int(visible.sum()))]
+        count = len(own)
+        full, pairs = np.ones(count), np.full((count, 2), 5.0)
+        own = own + random.normal(0, noise, own.shape)
+        frames.append(Dots(own, 0.05 * full, pairs, 0 * full, 78.0 * full, full, 90.0 * full))
+    return frames
+
+
+def labels_of(tracks: Tracks, places: FloatArray) -> FloatArray:
+    """The true dot of each sample (F, M); -1 = hidden."""
+    away = np.linalg.norm(tracks.places[:, :, None] - places[:, None], axis=3)
+    nearest = np.argmin(np.nan_to_num(away, nan=1e9), axis=2)
+    return np.where(np.isnan(tracks.places[..., 0]), -1, nearest)
+
+
+def check(tracks: Tracks, places: FloatArray, seen: BoolArray) -> None:
+    labels = labels_of(tracks, places)
+    own = labels[tracks.reference]
+    assert sorted(own) == list(range(places.shape[1]))
+    assert np.array_equal(labels >= 0, seen[:, own])
+    assert (np.where(labels >= 0, labels, own) == own).all()
+
+
+def test_every_dot_keeps_its_name_while_the_head_moves() -> None:
+    places, seen = performance(60)
+    check(track_dots(seen_as(places, seen)), places, seen)
+
+
+def test_hidden_is_hidden_and_a_dot_that_comes_back_is_the_same() -> None:
+    places, seen = performance(90, {3: (20, 32), 4: (25, 60), 11: (40, 48), 12: (40, 48)})
+    check(track_dots(seen_as(places, seen)), places, seen)
+
+
+def test_a_dot_that_the_reference_does_not_show_becomes_a_marker() -> None:
+    places, seen = performance(80, {5: (0, 30), 9: (50, 79)})
+    seen[31:50, 2] = False
+    tracks = track_dots(seen_as(places, seen))
+    assert len(tracks.names) == places.shape[1]
+    labels = labels_of(tracks, places)
+    for column in labels.T:
+        assert len(set(column[column >= 0].tolist())) == 1
+
+
+def test_a_head_that_jumps_by_more_than_a_spacing_is_followed() -> None:
+    places, seen = performance(40)
+    places[20:] += (55.0, -20.0)
+    check(track_dots(seen_as(places, seen)), places, seen)
+
+
+def test_a_cut_to_a_nearer_picture_is_found_and_names_go_on() -> None:
+    places, seen = performance(40, motion=0.5)
+    places[20:] = 1.4 * places[20:] + (300.0, 200.0)
+    tracks = track_dots(seen_as(places, seen))
+    check(tracks, places, seen)
+    assert tracks.cuts == (20,)
+
+
+def test_frames_without_dots_are_bridged() -> None:
+    places, seen = performance(40, motion=0.4)
+    seen[15:18] = False
+    check(track_dots(seen_as(places, seen)), places, seen)
+
+
+def test_stray_specks_are_no_markers() -> None:
+    places, seen = performance(50)
+    frames = seen_as(places, seen)
+    random = np.random.default_rng(0)
+    spoilt = []
+    for dots in frames:
+        extra = random.uniform((0, 0), (280, 220), (2, 2))
+        ones, pair = np.ones(2), np.full((2, 2), 5.0)
+        parts = (extra, 0.05 * ones, pair, 0 * ones, 78.0 * ones, ones, 90.0 * ones)
+        names = Dots.__slots__
+        spoilt.append(
+            Dots(
+                *(np.concatenate([getattr(dots, n), p]) for n, p in zip(names, parts, strict=True))
+            )
+        )
+    tracks = track_dots(spoilt)
+    labels = labels_of(tracks, places)
+    away = np.linalg.norm(
+        tracks.places - np.take_along_axis(places, labels[..., None], axis=1), axis=2
+    )
+    assert len(tracks.names) == places.shape[1]
+    assert np.nanmean(away < 1.0) > 0.99
+
+
+def test_dots_that_exchange_places_slowly_are_followed() -> None:
+    places, seen = performance(60, motion=0.3)
+    a, b = places[:, 6].copy(), places[:, 7].copy()
+    share = np.clip((np.arange(60) - 20) / 20, 0, 1)[:, None]
+    bow = np.sin(np.pi * share) * (0.0, 12.0)
+    places[:, 6], places[:, 7] = a + share * (b - a) + bow, b + share * (a - b) - bow
+    check(track_dots(seen_as(places, seen)), places, seen)
+
+
+def test_names_go_to_the_dots_that_they_are_near() -> None:
+    places, seen = performance(30)
+    named = [NamedPlace("chin", *(places[10, 17] + 2.0), frame=10)]
+    named.append(NamedPlace("nowhere", 500.0, 500.0, frame=10))
+    tracks = track_dots(seen_as(places, seen), named)
+    column = tracks.names.index("chin")
+    assert np.abs(tracks.places[:, column] - places[:, 17]).max() < 0.5
+    assert tracks.unmatched == ("nowhere",)
+    assert len(set(tracks.names)) == len(tracks.names) == 20
+
+
+def test_a_correction_holds_from_its_frame_on() -> None:
+    places, seen = performance(60)
+    frames = seen_as(places, seen)
+    named = [NamedPlace("a", *places[0, 6]), NamedPlace("b", *places[0, 7])]
+    fixes = [Fix(30, "a", tuple(places[30, 7])), Fix(30, "b", tuple(places[30, 6]))]
+    tracks = track_dots(frames, named, fixes)
+    a, b = tracks.names.index("a"), tracks.names.index("b")
+    assert np.abs(tracks.places[:30, a] - places[:30, 6]).max() < 0.5
+    assert np.abs(tracks.places[30:, a] - places[30:, 7]).max() < 0.5
+    assert np.abs(tracks.places[30:, b] - places[30:, 6]).max() < 0.5
+
+
+def test_a_correction_can_hide_a_dot_and_one_beside_all_dots_is_reported() -> None:
+    places, seen = performance(30)
+    named = [NamedPlace("a", *places[0, 6])]
+    fixes = [Fix(12, "a", None), Fix(20, "a", (1.0, 1.0))]
+    tracks = track_dots(seen_as(places, seen), named, fixes)
+    hidden = np.isnan(tracks.places[:, tracks.names.index("a"), 0])
+    assert np.flatnonzero(hidden).tolist() == [12]
+    assert tracks.unmatched == ("a, frame 20",)
+
+
+@pytest.mark.parametrize(
+    ("fix", "message"),
+    [(Fix(5, "chn", None), "did you mean chin"), (Fix(99, "chin", None), "frames 0 to 9")],
+)
+def test_corrections_of_nothing_are_refused(fix: Fix, message: str) -> None:
+    places, seen = performance(10)
+    with pytest.raises(InputError, match=message):
+        track_dots(seen_as(places, seen), [NamedPlace("chin", *places[0, 0])], [fix])
+
+
+def empty_film() -> Sequence[Dots]:
+    return [no_dots()] * 5
+
+
+def test_a_film_without_dots_is_refused() -> None:
+    with pytest.raises(InputError, match="no image shows"):
+        track_dots(empty_film())
+
+
+def test_one_image_is_a_film() -> None:
+    places, seen = performance(1)
+    tracks = track_dots(seen_as(places, seen))
+    assert tracks.places.shape == (1, 20, 2) and (tracks.confidence > 0.9).all()

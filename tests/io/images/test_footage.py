@@ -1,0 +1,213 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from painted import layout, paint, performance
+
+from usdface import make_take, read_take
+from usdface.arrays import FloatArray
+from usdface.cli import main
+from usdface.errors import InputError, OutputError
+from usdface.footage.colour_channel import Pixels
+from usdface.options import TakeOptions
+from usdface.takes import MarkerTake
+
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
+COUNT = 12
+
+
+def save(pixels: Pixels, path: Path) -> None:
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "uint8")
+    spec.attribute("FramesPerSecond", 24.0)
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), spec), oiio.geterror()
+    assert file.write_image(np.ascontiguousarray(pixels))
+    file.close()
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, FloatArray]:
+    folder = tmp_path_factory.mktemp("film")
+    places, _ = performance(COUNT)
+    for number, row in enumerate(places):
+        save(paint(row, seed=number), folder / f"face.{number + 101:04d}.png")
+    return folder, places
+
+
+@pytest.fixture
+def copied(film: tuple[Path, FloatArray], tmp_path: Path) -> Path:
+    """The film's images, to be spoilt."""
+    folder = tmp_path / "film"
+    folder.mkdir()
+    for path in film[0].iterdir():
+        (folder / path.name).write_bytes(path.read_bytes())
+    return folder
+
+
+def codes(folder: Path, **options: object) -> tuple[MarkerTake, list[str]]:
+    take, findings = read_take(folder, options=TakeOptions(rate=30.0, **options))
+    assert isinstance(take, MarkerTake)
+    return take, [finding.code for finding in findings]
+
+
+def error(take: MarkerTake, places: FloatArray) -> FloatArray:
+    """Distance (F, M) of each marker from the dot that it is at the first frame."""
+    shown = np.stack([take.positions[..., 0], -take.positions[..., 1]], axis=-1)
+    own = np.argmin(np.linalg.norm(shown[0][:, None] - places[0], axis=2), axis=1)
+    return np.linalg.norm(shown - places[:, own], axis=2)
+
+
+def test_a_film_becomes_a_take_in_pixels_y_up(film: tuple[Path, FloatArray]) -> None:
+    folder, places = film
+    take, found = codes(folder / "face.####.png")
+    assert take.dimension == 2 and take.image_size == (280, 220) and take.rate == 30.0
+    assert error(take, places).max() < 0.3
+    assert found == ["DOTS_FOUND"]
+
+
+def test_names_and_corrections_come_from_files(
+    film: tuple[Path, FloatArray], tmp_path: Path
+) -> None:
+    folder, places = film
+    (tmp_path / "names.csv").write_text(
+        "name,x,y\n" + "\n".join(f"m{k},{x},{y}" for k, (x, y) in enumerate(places[0]))
+    )
+    (tmp_path / "fixes.json").write_text(json.dumps([{"frame": 6, "name": "m3", "hidden": True}]))
+    take, _ = codes(folder, names=tmp_path / "names.csv", fixes=tmp_path / "fixes.json")
+    shown = take.select(tuple(f"m{k}" for k in range(20))) * (1, -1)
+    assert np.nanmax(np.linalg.norm(shown - places, axis=2)) < 0.3
+    assert np.argwhere(np.isnan(shown[..., 0])).tolist() == [[6, 3]]
+
+
+def test_missing_and_spoilt_images_are_occluded_and_reported(copied: Path) -> None:
+    (copied / "face.0104.png").unlink()
+    (copied / "face.0107.png").write_bytes(b"nonsense")
+    take, found = codes(copied)
+    assert np.flatnonzero(~take.visible.any(axis=1)).tolist() == [3, 6]
+    assert {"FRAMES_DROPPED", "IMAGE_UNREADABLE"} <= set(found)
+    assert take.visible.sum() == (COUNT - 2) * 20
+
+
+def test_the_first_image_may_be_spoilt_but_not_all(copied: Path) -> None:
+    (copied / "face.0101.png").write_bytes(b"")
+    take, _ = codes(copied)
+    assert len(take.names) == 20
+    for path in copied.iterdir():
+        path.write_bytes(b"")
+    with pytest.raises(InputError, match="not readable"):
+        codes(copied)
+
+
+def test_images_of_another_size_are_refused(copied: Path) -> None:
+    save(paint(layout(), size=(300, 220)), copied / "face.0105.png")
+    with pytest.raises(InputError, match=r"0105.png has 300 x 220 pixels; expected 280 x 220"):
+        codes(copied)
+
+
+@pytest.mark.parametrize("dots", ["blue", "1000,10", "gren"])
+def test_dots_of_a_colour_that_is_not_there_are_refused(
+    film: tuple[Path, FloatArray], dots: str
+) -> None:
+    with pytest.raises(InputError):
+        codes(film[0], dots=dots)
+
+
+def test_images_without_dots_are_refused_in_one_line(tmp_path: Path) -> None:
+    save(paint(layout()[:0]), tmp_path / "face.1.png")
+    with pytest.raises(InputError, match="no dots are found"):
+        codes(tmp_path)
+
+
+def test_options_of_other_formats_are_refused(film: tuple[Path, FloatArray]) -> None:
+    with pytest.raises(InputError, match="has no use for units"):
+        codes(film[0], units="mm")
+    with pytest.raises(InputError, match="has no use for dots"):
+        read_take("examples/performance.trc", options=TakeOptions(dots="green"))
+
+
+def test_the_command_writes_take_sheet_and_report(
+    film: tuple[Path, FloatArray], tmp_path: Path
+) -> None:
+    folder, _ = film
+    out = tmp_path / "take.usda"
+    files = [
+        "-o",
+        str(out),
+        "--sheet",
+        str(tmp_path / "s.png"),
+        "--report",
+        str(tmp_path / "r.json"),
+    ]
+    assert main(["take", str(folder / "face.%04d.png"), "--fps", "30", *files]) == 0
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert report["written"] == [str(tmp_path / name) for name in ("take.usda", "s.png", "r.json")]
+    assert len(report["dots"]) == 20 and len(report["dots"]["dot_01"]["confidence"]) == COUNT
+    assert read_take(out)[0].positions.shape == (COUNT, 20, 2)
+
+
+def test_the_rate_of_the_headers_is_used(tmp_path: Path) -> None:
+    places, _ = performance(3)
+    for number, row in enumerate(places):
+        pixels = paint(row, seed=number)
+        spec = oiio.ImageSpec(280, 220, 3, "half")
+        spec.attribute("FramesPerSecond", 24.0)
+        file = oiio.ImageOutput.create(str(tmp_path / f"a.{number}.exr"))
+        assert file.open(str(tmp_path / f"a.{number}.exr"), spec)
+        assert file.write_image((pixels / 255.0).astype(np.float32) ** 2.2)
+        file.close()
+    take, findings = read_take(tmp_path)
+    assert take.rate == 24.0 and len(take.names) == 20
+    assert [f.code for f in findings] == ["DOTS_FOUND"]
+
+
+def test_a_gif_is_a_film(tmp_path: Path) -> None:
+    places, _ = performance(4)
+    path = tmp_path / "face.gif"
+    specs = [oiio.ImageSpec(280, 220, 3, "uint8") for _ in places]
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), specs)
+    for number, row in enumerate(places):
+        if number:
+            assert file.open(str(path), specs[number], "AppendSubimage")
+        file.write_image(paint(row, seed=number))
+    file.close()
+    take, _ = codes(path)
+    assert take.positions.shape[:2] == (4, 20)
+
+
+def test_outputs_are_no_images_of_the_film(copied: Path) -> None:
+    with pytest.raises(OutputError, match="would be overwritten"):
+        make_take(copied / "face.####.png", copied / "t.usda", sheet=copied / "face.0101.png")
+    with pytest.raises(InputError, match="of one film only"):
+        make_take("examples/performance.trc", copied / "t.usda", sheet=copied / "s.png")
+
+
+def test_a_movie_without_pyav_says_how_to_make_images(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "face.mp4").write_bytes(b"nonsense")
+    monkeypatch.setattr("usdface.io.images.film.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"ffmpeg -i face.mp4 frames.%05d.png"):
+        codes(tmp_path / "face.mp4")
+
+
+def test_a_photograph_of_a_face_with_21_dots() -> None:
+    photograph = SHARED / "marked_photo" / "jc.jpg"
+    if not photograph.exists():
+        pytest.skip("needs ../shared/data/marked_photo")
+    take, _ = codes(photograph)
+    assert len(take.names) == 21
+    assert np.abs(take.positions[0, :, 0] - 620).max() < 240
+
+
+def test_the_focal_length_of_the_camera_is_that_of_the_take(tmp_path: Path) -> None:
+    spec = oiio.ImageSpec(280, 220, 3, "uint8")
+    spec.attribute("Exif:FocalLengthIn35mmFilm", 27)
+    file = oiio.ImageOutput.create(str(tmp_path / "a.1.jpg"))
+    assert file.open(str(tmp_path / "a.1.jpg"), spec)
+    file.write_image(paint(layout()))
+    file.close()
+    assert codes(tmp_path)[0].focal_length == pytest.approx(27 / 36 * 280)
+    assert codes(tmp_path, focal_length=300.0)[0].focal_length == 300.0

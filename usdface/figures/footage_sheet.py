@@ -1,0 +1,97 @@
+"""Contact sheet of tracked footage: every n-th image with its labelled dots."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.figures.picture import save_figure
+from usdface.io.images.footage import Footage
+
+__all__ = ["write_footage_sheet"]
+
+# Images on a sheet, in a row, and the width of each [inch].
+_IMAGES, _COLUMNS, _WIDTH = 12, 4, 3.6
+_ROOM = 0.12  # around the dots, as a share of their extent
+_COLOURS = "RdYlGn"  # confidence 0 to 1
+
+
+def write_footage_sheet(footage: Footage, path: Path) -> None:
+    """Draw images spread over a film, cut to the face: dots as ellipses with their names.
+
+    The colour of an ellipse is the confidence. Markers that are hidden are named below.
+
+    Raises
+    ------
+    InputError
+        If matplotlib is not installed, or the suffix is not .png, .svg or .pdf.
+    OutputError
+        If the file cannot be written.
+    """
+    tracks = footage.tracks
+    count = len(tracks.places)
+    frames = np.unique(np.linspace(0, count - 1, _IMAGES).round().astype(int)).tolist()
+    low, high = np.nanmin(tracks.places, axis=(0, 1)), np.nanmax(tracks.places, axis=(0, 1))
+    room = _ROOM * float((high - low).max()) + 10
+    size = np.array(footage.film.header.size)
+    low, high = np.maximum(low - room, 0), np.minimum(high + room, size)
+    left, top = low.astype(int).tolist()
+    right, bottom = high.astype(int).tolist()
+
+    def draw(figure: Any) -> None:
+        columns = min(_COLUMNS, len(frames))
+        rows = -(-len(frames) // columns)
+        shape = (bottom - top) / max(right - left, 1)
+        figure.set_size_inches(columns * _WIDTH, rows * (_WIDTH * shape + 0.4) + 0.6)
+        axes = figure.subplots(rows, columns, squeeze=False)
+        for axis in axes.ravel():
+            axis.set(xticks=[], yticks=[], frame_on=False)
+        for axis, frame in zip(axes.ravel(), frames, strict=False):
+            pixels = footage.film.frame(frame)
+            if pixels is not None:
+                shown = pixels[top:bottom, left:right]
+                axis.imshow(shown, extent=(left, right, bottom, top), interpolation="nearest")
+            axis.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+            _draw_dots(axis, footage, frame)
+        from matplotlib.cm import ScalarMappable
+
+        bar = figure.colorbar(
+            ScalarMappable(cmap=_COLOURS), ax=axes, shrink=0.5, pad=0.01, aspect=40
+        )
+        bar.set_label("confidence")
+
+    save_figure(draw, path)
+
+
+def _draw_dots(axis: Any, footage: Footage, frame: int) -> None:
+    from matplotlib import colormaps
+    from matplotlib.patches import Ellipse
+
+    tracks = footage.tracks
+    colours = colormaps[_COLOURS]
+    hidden = []
+    for number, name in enumerate(tracks.names):
+        x, y = tracks.places[frame, number].tolist()
+        if np.isnan(x):
+            hidden.append(name)
+            continue
+        long, short, angle = tracks.ellipses[frame, number].tolist()
+        colour = colours(tracks.confidence[frame, number])
+        axis.add_patch(
+            Ellipse(
+                (x, y),
+                2.6 * long,
+                2.6 * short,
+                angle=np.degrees(angle),
+                fill=False,
+                edgecolor=colour,
+                linewidth=1.3,
+            )
+        )
+        label = name.removeprefix("dot_")
+        axis.annotate(label, (x, y), (4, 4), textcoords="offset points", fontsize=6, color=colour)
+    text = f"hidden: {', '.join(hidden[:6])}{' ...' if len(hidden) > 6 else ''}" if hidden else ""
+    axis.set_title(
+        f"frame {frame}" + (" (reference)" if frame == tracks.reference else ""), fontsize=9
+    )
+    axis.set_xlabel(text, fontsize=7)

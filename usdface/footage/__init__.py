@@ -1,0 +1,1 @@
+"""Painted dots in filmed images: found, measured and followed, as arrays."""

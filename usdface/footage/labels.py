@@ -1,0 +1,68 @@
+"""Names of tracks: from places that the user named, else numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from usdface.arrays import FloatArray
+from usdface.errors import InputError
+from usdface.footage.follow import nearest_distances
+
+__all__ = ["NamedPlace", "name_tracks"]
+
+# A name belongs to a dot within this share of the distance to its nearest neighbour.
+_REACH = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class NamedPlace:
+    """The name of the dot at a place of a frame: x right, y down [px]."""
+
+    name: str
+    x: float
+    y: float
+    frame: int = 0
+
+
+def name_tracks(
+    places: FloatArray, named: Sequence[NamedPlace]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the name of each track of places (F, M, 2), and the names that no dot is near to.
+
+    Raises
+    ------
+    InputError
+        If a name occurs twice, or a frame is not in the film.
+    """
+    count = places.shape[1]
+    names = [""] * count
+    given = [each.name for each in named]
+    if len(set(given)) < len(given):
+        twice = next(name for name in given if given.count(name) > 1)
+        raise InputError(f"the name {twice!r} of a dot occurs twice", "NAME_REPEATED")
+    left = []
+    for frame in sorted({each.frame for each in named}):
+        if not 0 <= frame < len(places):
+            raise InputError(
+                f"a dot is named in frame {frame}; the film has the frames 0 to {len(places) - 1}",
+                "FRAMES_OUTSIDE",
+            )
+        asked = [each for each in named if each.frame == frame]
+        seen = np.flatnonzero(~np.isnan(places[frame, :, 0]) & np.array([not n for n in names]))
+        if not len(seen):
+            left += [each.name for each in asked]
+            continue
+        there = np.array([(each.x, each.y) for each in asked])
+        away = np.linalg.norm(there[:, None] - places[frame, seen], axis=2)
+        limit = _REACH * nearest_distances(places[frame, seen]).clip(max=1e6)
+        share = away / limit
+        rows, columns = linear_sum_assignment(np.minimum(share, 10.0))
+        for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
+            if share[row, column] <= 1.0:
+                names[seen[column]] = asked[row].name
+        left += [each.name for each in asked if each.name not in names]
+    numbers = iter(f"dot_{k + 1:02d}" for k in range(10_000))
+    unused = (name for name in numbers if name not in given)
+    return tuple(name or next(unused) for name in names), tuple(left)

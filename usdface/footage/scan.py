@@ -1,0 +1,100 @@
+"""Dots of all images of a film, a batch at a time: memory does not grow with the film."""
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+
+import numpy as np
+
+from usdface.footage.choose_channel import LEAST_DOTS, MOST_DOTS
+from usdface.footage.colour_channel import Pixels
+from usdface.footage.detect import Box, DotModel, detect_dots
+from usdface.footage.dots import Dots, no_dots
+
+__all__ = ["LoadFrame", "scan"]
+
+LoadFrame = Callable[[], Pixels | None]
+"""Reads one frame: pixels (H, W, 3); None where there is no image."""
+
+# Images that are looked at side by side; the part of the image to look at, and the look of the
+# dots, follow from the batch before, so that the result does not depend on the number of threads.
+_BATCH = 16
+_THREADS = 2
+# Room around the dots, as a share of their extent, and the part of it that they may not come into.
+_ROOM, _RIM = 0.15, 0.03
+# An image with fewer dots than this share of the usual is looked at as a whole.
+_FEWER = 0.8
+# Share of the dots' height that cuts them out, and how fast it may follow the light.
+_CUT, _CHANGE = 0.3, 1.5
+
+
+def scan(frames: Iterable[LoadFrame], model: DotModel) -> Iterator[Dots]:
+    """Yield the dots of each frame, in order.
+
+    Parameters
+    ----------
+    frames : iterable of callable
+        Called from several threads.
+    model : DotModel
+        Of the first images; threshold and area follow the light and the size of the face.
+    """
+    box: Box | None = None
+    usual = 0.0
+    coming = iter(frames)
+    with ThreadPoolExecutor(_THREADS) as pool:
+        while batch := list(islice(coming, _BATCH)):
+            look = partial(_found, model=model, box=box, usual=usual)
+            found = list(pool.map(look, batch))
+            yield from (dots for dots, _ in found)
+            model = _adapted(model, [dots for dots, _ in found])
+            seen = [each for each in found if len(each[0]) >= LEAST_DOTS]
+            if seen:
+                usual = float(np.median([len(dots) for dots, _ in seen]))
+                box = _room(seen[-1][0], seen[-1][1])
+
+
+def _found(
+    load: LoadFrame, model: DotModel, box: Box | None, usual: float
+) -> tuple[Dots, tuple[int, int]]:
+    pixels = load()
+    if pixels is None:
+        return no_dots(), (0, 0)
+    size = pixels.shape[1], pixels.shape[0]
+    dots = detect_dots(pixels, model, box)
+    if box is not None and (len(dots) < _FEWER * usual or _at_rim(dots, box, size)):
+        dots = detect_dots(pixels, model)
+    return (dots if len(dots) <= 4 * MOST_DOTS else no_dots()), size
+
+
+def _room(dots: Dots, size: tuple[int, int]) -> Box:
+    """Return the part of an image of a size in which the dots are looked for next."""
+    low, high = dots.centres.min(axis=0), dots.centres.max(axis=0)
+    room = _ROOM * float((high - low).max()) + 4 * float(dots.radii.max())
+    left, top = np.maximum(low - room, 0).astype(int).tolist()
+    right, bottom = np.minimum(high + room + 1, size).astype(int).tolist()
+    return left, top, right, bottom
+
+
+def _at_rim(dots: Dots, box: Box, size: tuple[int, int]) -> bool:
+    """Return whether a dot is near to a side of the box that is not the image's own."""
+    rim = _RIM * max(box[2] - box[0], box[3] - box[1])
+    low, high = dots.centres.min(axis=0), dots.centres.max(axis=0)
+    near = (low - box[:2] < rim) & (np.array(box[:2]) > 0)
+    far = (box[2:] - high < rim) & (np.array(box[2:]) < size)
+    return bool(near.any() or far.any())
+
+
+def _adapted(model: DotModel, batch: list[Dots]) -> DotModel:
+    """Return the look of the dots with the light and the size of a batch."""
+    heights = np.concatenate([dots.heights for dots in batch])
+    if len(heights) < LEAST_DOTS:
+        return model
+    areas = np.concatenate([dots.areas for dots in batch])
+    usual = (areas > 0.4 * model.area) & (areas < 2.5 * model.area)
+    if usual.sum() < LEAST_DOTS:
+        return model
+    wanted = _CUT * float(np.median(heights[usual]))
+    threshold = float(np.clip(wanted, model.threshold / _CHANGE, model.threshold * _CHANGE))
+    return replace(model, threshold=threshold, area=float(np.median(areas[usual])))

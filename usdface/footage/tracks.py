@@ -1,0 +1,58 @@
+"""Tracks of dots: places, confidence and what was noticed on the way."""
+
+from dataclasses import dataclass
+
+from usdface.arrays import FloatArray, frozen
+
+__all__ = ["Doubt", "Tracks"]
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """Frames (first to last) in which a track may be that of another dot."""
+
+    track: int
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tracks:
+    """Dots through a film; pixel (0, 0) is the top left one, and its centre lies at (0.5, 0.5).
+
+    Attributes
+    ----------
+    names : tuple of str, length M
+    places : (F, M, 2) float64 [px]
+        x right, y down; NaN = hidden.
+    deviations : (F, M) float64 [px]
+        Standard deviation of each coordinate; NaN = hidden.
+    ellipses : (F, M, 3) float64
+        Half axes [px] and angle [rad] of each dot; NaN = hidden.
+    confidence : (F, M) float64 [1]
+        0 = hidden, 1 = sure.
+    reference : int
+        Frame in which the dots were named.
+    cuts : tuple of int
+        Frames before which the picture changed at once.
+    doubts : tuple of Doubt
+    left_out : int
+        Short tracks that are no markers.
+    unmatched : tuple of str
+        Names and corrections that no dot is near to.
+    """
+
+    names: tuple[str, ...]
+    places: FloatArray
+    deviations: FloatArray
+    ellipses: FloatArray
+    confidence: FloatArray
+    reference: int = 0
+    cuts: tuple[int, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
+    left_out: int = 0
+    unmatched: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("places", "deviations", "ellipses", "confidence"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))

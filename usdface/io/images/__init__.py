@@ -1,0 +1,1 @@
+"""Images and image sequences, read by OpenImageIO."""

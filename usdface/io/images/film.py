@@ -1,0 +1,129 @@
+"""A film as frames that are read one at a time: image files, the images of a GIF, a movie."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+
+from usdface.errors import InputError
+from usdface.footage.colour_channel import Pixels
+from usdface.footage.scan import LoadFrame
+from usdface.io.images.movie import movie_frames, read_movie_header
+from usdface.io.images.read_image import ImageHeader, exposure_of, read_header, read_image
+from usdface.io.images.sequence import MOVIE_SUFFIXES, ImageFile, find_images
+
+__all__ = ["Film", "open_film"]
+
+
+@dataclass(slots=True)
+class Film:
+    """A film; `unreadable` fills while its frames are read.
+
+    Attributes
+    ----------
+    path : Path
+    header : ImageHeader
+        Of the first image that can be read.
+    files : tuple of ImageFile
+        Empty for a movie.
+    exposure : float
+        Factor on linear light.
+    unreadable : dict of int to str
+        Frame index -> reason.
+    times : list of float [s]
+        Of a movie: the time of each frame that was read.
+    """
+
+    path: Path
+    header: ImageHeader
+    files: tuple[ImageFile, ...] = ()
+    exposure: float = 1.0
+    unreadable: dict[int, str] = field(default_factory=dict)
+    times: list[float] = field(default_factory=list)
+
+    @property
+    def missing(self) -> list[int]:
+        """Indices of the frames that have no file."""
+        return [index for index, file in enumerate(self.files) if file.path is None]
+
+    def loads(self) -> Iterator[LoadFrame]:
+        """Yield a function for each frame, which reads it when called."""
+        if not self.files:
+            self.times.clear()
+            for time, pixels in movie_frames(self.path, self.header.size):
+                self.times.append(time)
+                yield partial(_given, pixels)
+        elif self.header.subimages > 1:
+            for index in range(self.header.subimages):
+                yield partial(_given, self._read(index))  # one after the other, from one file
+        else:
+            for index in range(len(self.files)):
+                yield partial(self._read, index)
+
+    def frame(self, wanted: int) -> Pixels | None:
+        """Return one frame; None where there is none."""
+        if self.files:
+            return self._read(wanted)
+        for index, (_, pixels) in enumerate(movie_frames(self.path, self.header.size)):
+            if index == wanted:
+                return pixels
+        return None
+
+    def _read(self, index: int) -> Pixels | None:
+        many = self.header.subimages > 1
+        path = self.files[0 if many else index].path
+        if path is None:
+            return None
+        try:
+            pixels = read_image(path, index if many else 0, self.exposure)
+        except InputError as error:
+            self.unreadable[index] = str(error)
+            return None
+        size = pixels.shape[1], pixels.shape[0]
+        if size != self.header.size:
+            raise InputError(
+                f"{path} has {size[0]} x {size[1]} pixels; expected {self.header.size[0]} x "
+                f"{self.header.size[1]} as in the images before it; give one sequence",
+                "VALUES_WRONG",
+            )
+        return pixels
+
+
+def _given(pixels: Pixels | None) -> Pixels | None:
+    return pixels
+
+
+def open_film(path: Path) -> Film:
+    """Find the images of a film and read the header of the first that can be read.
+
+    Raises
+    ------
+    InputError
+        If there are none, or a movie cannot be read here.
+    """
+    if path.suffix.lower() in MOVIE_SUFFIXES:
+        if not path.is_file():
+            raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
+        if find_spec("av") is None:
+            raise InputError(
+                f"{path}: movies need PyAV: pip install 'usdface[movies]'; or make images: "
+                f"ffmpeg -i {path.name} frames.%05d.png",
+                "FILE_KIND_UNKNOWN",
+            )
+        return Film(path, read_movie_header(path))
+    files = find_images(path)
+    reason: InputError | None = None
+    for file in files[:1000]:
+        if file.path is None:
+            continue
+        try:
+            header = read_header(file.path)
+            exposure = exposure_of(file.path)
+        except InputError as error:
+            reason = reason or error
+            continue
+        if len(files) > 1 and header.subimages > 1:
+            header = ImageHeader(header.size, 1, header.rate, header.timecode, header.focal)
+        return Film(path, header, files, exposure)
+    raise reason or InputError(f"{path} has no image", "FILE_UNREADABLE")

@@ -1,0 +1,181 @@
+"""Takes from films of a face with painted dots."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding, finding
+from usdface.footage.choose_channel import choose_model, colour_at, model_of_colour
+from usdface.footage.colour_channel import Pixels, parse_colour
+from usdface.footage.detect import DotModel
+from usdface.footage.scan import scan
+from usdface.footage.track import track_dots
+from usdface.footage.tracks import Tracks
+from usdface.io.images.film import Film, open_film
+from usdface.io.images.footage_files import read_fixes, read_named_places
+from usdface.io.takes.raw_take import RawTake, finish_take
+from usdface.options import TakeOptions
+from usdface.takes import MarkerTake
+
+__all__ = ["Footage", "read_footage", "read_image_take"]
+
+# Images that are tried, spread over the film, for the colour of the dots: the first may be a slate.
+_TRIED = 8
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Footage:
+    """A tracked film: the images, the colour channel and the tracks of the dots."""
+
+    film: Film
+    model: DotModel
+    tracks: Tracks
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Numbers for the screen."""
+        seen = self.tracks.confidence > 0
+        return {
+            "channel": self.model.channel.name,
+            "reference_frame": self.tracks.reference,
+            "image_size": list(self.film.header.size),
+            "focal_px": round(self.film.header.focal, 1),
+            "confidence_mean": round(float(self.tracks.confidence[seen].mean()), 3),
+        }
+
+    @property
+    def details(self) -> dict[str, Any]:
+        """Numbers of each marker and frame, for a report."""
+        tracks = self.tracks
+        return {
+            "dots": {
+                name: {
+                    "confidence": np.round(tracks.confidence[:, k], 2).tolist(),
+                    "deviation_px": _rounded(np.nanmean(tracks.deviations[:, k])),
+                    "half_axes_px": [
+                        _rounded(v) for v in np.nanmean(tracks.ellipses[:, k, :2], axis=0)
+                    ],
+                }
+                for k, name in enumerate(tracks.names)
+            }
+        }
+
+
+def _rounded(value: Any) -> float:
+    return round(float(value), 3)
+
+
+def read_image_take(path: Path, options: TakeOptions) -> tuple[MarkerTake, list[Finding]]:
+    """Read a take from images of a face with painted dots.
+
+    Parameters
+    ----------
+    path : Path
+        ``face.####.png``, ``face.%04d.png``, a folder, one image, a GIF or a movie.
+    options : TakeOptions
+        Its `dots`, `names` and `fixes` are of images; `rate` goes before that of the headers.
+
+    Raises
+    ------
+    InputError
+        If there are no images, no dots, or sizes change.
+    """
+    take, _, findings = read_footage(path, options)
+    return take, findings
+
+
+def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage, list[Finding]]:
+    """Read a film: the take, the tracks behind it, and findings.
+
+    Raises
+    ------
+    InputError
+        As `read_image_take`.
+    """
+    named = read_named_places(Path(options.names)) if options.names else ()
+    fixes = read_fixes(Path(options.fixes)) if options.fixes else ()
+    film = open_film(path)
+    model = _model(film, options.dots)
+    frames = list(scan(film.loads(), model))
+    if len(film.unreadable) == len(frames):
+        raise InputError(next(iter(film.unreadable.values())), "FILE_UNREADABLE")
+    tracks = track_dots(frames, named, fixes)
+    take, findings = _take(film, tracks, options)
+    return take, Footage(film, model, tracks), [*_found(film, model, tracks), *findings]
+
+
+def _model(film: Film, dots: str | None) -> DotModel:
+    """Choose the channel, by the first image that shows dots."""
+    count = max(film.header.subimages, len(film.files), 1)
+    fault: InputError | None = None
+    tried = np.unique(np.linspace(0, count - 1, _TRIED).round().astype(int)).tolist()
+    for index in tried:
+        pixels = film.frame(index)
+        if pixels is None:
+            continue
+        try:
+            return _model_of(pixels, dots)
+        except InputError as error:
+            fault = fault or error
+            if error.code != "MARKERS_TOO_FEW":
+                break
+    if fault is None:
+        fault = InputError(next(iter(film.unreadable.values()), "no image"), "FILE_UNREADABLE")
+    raise InputError(f"{film.path}: {fault}", fault.code) from fault
+
+
+def _model_of(pixels: Pixels, dots: str | None) -> DotModel:
+    if not dots or dots == "auto":
+        return choose_model(pixels)
+    parts = dots.split(",")
+    if len(parts) == 2:
+        try:
+            place = float(parts[0]), float(parts[1])
+        except ValueError:
+            place = None
+        if place is not None:
+            return model_of_colour(pixels, *colour_at(pixels, place))
+    return model_of_colour(pixels, parse_colour(dots), None)
+
+
+def _take(film: Film, tracks: Tracks, options: TakeOptions) -> tuple[MarkerTake, list[Finding]]:
+    raw = RawTake(
+        path=film.path,
+        labels=tracks.names,
+        positions=np.array(tracks.places),
+        seconds=np.array(film.times) if film.times else None,
+        rate=film.header.rate,
+        start_timecode=film.header.timecode,
+    )
+    focal = options.focal_length or film.header.focal or None
+    return finish_take(raw, replace(options, image_size=film.header.size, focal_length=focal))
+
+
+def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
+    where = str(film.path)
+    message = "{dot_count} dots, by the channel {channel}"
+    found = [finding("DOTS_FOUND", where, message, len(tracks.names), model.channel.name)]
+    if film.missing:
+        message = "images are missing; all markers are occluded in frames {frames}"
+        found.append(finding("FRAMES_DROPPED", where, message, film.missing))
+    for index in sorted(film.unreadable)[:20]:
+        message = "{error}; all markers are occluded in frame {frame}"
+        reason = InputError(film.unreadable[index], "FILE_UNREADABLE")
+        found.append(finding("IMAGE_UNREADABLE", where, message, reason, index))
+    if tracks.cuts:
+        message = "at frames {frames}"
+        found.append(finding("FOOTAGE_CUT", where, message, list(tracks.cuts)))
+    if tracks.left_out:
+        message = "{track_count} spots that are seen for a short time are left out"
+        found.append(finding("DOTS_IGNORED", where, message, tracks.left_out))
+    if tracks.unmatched:
+        message = "no dot is near: {markers}"
+        found.append(finding("DOT_UNMATCHED", where, message, list(tracks.unmatched)))
+    for doubt in tracks.doubts:
+        message = "frames {first_frame} to {last_frame} may be of another dot"
+        place = f"{where}: {tracks.names[doubt.track]}"
+        found.append(finding("TRACK_DOUBTED", place, message, doubt.first, doubt.last))
+    return found
