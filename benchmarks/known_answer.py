@@ -2,8 +2,9 @@
 
 Real range-of-motion weights (Live Link Face, 4,030 frames) drive the ICT face; its 68
 landmarks, with noise, are the take, after neutral frames with the same noise or with the neutral
-given. Beside ours: an exact box-constrained solve of every frame alone, which is told the head pose
-and the neutral. See README.md.
+given. It is retargeted as `usdface process` does it, clean-up and places included. Beside ours: an
+exact box-constrained solve of every frame alone, which is told the head pose and the neutral. See
+README.md.
 """
 
 import argparse
@@ -20,12 +21,16 @@ from scipy.spatial.transform import Rotation
 from usdface.arrays import FloatArray
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
+from usdface.options import ProcessOptions
 from usdface.retarget.bounded_least_squares import solve_bounded
-from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.retarget_shot import retarget
+from usdface.rigs import Rig
+from usdface.shot import Shot
 from usdface.takes import MarkerTake
 
 NEUTRAL_FRAMES = (30, 5, 1)
+ONLY_SOLVED = ProcessOptions(express=False, closure=False)
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path.insert(0, str(ROOT / "tests"))
@@ -81,9 +86,11 @@ def main() -> None:
             setup = RetargetSetup(Binding(names, points), head=head, neutral=frames)
             take = MarkerTake(names, times, positions, recorded.rate)
             begin = time.perf_counter()
-            solution, _ = solve_take(take, neutral, offsets, mesh.shape_names, setup)
+            shot = Shot(Rig("Face", (mesh,)), take, setup)
+            result = retarget(shot, options=ONLY_SOLVED)
             seconds = time.perf_counter() - begin
-            ours = solution.weights.weights[count:]
+            assert result.solution is not None
+            ours = result.solved.weights[count:]
             table.add_row(
                 f"{1000 * noise:g}",
                 str(count) if count else "given",
@@ -91,7 +98,7 @@ def main() -> None:
                 f"{exact:.4f}" if noise else f"{exact:.0e}",
                 f"{rms(ours - truth):.4f}" if noise else f"{rms(ours - truth):.0e}",
                 f"{rms(ours - truth) / exact:.2f}" if noise else "",
-                f"{1000 * solution.noise:.3f}",
+                f"{1000 * result.solution.noise:.3f}",
                 f"{roughness(ours) / roughness(truth):.2f}",
                 f"{seconds:.2f}",
             )

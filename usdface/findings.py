@@ -87,6 +87,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "a marker jumped away from the face; taken as occluded there",
     ),
+    "LID_DISBELIEVED": (
+        "warning",
+        "look_at_frames",
+        "a lid's marker opens the eye further than a lid can, and moves as the other lid's instead",
+    ),
     "MARKER_FILLED": ("info", "look_at_frames", "a gap of a marker was filled in"),
     "CLEANUP_SKIPPED": ("info", "nothing", "too few frames or markers to clean the take up"),
     "LABEL_CHANGED": ("info", "nothing", "a marker label was shortened or made unique"),

@@ -10,6 +10,7 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.cleanup.repairs import Repair
+from usdface.closure.mistracked_lids import without_mistracked_lids
 from usdface.correct_shot import correct, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
@@ -22,6 +23,7 @@ from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
+from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
@@ -194,8 +196,27 @@ def _solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress) -> Solved
         weights, solution, new_findings = solve(
             take, face, shot.setup, cleaned=cleaned, progress=progress
         )
+        believed = _believable(take, face, solution, shot.setup)
+        if believed is not None:
+            take, doubts = believed
+            weights, solution, new_findings = solve(
+                take, face, shot.setup, cleaned=cleaned, progress=progress
+            )
+            new_findings = [*doubts, *new_findings]
     repairs = cleaned.repairs if cleaned else ()
     return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings))
+
+
+def _believable(
+    take: MarkerTake | WeightsTake,
+    face: BoundFace,
+    solution: Solution | None,
+    setup: RetargetSetup,
+) -> tuple[MarkerTake, list[Finding]] | None:
+    """Return the take without lids that were tracked wrongly; None if there are none."""
+    if solution is None or not isinstance(take, MarkerTake) or not setup.clean.spikes:
+        return None
+    return without_mistracked_lids(take, face, solution)
 
 
 def _express_shot(

@@ -141,3 +141,16 @@ def test_the_course_rises_and_falls_once_and_is_smooth() -> None:
 def test_short_takes_and_takes_without_eyes_have_none() -> None:
     assert not find_closings(np.zeros(1), np.zeros((1, 2)))
     assert not find_closings(np.arange(90) / 30, np.full((90, 2), np.nan))
+
+
+def test_an_eye_is_not_held_closed_where_its_brow_lowers_the_lid() -> None:
+    times, eyes = world()
+    shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
+    closing = eyes + shut[:, None]
+    kinds = [each.kind for each in find_closings(times, closing, closing)]
+    assert "held" in kinds
+    assert kinds == [
+        each.kind for each in find_closings(times, closing, np.full_like(closing, np.nan))
+    ]
+    lowered = find_closings(times, closing, eyes + 0.3 * shut[:, None])
+    assert [each.kind for each in lowered] == ["blink"] * len(BLINKS)

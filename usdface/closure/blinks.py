@@ -60,6 +60,9 @@ _CLOSED_ALONE = 0.95
 # Of the usual level of an eye that is held closed: below it the eye is closing or opening, even
 # where the blinks of the take go no further. Set by hand.
 _STILL_CLOSED = 0.8
+# Of the way of a lid marker: if less of it is the lid's own, without the skin around it, a lowered
+# brow brought it down (AnimFace: blinks 1, a frown 0.15 to 0.3).
+_OWN = 0.5
 # Shortest time [s] at that level that is no blink.
 _HELD = 0.1
 # Limits of closing and opening [s] between open and closed: fastest 50 to slowest 150 of a blink
@@ -98,7 +101,9 @@ class EyeClosing:
     guessed: bool = False
 
 
-def find_closings(times: FloatArray, closing: FloatArray) -> list[EyeClosing]:
+def find_closings(
+    times: FloatArray, closing: FloatArray, own: FloatArray | None = None
+) -> list[EyeClosing]:
     """Find blinks and closed eyes.
 
     Parameters
@@ -107,6 +112,9 @@ def find_closings(times: FloatArray, closing: FloatArray) -> list[EyeClosing]:
     closing : (F, 2) float64
         How far the left and the right eye are closed: 0 as in the neutral frames, 1 as the
         character's closed eye; NaN in all frames of an eye that is not seen.
+    own : (F, 2) float64, optional
+        The same of the lids by themselves, without the skin around them (`lid_motion`); NaN where
+        that is not known. An eye is held closed where its lid is, not where its brow lowers it.
 
     Returns
     -------
@@ -131,7 +139,7 @@ def find_closings(times: FloatArray, closing: FloatArray) -> list[EyeClosing]:
         return []
     # Only blinks say at which level an eye is closed.
     level = np.where(np.isfinite(scale), np.median(smooth[peaks], axis=0), np.nan)
-    held = _held(times, smooth / level)
+    held = _held(times, smooth / level, _by_itself(own, smooth))
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed)
 
@@ -261,15 +269,24 @@ def _crossing(times: FloatArray, share: FloatArray, peak: int, way: int, level: 
     return float(at[k - 1] + (at[k] - at[k - 1]) * (high - level) / max(high - low, 1e-12))
 
 
-def _held(times: FloatArray, levels: FloatArray) -> list[EyeClosing]:
-    """Return the times in which eyes stay closed, for levels (F, 2): 1 is that of blinks."""
+def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:
+    """Return where a lid comes down by itself, not with the skin around it: (F, 2)."""
+    # NaN says nothing.
+    return ~(own < _OWN * closing) if own is not None else np.ones(closing.shape, dtype=bool)
+
+
+def _held(times: FloatArray, levels: FloatArray, own: BoolArray) -> list[EyeClosing]:
+    """Return the times in which eyes stay closed, for levels (F, 2): 1 is that of blinks.
+
+    `own` (F, 2): False where only the skin around a lid moves it.
+    """
     held = []
     for eye in (0, 1):
-        own, other = levels[:, eye], levels[:, 1 - eye]
+        level, other = levels[:, eye], levels[:, 1 - eye]
         # An eye that is not seen contradicts nothing.
         alone = other < _OPEN
-        closed = own >= np.where(alone, _CLOSED_ALONE, _CLOSED)
-        held += _held_eye(times, own, closed, eye)
+        closed = level >= np.where(alone, _CLOSED_ALONE, _CLOSED)
+        held += _held_eye(times, level, closed & own[:, eye], eye)
     return held
 
 

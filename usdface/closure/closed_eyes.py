@@ -9,6 +9,7 @@ from usdface.arrays import FloatArray
 from usdface.closure.blinks import EyeClosing, closing_course, find_closings
 from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps, lid_gaps_of
+from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import lid_signal
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
@@ -88,7 +89,9 @@ def close_eyes(
     if not gaps:
         return None
     signal = lid_signal(face, gaps, solved, solution)
-    closings = find_closings(solved.times, signal)
+    lids = lid_markers(face, gaps, solved.names, solution) if solution else []
+    alone = lid_motion(lids, solution) if solution else None
+    closings = find_closings(solved.times, signal, alone)
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     findings = _unseen(gaps, signal)
     closed = weights

@@ -13,7 +13,6 @@ from usdface.arrays import FloatArray, frozen
 from usdface.closure.closed_eyes import CompletedClosing, close_eyes
 from usdface.closure.closed_lips import close_lips
 from usdface.face.bound_face import BoundFace
-from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding
 from usdface.options import ClosureOptions
 from usdface.retarget.pins import pin_nearness
@@ -79,7 +78,7 @@ def close_eyes_and_lips(
     Closure or None
         None where nothing is to close, or the face has neither lids nor lips.
     """
-    face = _with_contacts(face)
+    face = face.with_contacts()
     near_pins = pin_nearness(pins, solved.names, solved.times)
     lips, eyes = None, None
     if options.lips and solution is not None:
@@ -104,12 +103,3 @@ def close_eyes_and_lips(
             findings=(*closure.findings, *eyes.findings),
         )
     return closure
-
-
-def _with_contacts(face: BoundFace) -> BoundFace:
-    """Return the face with the contacts of its mesh, where its layout has none."""
-    layout = face.layout
-    if len(layout.lids) or len(layout.lips):
-        return face
-    contacts = find_lip_lid_contacts(face.mesh)
-    return replace(face, layout=replace(layout, lips=contacts.lips, lids=contacts.lids))

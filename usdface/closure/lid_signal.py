@@ -9,13 +9,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.face.bound_face import BoundFace
 from usdface.retarget.solution import Solution
 from usdface.takes import WeightsTake
 
-__all__ = ["lid_signal"]
+__all__ = ["closing_displacements", "lid_signal", "near_lids"]
 
 # A marker that the closing shape moves by less, as a share of the farthest, does not count.
 _MOVED = 0.15
@@ -49,21 +49,30 @@ def lid_signal(
         if solution is None:
             signal[:, column] = weights.weights[:, gaps[eye].closer]
             continue
-        closing = _closing_displacements(face, gaps[eye], weights.names, solution.markers)
-        size = np.linalg.norm(closing, axis=1)
-        if size.max(initial=0.0) < _NEAR * gaps[eye].opening:
+        closing = closing_displacements(face, gaps[eye], weights.names, solution.markers)
+        used = near_lids(closing, gaps[eye])
+        if not used.any():
             continue
-        used = size >= _MOVED * size.max()
         moved = solution.displacements[:, used]
         along = closing[used] / (closing[used] ** 2).sum()
         signal[:, column] = np.einsum("fmd,md->f", moved, along)
     return signal
 
 
-def _closing_displacements(
+def closing_displacements(
     face: BoundFace, gaps: LidGaps, names: tuple[str, ...], markers: tuple[str, ...]
 ) -> FloatArray:
-    """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m]."""
+    """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m].
+
+    `gaps` are of the blend shapes `names`.
+    """
     shape = face.shape_names.index(names[gaps.closer])
     order = [face.markers.index(name) for name in markers]
     return np.asarray(face.offsets[shape][order])
+
+
+def near_lids(closing: FloatArray, gaps: LidGaps) -> BoolArray:
+    """Return which markers the lids of an eye move: (M,), by their closing displacements (M, 3)."""
+    size = np.linalg.norm(closing, axis=1)
+    farthest = size.max(initial=0.0)
+    return np.asarray((farthest >= _NEAR * gaps.opening) & (size >= _MOVED * farthest))

@@ -11,6 +11,7 @@ from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.errors import InputError
 from usdface.face.layout import FaceLayout, find_layout
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh
@@ -122,6 +123,14 @@ class BoundFace:
     def with_layout(self, expressions: Sequence[Expression]) -> "BoundFace":
         """Return the face with the layout that is found on its mesh and `expressions`."""
         return replace(self, layout=find_layout(self.mesh, expressions, self.midline))
+
+    def with_contacts(self) -> "BoundFace":
+        """Return the face with the lips and lids of its mesh, where its layout has none."""
+        layout = self.layout
+        if len(layout.lids) or len(layout.lips):
+            return self
+        contacts = find_lip_lid_contacts(self.mesh)
+        return replace(self, layout=replace(layout, lips=contacts.lips, lids=contacts.lids))
 
 
 def bound_face(

@@ -1,0 +1,102 @@
+"""A lid's marker that opens the eye further than a lid can takes the word of the other lid."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from closing_world import TIMES, markers, performance, result
+from ict_face import ict_mesh
+from slits import slit_face
+
+from usdface import ProcessOptions, assemble_shot, read_bind, read_take, retarget
+from usdface.closure.mistracked_lids import without_mistracked_lids
+from usdface.options import CleanOptions
+from usdface.rigs import Rig
+from usdface.shot import ShotResult
+from usdface.takes import MarkerTake
+
+MESH = slit_face()
+NAMES = MESH.shape_names
+# A course that rises and falls between the two blinks.
+COURSE = np.clip(np.minimum((TIMES - 1.5) / 0.2, (2.3 - TIMES) / 0.2), 0, 1)
+LOST = (TIMES > 1.65) & (TIMES < 2.15)
+
+
+def lost(take: MarkerTake, marker: str = "eye_right_up", rise: float = 0.012) -> MarkerTake:
+    """Return the take with a marker that wanders up [m] while it is lost."""
+    positions = take.positions.copy()
+    positions[:, take.names.index(marker), 1] += rise * COURSE
+    return MarkerTake(take.names, take.times, positions, take.rate)
+
+
+def codes(shot: ShotResult) -> list[str]:
+    return [finding.where for finding in shot.findings if finding.code == "LID_DISBELIEVED"]
+
+
+def test_a_lost_marker_moves_as_the_other_lid_and_is_named() -> None:
+    """A half closed eye that the lost marker would show wide open."""
+    squint = {f"eyeBlink{side}": 0.5 * COURSE for side in ("Left", "Right")}
+    take = markers(MESH, performance(NAMES, **squint))
+    clean = CleanOptions(swaps=False, spikes=True, gaps=False)
+    shot = result(lost(take), clean=clean)
+    assert codes(shot) == ["eye_right_up"]
+    right, left = (shot.solved.column(f"eyeBlink{side}")[LOST] for side in ("Right", "Left"))
+    np.testing.assert_allclose(right, left, atol=0.1)
+    assert left.mean() == pytest.approx(0.5, abs=0.1)
+    assert shot.solved.column("eyeWideRight")[LOST].max() < 0.1
+
+
+@pytest.mark.parametrize(
+    "curves",
+    [
+        {"eyeBlinkLeft": COURSE},  # a wink
+        {"eyeWideLeft": COURSE, "eyeWideRight": COURSE},
+        {"eyeWideRight": COURSE},
+        {"eyeBlinkLeft": COURSE, "browInnerUp": COURSE},
+        {"eyeBlinkLeft": COURSE, "eyeWideRight": 0.3 * COURSE},
+    ],
+)
+def test_winks_and_wide_eyes_are_believed(curves: dict[str, np.ndarray]) -> None:
+    take = markers(MESH, performance(NAMES, **curves))
+    shot = result(take)
+    assert codes(shot) == []
+    for name, curve in curves.items():
+        seen = shot.solved.column(name)[LOST]
+        np.testing.assert_allclose(seen, curve[LOST], atol=0.15)
+
+
+def test_both_lids_that_rise_are_believed() -> None:
+    """Such a face is another one than the rig, not a lost marker."""
+    take = markers(MESH, performance(NAMES))
+    shot = result(lost(lost(take), "eye_left_up"))
+    assert codes(shot) == []
+
+
+def test_it_leaves_a_take_alone_that_is_not_cleaned() -> None:
+    take = lost(markers(MESH, performance(NAMES)))
+    clean = CleanOptions(swaps=False, spikes=False, gaps=False)
+    assert codes(result(take, clean=clean)) == []
+
+
+def test_a_face_without_lids_has_nothing_to_disbelieve() -> None:
+    without = tuple(shape for shape in MESH.shapes if not shape.name.startswith("eyeBlink"))
+    shot = result(lost(markers(MESH, performance(NAMES))), mesh=replace(MESH, shapes=without))
+    assert shot.solution is not None
+    assert isinstance(shot.shot.take, MarkerTake)
+    assert without_mistracked_lids(shot.shot.take, shot.shot.face, shot.solution) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "lost_markers"), [("Eyebrows", ["Reye_Up"]), ("Jaw", [])])
+def test_in_a_real_frown_no_eye_closes_alone(
+    shared_data: Path, name: str, lost_markers: list[str]
+) -> None:
+    take, _ = read_take(shared_data / "animface" / f"{name}.c3d")
+    bind, _ = read_bind(Path(__file__).parents[1] / "data" / "animface_ict_bind.json")
+    shot, _ = assemble_shot(Rig("Face", (ict_mesh(shared_data),)), take, setup=bind)
+    shown = retarget(shot, options=ProcessOptions(express=False))
+    assert codes(shown) == lost_markers
+    left, right = (shown.weights.column(f"eyeBlink_{side}") for side in "LR")
+    assert np.abs(left - right).max() < 0.35
+    assert {closing.closing.kind for closing in shown.closure.closings} == {"blink"}
