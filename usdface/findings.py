@@ -330,6 +330,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "export_again",
         "more than four joints influence a point; some programs read four",
     ),
+    "INFLUENCES_REDUCED": (
+        "info",
+        "nothing",
+        "points keep their strongest joints only, as requested",
+    ),
     "SKIN_WEIGHTS_NORMALISED": (
         "info",
         "nothing",

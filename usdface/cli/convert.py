@@ -94,6 +94,13 @@ def add_export(commands: Any, summary: str) -> None:
         default=(),
         help="also keep meshes of these purposes, which a render does not show",
     )
+    command.add_argument(
+        "--influences",
+        type=int,
+        default=0,
+        metavar="N",
+        help="joints that a point keeps at most, the strongest (default: all)",
+    )
     add_asset_root(command)
 
 

@@ -27,11 +27,15 @@ def _write_gltf(
 ) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf
 
-    return write_gltf(rig, path, clips, options.pointer, options.quantize, read)
+    asked = options.pointer, options.quantize, options.influences
+    return write_gltf(rig, path, clips, *asked, read)
 
 
 GLTF = ExportTarget(
-    name="glTF", suffixes=(".glb", ".gltf"), options=("pointer", "quantize"), write=_write_gltf
+    name="glTF",
+    suffixes=(".glb", ".gltf"),
+    options=("pointer", "quantize", "influences"),
+    write=_write_gltf,
 )
 EXPORT_TARGETS = FormatTable(
     ExportTarget,

@@ -1,37 +1,41 @@
 """What a glTF holds that is not read: extensions of its parts, nodes that carry nothing."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from pygltflib import GLTF2
 
 from usdface.findings import Finding, finding
+from usdface.io.gltf.document import GltfFile
+from usdface.io.gltf.extras import RESERVED
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.vrm import VRM_NAMES
 
-__all__ = ["report_extensions", "report_nodes"]
+__all__ = ["report_extensions", "report_extras", "report_nodes"]
 
 _INSTANCES, _VARIANTS = "EXT_mesh_gpu_instancing", "KHR_materials_variants"
 # Read elsewhere, and reported there where something of it is not.
 _READ = {
     *("KHR_lights_punctual", "KHR_draco_mesh_compression", "KHR_animation_pointer"),
-    *("EXT_meshopt_compression", "KHR_meshopt_compression", *VRM_NAMES),
+    *("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp", *VRM_NAMES),
+    "KHR_texture_transform",
 }
-_SOME = 3  # names in a message
+# Parts whose extras are kept: asset, the default scene, nodes and what they carry.
+_WITH_EXTRAS = (("asset",), ("scenes",), ("nodes",), ("meshes",), ("materials",), ("cameras",))
 
 
-def report_extensions(document: GLTF2) -> list[Finding]:
-    """Return EXTENSION_DROPPED for each extension whose data are not read.
+def report_extensions(file: GltfFile) -> list[Finding]:
+    """Return EXTENSION_DROPPED for each extension whose data are not read, wherever it stands.
 
-    Those of materials, textures and accessors are reported where these are read.
+    Those of materials are reported where these are read.
     """
     places: dict[str, list[tuple[str, Any]]] = {}
-    for where, extensions in _extensions(document):
-        for name, value in extensions.items():
-            if name not in _READ:
-                places.setdefault(name, []).append((where, value))
+    for part in file.user_data:
+        for name, value in part.extensions.items():
+            if name not in _READ and (part.path[:1] != ("materials",) or len(part.path) > 2):
+                places.setdefault(name, []).append((part.where, value))
     return [
-        finding("EXTENSION_DROPPED", name, *_message(name, found, document))
+        finding("EXTENSION_DROPPED", name, *_message(name, found, file.document))
         for name, found in places.items()
     ]
 
@@ -68,23 +72,23 @@ def _variants(value: Any) -> list[Mapping[str, Any]]:
     return [v for v in listed if isinstance(v, Mapping)] if isinstance(listed, list) else []
 
 
-def _extensions(document: GLTF2) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    parts: list[tuple[str, Any]] = [("the file", document)]
-    for kind, items in (
-        ("scene", document.scenes),
-        ("node", document.nodes),
-        ("mesh", document.meshes),
-        ("skin", document.skins),
-        ("animation", document.animations),
-        ("camera", document.cameras),
-    ):
-        parts += [(f"{kind} {k}", part) for k, part in enumerate(items or [])]
-    for k, mesh in enumerate(document.meshes or []):
-        parts += [(f"a primitive of mesh {k}", part) for part in mesh.primitives or []]
-    for where, part in parts:
-        extensions = getattr(part, "extensions", None)
-        if isinstance(extensions, Mapping):
-            yield where, extensions
+def report_extras(file: GltfFile) -> list[Finding]:
+    """Return FEATURE_DROPPED for extras of parts that have none here, and those that are no object.
+
+    Extras of nodes are reported by `report_nodes`.
+    """
+    lost: dict[str, None] = {}
+    for part in file.user_data:
+        kept = part.path[:1] in _WITH_EXTRAS and len(part.path) <= 2
+        if isinstance(part.extras, Mapping):
+            if not kept and set(part.extras) - set(RESERVED):
+                lost[part.where] = None
+        elif part.extras is not None:
+            lost[part.where] = None
+    if not lost:
+        return []
+    message = "extras of {parts} are left out"
+    return [finding("FEATURE_DROPPED", "extras", message, list(lost), feature="extras")]
 
 
 def report_nodes(document: GLTF2, tree: NodeTree, joints: Collection[int]) -> list[Finding]:
@@ -111,7 +115,3 @@ def report_nodes(document: GLTF2, tree: NodeTree, joints: Collection[int]) -> li
             )
         )
     return found
-
-
-def _listed(names: list[str]) -> str:
-    return ", ".join(names[:_SOME]) + (", ..." if len(names) > _SOME else "")

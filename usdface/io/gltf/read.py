@@ -21,7 +21,7 @@ from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.extras import read_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
-from usdface.io.gltf.left_out import report_extensions, report_nodes
+from usdface.io.gltf.left_out import report_extensions, report_extras, report_nodes
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
 from usdface.io.gltf.read_animation import animated_nodes, clips_of
@@ -134,7 +134,8 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     found += new_findings
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
-    found += report_extensions(document) + report_nodes(document, tree, armature.nodes)
+    found += report_extensions(file) + report_extras(file)
+    found += report_nodes(document, tree, armature.nodes)
     paths = armature.skeleton.joints if armature.skeleton else ()
     joints = {node: paths[place] for node, place in armature.nodes.items()}
     carried = {placed.node: mesh for placed, mesh in zip(meshes, finished, strict=True)}

@@ -1,6 +1,7 @@
 """A rig and its clips to glTF 2.0."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import extras_with_metadata
+from usdface.io.gltf.fewer_influences import fewer_influences
 from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.quantize import Box, bounding_box
@@ -43,6 +45,7 @@ def write_gltf(
     clips: Sequence[Clip] = (),
     pointer: bool = False,
     quantize: bool = False,
+    influences: int = 0,
     read: Iterable[Path] = (),
 ) -> list[Finding]:
     """Write a rig and its clips as .glb or .gltf with a .bin.
@@ -64,6 +67,8 @@ def write_gltf(
     quantize : bool
         Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
         much they are off at most.
+    influences : int
+        Joints that a point keeps at most; 0 = all (`usdface.io.gltf.fewer_influences`).
     read : iterable of Path
         Files that textures beside a .gltf must not replace; those of the rig's own never are.
 
@@ -100,6 +105,9 @@ def write_gltf(
     kept = [*read, *texture_files(rig.materials)]
     beside = textures.into(document, builder, path, among(kept))
     skeleton = _animated_skeleton(rig, clips)
+    if skeleton is not None:
+        rig, new_findings = _with_fewer_influences(rig, skeleton, clips, influences)
+        found += new_findings
     held = len(skeleton.joints) if skeleton else 0
     carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)
     roots = [node for node, _ in carriers]
@@ -133,6 +141,14 @@ def write_gltf(
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
+
+
+def _with_fewer_influences(
+    rig: Rig, skeleton: Skeleton, clips: Sequence[Clip], most: int
+) -> tuple[Rig, list[Finding]]:
+    done = [fewer_influences(mesh, skeleton, clips, most) for mesh in rig.meshes]
+    meshes = tuple(mesh for mesh, _ in done)
+    return replace(rig, meshes=meshes), [f for _, found in done for f in found]
 
 
 def _write_meshes(
