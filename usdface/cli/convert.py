@@ -119,6 +119,12 @@ def add_import(commands: Any, summary: str) -> None:
     command = add_command(commands, "import", _import, summary)
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
+    command.add_argument(
+        "--rig",
+        type=Path,
+        metavar="FILE",
+        help="write this rig, USD or glTF, with the animations of the source, matched by name",
+    )
     add_asset_root(command)
 
 
@@ -127,7 +133,12 @@ def _import(parsed: argparse.Namespace) -> int:
     options = ImportOptions(**settings(parsed, ImportOptions))
     with progress(parsed) as step:
         result = pipeline.import_scene(
-            parsed.source, parsed.output, every_frame=every, options=options, on_progress=step
+            parsed.source,
+            parsed.output,
+            rig=parsed.rig,
+            every_frame=every,
+            options=options,
+            on_progress=step,
         )
     return report(parsed, result)
 
