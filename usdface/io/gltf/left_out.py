@@ -1,6 +1,6 @@
-"""What a glTF holds that is not read: extensions of its parts, nodes that carry nothing."""
+"""What a glTF holds that is not read: extensions and extras of its parts."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from pygltflib import GLTF2
@@ -8,10 +8,10 @@ from pygltflib import GLTF2
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.extras import RESERVED
-from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.vrm import VRM_NAMES
+from usdface.io.gltf.vrm_nodes import AVATAR_EXTENSIONS
 
-__all__ = ["report_extensions", "report_extras", "report_nodes"]
+__all__ = ["report_extensions", "report_extras"]
 
 _INSTANCES, _VARIANTS = "EXT_mesh_gpu_instancing", "KHR_materials_variants"
 # Read elsewhere, and reported there where something of it is not.
@@ -30,9 +30,11 @@ def report_extensions(file: GltfFile) -> list[Finding]:
     Those of materials are reported where these are read.
     """
     places: dict[str, list[tuple[str, Any]]] = {}
+    avatar = any(name in (file.document.extensions or {}) for name in VRM_NAMES)
+    read = {*_READ, *(AVATAR_EXTENSIONS if avatar else ())}
     for part in file.user_data:
         for name, value in part.extensions.items():
-            if name not in _READ and (part.path[:1] != ("materials",) or len(part.path) > 2):
+            if name not in read and (part.path[:1] != ("materials",) or len(part.path) > 2):
                 places.setdefault(name, []).append((part.where, value))
     return [
         finding("EXTENSION_DROPPED", name, *_message(name, found, file.document))
@@ -73,10 +75,7 @@ def _variants(value: Any) -> list[Mapping[str, Any]]:
 
 
 def report_extras(file: GltfFile) -> list[Finding]:
-    """Return FEATURE_DROPPED for extras of parts that have none here, and those that are no object.
-
-    Extras of nodes are reported by `report_nodes`.
-    """
+    """Return FEATURE_DROPPED for extras of parts that have none here, and that are no object."""
     lost: dict[str, None] = {}
     for part in file.user_data:
         kept = part.path[:1] in _WITH_EXTRAS and len(part.path) <= 2
@@ -89,29 +88,3 @@ def report_extras(file: GltfFile) -> list[Finding]:
         return []
     message = "extras of {parts} are left out"
     return [finding("FEATURE_DROPPED", "extras", message, list(lost), feature="extras")]
-
-
-def report_nodes(document: GLTF2, tree: NodeTree, joints: Collection[int]) -> list[Finding]:
-    """Return NODES_DROPPED for nodes that are not kept as such, and a finding for their extras."""
-    bare, with_extras = [], []
-    for index in tree.order:
-        node = document.nodes[index]
-        lights = "KHR_lights_punctual" in (node.extensions or {})
-        if node.mesh is not None or node.camera is not None or lights:
-            continue
-        if index not in joints:
-            bare.append(node.name or f"node {index}")
-        if isinstance(node.extras, Mapping) and node.extras:
-            with_extras.append(node.name or f"node {index}")
-    found = []
-    if bare:
-        message = "{node_count} nodes are left out, their transforms kept: {nodes}"
-        found.append(finding("NODES_DROPPED", "nodes", message, len(bare), bare))
-    if with_extras:
-        message = "extras of {node_count} nodes are left out: {nodes}"
-        found.append(
-            finding(
-                "FEATURE_DROPPED", "nodes", message, len(with_extras), with_extras, feature="extras"
-            )
-        )
-    return found

@@ -18,8 +18,9 @@ from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.errors import schema_errors
 from usdface.io.gltf.extras import read_extras
+from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
-from usdface.io.gltf.left_out import report_extensions, report_extras, report_nodes
+from usdface.io.gltf.left_out import report_extensions, report_extras
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
 from usdface.io.gltf.read_animation import animated_nodes, clips_of
@@ -31,6 +32,7 @@ from usdface.io.gltf.target_names import legal_text, target_names, unique_names,
 from usdface.io.gltf.textures import read_uv_names
 from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base_color
 from usdface.io.gltf.vrm import VRM, read_vrm
+from usdface.io.gltf.vrm_nodes import NamedNodes, read_vrm_nodes
 from usdface.rigs import Mesh, Rig, Skin
 
 __all__ = ["read_gltf"]
@@ -117,19 +119,31 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
     found += report_extensions(file) + report_extras(file)
-    found += report_nodes(document, tree, armature.nodes)
+    groups, new_findings = read_groups(document, tree, armature)
+    found += new_findings
+    joint_extras, new_findings = read_joint_extras(document, armature)
+    found += new_findings
+    finished = hang_in_groups(meshes, finished, tree, groups, armature)
     paths = armature.skeleton.joints if armature.skeleton else ()
     joints = {node: paths[place] for node, place in armature.nodes.items()}
     carried = {placed.node: mesh for placed, mesh in zip(meshes, finished, strict=True)}
     avatar, new_findings = read_vrm(document, carried, joints)
     found += new_findings
     if avatar:
+        of_joints = {path: node for node, path in joints.items()}
+        of_groups = {group.path: node for node, group in groups.items()}
+        of_meshes = {mesh.name: node for node, mesh in reversed(carried.items())}
+        nodes = NamedNodes({"joint": of_joints, "group": of_groups, "mesh": of_meshes})
+        moving, new_findings = read_vrm_nodes(document, nodes)
+        found += new_findings
+        avatar |= moving
         asset |= {VRM: avatar}
     if document.asset.copyright:
         asset = {"copyright": document.asset.copyright} | asset
     name = legal_text(scene.name or path.stem)
     rig = Rig(name, finished, armature.skeleton, materials, path.name, cameras, lights)
-    return replace(rig, extras=extras, asset=asset), clips, found
+    rig = replace(rig, extras=extras, asset=asset, joint_extras=joint_extras)
+    return replace(rig, groups=tuple(groups.values())), clips, found
 
 
 def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) -> None:

@@ -16,6 +16,7 @@ from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import extras_with_metadata
 from usdface.io.gltf.fewer_influences import fewer_influences
+from usdface.io.gltf.groups import SKELETON_ROOT, write_groups
 from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.quantize import Box, bounding_box
@@ -28,6 +29,7 @@ from usdface.io.gltf.vertex_colours import (
 )
 from usdface.io.gltf.vertex_split import uv_order
 from usdface.io.gltf.vrm import VRM, vrm_extension
+from usdface.io.gltf.vrm_nodes import NamedNodes, write_vrm_nodes
 from usdface.io.gltf.write_animation import write_animation
 from usdface.io.gltf.write_materials import write_materials
 from usdface.io.gltf.write_mesh import write_mesh
@@ -125,12 +127,16 @@ def write_gltf(
         found += new_findings
         document.animations += [animation] if animation else []
     write_scene(rig.cameras, rig.lights, document, roots)
+    nodes = {path: node for path, (node, _) in joints.items()}
+    group_nodes, new_findings = write_groups(rig, carriers, nodes, document, roots)
+    found += new_findings
     avatar = rig.asset.get(VRM)
     if isinstance(avatar, Mapping):
-        nodes = {path: node for path, (node, _) in joints.items()}
         name, content = vrm_extension(avatar, carriers, nodes, document)
         document.extensions[name] = content
         document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
+        named = NamedNodes({"joint": nodes, "group": group_nodes, "mesh": _by_name(carriers)})
+        found += write_vrm_nodes(avatar, name, named, document)
     scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
     document.scenes = [scene]
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
@@ -141,6 +147,10 @@ def write_gltf(
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
+
+
+def _by_name(carriers: Sequence[tuple[int, Mesh]]) -> dict[str, int]:
+    return {mesh.name: node for node, mesh in reversed(carriers)}
 
 
 def _with_fewer_influences(
@@ -299,6 +309,8 @@ def _write_skeleton(
         )
     ]
     if len(roots) > 1:
-        document.nodes.append(pygltflib.Node(name="Skeleton", children=roots))
+        document.nodes.append(
+            pygltflib.Node(name="Skeleton", children=roots, extras={"usdface": SKELETON_ROOT})
+        )
         roots = [len(document.nodes) - 1]
     return roots

@@ -12,6 +12,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.extras import read_asset, read_extras
+from usdface.io.usd.groups import read_groups
 from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
@@ -164,7 +165,10 @@ def _rig(
     extras, new_findings = read_extras(top)
     findings += new_findings
     asset, new_findings = read_asset(top)
+    findings += new_findings
+    groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
+    rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings
 
 

@@ -18,6 +18,7 @@ from usdface.io.usd.conversion_metadata import write_metadata
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.extras import write_asset, write_extras
 from usdface.io.usd.face_varying_primvars import write_face_varying
+from usdface.io.usd.groups import write_groups
 from usdface.io.usd.joint_frames import with_unit_scales
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
@@ -101,6 +102,7 @@ def _stage_of(
         asset.SetDisplayName(rig.name)
     findings += write_extras(asset, rig.extras) + write_asset(asset, rig.asset)
     findings += write_scene(stage, rig.cameras, rig.lights)
+    findings += write_groups(stage, rig)
     if rig.materials:
         materials, new_findings = write_materials(stage, _scope(stage), rig.materials, path, read)
         findings += new_findings
@@ -158,6 +160,8 @@ def _write_mesh(
         prim.GetPrim().SetDisplayName(mesh.name)
         findings.append(finding("NAME_CHANGED", path, "was {original!r}", mesh.name))
     findings += write_extras(prim.GetPrim(), mesh.extras)
+    if mesh.group:
+        write_metadata(prim.GetPrim(), "group", mesh.group)
     _bind_skin(prim, mesh, rig)
     shape_prims = prim_names(mesh.shape_names)
     findings += write_shapes(prim, mesh, shape_prims)
