@@ -43,6 +43,7 @@ Action = Literal[
     "correct_stage",
     "add_file",
     "keep_source",
+    "process_again",
     "compare",
 ]
 """What one does about a finding; docs/findings.md says it in words for each code."""
@@ -329,6 +330,16 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "warning",
         "export_again",
         "more than four joints influence a point; some programs read four",
+    ),
+    "GENERATION_MIXED": (
+        "error",
+        "process_again",
+        "files of a result are of several runs",
+    ),
+    "GLTF_OUTDATED": (
+        "info",
+        "process_again",
+        "a glTF beside the result is of an earlier run; process --gltf writes it again",
     ),
     "INFLUENCES_REDUCED": (
         "info",

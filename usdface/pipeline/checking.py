@@ -9,6 +9,7 @@ from usdface.errors import UsdFaceError
 from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath
 from usdface.io.check import check_file
+from usdface.io.check_generation import check_generations
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
@@ -52,6 +53,7 @@ def check(
         progress(Step("check", done / len(files)))
         with progress.step(f"check {path.name}"):
             findings += check_file(path) if len(files) == 1 else _checked(path)
+    findings += check_generations(files)
     summary = {"files": len(files), "findings": len(findings)}
     return Result(None, (), tuple(findings), summary, seconds=progress.seconds)
 

@@ -82,6 +82,7 @@ def export_scene(
             problems += pack_stage(target, source, output, options) + _unused(hooks)
         return Result(None, (output,), tuple(problems), seconds=progress.seconds)
     from usdface.io.usd.clips import animated_rig
+    from usdface.io.usd.generation import generation_of_stage
     from usdface.io.usd.stage import open_stage
 
     register_schemas()
@@ -96,7 +97,8 @@ def export_scene(
     details = hook_report(hooks)
     summary = _summary(rig, clips, "morph_targets" if target.format is GLTF else "blend_shapes")
     with progress.step("write"):
-        findings += problems + write_scene(target, rig, clips, output, options, read)
+        made = generation_of_stage(stage, source)
+        findings += problems + write_scene(target, rig, clips, output, options, read, made)
         written = files_written(output, read) if target.format is GLTF else (output,)
     if target.format is not GLTF:
         return Result(None, written, tuple(findings), summary, details, progress.seconds)

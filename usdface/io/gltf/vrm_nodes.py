@@ -1,8 +1,8 @@
 """Parts of an avatar that name nodes: spring bones, constraints, first person, gaze.
 
 They are kept as text, in the extras of the file under ``vrm``: the JSON of the part, in which a
-node is ``{"joint": path}``, ``{"group": path}`` or ``{"mesh": name}``, since its number is another in
-another file.
+node is ``{"joint": path}``, ``{"group": path}`` or ``{"mesh": name}``, since its number is another
+in another file.
 
 Source: VRM 0.x (secondaryAnimation, firstPerson), VRMC_vrm 1.0 (firstPerson, lookAt),
 VRMC_springBone 1.0, VRMC_node_constraint 1.0.

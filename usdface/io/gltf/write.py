@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pygltflib
@@ -49,6 +50,7 @@ def write_gltf(
     quantize: bool = False,
     influences: int = 0,
     read: Iterable[Path] = (),
+    metadata: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Finding]:
     """Write a rig and its clips as .glb or .gltf with a .bin.
 
@@ -73,6 +75,8 @@ def write_gltf(
         Joints that a point keeps at most; 0 = all (`usdface.io.gltf.fewer_influences`).
     read : iterable of Path
         Files that textures beside a .gltf must not replace; those of the rig's own never are.
+    metadata : mapping of str to str
+        Of the conversion, for the extras of the asset.
 
     Returns
     -------
@@ -99,7 +103,7 @@ def write_gltf(
     if has_faces_without_material(rig):
         by_name[""] = default_material()
     document = pygltflib.GLTF2(
-        asset=_asset(rig, uv_names),
+        asset=_asset(rig, uv_names, metadata),
         materials=list(by_name.values()),
         scene=0,
         extensionsUsed=sorted({key for material in materials for key in material.extensions}),
@@ -228,12 +232,13 @@ def _inverse_binds(skeleton: Skeleton, first: FloatArray) -> FloatArray:
     return np.asarray(inverse.reshape(-1, 16))
 
 
-def _asset(rig: Rig, uv_names: Sequence[str]) -> pygltflib.Asset:
+def _asset(rig: Rig, uv_names: Sequence[str], metadata: Mapping[str, str]) -> pygltflib.Asset:
     kept = {key: value for key, value in rig.asset.items() if key != VRM}
     owner = kept.pop("copyright", None)
     if owner is not None and not isinstance(owner, str):
         kept["copyright"], owner = owner, None
-    extras = extras_with_metadata(kept, **uv_name_extras(uv_names))
+    ours = uv_name_extras(uv_names).get("usdface", {}) | dict(metadata)
+    extras = extras_with_metadata(kept, usdface=ours)
     return pygltflib.Asset(generator=f"usdface {_version()}", copyright=owner, extras=extras)
 
 
