@@ -30,7 +30,7 @@ _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942  # glTF 2.0, 4.4.3
 # Without these the file can still be read truly, or at worst looks plainer.
 _DECODED = (
     *("KHR_animation_pointer", "KHR_mesh_quantization", "KHR_draco_mesh_compression"),
-    *("EXT_meshopt_compression", "KHR_meshopt_compression"),
+    *("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing"),
 )
 _APPEARANCE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 

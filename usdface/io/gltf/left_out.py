@@ -8,12 +8,13 @@ from pygltflib import GLTF2
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.extras import RESERVED
+from usdface.io.gltf.instances import INSTANCES
 from usdface.io.gltf.vrm import VRM_NAMES
 from usdface.io.gltf.vrm_nodes import AVATAR_EXTENSIONS
 
 __all__ = ["report_extensions", "report_extras"]
 
-_INSTANCES, _VARIANTS = "EXT_mesh_gpu_instancing", "KHR_materials_variants"
+_VARIANTS = "KHR_materials_variants"
 # Read elsewhere, and reported there where something of it is not.
 _READ = {
     *("KHR_lights_punctual", "KHR_draco_mesh_compression", "KHR_animation_pointer"),
@@ -34,6 +35,8 @@ def report_extensions(file: GltfFile) -> list[Finding]:
     read = {*_READ, *(AVATAR_EXTENSIONS if avatar else ())}
     for part in file.user_data:
         for name, value in part.extensions.items():
+            if name == INSTANCES and not _still_there(part.path, file.document):
+                continue
             if name not in read and (part.path[:1] != ("materials",) or len(part.path) > 2):
                 places.setdefault(name, []).append((part.where, value))
     return [
@@ -42,15 +45,19 @@ def report_extensions(file: GltfFile) -> list[Finding]:
     ]
 
 
+def _still_there(path: tuple[str | int, ...], document: GLTF2) -> bool:
+    """Return whether the instances of a node were not expanded."""
+    if len(path) != 2 or path[0] != "nodes":
+        return True
+    return INSTANCES in (document.nodes[int(path[1])].extensions or {})
+
+
 def _message(name: str, found: list[tuple[str, Any]], document: GLTF2) -> tuple[Any, ...]:
     where = found[0][0] + (f" and {len(found) - 1} more" if found[1:] else "")
-    if name == _INSTANCES:
+    if name == INSTANCES:
         count = sum(_instances(value, document) for _, value in found)
-        return (
-            "{instance_count} instances of {part} become one each: they are left out",
-            count,
-            where,
-        )
+        message = "{instance_count} instances of {part} become one each: they are left out"
+        return message, count, where
     if name == _VARIANTS:
         named = [v.get("name") for _, value in found for v in _variants(value)]
         message = "the material variants {variants} are left out; the default materials are kept"

@@ -20,6 +20,7 @@ from usdface.io.gltf.errors import schema_errors
 from usdface.io.gltf.extras import read_extras
 from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
+from usdface.io.gltf.instances import expand_instances
 from usdface.io.gltf.left_out import report_extensions, report_extras
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
@@ -79,7 +80,7 @@ def read_gltf(
 
 
 def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
-    file = decompress(load_document(path, asset_root))
+    file = expand_instances(decompress(load_document(path, asset_root)))
     document = file.document
     reader = AccessorReader(file)
     tree = node_tree(document)
