@@ -24,6 +24,7 @@ __all__ = [
     "Inbetween",
     "Material",
     "MaterialSubset",
+    "MaterialVariant",
     "Mesh",
     "Rig",
     "Skeleton",
@@ -56,6 +57,17 @@ class MaterialSubset:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "faces", frozen(self.faces, np.int64))
+
+
+@dataclass(frozen=True, slots=True)
+class MaterialVariant:
+    """A look of a mesh that can be chosen: `materials` are others by those in whose place they are.
+
+    Each mesh of a rig has all variants by `name`; one that changes nothing of it is empty.
+    """
+
+    name: str
+    materials: Mapping[str, str]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,6 +120,7 @@ class Mesh:
         Faces are lit flat, as both formats define a polygon mesh without normals.
     group : str
         Path of the group of the rig that it is in; "" = none.
+    variants : tuple of MaterialVariant
 
     Examples
     --------
@@ -133,6 +146,7 @@ class Mesh:
     extras: Extras = field(default_factory=dict)
     flat: bool = False
     group: str = ""
+    variants: tuple[MaterialVariant, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", frozen(self.points))

@@ -9,17 +9,17 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.extras import RESERVED
 from usdface.io.gltf.instances import INSTANCES
+from usdface.io.gltf.variants import VARIANTS
 from usdface.io.gltf.vrm import VRM_NAMES
 from usdface.io.gltf.vrm_nodes import AVATAR_EXTENSIONS
 
 __all__ = ["report_extensions", "report_extras"]
 
-_VARIANTS = "KHR_materials_variants"
 # Read elsewhere, and reported there where something of it is not.
 _READ = {
     *("KHR_lights_punctual", "KHR_draco_mesh_compression", "KHR_animation_pointer"),
     *("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp", *VRM_NAMES),
-    "KHR_texture_transform",
+    *("KHR_texture_transform", VARIANTS),
 }
 # Parts whose extras are kept: asset, the default scene, nodes and what they carry.
 _WITH_EXTRAS = (("asset",), ("scenes",), ("nodes",), ("meshes",), ("materials",), ("cameras",))
@@ -58,10 +58,6 @@ def _message(name: str, found: list[tuple[str, Any]], document: GLTF2) -> tuple[
         count = sum(_instances(value, document) for _, value in found)
         message = "{instance_count} instances of {part} become one each: they are left out"
         return message, count, where
-    if name == _VARIANTS:
-        named = [v.get("name") for _, value in found for v in _variants(value)]
-        message = "the material variants {variants} are left out; the default materials are kept"
-        return message, named or [where]
     return "its data are left out: {part}", where
 
 
@@ -74,11 +70,6 @@ def _instances(value: Any, document: GLTF2) -> int:
         if isinstance(k, int) and 0 <= k < len(accessors)
     ]
     return max(counts, default=0)
-
-
-def _variants(value: Any) -> list[Mapping[str, Any]]:
-    listed = value.get("variants") if isinstance(value, Mapping) else None
-    return [v for v in listed if isinstance(v, Mapping)] if isinstance(listed, list) else []
 
 
 def report_extras(file: GltfFile) -> list[Finding]:

@@ -31,6 +31,7 @@ from usdface.io.gltf.read_weights import PlacedMesh
 from usdface.io.gltf.scene import read_scene
 from usdface.io.gltf.target_names import legal_text, target_names, unique_names, with_labels
 from usdface.io.gltf.textures import read_uv_names
+from usdface.io.gltf.variants import read_variants
 from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base_color
 from usdface.io.gltf.vrm import VRM, read_vrm
 from usdface.io.gltf.vrm_nodes import NamedNodes, read_vrm_nodes
@@ -123,6 +124,8 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     groups, new_findings = read_groups(document, tree, armature)
     found += new_findings
     joint_extras, new_findings = read_joint_extras(document, armature)
+    found += new_findings
+    finished, new_findings = read_variants(document, meshes, finished, names)
     found += new_findings
     finished = hang_in_groups(meshes, finished, tree, groups, armature)
     paths = armature.skeleton.joints if armature.skeleton else ()

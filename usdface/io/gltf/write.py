@@ -23,6 +23,7 @@ from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.scene import write_scene
 from usdface.io.gltf.textures import TextureBuilder, uv_name_extras
+from usdface.io.gltf.variants import write_variants
 from usdface.io.gltf.vertex_colours import (
     default_material,
     has_faces_without_material,
@@ -116,6 +117,7 @@ def write_gltf(
         found += new_findings
     held = len(skeleton.joints) if skeleton else 0
     carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)
+    write_variants(carriers, list(by_name), document)
     roots = [node for node, _ in carriers]
     joints: dict[str, tuple[int, pygltflib.Node]] = {}
     if skeleton is not None:

@@ -20,6 +20,7 @@ from usdface.io.usd.extras import write_asset, write_extras
 from usdface.io.usd.face_varying_primvars import write_face_varying
 from usdface.io.usd.groups import write_groups
 from usdface.io.usd.joint_frames import with_unit_scales
+from usdface.io.usd.material_variants import write_material_variants
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
 from usdface.io.usd.scene import write_scene
@@ -120,6 +121,9 @@ def _stage_of(
     sided = {m.name for m in rig.materials if m.double_sided}
     for name, mesh in zip(names, rig.meshes, strict=True):
         findings += _write_mesh(stage, f"{_FACE}/{name}", mesh, rig, materials, sided)
+    write_material_variants(
+        stage, {f"{_FACE}/{n}": m for n, m in zip(names, rig.meshes, strict=True)}, materials
+    )
     bounds = np.array([posed_bounds(mesh, rig.skeleton, clips) for mesh in rig.meshes])
     root.CreateExtentAttr(vec3f_array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)]))
     return stage, findings
