@@ -45,6 +45,7 @@ Action = Literal[
     "correct_stage",
     "add_file",
     "keep_source",
+    "process_again",
     "compare",
 ]
 """What one does about a finding; docs/findings.md says it in words for each code."""
@@ -417,7 +418,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NODES_DROPPED": (
         "info",
         "nothing",
-        "nodes that carry nothing are left out; their transforms are kept",
+        "nodes that carry nothing are left out beyond 8,192; their transforms are kept",
     ),
     "POINTS_ROUNDED": ("info", "nothing", "points are stored as 16-bit integers, as requested"),
     "TEXTURE_CONVERTED": (
@@ -436,6 +437,21 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "warning",
         "export_again",
         "more than four joints influence a point; some programs read four",
+    ),
+    "GENERATION_MIXED": (
+        "error",
+        "process_again",
+        "files of a result are of several runs",
+    ),
+    "GLTF_OUTDATED": (
+        "info",
+        "process_again",
+        "a glTF beside the result is of an earlier run; process --gltf writes it again",
+    ),
+    "INFLUENCES_REDUCED": (
+        "info",
+        "nothing",
+        "points keep their strongest joints only, as requested",
     ),
     "SKIN_WEIGHTS_NORMALISED": (
         "info",

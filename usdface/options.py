@@ -533,6 +533,8 @@ class ExportOptions:
         A folder that textures may come from beside those of the layers that name them.
     purpose : tuple of str
         Also keep meshes of these purposes, which a render does not show: "guide", "proxy".
+    influences : int
+        Joints that a point keeps at most in glTF, the strongest; 0 = all.
 
     Examples
     --------
@@ -545,8 +547,13 @@ class ExportOptions:
     quantize: bool = False
     asset_root: str = ""
     purpose: tuple[str, ...] = ()
+    influences: int = 0
 
     def __post_init__(self) -> None:
+        if self.influences < 0:
+            raise InputError(
+                f"influences is {self.influences}; expected 0 or more", "SETTING_WRONG"
+            )
         object.__setattr__(self, "purpose", tuple(self.purpose))
         for purpose in self.purpose:
             _check_choice("purpose", purpose, Purpose)

@@ -4,6 +4,7 @@ A `Rig` is the value of every rig reader and the input of every rig writer: mesh
 shapes, an optional skeleton that skins them, and simple materials.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,7 +13,7 @@ from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shapes import BlendShape, Combination, CombinationRule, Inbetween
 from usdface.errors import InputError
 from usdface.materials import Material, Texture
-from usdface.scene import Camera, Extras, Light
+from usdface.scene import Camera, Extras, Group, Light
 
 __all__ = [
     "CORNER_NORMALS",
@@ -23,6 +24,7 @@ __all__ = [
     "Inbetween",
     "Material",
     "MaterialSubset",
+    "MaterialVariant",
     "Mesh",
     "Rig",
     "Skeleton",
@@ -55,6 +57,17 @@ class MaterialSubset:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "faces", frozen(self.faces, np.int64))
+
+
+@dataclass(frozen=True, slots=True)
+class MaterialVariant:
+    """A look of a mesh that can be chosen: `materials` are others by those in whose place they are.
+
+    Each mesh of a rig has all variants by `name`; one that changes nothing of it is empty.
+    """
+
+    name: str
+    materials: Mapping[str, str]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,6 +118,9 @@ class Mesh:
         Custom data of users.
     flat : bool
         Faces are lit flat, as both formats define a polygon mesh without normals.
+    group : str
+        Path of the group of the rig that it is in; "" = none.
+    variants : tuple of MaterialVariant
 
     Examples
     --------
@@ -129,6 +145,8 @@ class Mesh:
     corner_values: tuple[CornerValues, ...] = ()
     extras: Extras = field(default_factory=dict)
     flat: bool = False
+    group: str = ""
+    variants: tuple[MaterialVariant, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", frozen(self.points))
@@ -257,6 +275,10 @@ class Rig:
     lights : tuple of Light
     extras, asset : mapping
         Custom data of users, of the scene and of the file.
+    groups : tuple of Group
+        Parents before children.
+    joint_extras : mapping
+        Custom data of users by path of the joint.
 
     Examples
     --------
@@ -274,6 +296,8 @@ class Rig:
     lights: tuple[Light, ...] = ()
     extras: Extras = field(default_factory=dict)
     asset: Extras = field(default_factory=dict)
+    groups: tuple[Group, ...] = ()
+    joint_extras: Mapping[str, Extras] = field(default_factory=dict)
 
     @property
     def shape_names(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The scene around a character: cameras and lights, in metres, Y up, SI units of light."""
+"""The scene around a character: cameras, lights and groups, in metres, Y up, SI units of light."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from usdface.arrays import FloatArray, frozen
 
-__all__ = ["Camera", "Extras", "Light", "LightKind"]
+__all__ = ["Camera", "Extras", "Group", "Light", "LightKind"]
 
 Extras = Mapping[str, Any]  # user data: JSON values by name
 LightKind = Literal["directional", "point", "spot"]
@@ -73,6 +73,33 @@ class Light:
     inner: float = 0.0
     outer: float = 0.7853981633974483
     reach: float = float("inf")
+    extras: Extras = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", frozen(self.matrix))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Group:
+    """A node that carries nothing itself: a group, a place to attach things, a bone without skin.
+
+    Attributes
+    ----------
+    path : str
+        Of prim names, as of joints: the group "body/hat" is in the group "body".
+    name : str
+        Any text.
+    matrix : (4, 4) float64
+        Group to rig space at rest; row vectors.
+    joint : str
+        Path of the joint of the rig that it hangs on; "" = none. Of a group that is in no other.
+    extras : mapping
+    """
+
+    path: str
+    name: str
+    matrix: FloatArray
+    joint: str = ""
     extras: Extras = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -150,6 +150,13 @@ def add_export(commands: Any, summary: str) -> None:
         default=(),
         help="also keep meshes of these purposes, which a render does not show",
     )
+    command.add_argument(
+        "--influences",
+        type=int,
+        default=0,
+        metavar="N",
+        help="joints that a point keeps at most, the strongest (default: all)",
+    )
     add_asset_root(command)
 
 
@@ -168,6 +175,12 @@ def add_import(commands: Any, summary: str) -> None:
     command = add_command(commands, "import", _import, summary)
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
+    command.add_argument(
+        "--rig",
+        type=Path,
+        metavar="FILE",
+        help="write this rig, USD or glTF, with the animations of the source, matched by name",
+    )
     add_asset_root(command)
 
 
@@ -176,7 +189,12 @@ def _import(parsed: argparse.Namespace) -> int:
     options = ImportOptions(**settings(parsed, ImportOptions))
     with progress(parsed) as step:
         result = pipeline.import_scene(
-            parsed.source, parsed.output, every_frame=every, options=options, on_progress=step
+            parsed.source,
+            parsed.output,
+            rig=parsed.rig,
+            every_frame=every,
+            options=options,
+            on_progress=step,
         )
     return report(parsed, result)
 

@@ -46,7 +46,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "import": (
         "usdface import face.glb -o face.usda",
-        "usdface import avatar.vrm -o avatar.usdc --report report.json",
+        "usdface import clips.glb --rig avatar.vrm -o avatar.usdc",
     ),
     "check": (
         "usdface check assets/*.glb --format json --strict",

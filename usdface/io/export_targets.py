@@ -1,7 +1,8 @@
 """The formats that scenes are exported to; loads no library, so that help texts can list them."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from usdface.findings import Finding, finding
@@ -24,14 +25,19 @@ def _write_gltf(
     path: Path,
     options: ExportOptions,
     read: Iterable[Path] = (),
+    metadata: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf
 
-    return write_gltf(rig, path, clips, options.pointer, options.quantize, read)
+    asked = options.pointer, options.quantize, options.influences
+    return write_gltf(rig, path, clips, *asked, read, metadata)
 
 
 GLTF = ExportTarget(
-    name="glTF", suffixes=(".glb", ".gltf"), options=("pointer", "quantize"), write=_write_gltf
+    name="glTF",
+    suffixes=(".glb", ".gltf"),
+    options=("pointer", "quantize", "influences"),
+    write=_write_gltf,
 )
 EXPORT_TARGETS = FormatTable(
     ExportTarget,
@@ -56,10 +62,11 @@ def write_scene(
     path: Path,
     options: ExportOptions,
     read: Iterable[Path] = (),
+    metadata: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Finding]:
     """Write a rig and its clips by a target that has `write`.
 
-    Files beside the output, which only glTF has, replace none of `read`.
+    Files beside the output, which only glTF has, replace none of `read`; its asset gets `metadata`.
 
     Raises
     ------
@@ -71,7 +78,7 @@ def write_scene(
     write = target.format.write
     assert write is not None
     if target.format is GLTF:
-        return _write_gltf(rig, clips, path, options, read)
+        return _write_gltf(rig, clips, path, options, read, metadata)
     return _written(target, path, lambda place: target.call(write, rig, clips, place, options))
 
 

@@ -10,6 +10,7 @@ from usdface.errors import InputError, UsdFaceError
 from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath
 from usdface.io.check import check_file
+from usdface.io.check_generation import check_generations
 from usdface.io.inputs import check_outputs, files_read
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
@@ -78,6 +79,7 @@ def check(
                 verdicts, found = judge_file(path, picture)
             findings += found
             judged.append({"file": str(path), **verdicts})
+    findings += check_generations(files)
     summary = {"files": len(files), "findings": len(findings)}
     written = (picture,) if picture and picture.exists() else ()
     details = {"facs": judged} if facs else {}

@@ -17,6 +17,7 @@ from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
+from usdface.io.generation import Generation, generation_of, outdated_gltf
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.layer_paths import layer_paths
 from usdface.io.plugins import hook_report, installed_hooks
@@ -154,21 +155,25 @@ def process(
     )
     if strict and reported.verdict is not None:
         refuse_unusable(reported.verdict)
+    generation = generation_of(solved, path if in_place else ours.root)
     with all_or_none():
         if glb:
             with progress.step("gltf"):
-                lost = _write_gltf(staged, solved, glb, hooks, read)
+                lost = _write_gltf(staged, solved, glb, hooks, read, generation)
                 reported = replace(reported, findings=(*reported.findings, *lost))
         with progress.step("draw") if picture or faces else nullcontext():
             _draw(solved, reported, picture, faces)
         with progress.step("write"):
             known = reported.verdict, _deviations(reported)
-            written = write_layers(path, stage, staged, solved, root, in_place, *known)
+            made = (*known, generation["generation"])
+            written = write_layers(path, stage, staged, solved, root, in_place, *made)
     if clean:
         with progress.step("deliver"):
             lost = _deliver(written[0], staged, clean, delivery)
             reported = replace(reported, findings=(*reported.findings, *lost))
     written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces, clean))]
+    older = outdated_gltf(written[0].parent, generation, written)
+    reported = replace(reported, findings=(*reported.findings, *older))
     return replace(reported, written=tuple(written), seconds=progress.seconds)
 
 
@@ -330,6 +335,7 @@ def _write_gltf(
     path: Path,
     hooks: Sequence[Hook],
     read: Iterable[Path],
+    generation: Generation,
 ) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf  # only here: most runs write none
     from usdface.io.head_clip import head_clip
@@ -341,4 +347,4 @@ def _write_gltf(
         )
         clip = replace(clip, joints=joints)
     (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
-    return findings + write_gltf(rig, path, clips, read=read)
+    return findings + write_gltf(rig, path, clips, read=read, metadata=generation)

@@ -82,6 +82,7 @@ def export_scene(
             problems += pack_stage(target, source, output, options) + _unused(hooks)
         return Result(None, (output,), tuple(problems), seconds=progress.seconds)
     from usdface.io.usd.clips import animated_rig
+    from usdface.io.usd.generation import generation_of_stage
     from usdface.io.usd.stage import open_stage
 
     register_schemas()
@@ -96,7 +97,8 @@ def export_scene(
     details = hook_report(hooks)
     summary = _summary(rig, clips, "morph_targets" if target.format is GLTF else "blend_shapes")
     with progress.step("write"):
-        findings += problems + write_scene(target, rig, clips, output, options, read)
+        made = generation_of_stage(stage, source)
+        findings += problems + write_scene(target, rig, clips, output, options, read, made)
         written = files_written(output, read) if target.format is GLTF else (output,)
     if target.format is not GLTF:
         return Result(None, written, tuple(findings), summary, details, progress.seconds)
@@ -121,6 +123,7 @@ def import_scene(
     source: StrPath,
     output: StrPath,
     *,
+    rig: StrPath | None = None,
     every_frame: bool = False,
     options: ImportOptions = ImportOptions(),
     on_progress: OnProgress | None = None,
@@ -133,6 +136,9 @@ def import_scene(
         .glb or .gltf.
     output : path
         .usda or .usdc.
+    rig : path, optional
+        USD or glTF: the result is this rig with the animations of `source`, whose meshes, if it
+        has any, do not count. Joints and blend shapes are matched by name.
     every_frame : bool
         As of `export_scene`.
     options : ImportOptions
@@ -163,21 +169,47 @@ def import_scene(
     source, output = Path(source), Path(output)
     progress = Progress.of(on_progress)
     folder = asset_folder(options.asset_root)
-    read = files_read(source)
+    of = Path(rig) if rig is not None else None
+    read = files_read(source, of)
     check_outputs([output], read)
     with progress.step("read"):
-        rig, clips, findings = read_gltf(source, folder)
-    summary = _summary(rig, clips, "blend_shapes")
+        if of is None:
+            character, clips, findings = read_gltf(source, folder)
+        else:
+            character, clips, findings = _rig_with_clips(source, of, folder)
+    summary = _summary(character, clips, "blend_shapes")
     with progress.step("write"):
-        findings += write_rig(rig, output, clips, read)
+        findings += write_rig(character, output, clips, read)
         written = files_written(output, read)
-    del rig, clips  # their memory, for the certificate
+    if of is not None:
+        message = "clips for a rig are not compared with their source"
+        findings.append(finding("CONVERSION_UNCERTIFIED", source.name, message))
+        return Result(None, written, tuple(findings), summary, {}, progress.seconds)
+    del character, clips  # their memory, for the certificate
     with progress.step("certify"):
         stage = open_stage(output)
         certificate, new_findings = certify_conversion(
             stage, source, exported=False, every_frame=every_frame, asset_root=folder
         )
     return _certified(written, findings + new_findings, summary, progress, certificate)
+
+
+def _rig_with_clips(
+    source: Path, rig: Path, folder: Path | None
+) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
+    from usdface.io.clips_for_rig import rig_with_clips
+    from usdface.io.gltf.files_beside import may_be_gltf
+    from usdface.io.gltf.read import read_gltf
+    from usdface.io.usd.clips import animated_rig
+    from usdface.io.usd.stage import open_stage
+
+    register_schemas()
+    if may_be_gltf(rig):
+        character, own, findings = read_gltf(rig, folder)
+    else:
+        character, own, findings = animated_rig(open_stage(rig), folder)
+    character, clips, new_findings = rig_with_clips(source, character, own, folder)
+    return character, clips, findings + new_findings
 
 
 def _unused(hooks: Sequence[Hook]) -> list[Finding]:

@@ -1,3 +1,4 @@
+import base64
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.gltf.document import GltfFile
+from usdface.io.gltf.image import pixels_of
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
@@ -187,3 +189,52 @@ def test_what_a_rig_cannot_hold_is_announced(tmp_path: Path) -> None:
 def test_gltf_defaults_are_white_metal(tmp_path: Path) -> None:
     file = GltfFile(pygltflib.GLTF2(materials=[pygltflib.Material()]), (), (), tmp_path)
     assert read_materials(file, ("m",))[0] == (Material("m", (1, 1, 1), 1, 1, 1),)
+
+
+@pytest.fixture
+def webp(tmp_path: Path) -> bytes:
+    path = tmp_path / "source.webp"
+    target = oiio.ImageOutput.create(str(path))
+    if target is None:
+        pytest.skip("this OpenImageIO has no WebP")
+    spec = oiio.ImageSpec(8, 8, 3, "uint8")
+    spec.attribute("compression", "lossless")
+    assert target.open(str(path), spec)
+    target.write_image(np.full((8, 8, 3), 0.25, np.float32))
+    target.close()
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("beside", [False, True])
+@pytest.mark.parametrize("named", [False, True])
+def test_webp_becomes_png_once_and_says_so(
+    tmp_path: Path, webp: bytes, beside: bool, named: bool
+) -> None:
+    uri = "data:image/webp;base64," + base64.b64encode(webp).decode()
+    if beside:
+        (tmp_path / "a.webp").write_bytes(webp)
+        uri = "a.webp"
+    texture = pygltflib.Texture(source=None if named else 0)
+    if named:
+        texture.extensions = {"EXT_texture_webp": {"source": 0}}
+    file = textured(tmp_path, images=[pygltflib.Image(uri=uri)], textures=[texture])
+    first = file.document.materials[0]
+    file.document.materials.append(first)
+    (one, other), found = read_materials(file, ("m", "n"))
+    assert [f.code for f in found] == ["TEXTURE_CONVERTED"]
+    assert one.base_color_texture == other.base_color_texture
+    assert one.base_color_texture.suffix == ".png"
+    pixels = pixels_of(one.base_color_texture)
+    assert np.abs(pixels.astype(int) - 64).max() <= 3  # of 255: it may be lossy
+
+
+def test_where_webp_is_damaged_the_other_image_serves(tmp_path: Path, webp: bytes) -> None:
+    png(tmp_path / "a.png", 1.0)
+    (tmp_path / "a.webp").write_bytes(webp[:30])
+    texture = pygltflib.Texture(source=0)
+    texture.extensions = {"EXT_texture_webp": {"source": 1}}
+    images = [pygltflib.Image(uri="a.png"), pygltflib.Image(uri="a.webp")]
+    file = textured(tmp_path, images=images, textures=[texture])
+    (material,), found = read_materials(file, ("m",))
+    assert [f.code for f in found] == ["TEXTURE_MISSING"]
+    assert material.base_color_texture.path.endswith("a.png")

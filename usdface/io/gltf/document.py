@@ -19,6 +19,7 @@ from pygltflib import GLTF2, Buffer
 from usdface.errors import InputError, OutputError
 from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
 from usdface.io.atomic import all_or_none, staged_files, write_bridge, write_bytes
+from usdface.io.gltf.user_data import UserData, user_data_of
 from usdface.io.staging import finish_dead_runs
 
 __all__ = ["GltfFile", "item", "load_document", "resource", "save_document"]
@@ -29,7 +30,7 @@ _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942  # glTF 2.0, 4.4.3
 # Without these the file can still be read truly, or at worst looks plainer.
 _DECODED = (
     *("KHR_animation_pointer", "KHR_mesh_quantization", "KHR_draco_mesh_compression"),
-    *("EXT_meshopt_compression", "KHR_meshopt_compression"),
+    *("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing"),
 )
 _APPEARANCE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_")
 
@@ -48,6 +49,8 @@ class GltfFile:
         Folder of relative URIs.
     asset_root : Path or None
         A folder above that they may also lead into.
+    user_data : tuple of UserData
+        All ``extensions`` and ``extras`` of the JSON, those that pygltflib lacks too.
     """
 
     document: GLTF2
@@ -55,6 +58,7 @@ class GltfFile:
     buffers: tuple[bytes, ...]
     folder: Path
     asset_root: Path | None = None
+    user_data: tuple[UserData, ...] = ()
 
 
 def item(items: Sequence[Any], index: object, subject: str) -> Any:
@@ -95,14 +99,14 @@ def load_document(path: Path, asset_root: Path | None = None) -> GltfFile:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", "FILE_UNREADABLE") from error
     text, chunk = _split_glb(data) if data[:4] == b"glTF" else (data, None)
-    document, node_weights = _parse(text)
+    document, node_weights, user_data = _parse(text)
     _check_extensions(document)
     folder = path.parent
     buffers = tuple(
         _buffer_bytes(buffer, chunk if index == 0 else None, index, folder, asset_root)
         for index, buffer in enumerate(document.buffers or [])
     )
-    return GltfFile(document, node_weights, buffers, folder, asset_root)
+    return GltfFile(document, node_weights, buffers, folder, asset_root, user_data)
 
 
 def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:
@@ -130,7 +134,7 @@ def _split_glb(data: bytes) -> tuple[bytes, bytes | None]:
     return chunks[0][1], binary
 
 
-def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...]]:
+def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...], tuple[UserData, ...]]:
     if data.count(b"{") > _MOST_OBJECTS:
         raise InputError(f"the JSON has more than {_MOST_OBJECTS} objects", "TOO_LARGE")
     try:
@@ -138,6 +142,7 @@ def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...]]:
         raw = json.loads(text, parse_constant=_refuse_constant)
         document = GLTF2.from_json(text, infer_missing=True, object_hook=_plain_extras)
         node_weights = tuple(node.get("weights") for node in raw.get("nodes") or [])
+        user_data = user_data_of(raw)
     except UnicodeDecodeError as error:
         raise InputError("the file is neither GLB nor UTF-8 text", "FILE_UNREADABLE") from error
     except json.JSONDecodeError as error:
@@ -153,7 +158,7 @@ def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...]]:
     version = getattr(document.asset, "version", None)
     if not isinstance(version, str) or not version.startswith("2."):
         raise InputError(f"asset.version is {version!r}; expected '2.0'", "FILE_UNREADABLE")
-    return document, node_weights
+    return document, node_weights, user_data
 
 
 def _refuse_constant(word: str) -> NoReturn:

@@ -9,9 +9,9 @@ from typing import Any
 from usdface.findings import Finding, finding
 from usdface.scene import Extras
 
-__all__ = ["extras_with_metadata", "read_extras"]
+__all__ = ["RESERVED", "extras_with_metadata", "read_extras"]
 
-_RESERVED = ("usdface", "targetNames")
+RESERVED = ("usdface", "targetNames")
 _MOST_BYTES = 2**20  # of one thing, as JSON
 
 
@@ -23,7 +23,7 @@ def read_extras(*given: Any, where: str) -> tuple[dict[str, Any], list[Finding]]
     merged: dict[str, Any] = {}
     for extras in given:
         merged |= extras if isinstance(extras, dict) else {}
-    merged = {key: value for key, value in merged.items() if key not in _RESERVED}
+    merged = {key: value for key, value in merged.items() if key not in RESERVED}
     if merged and len(json.dumps(merged)) > _MOST_BYTES:
         message = "extras larger than {limit_mib} MiB are left out"
         return {}, [finding("FEATURE_DROPPED", where, message, _MOST_BYTES >> 20, feature="extras")]

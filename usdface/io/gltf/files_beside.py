@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-__all__ = ["files_beside", "may_be_gltf"]
+__all__ = ["files_beside", "may_be_gltf", "metadata_of"]
 
 _HEADER = 20  # bytes: that of the file, and length and type of the first chunk
 _LARGEST = 2**32  # bytes
+_LARGEST_TEXT = 2**26  # bytes of a .gltf whose metadata are looked for
 
 
 def may_be_gltf(path: Path) -> bool:
@@ -41,6 +42,24 @@ def files_beside(path: Path) -> list[Path]:
     uris = [uri for e in entries if isinstance(uri := e.get("uri"), str)]
     places = [_place(path.parent, uri) for uri in uris if not uri.startswith("data:")]
     return list(dict.fromkeys(place for place in places if place))
+
+
+def metadata_of(path: Path) -> dict[str, Any]:
+    """Return the metadata of conversions in the extras of a file's asset; {} where it has none."""
+    try:
+        if path.stat().st_size > _LARGEST_TEXT and not _is_binary(path):
+            return {}
+        document = json.loads(_text(path))
+    except (OSError, ValueError, RecursionError, struct.error):
+        return {}
+    for key in ("asset", "extras", "usdface"):
+        document = document.get(key) if _is_object(document) else None
+    return document if isinstance(document, dict) else {}
+
+
+def _is_binary(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(4) == b"glTF"
 
 
 def _text(path: Path) -> bytes:

@@ -19,6 +19,7 @@ __all__ = [
     "channels_image",
     "has_alpha",
     "image_type",
+    "is_webp",
     "pixels_of",
     "to_gltf_image",
     "to_png",
@@ -43,6 +44,11 @@ def image_type(data: bytes) -> str:
     if data.startswith(_PNG):
         return "image/png"
     return "image/jpeg" if data.startswith(_JPEG) else ""
+
+
+def is_webp(data: bytes) -> bool:
+    """Return whether data are a WebP image, by its first bytes (RFC 9649, section 2.4)."""
+    return data[:4] == b"RIFF" and data[8:12] == b"WEBP"
 
 
 def has_alpha(data: bytes) -> bool:

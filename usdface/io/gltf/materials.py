@@ -50,8 +50,11 @@ def read_materials(
         for primitive in mesh.primitives or []
         if getattr(primitive.attributes, "COLOR_0", None) is not None
     }
+    decoded: dict[int, Texture] = {}
     materials = [
-        replace(_read(file, source, name, uv_names, found), vertex_colours=number in coloured)
+        replace(
+            _read(file, source, name, uv_names, decoded, found), vertex_colours=number in coloured
+        )
         for number, (source, name) in enumerate(
             zip(file.document.materials or [], names, strict=True)
         )
@@ -64,6 +67,7 @@ def _read(
     source: pygltflib.Material,
     name: str,
     uv_names: Sequence[str],
+    decoded: dict[int, Texture],
     found: list[Finding],
 ) -> Material:
     where = f"material {name}"
@@ -71,7 +75,7 @@ def _read(
     def texture(info: Any, space: ColourSpace, channel: str = "") -> Texture | None:
         if info is None:
             return None
-        image, new_findings = read_texture(file, info, uv_names, where)
+        image, new_findings = read_texture(file, info, uv_names, where, decoded)
         found.extend(new_findings)
         return replace(image, space=space, channel=channel) if image else None
 

@@ -1,7 +1,5 @@
 """glTF 2.0 to a rig and its clips."""
 
-import struct
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import compress
 from operator import not_
@@ -9,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from pygltflib import GLTF2, Scene
-from pygltflib import Mesh as GltfMesh
 
 from usdface.arrays import FloatArray
 from usdface.clips import Clip
@@ -19,9 +16,12 @@ from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.bake_transform import bake_transform
 from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
+from usdface.io.gltf.errors import schema_errors
 from usdface.io.gltf.extras import read_extras
+from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
-from usdface.io.gltf.left_out import report_extensions, report_nodes
+from usdface.io.gltf.instances import expand_instances
+from usdface.io.gltf.left_out import report_extensions, report_extras
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
 from usdface.io.gltf.read_animation import animated_nodes, clips_of
@@ -29,9 +29,12 @@ from usdface.io.gltf.read_mesh import mesh_of_primitives
 from usdface.io.gltf.read_skin import Armature, armature_of
 from usdface.io.gltf.read_weights import PlacedMesh
 from usdface.io.gltf.scene import read_scene
+from usdface.io.gltf.target_names import legal_text, target_names, unique_names, with_labels
 from usdface.io.gltf.textures import read_uv_names
+from usdface.io.gltf.variants import read_variants
 from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base_color
 from usdface.io.gltf.vrm import VRM, read_vrm
+from usdface.io.gltf.vrm_nodes import NamedNodes, read_vrm_nodes
 from usdface.rigs import Mesh, Rig, Skin
 
 __all__ = ["read_gltf"]
@@ -73,29 +76,12 @@ def read_gltf(
         If the file cannot be read, is not valid where it matters, or requires an extension
         that is not decoded.
     """
-    try:
+    with schema_errors(path):
         return _read(path, asset_root)
-    except InputError as error:
-        # Any other error is a violation of the specification.
-        code = "SCHEMA_BROKEN" if error.code == InputError.default_code else error.code
-        raise InputError(f"{path}: {error}", code) from error
-    except (
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        OSError,
-        TypeError,
-        ValueError,
-        struct.error,
-        np.linalg.LinAlgError,
-    ) as error:
-        # A wrong JSON type in one of the many fields that pygltflib does not check.
-        message = f"{path}: the file does not follow the glTF schema: {error}"
-        raise InputError(message, "SCHEMA_BROKEN") from error
 
 
 def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
-    file = decompress(load_document(path, asset_root))
+    file = expand_instances(decompress(load_document(path, asset_root)))
     document = file.document
     reader = AccessorReader(file)
     tree = node_tree(document)
@@ -103,7 +89,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     _check_size(document, carriers, reader)
     bare = [is_default_material(material) for material in document.materials or []]
     shown = compress(document.materials or [], map(not_, bare))
-    unique, found = _unique([material.name or "Material" for material in shown], "material")
+    unique, found = unique_names([material.name or "Material" for material in shown], "material")
     named = iter(unique)
     names = tuple("" if none else next(named) for none in bare)
     uv_names = read_uv_names(document.asset.extras)
@@ -134,19 +120,34 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     found += new_findings
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
-    found += report_extensions(document) + report_nodes(document, tree, armature.nodes)
+    found += report_extensions(file) + report_extras(file)
+    groups, new_findings = read_groups(document, tree, armature)
+    found += new_findings
+    joint_extras, new_findings = read_joint_extras(document, armature)
+    found += new_findings
+    finished, new_findings = read_variants(document, meshes, finished, names)
+    found += new_findings
+    finished = hang_in_groups(meshes, finished, tree, groups, armature)
     paths = armature.skeleton.joints if armature.skeleton else ()
     joints = {node: paths[place] for node, place in armature.nodes.items()}
     carried = {placed.node: mesh for placed, mesh in zip(meshes, finished, strict=True)}
     avatar, new_findings = read_vrm(document, carried, joints)
     found += new_findings
     if avatar:
+        of_joints = {path: node for node, path in joints.items()}
+        of_groups = {group.path: node for node, group in groups.items()}
+        of_meshes = {mesh.name: node for node, mesh in reversed(carried.items())}
+        nodes = NamedNodes({"joint": of_joints, "group": of_groups, "mesh": of_meshes})
+        moving, new_findings = read_vrm_nodes(document, nodes)
+        found += new_findings
+        avatar |= moving
         asset |= {VRM: avatar}
     if document.asset.copyright:
         asset = {"copyright": document.asset.copyright} | asset
-    name = _text(scene.name or path.stem)
+    name = legal_text(scene.name or path.stem)
     rig = Rig(name, finished, armature.skeleton, materials, path.name, cameras, lights)
-    return replace(rig, extras=extras, asset=asset), clips, found
+    rig = replace(rig, extras=extras, asset=asset, joint_extras=joint_extras)
+    return replace(rig, groups=tuple(groups.values())), clips, found
 
 
 def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) -> None:
@@ -187,7 +188,7 @@ def _meshes(
     """Decode the mesh of each node that carries one; a mesh used twice is decoded once."""
     document = file.document
     names = [
-        _text(document.nodes[n].name or document.meshes[document.nodes[n].mesh].name or "Mesh")
+        legal_text(document.nodes[n].name or document.meshes[document.nodes[n].mesh].name or "Mesh")
         for n in carriers
     ]
     found: list[Finding] = []
@@ -198,11 +199,11 @@ def _meshes(
         index = document.nodes[node].mesh
         source = document.meshes[index]
         if index not in decoded:
-            shape_names, labels, new_findings = _shape_names(source, name)
+            shape_names, labels, new_findings = target_names(source, name)
             decoded[index], lost = mesh_of_primitives(
                 name, source.primitives or [], shape_names, materials, reader, uv_names
             )
-            decoded[index] = _labelled(decoded[index], labels)
+            decoded[index] = with_labels(decoded[index], labels)
             found += [*new_findings, *lost]
             between = steps_in(source.extras, shape_names)
             if between is None:
@@ -217,39 +218,6 @@ def _meshes(
             named = replace(mesh, name=name, extras=extras)
             meshes.append(PlacedMesh(named, node, weights, steps[index]))
     return meshes, found
-
-
-def _shape_names(
-    mesh: GltfMesh, name: str
-) -> tuple[tuple[str, ...], tuple[str, ...], list[Finding]]:
-    """Return a unique name for each morph target, its original name, and findings."""
-    count = len(mesh.primitives[0].targets or []) if mesh.primitives else 0
-    extras = mesh.extras if isinstance(mesh.extras, Mapping) else {}
-    given = _texts(extras.get("targetNames"))
-    found = []
-    if given and len(given) != count:
-        message = "there are {name_count} targetNames for {shape_count} morph targets"
-        found.append(finding("NAME_CHANGED", name, message, len(given), count))
-    names = [given[k] if k < len(given) and given[k] else f"target_{k}" for k in range(count)]
-    ours = extras.get("usdface")
-    own = _texts(ours.get("names")) if isinstance(ours, Mapping) else []
-    if len(own) == count == len(set(own)) and all(own):  # an export made them unique already
-        return tuple(own), tuple(map(_text, names)), found
-    unique, changed = _unique(names, f"blend shape of {name}")
-    return unique, tuple(map(_text, names)), found + changed
-
-
-def _texts(values: object) -> list[str]:
-    sound = isinstance(values, list) and all(isinstance(v, str) for v in values)
-    return [_text(v) for v in values] if isinstance(values, list) and sound else []
-
-
-def _labelled(mesh: Mesh | None, labels: tuple[str, ...]) -> Mesh | None:
-    if mesh is None or mesh.shape_names == labels:
-        return mesh
-    shapes = zip(mesh.shapes, labels, strict=True)
-    named = (s if s.name == label else replace(s, label=label) for s, label in shapes)
-    return replace(mesh, shapes=tuple(named))
 
 
 def _still_weights(given: list[float] | None, of: Mesh) -> FloatArray:
@@ -283,27 +251,3 @@ def _in_rig_space(
     count = len(mesh.points)
     rigid = Skin(np.full((count, 1), place), np.ones((count, 1)))
     return bake_transform(replace(mesh, skin=rigid), world)
-
-
-def _unique(given: list[str], subject: str) -> tuple[tuple[str, ...], list[Finding]]:
-    """Return names made unique by a number behind, and a finding for each changed one."""
-    taken = {_text(name) for name in given}
-    seen: set[str] = set()
-    result, found = [], []
-    for original in map(_text, given):
-        name, number = original, 1
-        while name in seen or (number > 1 and name in taken):
-            number += 1
-            name = f"{original}_{number}"
-        seen.add(name)
-        if name != original:
-            found.append(
-                finding("NAME_CHANGED", original, f"{subject} name occurs twice: {{name!r}}", name)
-            )
-        result.append(name)
-    return tuple(result), found
-
-
-def _text(name: str) -> str:
-    """Return a name that can be encoded: JSON allows half of a surrogate pair."""
-    return name.encode("utf-8", "replace").decode()

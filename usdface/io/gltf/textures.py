@@ -19,14 +19,14 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
-from usdface.io.gltf.image import GltfImage, image_type
+from usdface.io.gltf.image import GltfImage, image_type, is_webp, pixels_of, to_png
 from usdface.io.inputs import first_free
 from usdface.io.udim import is_udim
 from usdface.materials import Placement, Texture, Wrap
 
 __all__ = ["TextureBuilder", "read_texture", "read_uv_names", "uv_name", "uv_name_extras"]
 
-_TRANSFORM = "KHR_texture_transform"
+_TRANSFORM, _WEBP = "KHR_texture_transform", "EXT_texture_webp"
 _SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
 # Constants of samplers: glTF 2.0, 5.26.
 _WRAPS: dict[int, Wrap] = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
@@ -61,11 +61,17 @@ def read_uv_names(extras: Any) -> tuple[str, ...]:
 
 
 def read_texture(
-    file: GltfFile, info: Any, uv_names: Sequence[str], where: str
+    file: GltfFile,
+    info: Any,
+    uv_names: Sequence[str],
+    where: str,
+    decoded: dict[int, Texture] | None = None,
 ) -> tuple[Texture | None, list[Finding]]:
     """Return the texture of a ``textureInfo``; None, with a finding at `where`, for no image.
 
-    Embedded images come as bytes, images beside the file as its path.
+    Embedded images come as bytes, images beside the file as its path. WebP, which USD does not
+    read, becomes PNG (TEXTURE_CONVERTED), once for all that show it if they pass the same
+    `decoded`; where it cannot be read the texture's other image serves.
 
     Raises
     ------
@@ -73,15 +79,42 @@ def read_texture(
         If a texture, image or sampler does not exist, or its data lie outside the file.
     """
     texture = item(file.document.textures or [], info.index, "texture")
-    if texture.source is None:
+    found: list[Finding] = []
+    webp = (texture.extensions or {}).get(_WEBP)
+    sources = [webp.get("source")] if isinstance(webp, dict) else []
+    for source in (*sources, texture.source):
+        if source is None:
+            continue
+        try:
+            image = _image(file, source)
+            if image.suffix == ".webp":
+                decoded = {} if decoded is None else decoded
+                image = _as_png(image, source, decoded, found)
+        except _NoImage as error:
+            code = "ASSET_OUTSIDE" if error.code == "URI_OUTSIDE" else "TEXTURE_MISSING"
+            found.append(finding(code, where, "{error}; the texture is left out", error))
+            continue
+        return replace(image, placed=_placement(file, texture, info, uv_names)), found
+    if not found:
         message = "its image is in a format that only an extension defines"
-        return None, [finding("TEXTURE_MISSING", where, message)]
-    try:
-        image = _image(file, texture.source)
-    except _NoImage as error:
-        code = "ASSET_OUTSIDE" if error.code == "URI_OUTSIDE" else "TEXTURE_MISSING"
-        return None, [finding(code, where, "{error}; the texture is left out", error)]
-    return replace(image, placed=_placement(file, texture, info, uv_names)), []
+        found.append(finding("TEXTURE_MISSING", where, message))
+    return None, found
+
+
+def _as_png(
+    image: Texture, source: int, decoded: dict[int, Texture], found: list[Finding]
+) -> Texture:
+    if source not in decoded:
+        try:
+            data = to_png(pixels_of(image))
+        except InputError as error:
+            raise _NoImage(f"image {source} is WebP: {error}") from error
+        decoded[source] = Texture(data=data, suffix=".png")
+        name = Path(image.path).name or f"image {source}"
+        found.append(
+            finding("TEXTURE_CONVERTED", name, "WebP, which USD does not read, is PNG now")
+        )
+    return decoded[source]
 
 
 class _NoImage(InputError):
@@ -107,8 +140,10 @@ def _image(file: GltfFile, index: object) -> Texture:
         place = file.folder / unquote(image.uri)
         # A path with a mark of UDIM would stand for other files than this one.
         if not image.uri.startswith("data:") and not is_udim(place):
-            return Texture(path=str(place), suffix=place.suffix)
-    return Texture(data=data, suffix=_SUFFIXES.get(image_type(data), ""))
+            suffix = ".webp" if is_webp(data) else place.suffix
+            return Texture(path=str(place), suffix=suffix)
+    suffix = ".webp" if is_webp(data) else _SUFFIXES.get(image_type(data), "")
+    return Texture(data=data, suffix=suffix)
 
 
 def _placement(file: GltfFile, texture: Any, info: Any, uv_names: Sequence[str]) -> Placement:

@@ -12,6 +12,7 @@ from typing import Any
 from pygltflib import GLTF2
 
 from usdface.findings import Finding, finding
+from usdface.io.gltf.vrm_nodes import NODE_PARTS
 from usdface.rigs import Mesh
 
 __all__ = ["VRM", "VRM_NAMES", "read_vrm", "vrm_extension"]
@@ -50,7 +51,7 @@ def read_vrm(
     if not name:
         return {}, []
     source = given[name]
-    lost = sorted(set(source) - _KEPT[name])
+    lost = sorted(set(source) - _KEPT[name] - {*NODE_PARTS[name]})
     version = str(source.get("specVersion", "1.0")) if name == "VRMC_vrm" else "0.0"
     made: dict[str, Any] = {"version": version}
     if isinstance(source.get("meta"), Mapping):

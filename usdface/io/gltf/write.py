@@ -1,8 +1,10 @@
 """A rig and its clips to glTF 2.0."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pygltflib
@@ -14,11 +16,14 @@ from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import extras_with_metadata
+from usdface.io.gltf.fewer_influences import fewer_influences
+from usdface.io.gltf.groups import SKELETON_ROOT, write_groups
 from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.scene import write_scene
 from usdface.io.gltf.textures import TextureBuilder, uv_name_extras
+from usdface.io.gltf.variants import write_variants
 from usdface.io.gltf.vertex_colours import (
     default_material,
     has_faces_without_material,
@@ -26,6 +31,7 @@ from usdface.io.gltf.vertex_colours import (
 )
 from usdface.io.gltf.vertex_split import uv_order
 from usdface.io.gltf.vrm import VRM, vrm_extension
+from usdface.io.gltf.vrm_nodes import NamedNodes, write_vrm_nodes
 from usdface.io.gltf.write_animation import write_animation
 from usdface.io.gltf.write_materials import write_materials
 from usdface.io.gltf.write_mesh import write_mesh
@@ -43,7 +49,9 @@ def write_gltf(
     clips: Sequence[Clip] = (),
     pointer: bool = False,
     quantize: bool = False,
+    influences: int = 0,
     read: Iterable[Path] = (),
+    metadata: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Finding]:
     """Write a rig and its clips as .glb or .gltf with a .bin.
 
@@ -64,8 +72,12 @@ def write_gltf(
     quantize : bool
         Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
         much they are off at most.
+    influences : int
+        Joints that a point keeps at most; 0 = all (`usdface.io.gltf.fewer_influences`).
     read : iterable of Path
         Files that textures beside a .gltf must not replace; those of the rig's own never are.
+    metadata : mapping of str to str
+        Of the conversion, for the extras of the asset.
 
     Returns
     -------
@@ -92,7 +104,7 @@ def write_gltf(
     if has_faces_without_material(rig):
         by_name[""] = default_material()
     document = pygltflib.GLTF2(
-        asset=_asset(rig, uv_names),
+        asset=_asset(rig, uv_names, metadata),
         materials=list(by_name.values()),
         scene=0,
         extensionsUsed=sorted({key for material in materials for key in material.extensions}),
@@ -100,8 +112,12 @@ def write_gltf(
     kept = [*read, *texture_files(rig.materials)]
     beside = textures.into(document, builder, path, among(kept))
     skeleton = _animated_skeleton(rig, clips)
+    if skeleton is not None:
+        rig, new_findings = _with_fewer_influences(rig, skeleton, clips, influences)
+        found += new_findings
     held = len(skeleton.joints) if skeleton else 0
     carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)
+    write_variants(carriers, list(by_name), document)
     roots = [node for node, _ in carriers]
     joints: dict[str, tuple[int, pygltflib.Node]] = {}
     if skeleton is not None:
@@ -117,12 +133,16 @@ def write_gltf(
         found += new_findings
         document.animations += [animation] if animation else []
     write_scene(rig.cameras, rig.lights, document, roots)
+    nodes = {path: node for path, (node, _) in joints.items()}
+    group_nodes, new_findings = write_groups(rig, carriers, nodes, document, roots)
+    found += new_findings
     avatar = rig.asset.get(VRM)
     if isinstance(avatar, Mapping):
-        nodes = {path: node for path, (node, _) in joints.items()}
         name, content = vrm_extension(avatar, carriers, nodes, document)
         document.extensions[name] = content
         document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
+        named = NamedNodes({"joint": nodes, "group": group_nodes, "mesh": _by_name(carriers)})
+        found += write_vrm_nodes(avatar, name, named, document)
     scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
     document.scenes = [scene]
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
@@ -133,6 +153,18 @@ def write_gltf(
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
+
+
+def _by_name(carriers: Sequence[tuple[int, Mesh]]) -> dict[str, int]:
+    return {mesh.name: node for node, mesh in reversed(carriers)}
+
+
+def _with_fewer_influences(
+    rig: Rig, skeleton: Skeleton, clips: Sequence[Clip], most: int
+) -> tuple[Rig, list[Finding]]:
+    done = [fewer_influences(mesh, skeleton, clips, most) for mesh in rig.meshes]
+    meshes = tuple(mesh for mesh, _ in done)
+    return replace(rig, meshes=meshes), [f for _, found in done for f in found]
 
 
 def _write_meshes(
@@ -202,12 +234,13 @@ def _inverse_binds(skeleton: Skeleton, first: FloatArray) -> FloatArray:
     return np.asarray(inverse.reshape(-1, 16))
 
 
-def _asset(rig: Rig, uv_names: Sequence[str]) -> pygltflib.Asset:
+def _asset(rig: Rig, uv_names: Sequence[str], metadata: Mapping[str, str]) -> pygltflib.Asset:
     kept = {key: value for key, value in rig.asset.items() if key != VRM}
     owner = kept.pop("copyright", None)
     if owner is not None and not isinstance(owner, str):
         kept["copyright"], owner = owner, None
-    extras = extras_with_metadata(kept, **uv_name_extras(uv_names))
+    ours = uv_name_extras(uv_names).get("usdface", {}) | dict(metadata)
+    extras = extras_with_metadata(kept, usdface=ours)
     return pygltflib.Asset(generator=f"usdface {_version()}", copyright=owner, extras=extras)
 
 
@@ -283,6 +316,8 @@ def _write_skeleton(
         )
     ]
     if len(roots) > 1:
-        document.nodes.append(pygltflib.Node(name="Skeleton", children=roots))
+        document.nodes.append(
+            pygltflib.Node(name="Skeleton", children=roots, extras={"usdface": SKELETON_ROOT})
+        )
         roots = [len(document.nodes) - 1]
     return roots

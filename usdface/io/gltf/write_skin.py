@@ -13,9 +13,9 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.rigs import Skin
 
-__all__ = ["write_influences"]
+__all__ = ["sorted_influences", "write_influences"]
 
-_SET = 4  # influences; many programs read no more than one set
+_SET = 4  # influences
 _SUM = 1e-3  # of 1: a sum that is off by more was meant, or is wrong
 
 
@@ -40,7 +40,7 @@ def write_influences(
     OutputError
         If the skin does not fit.
     """
-    places, weights = _influences(skin, count, joints, name)
+    places, weights = sorted_influences(skin, count, joints, name)
     small = np.uint8 if joints <= 2**8 else np.uint16
     attributes = {}
     for number in range(places.shape[1] // _SET):
@@ -48,34 +48,29 @@ def write_influences(
         held = places[source, own].astype(small), weights[source, own]
         for attribute, values in zip(("JOINTS", "WEIGHTS"), held, strict=True):
             attributes[f"{attribute}_{number}"] = builder.array(values, ARRAY_BUFFER)
-    found = _report_sums(skin, name)
-    if len(attributes) > 2:
-        lost = weights[:, _SET:].sum(axis=1)
-        message = (
-            "{point_count} points have more than {influence_count} joints; programs that "
-            "read the strongest only leave out up to {left_out_percent:.2g} % of a point's "
-            "weight"
-        )
+    return attributes, _report_weights(skin, name)
+
+
+def _report_weights(skin: Skin, name: str) -> list[Finding]:
+    """Return findings where UsdSkel shows something else, as it takes weights as they are."""
+    held = np.nan_to_num(skin.weights)
+    negative = int((held < 0).any(axis=1).sum())
+    off = int((np.abs(held.sum(axis=1) - 1) > _SUM).sum())
+    found = []
+    if negative:
+        message = "{point_count} points have negative skin weights; taken as 0"
         found.append(
-            finding("INFLUENCES_MANY", name, message, int((lost > 0).sum()), _SET, 100 * lost.max())
+            finding(
+                "FEATURE_APPROXIMATED", name, message, negative, feature="negative_skin_weights"
+            )
         )
-    return attributes, found
+    if off:
+        message = "the skin weights of {point_count} points do not add up to 1; glTF's do"
+        found.append(finding("FEATURE_APPROXIMATED", name, message, off, feature="skin_weights"))
+    return found
 
 
-def _report_sums(skin: Skin, name: str) -> list[Finding]:
-    """Return a finding where UsdSkel shows something else, as it takes weights as they are."""
-    off = np.abs(np.nan_to_num(skin.weights).sum(axis=1) - 1)
-    if not len(off) or (off.max() <= _SUM and (skin.weights >= 0).all()):
-        return []
-    message = "the skin weights of {point_count} points do not add up to 1; glTF's do"
-    return [
-        finding(
-            "FEATURE_APPROXIMATED", name, message, int((off > _SUM).sum()), feature="skin_weights"
-        )
-    ]
-
-
-def _influences(
+def sorted_influences(
     skin: Skin, count: int, joints: int, name: str
 ) -> tuple[IntArray, NDArray[np.float32]]:
     """Return the joints (V, K) of each point, strongest first, and weights that sum to 1.

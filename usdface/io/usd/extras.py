@@ -9,7 +9,7 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.conversion_metadata import KEY
 from usdface.scene import Extras
 
-__all__ = ["read_asset", "read_extras", "write_asset", "write_extras"]
+__all__ = ["json_values", "read_asset", "read_extras", "usd_values", "write_asset", "write_extras"]
 
 _DEEPEST = 16  # levels of nesting, for a stack that stays shallow
 _INTS = range(-(2**63), 2**63)  # int64, the widest integer of a USD dictionary
@@ -32,6 +32,16 @@ def _author(prim: Usd.Prim, extras: Extras, put: Callable[[str, object], object]
             put(key, value)
         else:
             lost.append(key)
+    return _report_lost(prim, lost)
+
+
+def usd_values(prim: Usd.Prim, values: Mapping[str, Any]) -> tuple[dict[str, Any], list[Finding]]:
+    """Return JSON values as USD holds them in a dictionary of a prim, without those it cannot."""
+    lost: list[str] = []
+    return _usd_dict(values, "", lost, 0), _report_lost(prim, lost)
+
+
+def _report_lost(prim: Usd.Prim, lost: list[str]) -> list[Finding]:
     if not lost:
         return []
     message = "extras that USD does not hold: {names}"
@@ -81,8 +91,13 @@ def read_asset(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:
 def _read(
     prim: Usd.Prim, given: Mapping[str, Any] | None, ours: Collection[str]
 ) -> tuple[dict[str, Any], list[Finding]]:
+    return json_values(prim, {k: v for k, v in (given or {}).items() if k not in ours})
+
+
+def json_values(prim: Usd.Prim, given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Finding]]:
+    """Return a dictionary of a prim as JSON values."""
     lost: list[str] = []
-    made = _json_dict({k: v for k, v in (given or {}).items() if k not in ours}, "", lost)
+    made = _json_dict(given, "", lost)
     if not lost:
         return made, []
     message = "metadata that JSON does not hold: {names}"

@@ -19,6 +19,7 @@ from usdface.io.usd.animation import (
     solve_animation,
 )
 from usdface.io.usd.fingerprint import is_unedited, sign
+from usdface.io.usd.generation import mark_generation
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import (
     Metrics,
@@ -55,6 +56,7 @@ def write_layers(
     in_place: bool,
     verdict: Verdict | None,
     deviations: Mapping[str, float],
+    generation: str,
 ) -> list[Path]:
     """Write the solve, express and closure layers and the root over them; all of them or none.
 
@@ -62,6 +64,7 @@ def write_layers(
 
     `deviations` are the standard deviations of the weights of the solved blend shapes, by name;
     they and the verdict are kept in the solve layer.
+    All but the shot itself get the `generation` of the result.
     With `in_place` the layers are added to the shot's own subLayers instead of a new root;
     that is idempotent.
 
@@ -91,6 +94,10 @@ def write_layers(
             author(overs, stage, shot, animation)
             layers.append((path, overs))
     stronger_first = [path for path, _ in reversed(layers)]
+    if not in_place:
+        layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))
+    for _, layer in layers:
+        mark_generation(layer, generation)
     if in_place:
         top = Sdf.Layer.CreateAnonymous(".usda")
         top.TransferContent(stage.GetRootLayer())
@@ -100,8 +107,6 @@ def write_layers(
         if is_unedited(stage.GetRootLayer()):
             sign(top)
         layers.append((shot_path, top))
-    else:
-        layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))
     with all_or_none():
         save_layers(layers)
         for path in paths.layers:  # of an earlier run that had one more

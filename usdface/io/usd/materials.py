@@ -4,6 +4,7 @@ Source: OpenUSD, "UsdPreviewSurface Specification" 2.6.
 """
 
 import itertools
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from usdface.io.usd.extras import read_extras
 from usdface.io.usd.preview_surface import Surface
 from usdface.io.usd.textures import scale_of
 from usdface.materials import AlphaMode, Material, Texture
-from usdface.rigs import MaterialSubset, Mesh
+from usdface.rigs import MaterialSubset, MaterialVariant, Mesh
 
 __all__ = ["read_mesh_materials"]
 
@@ -53,14 +54,21 @@ def read_mesh_materials(
             mesh,
             material=names[mesh.material],
             subsets=tuple(MaterialSubset(names[s.material], s.faces) for s in mesh.subsets),
+            variants=tuple(_named(variant, names) for variant in mesh.variants),
         )
         for mesh in meshes
     )
     return named, tuple(materials), findings
 
 
+def _named(variant: MaterialVariant, names: Mapping[str, str]) -> MaterialVariant:
+    known = {base: other for base, other in variant.materials.items() if base in names}
+    return MaterialVariant(variant.name, {names[b]: names[o] for b, o in known.items()})
+
+
 def _bound(mesh: Mesh) -> tuple[str, ...]:
-    return (mesh.material, *(subset.material for subset in mesh.subsets))
+    shown = (mesh.material, *(subset.material for subset in mesh.subsets))
+    return (*shown, *(other for variant in mesh.variants for other in variant.materials.values()))
 
 
 def _is_double_sided(stage: Usd.Stage, mesh: Mesh) -> bool:

@@ -12,7 +12,7 @@ from usdface.io.usd.extras import read_extras
 from usdface.io.usd.face_varying_primvars import read_face_varying, to_face_varying
 from usdface.rigs import CORNER_NORMALS, CornerValues, MaterialSubset, Mesh, Skin
 
-__all__ = ["read_mesh"]
+__all__ = ["bound_material", "read_mesh"]
 
 _START = Usd.TimeCode.EarliestTime()
 _KEPT_PRIMVARS = {"normals", "displayColor", "displayOpacity"}
@@ -87,7 +87,7 @@ def read_mesh(
         uvs,
         shapes,
         skin,
-        _material(prim),
+        bound_material(prim),
         subsets,
         path,
         uv_name,
@@ -158,7 +158,8 @@ def _normals(
     return normals, corners if hard else None, []
 
 
-def _material(prim: Usd.Prim) -> str:
+def bound_material(prim: Usd.Prim) -> str:
+    """Return the path of the material that a prim shows; "" for none."""
     bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
     return str(bound.GetPath()) if bound else ""
 
@@ -168,7 +169,7 @@ def _material_subsets(
 ) -> tuple[tuple[MaterialSubset, ...], list[Finding]]:
     subsets: list[MaterialSubset] = []
     findings: list[Finding] = []
-    whole = _material(prim)
+    whole = bound_material(prim)
     for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
         faces = np.asarray(subset.GetIndicesAttr().Get(_START) or [], np.int64)
         inside = (faces >= 0) & (faces < count)
@@ -179,7 +180,7 @@ def _material_subsets(
                     "FEATURE_DROPPED", str(subset.GetPath()), message, count - 1, feature="faces"
                 )
             )
-        material = _material(subset.GetPrim())
+        material = bound_material(subset.GetPrim())
         if material != whole:  # else it repeats that of the mesh
             subsets.append(MaterialSubset(material, faces[inside]))
     return tuple(subsets), findings

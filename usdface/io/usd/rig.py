@@ -12,7 +12,9 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.extras import read_asset, read_extras
+from usdface.io.usd.groups import read_groups
 from usdface.io.usd.head_motion import inverse_head_motion
+from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
@@ -151,7 +153,8 @@ def _rig(
         meshes += [mesh] if mesh else []
     if not meshes:
         raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
-    named, materials, new_findings = read_mesh_materials(stage, tuple(meshes), asset_root)
+    looks = tuple(meshes) if root else read_material_variants(stage, meshes)
+    named, materials, new_findings = read_mesh_materials(stage, looks, asset_root)
     top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
     name = top.GetDisplayName() or top.GetName()
     source = stage.GetRootLayer().realPath
@@ -164,7 +167,10 @@ def _rig(
     extras, new_findings = read_extras(top)
     findings += new_findings
     asset, new_findings = read_asset(top)
+    findings += new_findings
+    groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
+    rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.inbetween_path import inbetween_path
-from usdface.io.transforms import compose
+from usdface.io.joint_poses import skinning_transforms
 from usdface.rigs import Mesh, Skeleton, Skin
 
 __all__ = ["posed_bounds"]
@@ -30,7 +30,7 @@ def posed_bounds(mesh: Mesh, skeleton: Skeleton | None, clips: Sequence[Clip]) -
         box[1, shape.indices] += reached.max(axis=0)
     if skeleton is None or mesh.skin is None:
         return np.array([box[0].min(axis=0), box[1].max(axis=0)])
-    moves = _skinning(skeleton, skeleton.rest)
+    (moves,) = skinning_transforms(skeleton)
     corners = [
         _skinned(
             np.stack([box[side, :, axis] for axis, side in enumerate(sides)], 1), mesh.skin, moves
@@ -52,11 +52,7 @@ def _moving_box(
     A skinned point lies between the places to which its joints would bring it, so the boxes
     around the points of each joint, moved with it, hold them all.
     """
-    local = np.tile(skeleton.rest, (len(take.times), 1, 1, 1))
-    place = {joint: k for k, joint in enumerate(skeleton.joints)}
-    own = [place[joint] for joint in take.joints]
-    local[:, own] = compose(take.translations, take.rotations, take.scales)
-    moves = _skinning(skeleton, local)
+    moves = skinning_transforms(skeleton, take)
     result = []
     for joint in np.unique(skin.joints[skin.weights > 0]).tolist():
         held = ((skin.joints == joint) & (skin.weights > 0)).any(axis=1)
@@ -65,17 +61,6 @@ def _moving_box(
         corners = corners @ moves[:, joint]
         result += [corners[..., :3].min(axis=(0, 1)), corners[..., :3].max(axis=(0, 1))]
     return result
-
-
-def _skinning(skeleton: Skeleton, local: FloatArray) -> FloatArray:
-    """Return the skinning transforms (..., J, 4, 4) for joint transforms to their parents."""
-    world = local.copy()
-    places = {joint: i for i, joint in enumerate(skeleton.joints)}
-    for i, joint in enumerate(skeleton.joints):
-        parent = places.get(joint.rpartition("/")[0], -1)
-        if parent >= 0:
-            world[..., i, :, :] = local[..., i, :, :] @ world[..., parent, :, :]
-    return np.linalg.pinv(skeleton.bind) @ world
 
 
 def _skinned(points: FloatArray, skin: Skin, moves: FloatArray) -> FloatArray:

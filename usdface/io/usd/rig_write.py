@@ -18,7 +18,9 @@ from usdface.io.usd.conversion_metadata import write_metadata
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.extras import write_asset, write_extras
 from usdface.io.usd.face_varying_primvars import write_face_varying
+from usdface.io.usd.groups import write_groups
 from usdface.io.usd.joint_frames import with_unit_scales
+from usdface.io.usd.material_variants import write_material_variants
 from usdface.io.usd.materials_write import write_materials
 from usdface.io.usd.rig_bounds import posed_bounds
 from usdface.io.usd.scene import write_scene
@@ -101,6 +103,7 @@ def _stage_of(
         asset.SetDisplayName(rig.name)
     findings += write_extras(asset, rig.extras) + write_asset(asset, rig.asset)
     findings += write_scene(stage, rig.cameras, rig.lights)
+    findings += write_groups(stage, rig)
     if rig.materials:
         materials, new_findings = write_materials(stage, _scope(stage), rig.materials, path, read)
         findings += new_findings
@@ -118,6 +121,9 @@ def _stage_of(
     sided = {m.name for m in rig.materials if m.double_sided}
     for name, mesh in zip(names, rig.meshes, strict=True):
         findings += _write_mesh(stage, f"{_FACE}/{name}", mesh, rig, materials, sided)
+    write_material_variants(
+        stage, {f"{_FACE}/{n}": m for n, m in zip(names, rig.meshes, strict=True)}, materials
+    )
     bounds = np.array([posed_bounds(mesh, rig.skeleton, clips) for mesh in rig.meshes])
     root.CreateExtentAttr(vec3f_array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)]))
     return stage, findings
@@ -158,6 +164,8 @@ def _write_mesh(
         prim.GetPrim().SetDisplayName(mesh.name)
         findings.append(finding("NAME_CHANGED", path, "was {original!r}", mesh.name))
     findings += write_extras(prim.GetPrim(), mesh.extras)
+    if mesh.group:
+        write_metadata(prim.GetPrim(), "group", mesh.group)
     _bind_skin(prim, mesh, rig)
     shape_prims = prim_names(mesh.shape_names)
     findings += write_shapes(prim, mesh, shape_prims)

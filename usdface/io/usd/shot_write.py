@@ -14,6 +14,7 @@ from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.io.usd.retarget_setup import write_expressions, write_setup
 from usdface.io.usd.shared_layers import SharedLayers, share
+from usdface.io.usd.spec_handles import hold_specs
 from usdface.io.usd.stage import (
     Metrics,
     default_prim,
@@ -72,6 +73,7 @@ def write_shot(
     # On a layer that no stage composes, because the paths are relative to where it will lie.
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.TransferContent(stage.GetRootLayer())
+    hold_specs(stage.GetRootLayer())
     for place, asset, root in (
         (_CHARACTER, rig, character),
         (_TAKE, take, str(default_prim(take_stage, take).GetPath())),

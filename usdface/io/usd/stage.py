@@ -23,6 +23,7 @@ from usdface.io.atomic import (
 )
 from usdface.io.staging import finish_dead_runs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
+from usdface.io.usd.spec_handles import hold_specs
 from usdface.io.usd.trial import try_to_open
 from usdface.plain_text import plain
 
@@ -325,6 +326,7 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
             bridge = _bridge(layer, path)
             with atomic_path(path) as temporary:
                 _export(layer, temporary, path)
+            hold_specs(layer)
             if bridge is not None:
                 with write_bridge(path) as temporary:
                     _export(bridge, temporary, path)
@@ -357,6 +359,7 @@ def _bridge(layer: Sdf.Layer, path: Path) -> Sdf.Layer | None:
     bridge = Sdf.Layer.CreateAnonymous(".usda")
     bridge.TransferContent(layer)
     UsdUtils.ModifyAssetPaths(bridge, where)
+    hold_specs(bridge)
     return bridge if found else None
 
 

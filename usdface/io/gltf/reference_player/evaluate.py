@@ -81,7 +81,9 @@ class _Scene(PlayerFile):
     """The default scene of one file."""
 
     def clips(self) -> tuple[PlayerClip, ...]:
+        self.instances: dict[int, int] = {}  # the node that each instance is of
         nodes = self.json.get("nodes", [])
+        self._expand(nodes)
         parents = self._parents(nodes)
         still = PlayerNodes(nodes, parents, {})
         meshes = [(n, self._mesh(n, still)) for n in parents if nodes[n].get("mesh") is not None]
@@ -92,6 +94,21 @@ class _Scene(PlayerFile):
             clip = self._clip(name, self._curves(animation), still, meshes)
             clips += [clip] if len(clip.times) else []
         return tuple(clips) or (self._clip("", {}, still, meshes),)
+
+    def _expand(self, nodes: list[dict[str, Any]]) -> None:
+        """Give each instance of a mesh a node of its own (EXT_mesh_gpu_instancing)."""
+        for index, node in enumerate(list(nodes)):
+            given = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes")
+            if not given or "mesh" not in node or "skin" in node:
+                continue
+            rows = {key.lower(): self.accessor(given[key]) for key in given if key[0] != "_"}
+            own = {k: node[k] for k in ("name", "mesh", "weights") if k in node}
+            first = len(nodes)
+            for parts in zip(*rows.values(), strict=True):
+                self.instances[len(nodes)] = index
+                nodes.append(own | {k: v.tolist() for k, v in zip(rows, parts, strict=True)})
+            node["children"] = [*node.get("children", []), *range(first, len(nodes))]
+            del node["mesh"]
 
     def _parents(self, nodes: list[dict[str, Any]]) -> dict[int, int]:
         """Return the parent of each node of the scene, parents first."""
@@ -160,7 +177,8 @@ class _Scene(PlayerFile):
         shown = []
         for node, part in meshes:
             weights = part.mesh.weights
-            own = {p: c for (n, p), c in curves.items() if n == node and p.startswith("weights")}
+            of = (node, self.instances.get(node))
+            own = {p: c for (n, p), c in curves.items() if n in of and p.startswith("weights")}
             if own and part.mesh.targets:
                 weights = _weighted(own, weights)
                 used += own.values()

@@ -29,7 +29,7 @@ _COMPRESSED = {
     *("EXT_meshopt_compression", "KHR_meshopt_compression"),
     "KHR_draco_mesh_compression",
 }
-_KNOWN = {"KHR_animation_pointer", "KHR_mesh_quantization"}
+_KNOWN = {"KHR_animation_pointer", "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"}
 
 
 class PlayerFile:

@@ -1,0 +1,36 @@
+"""The generation of a result, in its layers (`usdface.io.generation`)."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pxr import Sdf
+
+from usdface.io.usd.conversion_metadata import KEY
+from usdface.io.usd.stage import Stage
+
+__all__ = ["generation_of_stage", "mark_generation", "stage_generations"]
+
+_ID = "generation"
+
+
+def mark_generation(layer: Sdf.Layer, generation: str) -> None:
+    """Author the generation of a layer that is about to be written."""
+    data = dict(layer.customLayerData)
+    layer.customLayerData = {**data, KEY: {**data.get(KEY, {}), _ID: generation}}
+
+
+def stage_generations(stage: Stage) -> dict[Path, str]:
+    """Return the generation of each layer of a stage that has one."""
+    found = {Path(layer.realPath): _generation(layer) for layer in stage.GetUsedLayers()}
+    return {path: generation for path, generation in found.items() if generation}
+
+
+def generation_of_stage(stage: Stage, path: Path) -> dict[str, str]:
+    """Return what a glTF of a stage at `path` notes; {} where that is no result, or several."""
+    found = set(stage_generations(stage).values())
+    return {_ID: found.pop(), "result": path.name} if len(found) == 1 else {}
+
+
+def _generation(layer: Sdf.Layer) -> str:
+    mine = layer.customLayerData.get(KEY)
+    return str(mine.get(_ID, "")) if isinstance(mine, Mapping) else ""
