@@ -20,7 +20,7 @@ __all__ = ["Events", "events_of", "frame_events"]
 # trigger", 1938), and of the size of an event from which it counts as held, tuned by
 # benchmarks/expression_takes.py.
 _RELEASE = 0.5
-_HELD = 0.6
+_HELD = 0.62
 # Ups and downs of less than this share of the size are noise: an expression that rises, rises.
 _PLAY = 0.06
 # A frame is of the peak of an event from the second share of its size on, not up to the first.
