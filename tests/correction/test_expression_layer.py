@@ -318,3 +318,16 @@ def test_correcting_again_goes_no_way_back(slits) -> None:
     first = corrected(system, inputs, loose(face), weights).weights
     assert (first >= weights).all()
     assert (corrected(system, inputs, loose(face), first).weights >= first).all()
+
+
+def test_the_correction_is_a_continuous_function_of_the_solved_weights(slits) -> None:
+    poses = 0.5 * np.array([e.pose(SLITS.shape_names) for e in EXPRESSIONS])
+    course = np.linspace(0, 1, 501)[:, None]
+    largest = 0.0
+    for pose in poses:
+        for other in poses:
+            weights = pose + course * (other - pose)
+            change = played((slits[0], loose(slits[1])), weights).weights - weights
+            largest = max(largest, np.abs(change).max())
+            assert np.abs(np.diff(change, axis=0)).max() < 0.05
+    assert largest > 0.4
