@@ -59,6 +59,8 @@ __all__ = [
     "FEATURE_POINTS",
     "FEATURE_SMOOTHING",
     "FIRING",
+    "FIRST_FRAME",
+    "FOCAL_LENGTH",
     "FUZZY_RULE",
     "FUZZY_SYSTEM",
     "FUZZY_VARIABLE",
@@ -159,6 +161,8 @@ MARKERS_NAMES: Final = "usdface:markers:names"
 MARKERS_VISIBLE: Final = "usdface:markers:visible"
 DIMENSION: Final = "usdface:dimension"
 IMAGE_SIZE: Final = "usdface:imageSize"
+FOCAL_LENGTH: Final = "usdface:focalLength"
+FIRST_FRAME: Final = "usdface:firstFrame"
 SOURCE: Final = "usdface:source"
 SOURCE_RATE: Final = "usdface:sourceRate"
 START_TIMECODE: Final = "usdface:startTimecode"
