@@ -29,25 +29,38 @@ def test_what_no_marker_sees_says_nothing(evidence):
     np.testing.assert_allclose(evidence.seen, [1, 1, 1, 0], atol=0.03)
 
 
+def missing(evidence: Evidence, weights: np.ndarray, pose: np.ndarray) -> tuple[str, ...]:
+    """Return the regions that do not show a pose, and check that the others show it whole."""
+    shown = {
+        region: float(share[0]) for region, share in evidence.shown(weights[None], pose).items()
+    }
+    assert set(shown.values()) <= {0.0, 1.0}
+    return tuple(region for region, share in shown.items() if share == 0)
+
+
+def takes_part(evidence: Evidence, weights: np.ndarray, pose: np.ndarray, size: float) -> list:
+    return evidence.takes_part(weights[None], pose, np.array([size]))[0].tolist()
+
+
 def test_half_the_pose_shows_it(evidence):
-    assert evidence.missing(0.5 * POSE, POSE) == ()
+    assert missing(evidence, 0.5 * POSE, POSE) == ()
 
 
 def test_frowning_brows_over_a_mouth_at_rest_are_no_anger(evidence):
-    assert evidence.missing(np.array([0.9, 0.0, 0.0, 0.0]), POSE) == ("mouth",)
+    assert missing(evidence, np.array([0.9, 0.0, 0.0, 0.0]), POSE) == ("mouth",)
 
 
 def test_a_pucker_is_no_pressed_mouth(evidence):
-    assert evidence.missing(np.array([0.9, 0.4, 0.6, 0.0]), POSE) == ("mouth",)
+    assert missing(evidence, np.array([0.9, 0.4, 0.6, 0.0]), POSE) == ("mouth",)
 
 
 def test_a_pose_asks_only_for_the_regions_that_it_moves(evidence):
-    assert evidence.missing(np.array([0.0, 0.5, 0.0, 0.0]), POSE * [0, 1, 0, 1]) == ()
+    assert missing(evidence, np.array([0.0, 0.5, 0.0, 0.0]), POSE * [0, 1, 0, 1]) == ()
 
 
 def test_blend_shapes_that_rest_take_no_part_unless_unseen(evidence):
     shown = np.array([0.5, 0.02, 0.0, 0.0])
-    assert evidence.takes_part(shown, POSE, 0.5).tolist() == [True, False, False, True]
+    assert takes_part(evidence, shown, POSE, 0.5) == [True, False, False, True]
 
 
 def two_of_a_kind(other: float) -> Evidence:
@@ -61,8 +74,8 @@ def two_of_a_kind(other: float) -> Evidence:
 
 def test_a_shape_explained_by_a_similar_one_is_not_missing():
     shown, pose = np.array([0.36, 0.3]), np.array([1.0, 0.0])
-    assert two_of_a_kind(0.0021).missing(shown, pose) == ()
-    assert two_of_a_kind(-0.008).missing(shown, pose) == ("mouth",)
+    assert missing(two_of_a_kind(0.0021), shown, pose) == ()
+    assert missing(two_of_a_kind(-0.008), shown, pose) == ("mouth",)
 
 
 def test_a_part_at_rest_does_not_make_a_broad_smile_small():
@@ -72,18 +85,26 @@ def test_a_part_at_rest_does_not_make_a_broad_smile_small():
     face = marker_face(tuple("nab"), np.eye(3), basis, names, "n")
     evidence = evidence_of(face, names, 0.84)
     broad, slight = np.array([0.8, 0.0]), np.array([0.15, 0.0])
-    assert evidence.takes_part(broad, np.ones(2), 0.3).tolist() == [True, False]
-    assert evidence.takes_part(slight, np.ones(2), 0.15).tolist() == [True, True]
+    assert takes_part(evidence, broad, np.ones(2), 0.3) == [True, False]
+    assert takes_part(evidence, slight, np.ones(2), 0.15) == [True, True]
 
 
 def test_shapes_of_no_marker_are_believed():
     loose = evidence_of(marker_face(), ("smile",), EVIDENCE)
     assert loose.seen.tolist() == [0.0]
-    assert loose.missing(np.zeros(1), np.ones(1)) == ()
-    assert loose.takes_part(np.zeros(1), np.ones(1), 0.3).all()
+    assert missing(loose, np.zeros(1), np.ones(1)) == ()
+    assert takes_part(loose, np.zeros(1), np.ones(1), 0.3) == [1.0]
 
 
 def test_without_evidence_the_rules_decide(evidence):
     rules_alone = replace(evidence, least=0.0)
-    assert rules_alone.missing(np.zeros(4), POSE) == ()
-    assert rules_alone.takes_part(np.zeros(4), POSE, 0.5).tolist() == (POSE > 0).tolist()
+    assert missing(rules_alone, np.zeros(4), POSE) == ()
+    assert takes_part(rules_alone, np.zeros(4), POSE, 0.5) == (POSE > 0).tolist()
+
+
+def test_the_evidence_is_a_continuous_function_of_the_weights(evidence):
+    there = np.linspace(0, 1, 2001)[:, None] * [0.9, 0.0, 0.0, 0.0] + [0.0, 0.5, 0.4, 0.2]
+    shown = evidence.shown(there[:, [1, 0, 2, 3]], POSE)
+    assert np.ptp(shown["mouth"]) == 1
+    for share in (*shown.values(), evidence.takes_part(there, POSE, np.full(2001, 0.5))):
+        assert np.abs(np.diff(share, axis=0)).max() < 0.02

@@ -293,10 +293,11 @@ def test_a_part_that_names_no_shape_of_the_rig_is_said(slits, named) -> None:
     assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, shown(jawOpen=0.5)).findings}
 
 
-def test_correcting_twice_is_correcting_once(slits) -> None:
+def test_correcting_twice_is_correcting_once_where_the_face_shows_the_pose(slits) -> None:
     system, face = slits
-    weights = performances(80)
-    take = WeightsTake(SLITS.shape_names, np.arange(80) / 60, weights)
+    poses = np.array([e.pose(SLITS.shape_names) for e in EXPRESSIONS])
+    weights = (np.linspace(0.3, 0.9, 20)[:, None, None] * poses).reshape(-1, poses.shape[1])
+    take = WeightsTake(SLITS.shape_names, np.arange(len(weights)) / 60, weights)
     inputs = sided_features(system, face, take, weights=take, solution=None)
 
     def once(solved: np.ndarray, ease: float) -> np.ndarray:
@@ -306,4 +307,27 @@ def test_correcting_twice_is_correcting_once(slits) -> None:
     for ease in (0.0, 0.6):
         first = once(weights, ease)
         assert np.abs(first - weights).max() > 0.3
-        np.testing.assert_array_equal(once(first, ease), first)
+        np.testing.assert_allclose(once(first, ease), first, atol=1e-12)
+
+
+def test_correcting_again_goes_no_way_back(slits) -> None:
+    system, face = slits
+    weights = performances(80)
+    take = WeightsTake(SLITS.shape_names, np.arange(80) / 60, weights)
+    inputs = sided_features(system, face, take, weights=take, solution=None)
+    first = corrected(system, inputs, loose(face), weights).weights
+    assert (first >= weights).all()
+    assert (corrected(system, inputs, loose(face), first).weights >= first).all()
+
+
+def test_the_correction_is_a_continuous_function_of_the_solved_weights(slits) -> None:
+    poses = 0.5 * np.array([e.pose(SLITS.shape_names) for e in EXPRESSIONS])
+    course = np.linspace(0, 1, 501)[:, None]
+    largest = 0.0
+    for pose in poses:
+        for other in poses:
+            weights = pose + course * (other - pose)
+            change = played((slits[0], loose(slits[1])), weights).weights - weights
+            largest = max(largest, np.abs(change).max())
+            assert np.abs(np.diff(change, axis=0)).max() < 0.05
+    assert largest > 0.4

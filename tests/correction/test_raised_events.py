@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from usdface.correction.evidence import Evidence
-from usdface.correction.raised_events import judged_events, raise_part, shown_shares
+from usdface.correction.raised_events import JudgedEvents, judged_events
 
 POSE = np.array([1.0, 0.9, 0.6])  # brows, mouth, eyes
 EVIDENCE = Evidence(
@@ -18,11 +18,15 @@ CURVE = np.concatenate([np.zeros(10), RISE, np.ones(60), RISE[::-1], np.zeros(10
 INSIDE = slice(45, 95)
 
 
-def raised(weights: np.ndarray, output: np.ndarray, gain: float = 1.0) -> np.ndarray:
+def judged(weights: np.ndarray, output: np.ndarray) -> JudgedEvents:
+    return judged_events(output, weights, POSE, EVIDENCE, (0.15, 0.4), True)
+
+
+def raised(weights: np.ndarray, output: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
     """Return what is added to weights (F, 3)."""
-    events = judged_events(output, weights, POSE, EVIDENCE, (0.15, 0.4), True)
     added, reached = np.zeros(weights.shape), np.zeros(weights.shape)
-    raise_part(events, weights, POSE, np.full(len(weights), gain), added, reached)
+    gains = np.broadcast_to(gain, len(weights))
+    judged(weights, output).raise_part(POSE, gains, added, reached)
     assert (reached <= POSE + 1e-12).all()
     return added
 
@@ -50,16 +54,26 @@ def test_raising_twice_by_the_same_outputs_is_raising_once() -> None:
 def test_a_region_at_rest_keeps_the_expression_out_of_the_others() -> None:
     frown = 0.5 * CURVE[:, None] * [1.0, 0.0, 0.0]
     assert not raised(frown, 0.5 * CURVE).any()
-    events = judged_events(0.5 * CURVE, frown, POSE, EVIDENCE, (0.15, 0.4), True)
-    assert [event.missing for event in events] == [("mouth",)]
-    assert not shown_shares(events, np.ones(len(frown))).any()
+    events = judged(frown, 0.5 * CURVE)
+    assert events.missing("mouth", len(frown))[INSIDE].all()
+    assert not events.missing("brows", len(frown)).any()
+    assert not events.shown(np.ones(len(frown))).any()
 
 
 def test_a_gain_counts_in_its_frames() -> None:
     weights = 0.5 * CURVE[:, None] * POSE
     gain = np.where(np.arange(len(CURVE)) < 70, 1.0, 0.7)
-    events = judged_events(0.5 * CURVE, weights, POSE, EVIDENCE, (0.15, 0.4), True)
-    added, reached = np.zeros(weights.shape), np.zeros(weights.shape)
-    raise_part(events, weights, POSE, gain, added, reached)
+    added = raised(weights, 0.5 * CURVE, gain)
     np.testing.assert_allclose(added[[60, 80], 0], [0.5, 0.2], atol=0.01)
-    np.testing.assert_allclose(shown_shares(events, gain)[[60, 80]], [1.0, 0.7])
+    shown = judged(weights, 0.5 * CURVE).shown(gain)
+    np.testing.assert_allclose(shown[[60, 80]], [1.0, 0.7])
+
+
+def test_the_correction_is_a_continuous_function_of_weights_and_outputs() -> None:
+    rng = np.random.default_rng(1)
+    for mouth in np.linspace(0.0, 0.5, 51):
+        weights = CURVE[:, None] * [0.5, mouth, 0.3]
+        before = raised(weights, 0.5 * CURVE)
+        noise = 1e-4 * rng.standard_normal(weights.shape)
+        after = raised(weights + noise, 0.5 * CURVE + noise[:, 0])
+        assert np.abs(after - before).max() < 0.01

@@ -16,9 +16,11 @@ from usdface.options import SolveOptions
 
 __all__ = ["Evidence", "evidence_of"]
 
-# A blend shape takes part if it has this share of its weight in the expression; set by
-# benchmarks/expression_takes.py.
-_TAKES_PART = 0.6
+# A blend shape takes no part with the first share of its weight in the expression, and whole with
+# the second; a region does not show the pose by so much less than the least likeness, and whole by
+# so much more. Set by benchmarks/expression_takes.py.
+_TAKES_PART = (0.5, 0.7)
+_AROUND = 0.03
 # Error of a marker on another person's face [m]: a shape that moves the markers by less is hardly
 # seen.
 _FACE_ERROR = 0.0005
@@ -47,14 +49,18 @@ class Evidence:
     least: float
     regions: dict[GainRegion, BoolArray]
 
-    def missing(self, weights: FloatArray, pose: FloatArray) -> tuple[GainRegion, ...]:
-        """Return the regions in which weights (T,) do not show a pose (T,)."""
+    def shown(self, weights: FloatArray, pose: FloatArray) -> dict[GainRegion, FloatArray]:
+        """Return how far weights (N, T) show a pose (T,) in each region, 0 to 1: (N,)."""
         if self.least == 0:
-            return ()
-        return tuple(r for r in self.regions if not self._likeness(weights, pose, r) > self.least)
+            return {region: np.ones(len(weights)) for region in self.regions}
+        lowest = self.least - _AROUND
+        return {
+            region: _ramp((self._likeness(weights, pose, region) - lowest) / (2 * _AROUND))
+            for region in self.regions
+        }
 
-    def _likeness(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> float:
-        """Return how alike weights (T,) and a pose (T,) are in a region, 0 to 1.
+    def _likeness(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> FloatArray:
+        """Return how alike weights (N, T) and a pose (T,) are in a region, 0 to 1: (N,).
 
         The cosine of their weights, or its geometric mean with that of the markers' motion where
         this is more alike. The weights alone mistake what the solve explains by a similar blend
@@ -63,25 +69,28 @@ class Evidence:
         own = self.regions[region]
         wanted, there = (np.where(own, w, 0.0) for w in (pose, weights))
         if not (self.seen * wanted).any():
-            return 1.0
+            return np.ones(len(weights))
         shapes = _cosine(self.seen * wanted, self.seen * there)
         markers = _cosine(wanted @ self.motion, there @ self.motion)
-        return float(np.sqrt(max(shapes, 0.0) * max(shapes, markers)))
+        return np.asarray(np.sqrt(np.maximum(shapes, 0.0) * np.maximum(shapes, markers)))
 
-    def takes_part(self, weights: FloatArray, pose: FloatArray, size: float) -> BoolArray:
-        """Return which blend shapes take part in an expression of some size: (T,).
+    def takes_part(self, weights: FloatArray, pose: FloatArray, size: FloatArray) -> FloatArray:
+        """Return how far each blend shape takes part in expressions of sizes (N,): (N, T), 0 to 1.
 
-        Those that have `_TAKES_PART` of their weight in it, less what the markers leave open on
-        another person's face: one that they do not see takes part.
+        By its share of its weight in an expression of that size (`_TAKES_PART`), with what the
+        markers leave open on another person's face added: one that they do not see takes part.
         """
+        moved = pose > 0
         if self.least == 0:
-            return np.asarray(pose > 0)
-        wanted, there = self.seen * pose, self.seen * np.where(pose > 0, weights, 0.0)
+            return np.tile(moved.astype(np.float64), (len(weights), 1))
+        wanted, there = self.seen * pose, self.seen * np.where(moved, weights, 0.0)
         # Weighted by what is there, so that a part at rest does not make the others small.
-        shown = float(there @ there) / max(float(wanted @ there), 1e-12)
+        shown = (there**2).sum(axis=1) / np.maximum(there @ wanted, 1e-12)
         unsure = SolveOptions().spread * np.sqrt(1.0 - self.seen)
-        enough = _TAKES_PART * max(size, shown) * pose - unsure
-        return np.asarray((pose > 0) & (weights >= enough))
+        whole = np.maximum(size, shown)[:, None] * np.where(moved, pose, 1.0)
+        share = (weights + unsure) / np.maximum(whole, 1e-12)
+        few, enough = _TAKES_PART
+        return np.where(moved, _ramp((share - few) / (enough - few)), 0.0)
 
 
 def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence:
@@ -109,6 +118,11 @@ def _seen(basis: FloatArray) -> FloatArray:
     return np.asarray(np.clip(1.0 - np.diag(posterior) / spread**2, 0.0, 1.0))
 
 
-def _cosine(a: FloatArray, b: FloatArray) -> float:
-    lengths = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return float(a @ b) / lengths if lengths else 0.0
+def _cosine(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the cosines between a vector (T,) and vectors (N, T), 0 where one is 0: (N,)."""
+    lengths = np.linalg.norm(a) * np.linalg.norm(b, axis=1)
+    return np.asarray(np.divide(b @ a, lengths, out=np.zeros(len(b)), where=lengths > 0))
+
+
+def _ramp(x: FloatArray) -> FloatArray:
+    return np.asarray(np.clip(x, 0.0, 1.0))

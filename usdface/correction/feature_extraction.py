@@ -3,12 +3,15 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from usdface.arrays import FloatArray
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
+from usdface.correction.shown_motion import motion_gains
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
-from usdface.face.mirror import SIDES, Side, half_face, half_weights
+from usdface.face.mirror import SIDES, Side, half_face, half_weights, midline, sides_of
 from usdface.face.symmetry import symmetric_pairs
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
@@ -16,6 +19,10 @@ from usdface.retarget.solution import Solution
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Features", "features", "sided_features"]
+
+
+# Width of the Gaussian [s] over which motion is compared; as the features' own.
+_GAIN_WIDTH = 0.2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,7 +88,7 @@ def sided_features(
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
     else:
-        names, neutral, by_side = _character_markers(face, weights, sides)
+        names, neutral, by_side = _character_markers(face, weights, solution, sides)
     _check_roles(system, names, face.roles)
     unit = face_unit(system, neutral)
     # As in the solve: a take without noise is not smoothed.
@@ -140,22 +147,23 @@ def _take_markers(
 
 
 def _character_markers(
-    face: BoundFace, weights: WeightsTake, sides: Sequence[Side]
+    face: BoundFace, weights: WeightsTake, solution: Solution | None, sides: Sequence[Side]
 ) -> _SidedMarkers:
-    """Return the markers on the character at the solved weights."""
+    """Return the markers on the character at the solved weights, as far as the take moves them."""
     names, neutral = face.markers, face.neutral
     solved = weights.reordered(face.shape_names).weights
     pairs = symmetric_pairs(face.shape_names)
+    whole = face.displacements(solved)
     if not len(pairs):
-        positions = neutral + face.displacements(solved)
+        positions = neutral + _shown(face, whole, whole, weights, solution, "both")
         by_side = _sided_positions(positions, neutral, neutral, names, face.nose_tip, sides)
         return names, neutral, by_side
     sided_weights = {s: solved if s == "both" else half_weights(solved, pairs, s) for s in sides}
-    return (
-        names,
-        neutral,
-        {side: neutral + face.displacements(w) for side, w in sided_weights.items()},
-    )
+    by_side = {
+        side: neutral + _shown(face, face.displacements(w), whole, weights, solution, side)
+        for side, w in sided_weights.items()
+    }
+    return names, neutral, by_side
 
 
 def _sided_positions(
@@ -174,3 +182,31 @@ def _sided_positions(
         s: positions if s == "both" else half_face(positions, neutral, on_character, nose, s)
         for s in sides
     }
+
+
+def _shown(
+    face: BoundFace,
+    moved: FloatArray,
+    solved: FloatArray,
+    weights: WeightsTake,
+    solution: Solution | None,
+    side: Side,
+) -> FloatArray:
+    """Return displacements (F, M, 3) of a side, as large as the take's markers show the solved."""
+    if solution is None or face.nose_tip not in solution.markers:
+        return moved
+    index = {name: i for i, name in enumerate(solution.markers)}
+    seen = np.array([name in index for name in face.markers])
+    at = [index[name] for name in np.array(face.markers)[seen]]
+    nose = face.nose
+    shown = solved.copy()
+    shown[:, seen] = solution.feature_points[:, at] - solution.rest[at]
+    sides = sides_of(face.neutral, midline(face.neutral, face.midline), 0.0)
+    measured = seen if side == "both" else seen & (sides != (-1 if side == "left" else 1))
+    upper = face.neutral[:, 1] > face.neutral[nose, 1]
+    step = float(np.median(np.diff(weights.times))) if len(weights.times) > 1 else 1.0
+    nose_at = [each[:, nose, None] for each in (solved, shown, moved)]
+    gains = motion_gains(
+        solved - nose_at[0], shown - nose_at[1], upper, measured, _GAIN_WIDTH / step
+    )
+    return np.asarray(nose_at[2] + gains[:, :, None] * (moved - nose_at[2]))

@@ -1,47 +1,84 @@
 """Raising: weak expressions are brought up to their poses, one event at a time.
 
-In an event (`usdface.correction.events`) every blend shape that takes part in the expression
-(`usdface.correction.evidence`) gets what its mean at the peak lacks of the pose, in each frame as
-far as the expression is shown there. So the correction rises, holds and falls with the performance,
-a whole expression gets none, and raising by the same outputs twice is doing it once.
+In an event (`usdface.correction.events`) every blend shape gets what its mean at the peak lacks of
+the pose, as far as it takes part in the expression (`usdface.correction.evidence`), in each frame
+as far as the expression is shown there. So the correction rises, holds and falls with the
+performance, and a whole expression gets none.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.correction.events import Event, events_of, frame_events
+from usdface.correction.events import Events, events_of, frame_events
 from usdface.correction.evidence import Evidence
 from usdface.correction.pose_blend import respond
 from usdface.face.regions import GainRegion
 
-__all__ = ["JudgedEvent", "frames_missing", "judged_events", "raise_part", "shown_shares"]
+__all__ = ["JudgedEvents", "judged_events"]
+
+# A region shows an expression from this share of the evidence on, in the trace.
+_SHOWN = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JudgedEvent:
-    """An event of an emotion, and what the face shows of its pose.
+class JudgedEvents:
+    """The events of an emotion, and how far the face shows its pose in each of their frames.
 
     Attributes
     ----------
-    event : Event
-    level : float
-        The share of the pose that it is to reach, by its size alone.
-    mean : (T,) float64
+    events : Events
+    level : (N,) float64
+        The share of the pose that is to be reached, by the size of the event alone.
+    mean : (N, T) float64
         Mean weights at the peak.
-    raised : (T,) bool
-        Blend shapes that take part and are raised; none where a region is missing.
-    missing : tuple of str
-        Regions that do not show the expression.
+    regions : mapping of str to (N,) float64
+        How far each region shows the expression, 0 to 1.
+    taking : (N, T) float64
+        How far each blend shape takes part, 0 to 1, and is raised; 0 where a region is missing.
     """
 
-    event: Event
-    level: float
+    events: Events
+    level: FloatArray
     mean: FloatArray
-    raised: BoolArray
-    missing: tuple[GainRegion, ...]
+    regions: Mapping[GainRegion, FloatArray]
+    taking: FloatArray
+
+    def raise_part(
+        self, part: FloatArray, gain: FloatArray, added: FloatArray, reached: FloatArray
+    ) -> None:
+        """Raise `added` to what a part of the pose gets, and `reached` to where that leads.
+
+        Parameters
+        ----------
+        part : (T,) float64
+        gain : (F,) float64
+        added, reached : (F, T) float64
+            Changed in place.
+        """
+        shapes = np.flatnonzero((part > 0) & self.taking.any(axis=0))
+        frames, envelope = self.events.frames, self.events.envelope[:, None]
+        target = np.minimum((self.level * gain[frames])[:, None] * part[shapes], 1.0)
+        share = envelope * self.taking[:, shapes]
+        block = np.ix_(frames, shapes)
+        lacking = np.maximum(target - self.mean[:, shapes], 0.0)
+        added[block] = np.maximum(added[block], share * lacking)
+        reached[block] = np.maximum(reached[block], share * target)
+
+    def shown(self, gain: FloatArray) -> FloatArray:
+        """Return the share of its pose that the emotion gets over a take, at gains (F,): (F,)."""
+        shown = np.zeros(len(gain))
+        at = self.events.frames
+        shown[at] = self.level * gain[at] * self.events.envelope * self.taking.max(axis=1)
+        return shown
+
+    def missing(self, region: GainRegion, frames: int) -> BoolArray:
+        """Return the frames of a take in which a region does not show the emotion: (F,)."""
+        missing = np.zeros(frames, dtype=bool)
+        missing[self.events.frames] = self.regions[region] < _SHOWN
+        return missing
 
 
 def judged_events(
@@ -51,7 +88,7 @@ def judged_events(
     evidence: Evidence,
     response: tuple[float, float],
     whole_take: bool,
-) -> list[JudgedEvent]:
+) -> JudgedEvents:
     """Return the events of an emotion with their evidence.
 
     Parameters
@@ -66,61 +103,10 @@ def judged_events(
         Whether frames follow one another; otherwise each is an event of its own.
     """
     events = (events_of if whole_take else frame_events)(output, response[0])
-    found = []
-    for event in events:
-        mean = weights[event.frames][event.peak].mean(axis=0)
-        missing = evidence.missing(mean, pose)
-        taking = evidence.takes_part(mean, pose, event.size) & (not missing)
-        level = float(respond(np.array(event.size), response))
-        found.append(JudgedEvent(event, level, mean, taking, missing))
-    return found
-
-
-def raise_part(
-    events: Sequence[JudgedEvent],
-    weights: FloatArray,
-    part: FloatArray,
-    gain: FloatArray,
-    added: FloatArray,
-    reached: FloatArray,
-) -> None:
-    """Raise `added` to what the events add to a part of a pose, and `reached` to where they lead.
-
-    Parameters
-    ----------
-    events : sequence of JudgedEvent
-    weights : (F, T) float64
-        Solved weights.
-    part : (T,) float64
-    gain : (F,) float64
-    added, reached : (F, T) float64
-        Changed in place.
-    """
-    for judged in events:
-        shapes = np.flatnonzero(judged.raised & (part > 0))
-        if not shapes.size:
-            continue
-        frames, envelope = judged.event.frames, judged.event.envelope[:, None]
-        mean = weights[frames][judged.event.peak][:, shapes].mean(axis=0)
-        target = np.minimum(judged.level * gain[frames, None] * part[shapes], 1.0)
-        block = np.ix_(np.arange(frames.start, frames.stop), shapes)
-        added[block] = np.maximum(added[block], envelope * np.maximum(target - mean, 0.0))
-        reached[block] = np.maximum(reached[block], envelope * target)
-
-
-def shown_shares(events: Sequence[JudgedEvent], gain: FloatArray) -> FloatArray:
-    """Return the share of its pose that an emotion gets over a take, at gains (F,): (F,)."""
-    shown = np.zeros(len(gain))
-    for judged in events:
-        if judged.raised.any():
-            at = judged.event.frames
-            shown[at] = judged.level * gain[at] * judged.event.envelope
-    return shown
-
-
-def frames_missing(events: Sequence[JudgedEvent], region: GainRegion, frames: int) -> BoolArray:
-    """Return the frames of a take in which a region does not show an emotion: (F,)."""
-    missing = np.zeros(frames, dtype=bool)
-    for judged in events:
-        missing[judged.event.frames] |= region in judged.missing
-    return missing
+    mean = events.peaks(weights)
+    regions = evidence.shown(mean, pose)
+    shown = np.ones(len(mean))
+    for share in regions.values():
+        shown = np.minimum(shown, share)
+    taking = evidence.takes_part(mean, pose, events.size) * shown[:, None]
+    return JudgedEvents(events, respond(events.size, response), mean, regions, taking)

@@ -9,13 +9,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.evidence import Evidence
 from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
-from usdface.correction.raised_events import (
-    JudgedEvent,
-    frames_missing,
-    judged_events,
-    raise_part,
-    shown_shares,
-)
+from usdface.correction.raised_events import JudgedEvents, judged_events
 from usdface.correction.temporal_blend import blend_frames, blended
 from usdface.expression_system import ExpressionSystem
 from usdface.face.layout import FaceLayout, split_poses
@@ -90,21 +84,21 @@ class TakeBlending:
         """Raise weak expressions event by event."""
         added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
         drives = _driving(outputs)
-        judged: dict[tuple[int, Side], list[JudgedEvent]] = {}
+        judged: dict[tuple[int, Side], JudgedEvents] = {}
         for row, side, region, part in self._parts():
             if (row, side) not in judged:
                 judged[row, side] = self._judged(drives[side][:, row], row, side)
             gain = self._gain(row, region)
-            raise_part(judged[row, side], self.weights, part, gain, added, reached)
+            judged[row, side].raise_part(part, gain, added, reached)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
         shown, missing = {}, {}
         for side, given in outputs.items():
             events = [self._judged(given[:, row], row, side) for row in range(len(self.poses))]
-            columns = [shown_shares(e, self._gain(row, None)) for row, e in enumerate(events)]
+            columns = [each.shown(self._gain(row, None)) for row, each in enumerate(events)]
             shown[side] = np.array(columns).reshape(given.shape[::-1]).T
             missing[side] = {
-                region: np.array([frames_missing(e, region, len(given)) for e in events])
+                region: np.array([each.missing(region, len(given)) for each in events])
                 .reshape(given.shape[::-1])
                 .T
                 for region in self.evidence.regions
@@ -114,7 +108,7 @@ class TakeBlending:
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
         return split_poses(self.poses, self.names, self.layout)
 
-    def _judged(self, output: FloatArray, row: int, side: Side) -> list[JudgedEvent]:
+    def _judged(self, output: FloatArray, row: int, side: Side) -> JudgedEvents:
         """Return the events of an emotion on a side, whose weights and pose the other side gets."""
         weights, pose = self.weights, self.poses[row]
         if side != "both":
