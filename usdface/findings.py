@@ -417,6 +417,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the head markers are collinear and leave a rotation open; all markers determine it",
     ),
     "MARKERS_FEW": ("warning", "add_markers", "the markers cannot distinguish all blend shapes"),
+    "TAKE_SAMPLED": (
+        "info",
+        "nothing",
+        "neutral, places, map and covariance of a long take come from a sample of its frames",
+    ),
     "TAKE_STILL": ("warning", "check_recording", "no marker moves in the whole take"),
     "WEIGHTS_CLIPPED": ("warning", "nothing", "recorded weights outside 0 to 1 were clipped"),
     "FRAME_UNSOLVED": (

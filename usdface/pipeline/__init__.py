@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.formats import list_formats
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper_system
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
+    from usdface.pipeline.long_take import solve_pieces
     from usdface.pipeline.markers import make_markers
     from usdface.pipeline.plugins import list_plugins
     from usdface.pipeline.processing import apply, process
@@ -60,6 +61,7 @@ __all__ = [
     "read_rig",
     "read_take",
     "set_up",
+    "solve_pieces",
     "view",
     "write_paper_system",
 ]
@@ -78,6 +80,7 @@ _HOMES = {
         "write_paper_system",
     ),
     "fuzzy_fit": ("fit_fuzzy",),
+    "long_take": ("solve_pieces",),
     "markers": ("make_markers",),
     "plugins": ("list_plugins",),
     "processing": (

@@ -17,7 +17,10 @@ from usdface.fuzzy.inference import Evaluation
 from usdface.geometry.rigid_fit import Pose
 from usdface.inbetween_path import InbetweenPath
 from usdface.retarget.map_choice import MapChoice
+from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
+from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget_pieces import EstimatedTake
 from usdface.retarget_shot import SolvedShot
 from usdface.shot import ShotResult
 from usdface.show.content import content_digest
@@ -30,7 +33,7 @@ __all__ = ["StageCache"]
 _CLASSES = (
     *(BlendShapeEvaluator, Closure, CombinationWeight, CompletedClosing, Evaluation, EyeClosing),
     *(ExpressionTrace, Finding, InbetweenPath, MapChoice, MarkerTake, Pose, Repair, ShotResult),
-    *(SideTrace, Solution, SolvedShot, WeightsTake),
+    *(SideTrace, Solution, SolvedShot, WeightsTake, EstimatedTake, TakeEstimates, SpaceMap),
 )
 _KEPT = 2  # files of each stage: a setting that goes to and fro costs nothing
 
