@@ -150,6 +150,26 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "compare",
         "a shot was edited, and is not made anew from what it is made of",
     ),
+    "CUT_TAKE_MISSING": (
+        "warning",
+        "correct_settings",
+        "no take has the timecodes of a clip of the cut; it has no shot",
+    ),
+    "CUT_TAKE_AMBIGUOUS": (
+        "warning",
+        "correct_settings",
+        "several takes have the timecodes of a clip of the cut; it has no shot",
+    ),
+    "CUT_EFFECT_IGNORED": (
+        "warning",
+        "correct_settings",
+        "a clip of the cut has a speed change or an effect, which is left out",
+    ),
+    "CUT_BETWEEN_FRAMES": (
+        "info",
+        "nothing",
+        "a clip of the cut begins between two frames of its deliverable, and is moved there",
+    ),
     "RANGE_OUTSIDE": (
         "warning",
         "correct_settings",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from usdface.pipeline.bind_page import make_bind_page
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
+    from usdface.pipeline.conforming import conform
     from usdface.pipeline.explaining import check_neutral, explain
     from usdface.pipeline.formats import list_formats
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper_system
@@ -42,6 +43,7 @@ __all__ = [
     "calibrate",
     "check",
     "check_neutral",
+    "conform",
     "convert_fuzzy",
     "explain",
     "export_scene",
@@ -70,6 +72,7 @@ _HOMES = {
     "bind_page": ("make_bind_page",),
     "calibration": ("calibrate",),
     "checking": ("check",),
+    "conforming": ("conform",),
     "explaining": (
         "check_neutral",
         "explain",

@@ -1,8 +1,10 @@
 """Long takes in pieces, as tasks of a farm or of worker processes: `usdface process --pieces`."""
 
+import json
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import fields
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -151,9 +153,8 @@ def solve_pieces(
             "shot": str(path),
             "folder": str(place),
             "number": number,
-            "options": asdict(options),
+            "options": _plain(options),
             "asset_root": os.fspath(asset_root) if asset_root else None,
-            "known": known,
         }
         for number in numbers
     ]
@@ -172,6 +173,12 @@ def solve_pieces(
     return Result(None, (), known.findings, summary, seconds=progress.seconds)
 
 
+def _plain(options: ProcessOptions) -> dict[str, Any]:
+    """Return options as plain values, which JSON can hold."""
+    values = {part.name: getattr(options, part.name) for part in fields(options)}
+    return {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
+
+
 def _each(
     pieces: _Pieces, known: EstimatedTake, tasks: Sequence[dict[str, Any]], workers: int | None
 ) -> Any:
@@ -188,7 +195,7 @@ def _each(
     ):
         number = tasks[outcome.number]["number"]
         if outcome.error:
-            code = outcome.code if outcome.code in ERROR_CODES else "SOLVE_FAILED"
+            code = outcome.code if outcome.code in ERROR_CODES else ""
             raise SolveError(f"piece {number} of the take: {outcome.error}", code)
         yield number, outcome.value
 
@@ -196,11 +203,22 @@ def _each(
 def run_piece(task: Mapping[str, Any]) -> str:
     """Solve a piece, in a worker; return how it was come by."""
     register_schemas()
-    options = ProcessOptions(**task["options"])
-    pieces = _Pieces(Path(task["shot"]), Path(task["folder"]), options, task["asset_root"])
+    pieces, known = _opened(
+        task["shot"], task["folder"], json.dumps(task["options"]), task["asset_root"]
+    )
     number = task["number"]
-    pieces.piece(number, task["known"])
+    pieces.piece(number, known)
     return pieces.used[f"piece{number:05}"]
+
+
+@lru_cache(maxsize=1)
+def _opened(
+    shot: str, folder: str, options: str, asset_root: str | None
+) -> tuple[_Pieces, EstimatedTake]:
+    """Return the pieces of a shot and their estimates, which a worker reads once."""
+    given = ProcessOptions(**json.loads(options))
+    pieces = _Pieces(Path(shot), Path(folder), given, asset_root)
+    return pieces, pieces.estimates()
 
 
 def check_no_hooks(hooks: Sequence[Hook]) -> None:

@@ -103,11 +103,12 @@ def _define_markers(
     for frame, code in enumerate(codes.tolist()):
         points.Set(vec3f_array(native[frame]), code)
         extent.Set(vec3f_array([low[frame] - width / 2, high[frame] + width / 2]), code)
+    visible = take.visible
     seen = prim.CreateAttribute(tokens.MARKERS_VISIBLE, names.BoolArray, False)
     # Held between samples, so a sample is needed only where something changes.
-    changed = np.flatnonzero((np.diff(take.visible, axis=0)).any(axis=1)) + 1
+    changed = np.flatnonzero(np.diff(visible, axis=0).any(axis=1)) + 1
     for frame in [0, *changed.tolist()]:
-        seen.Set(Vt.BoolArray(take.visible[frame].tolist()), codes[frame])
+        seen.Set(Vt.BoolArray(visible[frame].tolist()), codes[frame])
     return prim
 
 
