@@ -118,6 +118,13 @@ def test_a_setting_that_goes_to_and_fro_costs_nothing_and_files_do_not_pile_up(p
     assert len(list((place / "cache").iterdir())) == 3
 
 
+def test_shots_of_one_take_and_face_share_a_solve(place: Path) -> None:
+    shutil.copy(place / "shot.usda", place / "other.usda")
+    changed(place / "other.usda", "float usdface:gain = 1", "float usdface:gain = 0.5")
+    used = process(place / "other.usda", cache=place / "cache").summary["stages"]
+    assert used == {"solve": "cached", "express": "computed"}
+
+
 def test_damaged_files_are_computed_anew(place: Path) -> None:
     for file in (place / "cache").iterdir():
         data = bytearray(file.read_bytes())
