@@ -182,7 +182,7 @@ class TakeOptions:
     """How a take file is read where the file itself does not say.
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
-    an image (y down) of `image_size`.
+    an image (y down) of `image_size` [px], filmed with `focal_length` [px].
 
     Examples
     --------
@@ -195,6 +195,7 @@ class TakeOptions:
     rate: float | None = None
     dimension: Literal[2, 3] | None = None
     image_size: tuple[int, int] | None = None
+    focal_length: float | None = None
 
     def __post_init__(self) -> None:
         if self.units is not None:

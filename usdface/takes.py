@@ -4,6 +4,7 @@ Axis letters throughout the project: F frames, M markers, S blend shapes, V vert
 D dimensions (2 or 3), R rules.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,6 +71,8 @@ class MarkerTake:
         Width and height [px] of the image a 2D take was made on.
     source : str
         File the take was read from.
+    focal_length : float [px]
+        Of the camera that filmed a 2D take; 0 = unknown.
 
     Examples
     --------
@@ -88,6 +91,7 @@ class MarkerTake:
     start_timecode: str = ""
     image_size: tuple[int, int] | None = None
     source: str = ""
+    focal_length: float = 0.0
 
     def __post_init__(self) -> None:
         for field in ("times", "positions"):
@@ -107,6 +111,11 @@ class MarkerTake:
         if np.isinf(self.positions).any() or (bad.any(axis=2) != bad.all(axis=2)).any():
             raise InputError(
                 "marker positions must be finite, or NaN in all components", "VALUES_WRONG"
+            )
+        if not 0.0 <= self.focal_length < math.inf:
+            raise InputError(
+                f"the focal length is {self.focal_length} px; expected a positive number, or 0",
+                "VALUES_WRONG",
             )
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")

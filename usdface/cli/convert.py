@@ -60,6 +60,9 @@ def add_take(commands: Any, summary: str) -> None:
     command.add_argument(
         "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
     )
+    command.add_argument(
+        "--focal-length", type=float, metavar="PX", help="of the camera [px], for 2D"
+    )
 
 
 def _take(parsed: argparse.Namespace) -> int:

@@ -59,6 +59,7 @@ __all__ = [
     "FEATURE_POINTS",
     "FEATURE_SMOOTHING",
     "FIRING",
+    "FOCAL_LENGTH",
     "FUZZY_RULE",
     "FUZZY_SYSTEM",
     "FUZZY_VARIABLE",
@@ -159,6 +160,7 @@ MARKERS_NAMES: Final = "usdface:markers:names"
 MARKERS_VISIBLE: Final = "usdface:markers:visible"
 DIMENSION: Final = "usdface:dimension"
 IMAGE_SIZE: Final = "usdface:imageSize"
+FOCAL_LENGTH: Final = "usdface:focalLength"
 SOURCE: Final = "usdface:source"
 SOURCE_RATE: Final = "usdface:sourceRate"
 START_TIMECODE: Final = "usdface:startTimecode"

@@ -67,16 +67,6 @@ class USDFACE_OT_neutral_here(bpy.types.Operator):
         return {"FINISHED"}
 
 
-_classes = (USDFACE_OT_choose_character, USDFACE_OT_choose_nose_tip, USDFACE_OT_neutral_here)
-
-
-def register() -> None:
-    """Add the operators."""
-    for kind in _classes:
-        bpy.utils.register_class(kind)
-
-
-def unregister() -> None:
-    """Remove them."""
-    for kind in reversed(_classes):
-        bpy.utils.unregister_class(kind)
+register, unregister = bpy.utils.register_classes_factory(
+    (USDFACE_OT_choose_character, USDFACE_OT_choose_nose_tip, USDFACE_OT_neutral_here)
+)

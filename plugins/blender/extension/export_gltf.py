@@ -54,16 +54,6 @@ class USDFACE_OT_choose_gltf(bpy.types.Operator):
         return bpy.ops.usdface.export_gltf(call, filepath=self.filepath)
 
 
-_classes = (USDFACE_OT_export_gltf, USDFACE_OT_choose_gltf)
-
-
-def register() -> None:
-    """Add the operators."""
-    for kind in _classes:
-        bpy.utils.register_class(kind)
-
-
-def unregister() -> None:
-    """Remove them."""
-    for kind in reversed(_classes):
-        bpy.utils.unregister_class(kind)
+register, unregister = bpy.utils.register_classes_factory(
+    (USDFACE_OT_export_gltf, USDFACE_OT_choose_gltf)
+)

@@ -60,16 +60,6 @@ class USDFACE_OT_select_marker(bpy.types.Operator):
         return {"CANCELLED"}
 
 
-_classes = (USDFACE_OT_go_to_frame, USDFACE_OT_worst_frame, USDFACE_OT_select_marker)
-
-
-def register() -> None:
-    """Add the operators."""
-    for kind in _classes:
-        bpy.utils.register_class(kind)
-
-
-def unregister() -> None:
-    """Remove them."""
-    for kind in reversed(_classes):
-        bpy.utils.unregister_class(kind)
+register, unregister = bpy.utils.register_classes_factory(
+    (USDFACE_OT_go_to_frame, USDFACE_OT_worst_frame, USDFACE_OT_select_marker)
+)

@@ -1,6 +1,10 @@
 """Findings and errors, told in Blender's own way."""
 
+from collections.abc import Callable
+from functools import wraps
+
 import bpy
+from bpy.types import Context, Operator
 
 # Actions in Blender for the codes of verdicts and findings; others have the remedy of the report.
 REMEDIES = {
@@ -23,6 +27,20 @@ REMEDIES = {
 
 class FaceError(Exception):
     """A reason not to go on, in a line for the user."""
+
+
+def reported(execute: Callable[[Operator, Context], set[str]]) -> Callable[..., set[str]]:
+    """Let an operator end with the line of a FaceError, in place of a traceback."""
+
+    @wraps(execute)
+    def told(self: Operator, context: Context) -> set[str]:
+        try:
+            return execute(self, context)
+        except FaceError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+    return told
 
 
 def say(scene: bpy.types.Scene, severity: str, text: str, remedy: str = "") -> None:
@@ -98,11 +116,4 @@ class USDFACE_OT_clear_messages(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    """Add the operator."""
-    bpy.utils.register_class(USDFACE_OT_clear_messages)
-
-
-def unregister() -> None:
-    """Remove it."""
-    bpy.utils.unregister_class(USDFACE_OT_clear_messages)
+register, unregister = bpy.utils.register_classes_factory((USDFACE_OT_clear_messages,))

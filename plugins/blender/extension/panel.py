@@ -168,16 +168,6 @@ def _text(layout, text: str, icon: str = "NONE") -> None:
     layout.label(text=line, icon=icon)
 
 
-_classes = (USDFACE_PT_shot, USDFACE_PT_markers, USDFACE_PT_result, USDFACE_PT_export)
+PANELS = (USDFACE_PT_shot, USDFACE_PT_markers, USDFACE_PT_result, USDFACE_PT_export)
 
-
-def register() -> None:
-    """Add the panels."""
-    for kind in _classes:
-        bpy.utils.register_class(kind)
-
-
-def unregister() -> None:
-    """Remove them."""
-    for kind in reversed(_classes):
-        bpy.utils.unregister_class(kind)
+register, unregister = bpy.utils.register_classes_factory(PANELS)

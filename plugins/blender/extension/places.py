@@ -9,7 +9,7 @@ from mathutils import Matrix, Vector
 from mathutils.kdtree import KDTree
 
 from .character import character_of, face_meshes
-from .messages import FaceError
+from .messages import FaceError, reported
 
 MARKER = "usdface_marker"  # custom property of an empty: the marker's name, if not the object's
 _CONFIDENCE = "usdface_confidence"
@@ -168,14 +168,11 @@ class USDFACE_OT_snap_markers(bpy.types.Operator):
     bl_label = "Snap to the face"
     bl_options = {"REGISTER", "UNDO"}
 
+    @reported
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Snap the empties of the panel's collection."""
         context.view_layer.update()
-        try:
-            surface = Surface(bound_mesh(context.scene))
-        except FaceError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        surface = Surface(bound_mesh(context.scene))
         for empty in empties_of(context.scene.usdface.places):
             _put(empty, surface, surface.nearest(empty.matrix_world.translation)[0])
         return {"FINISHED"}
@@ -213,14 +210,11 @@ class USDFACE_OT_mirror_markers(bpy.types.Operator):
     bl_label = "Mirror"
     bl_options = {"REGISTER", "UNDO"}
 
+    @reported
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Mirror in the plane x = 0 of the mesh."""
         context.view_layer.update()
-        try:
-            surface = Surface(bound_mesh(context.scene))
-        except FaceError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        surface = Surface(bound_mesh(context.scene))
         empties = {marker_name(o): o for o in empties_of(context.scene.usdface.places)}
         pairs = [
             (empty, empties[partner])
@@ -237,16 +231,6 @@ class USDFACE_OT_mirror_markers(bpy.types.Operator):
         return {"FINISHED"}
 
 
-_classes = (USDFACE_OT_snap_markers, USDFACE_OT_drag_marker, USDFACE_OT_mirror_markers)
-
-
-def register() -> None:
-    """Add the operators."""
-    for kind in _classes:
-        bpy.utils.register_class(kind)
-
-
-def unregister() -> None:
-    """Remove them."""
-    for kind in reversed(_classes):
-        bpy.utils.unregister_class(kind)
+register, unregister = bpy.utils.register_classes_factory(
+    (USDFACE_OT_snap_markers, USDFACE_OT_drag_marker, USDFACE_OT_mirror_markers)
+)

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import last_result
 from .character import character_of, face_meshes, key_names, usd_name
-from .messages import FaceError, list_verdict
+from .messages import FaceError, list_verdict, reported
 from .settings import EMOTIONS, list_gains
 
 RAW, EXPRESSIVE = "usdface raw", "usdface expressive"
@@ -176,15 +176,12 @@ class USDFACE_OT_load_result(bpy.types.Operator):
     bl_label = "Load result"
     bl_options = {"REGISTER", "UNDO"}
 
+    @reported
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Read it and write the actions."""
         path = Path(bpy.path.abspath(context.scene.usdface.result))
         context.scene.usdface.messages.clear()
-        try:
-            self.report({"INFO"}, play_result(context.scene, path))
-        except FaceError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        self.report({"INFO"}, play_result(context.scene, path))
         return {"FINISHED"}
 
 

@@ -263,18 +263,13 @@ class USDFACE_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-_classes: tuple[type, ...] = (USDFACE_OT_propose, USDFACE_OT_process, USDFACE_OT_cancel)
-
-
-def register() -> None:
-    """Add the operators."""
-    for kind in _classes:
-        bpy.utils.register_class(kind)
+register, _unregister_classes = bpy.utils.register_classes_factory(
+    (USDFACE_OT_propose, USDFACE_OT_process, USDFACE_OT_cancel)
+)
 
 
 def unregister() -> None:
-    """Remove them, and end what runs."""
+    """Remove the operators, and end what runs."""
     if RUNNING:
         RUNNING.pop("worker").cancel()
-    for kind in reversed(_classes):
-        bpy.utils.unregister_class(kind)
+    _unregister_classes()

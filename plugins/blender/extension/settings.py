@@ -122,7 +122,9 @@ class FaceSettings(bpy.types.PropertyGroup):
     worst: CollectionProperty(type=FaceFrame)
 
 
-_classes = (FaceGain, FaceMessage, FaceFrame, FaceSettings)
+_add_classes, _remove_classes = bpy.utils.register_classes_factory(
+    (FaceGain, FaceMessage, FaceFrame, FaceSettings)
+)
 
 
 def gains_of(settings: FaceSettings) -> dict[str, float]:
@@ -141,13 +143,11 @@ def list_gains(settings: FaceSettings, emotions: tuple[str, ...] = EMOTIONS) -> 
 
 def register() -> None:
     """Add the settings to scenes."""
-    for kind in _classes:
-        bpy.utils.register_class(kind)
+    _add_classes()
     bpy.types.Scene.usdface = PointerProperty(type=FaceSettings)
 
 
 def unregister() -> None:
     """Remove them."""
     del bpy.types.Scene.usdface
-    for kind in reversed(_classes):
-        bpy.utils.unregister_class(kind)
+    _remove_classes()

@@ -57,11 +57,14 @@ def test_what_the_file_does_not_say_is_announced(raw):
 
 
 def test_image_markers_are_pixels_with_y_turned_up(raw):
-    options = TakeOptions(dimension=2, image_size=(640, 480), units="mm", up_axis="Z")
+    options = TakeOptions(
+        dimension=2, image_size=(640, 480), focal_length=500.0, units="mm", up_axis="Z"
+    )
     given = raw(unit=None, up_axis=None)
     take, findings = finish_take(given, options)
     np.testing.assert_array_equal(take.positions, given.positions[..., :2] * [1, -1])
     assert (take.meters_per_unit, take.up_axis, take.image_size) == (1.0, "Y", (640, 480))
+    assert take.focal_length == 500.0
     assert findings == []
 
 

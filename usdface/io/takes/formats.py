@@ -13,7 +13,7 @@ from usdface.lazy import lazy_function
 
 __all__ = ["TAKE_READERS"]
 
-_MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size")
+_MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size", "focal_length")
 _TEXT_TABLES = (".csv", ".tsv", ".txt")
 _FIRST_BYTES = 256  # more than the longest first words below
 

@@ -173,6 +173,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         raw.start_timecode,
         options.image_size if positions.shape[2] == 2 else None,
         path.name,
+        (options.focal_length or 0.0) if positions.shape[2] == 2 else 0.0,
     )
     return take, findings
 

@@ -87,6 +87,8 @@ def _define_markers(
     author(prim, tokens.MARKERS_NAMES, names.TokenArray, Vt.TokenArray(take.names))
     author(prim, tokens.DIMENSION, names.Token, f"{take.dimension}d")
     author(prim, tokens.IMAGE_SIZE, names.Int2, Gf.Vec2i(*(take.image_size or (0, 0))))
+    if take.focal_length:
+        author(prim, tokens.FOCAL_LENGTH, names.Double, take.focal_length)
     native = np.zeros((*take.positions.shape[:2], 3))
     native[..., : take.dimension] = _last_seen(take.positions)
     if take.dimension == 3:
@@ -201,6 +203,7 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
             start_timecode=str(prim.GetAttribute(tokens.START_TIMECODE).Get() or ""),
             image_size=(size[0], size[1]) if size and any(size) else None,
             source=_source(prim),
+            focal_length=float(prim.GetAttribute(tokens.FOCAL_LENGTH).Get() or 0.0),
         ),
         codes,
     )
