@@ -69,6 +69,14 @@ def conform(
         If the cut or a take cannot be read, or no clip has a take.
     PluginError
         If OpenTimelineIO is not installed.
+
+    Examples
+    --------
+    >>> try:
+    ...     usdface.conform("reel.mov", ["examples/take.usdc"], "reel.json")
+    ... except usdface.InputError as error:
+    ...     print(error.code)
+    FILE_KIND_UNKNOWN
     """
     register_schemas()
     progress = Progress.of(on_progress)

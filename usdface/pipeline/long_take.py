@@ -30,14 +30,14 @@ from usdface.show.places import places
 from usdface.show.stage_cache import StageCache
 from usdface.show.workers import cores, run_in_workers
 
-__all__ = ["PiecedStages", "check_no_hooks", "run_piece", "solve_pieces"]
+__all__ = ["KeptPieces", "PiecedStages", "check_no_hooks", "run_piece", "solve_pieces"]
 
 _TIME_LIMIT = 3600.0  # s for a piece: two orders above what was measured
 
 ValueT = TypeVar("ValueT")
 
 
-class _Pieces:
+class KeptPieces:
     """The pieces of one shot, kept in a folder.
 
     Parameters
@@ -137,13 +137,18 @@ def solve_pieces(
         If the index is outside of the pieces, or the take is one of weights.
     SolveError
         If a piece cannot be solved.
+
+    Examples
+    --------
+    >>> usdface.solve_pieces("examples/shot.usda", "pieces", index="estimates").summary["pieces"]
+    1
     """
     register_schemas()
     progress = Progress.of(on_progress)
     path, place = Path(shot), Path(folder)
     with progress.step("read"):
         check_no_hooks(installed_hooks(skip_hooks)[0])
-        pieces = _Pieces(path, place, options, asset_root)
+        pieces = KeptPieces(path, place, options, asset_root)
         numbers = _chosen(index, len(pieces.cuts))
     with progress.step("estimate"):
         known = pieces.estimates()
@@ -180,7 +185,7 @@ def _plain(options: ProcessOptions) -> dict[str, Any]:
 
 
 def _each(
-    pieces: _Pieces, known: EstimatedTake, tasks: Sequence[dict[str, Any]], workers: int | None
+    pieces: KeptPieces, known: EstimatedTake, tasks: Sequence[dict[str, Any]], workers: int | None
 ) -> Any:
     """Yield number and state of each piece as it is done."""
     team = min(workers or cores(), len(tasks))
@@ -214,10 +219,10 @@ def run_piece(task: Mapping[str, Any]) -> str:
 @lru_cache(maxsize=1)
 def _opened(
     shot: str, folder: str, options: str, asset_root: str | None
-) -> tuple[_Pieces, EstimatedTake]:
+) -> tuple[KeptPieces, EstimatedTake]:
     """Return the pieces of a shot and their estimates, which a worker reads once."""
     given = ProcessOptions(**json.loads(options))
-    pieces = _Pieces(Path(shot), Path(folder), given, asset_root)
+    pieces = KeptPieces(Path(shot), Path(folder), given, asset_root)
     return pieces, pieces.estimates()
 
 
@@ -272,7 +277,7 @@ class PiecedStages:
         others: StageCache | None,
     ) -> None:
         self.used: dict[str, str] = {}
-        self._pieces = _Pieces(shot, folder, options, asset_root)
+        self._pieces = KeptPieces(shot, folder, options, asset_root)
         self._others = others
 
     def stage(
