@@ -12,7 +12,7 @@ from typing import Any
 __all__ = ["documented_keys", "undocumented"]
 
 PAGE = Path(__file__).parents[1] / "docs" / "reports.md"
-UNITS = "mm|m|km|um|s|hz|percent|degrees|mib"
+UNITS = "mm|m|km|um|s|hz|percent|degrees|mib|px"
 CLOCK = {"time_s", "times_s", "start_s", "end_s"}
 
 

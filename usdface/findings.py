@@ -35,6 +35,7 @@ Action = Literal[
     "name_unit",
     "name_rate",
     "name_up_axis",
+    "name_image_size",
     "make_shot_again",
     "correct_settings",
     "correct_rules",
@@ -107,6 +108,41 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "DEFAULT_PRIM_CHOSEN": ("info", "nothing", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "name_up_axis", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),
+    "FRAMES_RENUMBERED": (
+        "info",
+        "nothing",
+        "the first frame of the take is not the first one of the footage",
+    ),
+    "IMAGE_SIZE_UNKNOWN": (
+        "info",
+        "name_image_size",
+        "the image's height is not known: y is counted from its lower edge",
+    ),
+    "REPROJECTION_ERROR": (
+        "info",
+        "nothing",
+        "how far markers lie from the projections of their points in space",
+    ),
+    "VIEWS_DISAGREE": (
+        "warning",
+        "correct_labels",
+        "cameras do not agree on where a marker is; it is taken as occluded there",
+    ),
+    "VIEWS_OUT_OF_STEP": (
+        "warning",
+        "correct_settings",
+        "two cameras agree better some frames earlier or later",
+    ),
+    "VIEW_SINGLE": (
+        "info",
+        "nothing",
+        "a marker that one camera alone sees is taken as occluded",
+    ),
+    "CONFIDENCE_LOW": (
+        "info",
+        "nothing",
+        "samples in which the tracking program has little confidence are taken as occluded",
+    ),
     "CHANNEL_IGNORED": ("info", "nothing", "a channel that usdface does not use was left out"),
     # formats of other packages
     "PLUGIN_FAILED": (

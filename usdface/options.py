@@ -182,7 +182,8 @@ class TakeOptions:
     """How a take file is read where the file itself does not say.
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
-    an image (y down) of `image_size` [px], filmed with `focal_length` [px].
+    an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
+    with less than `confidence` are occluded; None = the usual threshold of the format.
 
     Examples
     --------
@@ -196,8 +197,11 @@ class TakeOptions:
     dimension: Literal[2, 3] | None = None
     image_size: tuple[int, int] | None = None
     focal_length: float | None = None
+    confidence: float | None = None
 
     def __post_init__(self) -> None:
+        if self.confidence is not None:
+            _check_share("confidence", self.confidence)
         if self.units is not None:
             _check_choice("units", self.units, LengthUnit, "UNIT_UNKNOWN")
         if self.up_axis is not None:

@@ -73,6 +73,8 @@ class MarkerTake:
         File the take was read from.
     focal_length : float [px]
         Of the camera that filmed a 2D take; 0 = unknown.
+    first_frame : int
+        Number of frames of the footage before the first one of the take.
 
     Examples
     --------
@@ -92,6 +94,7 @@ class MarkerTake:
     image_size: tuple[int, int] | None = None
     source: str = ""
     focal_length: float = 0.0
+    first_frame: int = 0
 
     def __post_init__(self) -> None:
         for field in ("times", "positions"):

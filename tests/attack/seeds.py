@@ -11,6 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from camera_worlds import (
+    make_cameras,
+    moving_points,
+    project_all,
+    write_json,
+    write_stereo_yaml,
+    write_toml,
+)
+from track_writers import SIZE, TRACKS, WRITERS
 from worlds import make_world
 
 from usdface.cli import main as usdface
@@ -70,6 +79,8 @@ def make_seeds(place: Path) -> list[Seed]:
         for suffix in (".fis", ".fcl", ".fll", ".usda"):
             write_fuzzy_file(place / f"{name}{suffix}", SYSTEMS[name])
     _write_takes(place)
+    _write_tracks(place)
+    _write_cameras(place)
     _write_tables(place)
     _write_images(place)
     return list(_seeds(place))
@@ -200,6 +211,24 @@ def _write_takes(place: Path) -> None:
     (place / "livelink.csv").write_text("\n".join(rows) + "\n")
 
 
+def _write_tracks(place: Path) -> None:
+    """Write 2D tracks in every format; `_read_tracks` gives the size of the image."""
+    for name, writer in WRITERS.items():
+        (place / (name + Path(writer.file).suffix)).write_text(writer.write(TRACKS))
+
+
+def _write_cameras(place: Path) -> None:
+    """Write the tracks of two cameras, and their calibration in every form."""
+    cameras = make_cameras(2)
+    for n, pixels in enumerate(project_all(cameras, moving_points(5, 3))):
+        rows = ["frame,a_x,a_y,b_x,b_y,c_x,c_y"]
+        rows += [",".join(map(str, (f, *row))) for f, row in enumerate(pixels.reshape(5, 6))]
+        (place / f"camera{n}.csv").write_text("\n".join(rows) + "\n")
+    (place / "stereo.yml").write_text(write_stereo_yaml(cameras))
+    (place / "cameras.json").write_text(write_json(cameras))
+    (place / "cameras.toml").write_text(write_toml(cameras))
+
+
 def _write_tables(place: Path) -> None:
     """Write tables and JSON of our own, meshes, and secrets in the folder above."""
     for name, moved in (("neutral", 1), ("jawOpen", 2)):
@@ -263,6 +292,16 @@ def _seeds(place: Path) -> Iterator[Seed]:
     ):
         kind = "binary" if name.endswith("c3d") else "text"
         yield Seed(name, place / name, kind, (read_take,), take, 1500)
+    sized = (("take", "FILE", "--image-size", "1920", "1080", *_OUT),)
+    for name, writer in WRITERS.items():
+        file = place / (name + Path(writer.file).suffix)
+        kind = "json" if file.read_text().startswith("{") else "text"
+        yield Seed(name, file, kind, (_read_tracks,), sized, 500)
+    views = tuple(str(place / f"camera{n}.csv") for n in (0, 1))
+    for name in ("stereo.yml", "cameras.json", "cameras.toml"):
+        kind = "json" if name.endswith("json") else "text"
+        command = ("take", *views, "--cameras", "FILE", *_OUT)
+        yield Seed(name, place / name, kind, (_read_views(views),), (command,), 1000)
     yield Seed("clip.usda", place / "clip.usda", "text", (read_take,), take, 60)
     yield Seed("clip.usdc", place / "clip.usdc", "binary", (read_take,), take, 60)
     scene = (("rig", "FILE", *_OUT), ("export", "FILE", *_GLB), ("check", "FILE"))
@@ -302,6 +341,23 @@ def _seeds(place: Path) -> Iterator[Seed]:
             yield Seed(file.name, file, "text", (read_fuzzy_file,), (convert,), share)
     for suffix in (".png", ".tif", ".exr", ".webp"):
         yield Seed(f"image{suffix}", place / f"image{suffix}", "binary", (_read_image,), (), 400)
+
+
+def _read_tracks(path: Path) -> Any:
+    from usdface.io.takes.files import read_take
+    from usdface.options import TakeOptions
+
+    return read_take(path, TakeOptions(image_size=SIZE))
+
+
+def _read_views(views: tuple[str, ...]) -> Reader:
+    def read(path: Path) -> Any:
+        from usdface.io.takes.camera_views import read_views
+        from usdface.options import TakeOptions
+
+        return read_views([Path(view) for view in views], path, TakeOptions())
+
+    return read
 
 
 def _read_scene(path: Path) -> Any:

@@ -39,6 +39,11 @@ CASES = [
     case("rig heads", HEADS, output=USD),
     case("rig human", HUMAN, output=USD),
     case("take take.csv", ["take.csv"], output=USD),
+    case(
+        "take take.csv take.usda --cameras who.json",
+        ["take.csv", "take.usda", "who.json"],
+        output=USD,
+    ),
     case("markers lay/rig.usda --bind bind.json", RIG + BIND, output=SAID, figure=SHOWN),
     case(
         "shot --rig lay/rig.usda --take take.usda --bind bind.json --fuzzy system.fis "

@@ -47,8 +47,22 @@ def _rig(parsed: argparse.Namespace) -> int:
 def add_take(commands: Any, summary: str) -> None:
     """Add `usdface take`."""
     command = add_command(commands, "take", _take, summary)
-    command.add_argument("source", type=Path, help=_formats(TAKE_READERS))
+    command.add_argument("source", type=Path, nargs="+", help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
+    command.add_argument(
+        "--cameras",
+        type=Path,
+        metavar="FILE",
+        help="calibration of the cameras of several 2D takes (.yml, .json of OpenCV, .toml)",
+    )
+    command.add_argument(
+        "--sync",
+        type=int,
+        nargs="+",
+        default=(),
+        metavar="FRAME",
+        help="a frame of each camera's footage, all of one moment, as a clap",
+    )
     command.add_argument(
         "--units", choices=("mm", "cm", "m", "in"), help="unit of length; overrides the file's"
     )
@@ -63,6 +77,11 @@ def add_take(commands: Any, summary: str) -> None:
     command.add_argument(
         "--focal-length", type=float, metavar="PX", help="of the camera [px], for 2D"
     )
+    command.add_argument(
+        "--confidence",
+        type=float,
+        help="0 to 1: samples of 2D tracks with less are occluded (default: the format's own)",
+    )
 
 
 def _take(parsed: argparse.Namespace) -> int:
@@ -70,7 +89,14 @@ def _take(parsed: argparse.Namespace) -> int:
         parsed.image_size = tuple(parsed.image_size)
     options = TakeOptions(**settings(parsed, TakeOptions))
     with progress(parsed) as step:
-        result = pipeline.make_take(parsed.source, parsed.output, options=options, on_progress=step)
+        result = pipeline.make_take(
+            parsed.source,
+            parsed.output,
+            cameras=parsed.cameras,
+            sync=parsed.sync,
+            options=options,
+            on_progress=step,
+        )
     return report(parsed, result)
 
 

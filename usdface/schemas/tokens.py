@@ -59,6 +59,7 @@ __all__ = [
     "FEATURE_POINTS",
     "FEATURE_SMOOTHING",
     "FIRING",
+    "FIRST_FRAME",
     "FOCAL_LENGTH",
     "FUZZY_RULE",
     "FUZZY_SYSTEM",
@@ -161,6 +162,7 @@ MARKERS_VISIBLE: Final = "usdface:markers:visible"
 DIMENSION: Final = "usdface:dimension"
 IMAGE_SIZE: Final = "usdface:imageSize"
 FOCAL_LENGTH: Final = "usdface:focalLength"
+FIRST_FRAME: Final = "usdface:firstFrame"
 SOURCE: Final = "usdface:source"
 SOURCE_RATE: Final = "usdface:sourceRate"
 START_TIMECODE: Final = "usdface:startTimecode"

@@ -85,13 +85,6 @@ def test_what_is_no_take_is_refused(tmp_path):
         read_take(tmp_path / "a.c3d")
 
 
-def test_openface_is_refused_by_name(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("frame, timestamp, confidence, success, gaze_0_x, gaze_0_y\n1,0,1,1,0,0\n")
-    with pytest.raises(InputError, match="OpenFace"):
-        read_take(path)
-
-
 @pytest.mark.parametrize(
     ("suffix", "text"),
     [

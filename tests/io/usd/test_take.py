@@ -55,11 +55,12 @@ def test_uneven_times_survive(tmp_path: Path) -> None:
 
 
 def test_pixels_stay_pixels(tmp_path: Path) -> None:
-    take = marker_take(2, image_size=(1920, 1080), focal_length=1400.0)
+    take = marker_take(2, image_size=(1920, 1080), focal_length=1400.0, first_frame=40)
     back = round_trip(take, tmp_path)
     assert isinstance(back, MarkerTake)
     assert back.dimension == 2 and back.image_size == (1920, 1080)
     assert back.focal_length == 1400.0
+    assert back.first_frame == 40
     np.testing.assert_allclose(back.positions, take.positions, rtol=1e-6)
 
 

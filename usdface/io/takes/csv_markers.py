@@ -23,7 +23,6 @@ __all__ = ["read_csv_markers"]
 _FRAME = frozenset({"frame", "frames", "frame#", "frame_index", "frame index", "frame_number"})
 _TIME = frozenset({"time", "time_s", "seconds", "timestamp", "t"})
 _MARKER = frozenset({"marker", "name", "label", "marker_name"})
-_OPENFACE = ["frame", "timestamp", "confidence", "success"]  # its first columns
 _COMPONENT = re.compile(r"(.+)[ _.:]([xyz])", re.IGNORECASE)
 _UNIT_SUFFIX = re.compile(r"\s*[\[(](s|sec|seconds)[\])]$")
 
@@ -46,11 +45,6 @@ def read_csv_markers(
     first_line = text.lstrip().splitlines()[0]
     delimiter = max(",;\t", key=first_line.count)
     rows = read_rows(path, text, delimiter)
-    if [cell.lower() for cell in rows[0][1][:4]] == _OPENFACE:
-        raise InputError(
-            f"{path}: OpenFace files are not read; name its columns A_x, A_y, A_z",
-            "FILE_KIND_UNKNOWN",
-        )
     header = [_UNIT_SUFFIX.sub("", cell.lower()) for cell in rows[0][1]]
     columns = {name: i for i, name in reversed(list(enumerate(header)))}
     long = {"x", "y"} <= columns.keys() and not _MARKER.isdisjoint(columns)
@@ -136,12 +130,14 @@ def _raw(
     columns: dict[str, int],
 ) -> RawTake:
     timed = _column(columns, _TIME) is not None
+    numbered = bool(clocks.size) and not timed
     return RawTake(
         path=path,
         labels=labels,
         positions=positions,
         seconds=clocks[:, -1] if timed else None,
-        frames=clocks[:, 0] if clocks.shape[1] and not timed else None,
+        frames=clocks[:, 0] if numbered else None,
+        first_frame=int(clocks[0, 0]) if numbered and abs(clocks[0, 0]) < 1 << 31 else 0,
     )
 
 

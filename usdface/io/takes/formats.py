@@ -3,6 +3,8 @@
 Loads no library, so that help texts can list them.
 """
 
+import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,13 +17,16 @@ __all__ = ["TAKE_READERS"]
 
 _MARKER_OPTIONS = ("units", "up_axis", "rate", "dimension", "image_size", "focal_length")
 _TEXT_TABLES = (".csv", ".tsv", ".txt")
-_FIRST_BYTES = 256  # more than the longest first words below
+_FIRST_BYTES = 1 << 15  # more than the longest header below, that of 478 landmarks
+_TRACKS = ("rate", "dimension", "image_size", "focal_length")
+_SCORED = (*_TRACKS, "confidence")  # of programs that say how sure they are
 
 
-def _begins_with(words: str) -> Callable[[Path], bool]:
-    """Return a test for text files whose first words these are, in capitals or not."""
+def _matches(pattern: str) -> Callable[[Path], bool]:
+    """Return a test for text files that begin like this; case and line ends do not count."""
+    expression = re.compile(pattern, re.IGNORECASE)
 
-    def begins(path: Path) -> bool:
+    def matches(path: Path) -> bool:
         try:
             with path.open("rb") as file:
                 first = file.read(_FIRST_BYTES).decode("utf-8-sig", errors="replace")
@@ -29,9 +34,17 @@ def _begins_with(words: str) -> Callable[[Path], bool]:
             raise InputError(
                 f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE"
             ) from error
-        return first.lstrip().lower().startswith(words)
+        first = first.replace("\r\n", "\n").replace("\r", "\n").lstrip()
+        return expression.match(first) is not None
 
-    return begins
+    return matches
+
+
+def _is_folder_of_tracks(path: Path) -> bool:
+    """Return whether a folder holds CSV files and nothing else."""
+    with os.scandir(path) as entries:
+        names = [entry.name for entry in entries if not entry.name.startswith(".")]
+    return bool(names) and all(name.lower().endswith(".csv") for name in names)
 
 
 def _reader(
@@ -39,16 +52,94 @@ def _reader(
     suffixes: tuple[str, ...],
     function: str,
     options: tuple[str, ...] = _MARKER_OPTIONS,
-    first_words: str = "",
+    begins: str = "",
+    module: str = "",
 ) -> TakeReader:
     return TakeReader(
         name=name,
         suffixes=suffixes,
         options=options,
-        sniff=_begins_with(first_words) if first_words else None,
-        read=lazy_function(f"usdface.io.takes.{function.removeprefix('read_')}", function),
+        sniff=_matches(begins) if begins else None,
+        read=lazy_function(
+            f"usdface.io.takes.{module or function.removeprefix('read_')}", function
+        ),
     )
 
+
+# 2D tracks of other programs. Names of trackers may have blanks in them, numbers of samples not.
+_TRACK_READERS = (
+    _reader(
+        "3DEqualizer 4 text",
+        (".txt",),
+        "read_3de4",
+        _TRACKS,
+        r"\d+[ \t]*\n[^\n\"]*\n[ \t]*\d+[ \t]*\n[ \t]*\d+[ \t]*(\n|$)",
+        "equalizer",
+    ),
+    _reader(
+        "3DEqualizer 3 text",
+        (".txt",),
+        "read_3de3",
+        _TRACKS,
+        r"//[ ]*3de multiple tracking curves",
+        "equalizer",
+    ),
+    _reader(
+        "PFMatchit text",
+        (".txt",),
+        "read_pftrack",
+        _TRACKS,
+        r'(?:#[^\n]*\n|[ \t]*\n)*"[^"\n]*"[ \t]*\n\s*(?:"[^"\n]*"|\d+)[ \t]*(\n|$)',
+    ),
+    _reader("Shake text, Nuke CameraTracker", (".txt",), "read_shake", _SCORED, r"trackname[ \t]"),
+    _reader(
+        "SynthEyes 2-D paths",
+        (".txt",),
+        "read_syntheyes",
+        _TRACKS,
+        r"[^#\s,;][^\n,;]*[ \t]-?\d+[ \t]+-?\d*\.\d+[ \t]+-?\d*\.\d+([ \t]+\d+)?[ \t]*(\n|$)",
+    ),
+    _reader(
+        "boujou text", (".txt",), "read_boujou", _TRACKS, r"(?:#[^\n]*\n)*#[ ]*(boujou|track_id)"
+    ),
+    _reader("Maya Live", (".txt",), "read_maya_live", _TRACKS, r"#\s*size\s+\d+\s+\d+"),
+    _reader(
+        "After Effects keyframe data",
+        (".txt",),
+        "read_after_effects",
+        _TRACKS,
+        r"adobe after effects[^\n]*keyframe data",
+    ),
+    _reader("PFTrack", (".2dt",), "read_pftrack", _TRACKS),
+    _reader("MatchMover", (".rz2",), "read_matchmover", _SCORED),
+    _reader("Nuke script", (".nk",), "read_nuke", _TRACKS),
+    _reader("mmSolver", (".uv",), "read_mmsolver", _SCORED),
+    _reader("DeepLabCut CSV", (".csv",), "read_deeplabcut", _SCORED, r'"?scorer"?[,;\t]'),
+    _reader("SLEAP CSV", (".csv",), "read_sleap", _SCORED, r"track[,;\t]frame_idx[,;\t]"),
+    _reader(
+        "OpenFace CSV",
+        (".csv",),
+        "read_openface",
+        _SCORED,
+        r"frame\s*,(\s*face_id\s*,)?(\s*timestamp\s*,)?\s*confidence\s*,\s*success",
+    ),
+    _reader("MediaPipe JSON", (".json",), "read_mediapipe", _TRACKS),
+    _reader(
+        "MediaPipe CSV",
+        (".csv",),
+        "read_mediapipe",
+        _TRACKS,
+        r"(?=[^\n]*\blandmark(_index|_idx|_id|_name)?[,;\t])[^\n]*[,;\t]x[,;\t]y\b"
+        r"|[^\n]*(\bx_?4[67]7\b|(\b|_)4[67]7[._]x\b)",
+    ),
+    TakeReader(
+        name="folder of Blender's tracks",
+        options=_TRACKS,
+        folder=True,
+        sniff=_is_folder_of_tracks,
+        read=lazy_function("usdface.io.takes.blender_tracks", "read_blender_tracks"),
+    ),
+)
 
 TAKE_READERS = FormatTable(
     TakeReader,
@@ -59,15 +150,16 @@ TAKE_READERS = FormatTable(
         _reader("TRC", (".trc",), "read_trc"),
         _reader("BVH", (".bvh",), "read_bvh"),
         _reader("marker CSV", _TEXT_TABLES, "read_csv_markers"),
-        _reader("Motive CSV", _TEXT_TABLES, "read_motive", first_words="format version,"),
+        _reader("Motive CSV", _TEXT_TABLES, "read_motive", begins=r"format version,"),
         _reader(
             "Live Link Face CSV",
             _TEXT_TABLES,
             "read_livelink",
             options=("rate",),
-            first_words="timecode,blendshapecount",
+            begins=r"timecode,blendshapecount",
         ),
-        _reader("TRC as CSV", _TEXT_TABLES, "read_trc", first_words="pathfiletype"),
+        _reader("TRC as CSV", _TEXT_TABLES, "read_trc", begins=r"pathfiletype"),
+        *_TRACK_READERS,
         _reader("USD", (".usd", ".usda", ".usdc"), "read_usd_take", options=()),
     ),
 )

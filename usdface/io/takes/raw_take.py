@@ -51,6 +51,8 @@ class RawTake:
         None = the file does not say.
     start_timecode : str
         "" = the file has none.
+    first_frame : int
+        Number of frames of the footage before the first one.
 
     Examples
     --------
@@ -73,6 +75,7 @@ class RawTake:
     assumed_unit: str = "mm"
     up_axis: str | None = None
     start_timecode: str = ""
+    first_frame: int = 0
 
 
 def check_size(path: Path, frame_count: int, marker_count: int) -> None:
@@ -81,7 +84,7 @@ def check_size(path: Path, frame_count: int, marker_count: int) -> None:
     Parameters
     ----------
     path : Path
-        The file.
+        The file, or a folder of files.
     frame_count, marker_count : int
         As the file announces them.
 
@@ -98,7 +101,8 @@ def check_size(path: Path, frame_count: int, marker_count: int) -> None:
     Traceback (most recent call last):
     usdface.errors.InputError: ...cannot come from a file of 3 bytes...
     """
-    size = path.stat().st_size
+    files = path.iterdir() if path.is_dir() else (path,)
+    size = sum(file.stat().st_size for file in files)
     if frame_count * marker_count * 24 > _HEADROOM + _EXPANSION * size:
         raise InputError(
             f"{path}: {frame_count} frames of {marker_count} markers cannot come from "
@@ -158,7 +162,11 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     far = np.any(np.isfinite(positions) & (np.abs(positions) > FARTHEST), axis=2)
     if far.any():
         message = "{place_count} places beyond {limit_km:g} km are taken as occluded"
-        findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), FARTHEST / 1000))
+        limit = FARTHEST / 1000
+        if positions.shape[2] == 2:
+            message = "{place_count} places beyond {limit_px:g} px are taken as occluded"
+            limit = FARTHEST
+        findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), limit))
     hidden = far | np.any(~np.isfinite(positions), axis=2)
     positions[hidden] = np.nan
     seen, occlusion = find_occlusion(path, labels, hidden)
@@ -174,6 +182,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         options.image_size if positions.shape[2] == 2 else None,
         path.name,
         (options.focal_length or 0.0) if positions.shape[2] == 2 else 0.0,
+        raw.first_frame,
     )
     return take, findings
 

@@ -16,6 +16,7 @@ __all__ = ["Row", "positive", "read_numbers", "read_rows", "read_text"]
 
 Row: TypeAlias = tuple[int, list[str]]  # line number from 1, cells without outer blanks
 
+_LARGEST = 1 << 30  # bytes
 _MISSING = frozenset({"", "na", "n/a", "nan", "null", "none", "-"})
 
 
@@ -25,10 +26,12 @@ def read_text(path: Path) -> str:
     Raises
     ------
     InputError
-        If it is missing, unreadable, empty or not text.
+        If it is missing, unreadable, empty, too large or not text.
     """
     if not path.is_file():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
+    if path.stat().st_size > _LARGEST:
+        raise InputError(f"{path} is larger than {_LARGEST >> 30} GiB", "TOO_LARGE")
     try:
         data = path.read_bytes()
     except OSError as error:

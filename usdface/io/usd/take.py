@@ -89,6 +89,8 @@ def _define_markers(
     author(prim, tokens.IMAGE_SIZE, names.Int2, Gf.Vec2i(*(take.image_size or (0, 0))))
     if take.focal_length:
         author(prim, tokens.FOCAL_LENGTH, names.Double, take.focal_length)
+    if take.first_frame:
+        author(prim, tokens.FIRST_FRAME, names.Int, take.first_frame)
     native = np.zeros((*take.positions.shape[:2], 3))
     native[..., : take.dimension] = _last_seen(take.positions)
     if take.dimension == 3:
@@ -204,6 +206,7 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
             image_size=(size[0], size[1]) if size and any(size) else None,
             source=_source(prim),
             focal_length=float(prim.GetAttribute(tokens.FOCAL_LENGTH).Get() or 0.0),
+            first_frame=int(prim.GetAttribute(tokens.FIRST_FRAME).Get() or 0),
         ),
         codes,
     )

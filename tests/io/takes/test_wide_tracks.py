@@ -1,0 +1,97 @@
+"""DeepLabCut, SLEAP and OpenFace: what their tables have beside x and y."""
+
+import numpy as np
+import pytest
+
+from usdface.io.takes.deeplabcut import read_deeplabcut
+from usdface.io.takes.files import read_take
+from usdface.io.takes.openface import read_openface
+from usdface.io.takes.sleap import read_sleap
+from usdface.options import TakeOptions
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(*lines):
+        path = tmp_path / "a.csv"
+        path.write_text("\n".join(lines) + "\n")
+        return path
+
+    return write
+
+
+def codes(findings):
+    return [found.code for found in findings]
+
+
+@pytest.mark.parametrize(
+    ("confidence", "seen"), [(None, [True, False]), (0.3, [True, True]), (0.95, [False, False])]
+)
+def test_an_unlikely_point_is_occluded(write, confidence, seen):
+    path = write(
+        "scorer,n,n,n,n,n,n", "bodyparts,a,a,a,b,b,b", "coords" + ",x,y,likelihood" * 2,
+        "0,1,2,0.9,3,4,0.99", "1,1,2,0.5,3,4,0.99",
+    )  # fmt: skip
+    take, findings = read_deeplabcut(path, TakeOptions(rate=25.0, confidence=confidence))
+    assert take.select(("b",)).shape == (2, 1, 2)
+    found = take.visible[:, 0].tolist() if "a" in take.names else [False, False]
+    assert found == seen
+    assert ("CONFIDENCE_LOW" in codes(findings)) == (seen != [True, True])
+
+
+def test_individuals_stay_apart(write):
+    path = write(
+        "scorer,n,n,n,n", "individuals,anna,anna,ben,ben", "bodyparts,chin,chin,chin,chin",
+        "coords,x,y,x,y", "0,1,2,3,4",
+    )  # fmt: skip
+    take, _ = read_deeplabcut(path, TakeOptions(rate=25.0))
+    assert take.names == ("anna:chin", "ben:chin")
+    np.testing.assert_allclose(take.positions[0], [[1.5, -2.5], [3.5, -4.5]])
+
+
+def test_instances_of_sleap_stay_apart(write):
+    path = write(
+        "track,frame_idx,instance.score,chin.x,chin.y,chin.score,nose.x,nose.y,nose.score",
+        "anna,0,0.9,1,2,0.9,3,4,0.9", "ben,0,0.9,5,6,0.9,7,8,0.1", "anna,2,0.9,1,2,0.9,,,",
+        "ben,2,0.9,5,6,0.9,7,8,0.9",
+    )  # fmt: skip
+    take, findings = read_sleap(path, TakeOptions(rate=25.0))
+    assert take.names == ("anna:chin", "anna:nose", "ben:chin", "ben:nose")
+    assert take.visible.tolist() == [[True, True, True, False], [True, False, True, True]]
+    np.testing.assert_allclose(take.times, [0, 0.08])
+    assert codes(findings).count("CONFIDENCE_LOW") == 1
+
+
+OPENFACE = "frame, face_id, timestamp, confidence, success, x_0, x_1, y_0, y_1"
+
+
+def test_a_face_that_openface_lost_is_occluded(write):
+    path = write(
+        OPENFACE, "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40", "2, 0, 0.040, 0.1, 0, 10, 20, 30, 40",
+        "3, 0, 0.080, 0.75, 1, 10, 20, 30, 40",
+    )  # fmt: skip
+    take, _ = read_openface(path)
+    assert (take.rate, take.names) == (25, ("landmark_0", "landmark_1"))
+    assert take.visible[:, 0].tolist() == [True, False, True]
+    np.testing.assert_allclose(take.positions[0], [[10.5, -30.5], [20.5, -40.5]])
+    take, _ = read_openface(path, TakeOptions(confidence=0.9))
+    assert take.visible[:, 0].tolist() == [True, False, False]
+
+
+def test_of_several_faces_the_first_is_read(write):
+    path = write(
+        OPENFACE, "1, 0, 0.000, 0.98, 1, 1, 2, 3, 4", "1, 1, 0.000, 0.98, 1, 9, 9, 9, 9",
+        "2, 0, 0.040, 0.98, 1, 1, 2, 3, 4",
+    )  # fmt: skip
+    take, findings = read_openface(path)
+    np.testing.assert_allclose(take.positions[:, 0], [[1.5, -3.5]] * 2)
+    assert any("1 other faces" in found.message for found in findings)
+
+
+def test_a_real_file_of_openface(shared_data):
+    path = shared_data / "pyfeat" / "tests_data" / "OpenFace_Test.csv"
+    if not path.is_file():
+        pytest.skip(f"no real data: {path}")
+    take, _ = read_take(path, TakeOptions(rate=30.0))
+    assert len(take.names) == 68
+    np.testing.assert_allclose(take.positions[0, 0, 0], 277.276 + 0.5)

@@ -1,0 +1,179 @@
+"""Face landmarks of MediaPipe, which has no file of its own: JSON and CSV as people write them.
+
+x and y run from 0 to 1 of the image's width and height, from the top left corner; z is not read.
+
+* JSON: a list of frames, or an object that has one as ``frames``. A frame is a list of landmarks,
+  or an object that has one as ``landmarks``, ``face_landmarks`` or ``faceLandmarks``, and perhaps
+  ``frame`` and ``timestamp_ms``. A landmark is ``{"x", "y", "z"}`` or ``[x, y, z]``. Of several
+  faces the first is read. The object may have ``width``, ``height`` and ``fps``.
+* CSV, a row for each landmark: ``frame, landmark, x, y`` (``landmark_id``, ``landmark_index``);
+  or a row for each frame: ``x_0, y_0, ...``, ``0_x, 0_y, ...`` or ``landmark_0_x, ...``.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.errors import InputError
+from usdface.findings import Finding
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
+from usdface.io.takes.json_text import number, read_json
+from usdface.io.takes.raw_take import DEFAULTS, check_size
+from usdface.io.takes.text_table import Row, read_numbers
+from usdface.io.takes.track_text import TrackTable
+from usdface.io.takes.wide_tracks import read_table, samples_of_columns
+from usdface.options import TakeOptions
+from usdface.takes import MarkerTake
+
+__all__ = ["read_mediapipe"]
+
+_FRAME = ("frame", "frame_index", "frame_idx", "frame_number", "frame_id")
+_LANDMARK = ("landmark", "landmark_index", "landmark_idx", "landmark_id", "landmark_name")
+_LANDMARKS = ("landmarks", "face_landmarks", "faceLandmarks", "multi_face_landmarks", "landmark")
+_FRAMES = ("frames", "results", "data")
+_WIDE = re.compile(r"(?:(?:landmark|lm|point)?_?(\d{1,4})[_.]([xy])|([xy])_?(\d{1,4}))")
+_MOST = 10_000  # landmarks of a face; MediaPipe's has 478
+
+
+def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
+    """Read the landmarks of one face; a frame without landmarks is occluded.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or of none of the forms above, or the size of the image is not known.
+    """
+    width = height = rate = 0.0
+    if path.suffix.lower() == ".json":
+        document = read_json(path)
+        table, times = _of_frames(path, _frames(path, document))
+        if isinstance(document, dict):
+            sides = (document.get(f"{p}{s}") for s in ("width", "height") for p in ("", "image_"))
+            found = [side for side in map(number, sides) if side > 0]
+            width, height = found[:2] if len(found) == 2 else (0.0, 0.0)
+            rate = float(np.nan_to_num(number(document.get("fps")), posinf=0.0, neginf=0.0))
+    else:
+        table, times = _of_rows(path, read_table(path)), None
+    places = normalised(path, table.numbers[:, 1:3], "MediaPipe")
+    size = needed_image_size(path, options, "0 to 1", width, height)
+    tracks = ImageTracks(
+        path=path,
+        labels=table.labels,
+        tracks=table.tracks,
+        frames=table.numbers[:, 0],
+        places=np.asarray(places * size),
+        origin="top",
+        first_frame=0,
+        image_size=size,
+        lines=table.lines,
+        seconds=times,
+        rate=rate,
+        ignored=("z",),
+    )
+    return finish_tracks(tracks, options)
+
+
+def _frames(path: Path, document: Any) -> list[Any]:
+    if isinstance(document, dict):
+        document = next((document[key] for key in _FRAMES if key in document), None)
+    if not isinstance(document, list):
+        raise InputError(
+            f"{path}: expected a list of frames, or an object with frames; found "
+            f"{type(document).__name__}",
+            "SCHEMA_BROKEN",
+        )
+    return document
+
+
+def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArray | None]:
+    """Return the samples, and the time of each [s] where frames have times."""
+    faces = [_face(frame) for frame in frames]
+    count = max(map(len, faces), default=0)
+    if not count:
+        raise InputError(f"{path}: no frame has landmarks", "TAKE_EMPTY")
+    if count > _MOST:
+        raise InputError(f"{path}: {count} landmarks; expected up to {_MOST}", "TOO_LARGE")
+    check_size(path, len(frames), count)
+    numbers = np.full((len(frames), count, 3), np.nan)
+    seconds = np.full(len(frames), np.nan)
+    for index, (frame, face) in enumerate(zip(frames, faces, strict=True)):
+        known = frame if isinstance(frame, dict) else {}
+        named = [number(known[key]) for key in _FRAME if key in known]
+        numbers[index, :, 0] = named[0] if named else index
+        seconds[index] = number(known.get("timestamp_ms")) / 1000
+        if face:
+            numbers[index, : len(face), 1:] = [_place(landmark) for landmark in face]
+    table = TrackTable(
+        tuple(f"landmark_{n}" for n in range(count)),
+        np.tile(np.arange(count), len(frames)),
+        numbers.reshape(-1, 3),
+        (),
+    )
+    return table, np.repeat(seconds, count) if np.isfinite(seconds).all() else None
+
+
+def _face(frame: Any) -> list[Any]:
+    """Return the landmarks of the first face in a frame; none if it has none."""
+    for _ in range(4):  # an object, of a list of faces, of objects, of landmarks
+        if isinstance(frame, dict):
+            frame = next((frame[key] for key in _LANDMARKS if key in frame), None)
+        elif isinstance(frame, list) and frame and not _is_landmark(frame[0]):
+            frame = frame[0]
+    return frame if isinstance(frame, list) and frame and _is_landmark(frame[0]) else []
+
+
+def _is_landmark(value: Any) -> bool:
+    if isinstance(value, dict):
+        return "x" in value and "y" in value
+    return (
+        isinstance(value, list) and len(value) in (2, 3) and not isinstance(value[0], list | dict)
+    )
+
+
+def _place(landmark: Any) -> tuple[float, float]:
+    if isinstance(landmark, dict):
+        return number(landmark.get("x")), number(landmark.get("y"))
+    if isinstance(landmark, list) and len(landmark) > 1:
+        return number(landmark[0]), number(landmark[1])
+    return np.nan, np.nan
+
+
+def _of_rows(path: Path, rows: Sequence[Row]) -> TrackTable:
+    header = [name.lower() for name in rows[0][1]]
+    columns = {name: column for column, name in reversed(list(enumerate(header)))}
+    frame = next((columns[name] for name in _FRAME if name in columns), -1)
+    landmark = next((columns[name] for name in _LANDMARK if name in columns), -1)
+    if landmark >= 0 and {"x", "y"} <= columns.keys():
+        return _long(path, rows[1:], frame, landmark, columns)
+    points: dict[int, dict[str, int]] = {}
+    for column, name in enumerate(header):
+        if match := _WIDE.fullmatch(name):
+            points.setdefault(int(match[1] or match[4]), {})[match[2] or match[3]] = column
+    whole = {n: axes for n, axes in sorted(points.items()) if len(axes) == 2}
+    if not whole:
+        raise InputError(
+            f"{path}: expected the columns frame, landmark, x, y or x_0, y_0, x_1, ...",
+            "COLUMNS_WRONG",
+        )
+    wide = [(f"landmark_{n}", [axes["x"], axes["y"]]) for n, axes in whole.items()]
+    return samples_of_columns(path, rows[1:], frame, wide)
+
+
+def _long(
+    path: Path, rows: Sequence[Row], frame: int, landmark: int, columns: Mapping[str, int]
+) -> TrackTable:
+    if frame < 0:
+        raise InputError(f"{path}: there is no column frame", "COLUMNS_WRONG")
+    for line, cells in rows:
+        if len(cells) <= landmark:
+            raise InputError(f"{path}, line {line}: the row is too short", "ROW_WRONG")
+    names = [cells[landmark] for _, cells in rows]
+    index = {name: n for n, name in enumerate(dict.fromkeys(names))}
+    labels = tuple(f"landmark_{name}" if name.isdecimal() else name for name in index)
+    tracks = np.array([index[name] for name in names], dtype=np.int64)
+    numbers = read_numbers(path, rows, [frame, columns["x"], columns["y"]])
+    return TrackTable(labels, tracks, numbers, [line for line, _ in rows])

@@ -1,0 +1,73 @@
+"""The 68 landmarks of OpenFace as CSV.
+
+Columns, with blanks after the commas: ``frame``, perhaps ``face_id``, ``timestamp``,
+``confidence``, ``success``, then gaze, pose, ``x_0`` ... ``y_67`` [px] and more. The centre of
+the top left pixel is (0, 0). The landmarks in space (``X_0`` ...) are those of OpenFace's own
+face model, and are not read.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.findings import Finding
+from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
+from usdface.io.takes.raw_take import DEFAULTS
+from usdface.io.takes.wide_tracks import read_table, samples_of_columns
+from usdface.options import TakeOptions
+from usdface.takes import MarkerTake
+
+__all__ = ["read_openface"]
+
+_ROW = ("confidence", "success")
+
+
+def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
+    """Read the landmarks in the image of the first face.
+
+    A frame without success is occluded, as is one with less confidence than the options ask.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, no such table, or has no landmarks in the image.
+    """
+    (_, header), *rows = read_table(path)
+    columns = {name: column for column, name in reversed(list(enumerate(header)))}
+    numbers = [n for n in range(len(header)) if f"x_{n}" in columns and f"y_{n}" in columns]
+    missing = [name for name in ("frame", *_ROW) if name not in columns]
+    if missing or not numbers:
+        raise InputError(
+            f"{path}: there is no column {(missing or ['x_0'])[0]}; "
+            "export the 2D landmarks of OpenFace (-2Dfp)",
+            "COLUMNS_WRONG",
+        )
+    ignored = ["gaze, pose, landmarks in space, action units"]
+    if "face_id" in columns:
+        face = columns["face_id"]
+        others = {cells[face] for _, cells in rows if len(cells) > face}
+        if len(others) > 1:
+            first = rows[0][1][face]
+            rows = [row for row in rows if len(row[1]) > face and row[1][face] == first]
+            ignored.append(f"{len(others) - 1} other faces")
+    timed = "timestamp" in columns
+    shared = [columns[name] for name in _ROW] + ([columns["timestamp"]] if timed else [])
+    points = [(f"landmark_{n}", [columns[f"x_{n}"], columns[f"y_{n}"]]) for n in numbers]
+    table = samples_of_columns(path, rows, columns["frame"], points, shared)
+    sure = np.where(table.numbers[:, 4] == 1, table.numbers[:, 3], -1.0)
+    tracks = ImageTracks(
+        path=path,
+        labels=table.labels,
+        tracks=table.tracks,
+        frames=table.numbers[:, 0],
+        places=table.numbers[:, 1:3] + 0.5,
+        origin="top",
+        first_frame=1,
+        image_size=image_size(path, options),
+        lines=table.lines,
+        seconds=table.numbers[:, 5] if timed else None,
+        confidence=sure,
+        ignored=ignored,
+    )
+    return finish_tracks(tracks, options)
