@@ -136,7 +136,8 @@ def kill(show: Path, victim: str, after: float, chance: random.Random) -> tuple[
     """
     run = start(show)
     begun(run)
-    time.sleep(after)
+    with suppress(subprocess.TimeoutExpired):
+        run.wait(after)
     team = workers_of(run.pid)
     targets = [run.pid] if victim == "parent" else team
     hit = False
