@@ -126,6 +126,11 @@ def test_what_is_not_solved_in_pieces_is_refused(solved: Solved) -> None:
     weights = WeightsTake(("jawOpen",), np.arange(9.0), np.zeros((9, 1)))
     with pytest.raises(InputError, match="as a whole"):
         estimate_shot([(0, replace(solved.shot, take=weights))], PieceCuts.of(9))
+    take = solved.shot.take
+    assert isinstance(take, MarkerTake)
+    image = replace(take, positions=take.positions[..., :2])
+    with pytest.raises(InputError, match="image points"):
+        estimate_shot([(0, replace(solved.shot, take=image))], PieceCuts.of(FRAMES))
     curved = make_curved_world()
     with pytest.raises(SolveError, match="inbetweens"):
         estimated(shot_of(curved, curved.take.positions), PieceCuts.of(40))

@@ -200,7 +200,14 @@ def restaged(path: Path, meters_per_unit: float, up_axis: str) -> None:
 
 def camera_pixels(take: MarkerTake) -> MarkerTake:
     """Return a take as a camera far in front of the face sees it: pixels, x right, y up."""
-    pixels = 4000 * take.positions[..., :2] + [640, 480]
+    pixels = 4000 * take.positions[..., :2] + [640, -480]
+    return MarkerTake(take.names, take.times, pixels, take.rate, image_size=(1280, 960))
+
+
+def filmed(take: MarkerTake, *, focal_length: float = 1300.0) -> MarkerTake:
+    """Return a take as a camera half a metre before the face sees it."""
+    deep = 0.5 - take.positions[..., 2:]
+    pixels = focal_length * take.positions[..., :2] / deep + [640, -480]
     return MarkerTake(take.names, take.times, pixels, take.rate, image_size=(1280, 960))
 
 

@@ -135,6 +135,12 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
         If the markers do not determine an answer, or the shapes are not linear.
     """
     shot = parts[0][1]
+    if _marker_take(shot.take).dimension == 2:
+        raise InputError(
+            "a take of image points is not solved in pieces, since its camera is found from all "
+            "frames; process it as a whole",
+            "TAKE_KIND_WRONG",
+        )
     neutral = shot.setup.neutral
     wanted = cuts.sample(neutral)
     times, positions = [], []

@@ -271,7 +271,7 @@ def _region_residuals(
 
 def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:
     setup = shot.setup
-    if solution is None or not solution.in_space:
+    if solution is None or not solution.posed_in_space:
         return None
     if not setup.move_head or setup.head == "stabilised":
         return None
@@ -279,7 +279,7 @@ def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose
     return head_motion(
         solution.pose,
         solution.weights.times,
-        solution.neutral,
+        target if solution.filmed else solution.neutral,
         target,
         solution.noise,
         _head_seen(shot, solution),

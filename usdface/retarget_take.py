@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import (
     BlendShapeEvaluator,
@@ -19,6 +20,7 @@ from usdface.findings import Finding, finding
 from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
+from usdface.retarget.filmed_head import FilmedHead, film_head
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -102,8 +104,9 @@ def solve(
         combined = with_combinations(face.mesh, weights.names, pinned)
         return replace(weights, weights=combined), None, findings
     take, setup, model, findings = solver_input(take, face, setup, cleaned, progress)
+    filmed, camera_findings = _film(take, face, setup, model, progress)
     solution, new_findings = solve_take(
-        take,
+        filmed.still(take) if filmed else take,
         face.neutral,
         face.offsets,
         face.shape_names,
@@ -112,7 +115,9 @@ def solve(
         surface=MarkerSurface(face.mesh, face.vertices),
         progress=progress,
     )
-    return solution.weights, solution, findings + new_findings
+    if filmed:
+        solution = replace(solution, filmed=filmed, pose=filmed.motion)
+    return solution.weights, solution, findings + camera_findings + new_findings
 
 
 @one_blas_thread()
@@ -151,8 +156,9 @@ def calibrate(
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
     take, setup, model, new_findings = solver_input(take, face, setup, cleaned, progress)
+    filmed, camera_findings = _film(take, face, setup, model, progress)
     calibrated, calibration_findings = calibrate_take(
-        take,
+        filmed.still(take) if filmed else take,
         face.neutral,
         face.offsets,
         face.shape_names,
@@ -161,7 +167,32 @@ def calibrate(
         extremes,
         MarkerSurface(face.mesh, face.vertices),
     )
-    return calibrated, findings + new_findings + calibration_findings
+    return calibrated, findings + new_findings + camera_findings + calibration_findings
+
+
+def _film(
+    take: MarkerTake,
+    face: BoundFace,
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator,
+    progress: Progress | None,
+) -> tuple[FilmedHead | None, list[Finding]]:
+    """Find how the head of a 2D take moved, if it is to be solved; none for other takes."""
+    # The paper's map goes from the image to the character, the head's motion included.
+    flat = take.dimension == 2 and setup.head == "solve" and setup.map.form != "paper"
+    if not flat or setup.neutral is None:
+        return None, []
+    bound = setup.binding.markers
+
+    def displacements(still: MarkerTake, neutral: tuple[int, int]) -> FloatArray:
+        own = replace(setup, neutral=neutral, pins=())  # which are frames of the whole take
+        solution, _ = solve_take(
+            still, face.neutral, face.offsets, face.shape_names, own, model, progress=progress
+        )
+        moved = model.displacements(solution.weights.weights).reshape(len(still.times), -1, 3)
+        return moved[:, [bound.index(name) for name in still.names]]
+
+    return film_head(take, bound, face.neutral, setup.neutral, displacements)
 
 
 def solver_input(

@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from processed import EXACT, Done, codes_in, process, report, run, shoot, solved
-from worlds import animation_of, camera_pixels, make_world, write_live_link
+from pxr import Usd, UsdSkel
+from scipy.spatial.transform import Rotation
+from worlds import animation_of, camera_pixels, filmed, make_world, write_live_link
 
 from usdface.takes import MarkerTake
 
@@ -61,6 +63,36 @@ def test_a_flat_take_gives_the_weights_nearly(tmp_path: Path) -> None:
     replace(world, take=camera_pixels(world.take)).write(tmp_path, head="stabilised")
     error = solved(process(tmp_path), world) - world.weights
     assert np.sqrt(np.mean(error**2)) < 0.02
+
+
+def test_a_filmed_head_that_turns_gives_the_weights_nearly(tmp_path: Path) -> None:
+    world, still = make_world(), make_world(head_moves=False)
+    errors = {}
+    for name, shown in (("turns", world), ("rests", still)):
+        folder = replace(shown, take=filmed(shown.take)).write(tmp_path / name)
+        error = solved(process(folder), world) - world.weights
+        errors[name] = np.sqrt(np.mean(error**2))
+    assert errors["turns"] < 1.5 * max(errors["rests"], 0.01), errors
+
+
+def test_a_filmed_head_turns_the_character_as_markers_in_space_do(
+    done: Done, tmp_path: Path
+) -> None:
+    film = replace(filmed(done.world.take), focal_length=1300.0)
+    replace(done.world, take=film).write(tmp_path)
+    in_space, from_film = (joint_turns(root) for root in (done.root, process(tmp_path)))
+    away = Rotation.from_quat(in_space).inv() * Rotation.from_quat(from_film)
+    assert np.degrees(away.magnitude()).max() < 0.3
+    assert np.degrees(Rotation.from_quat(in_space).magnitude()).max() > 3.0
+
+
+def joint_turns(root: Path) -> np.ndarray:
+    """The rotations (F, 4) of the joint that carries the head: x, y, z, w."""
+    stage = Usd.Stage.Open(str(root))
+    animation = next(UsdSkel.Animation(p) for p in stage.Traverse() if p.IsA(UsdSkel.Animation))
+    turns = animation.GetRotationsAttr()
+    first = [turns.Get(code)[0] for code in turns.GetTimeSamples()]
+    return np.array([[*turn.GetImaginary(), turn.GetReal()] for turn in first])
 
 
 def test_markers_that_are_hidden_for_a_while_change_little(tmp_path: Path) -> None:

@@ -130,7 +130,7 @@ def _take_markers(
             'set its space to "character"'
         )
     names, neutral = solution.markers, on_plane(solution.neutral)
-    positions = solution.pose.to_head(on_plane(take.select(names)))
+    positions = solution.still(take)
     on_character = face.mesh.points[face.vertices_of(names)]
     return (
         names,

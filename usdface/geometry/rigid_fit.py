@@ -42,6 +42,18 @@ class Pose:
         moved = positions @ self.rotations.transpose(0, 2, 1)
         return np.asarray(moved + self.translations[:, None])
 
+    def bridged(self, usable: BoolArray) -> "Pose":
+        """Return the pose with that of the nearest `usable` frame (F,) in those that are not."""
+        if usable.all():
+            return self
+        frames = np.arange(len(usable))
+        known = frames[usable]
+        place = np.searchsorted(known, frames).clip(max=len(known) - 1)
+        before = known[np.maximum(place - 1, 0)]
+        nearest = np.where(frames - before < known[place] - frames, before, known[place])
+        nearest[usable] = known
+        return Pose(self.rotations[nearest], self.translations[nearest])
+
 
 def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
     """Fit `target` = pose(`source`) by least squares in every frame (Kabsch; Umeyama 1991).
@@ -81,13 +93,7 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
         b *= seen[..., None]
     rotations = _rotation(b.transpose(0, 2, 1) @ a)
     translations = centre_b - np.einsum("fij,fj->fi", rotations, centre_a)
-    frames = np.arange(len(target))
-    known = frames[usable]
-    place = np.searchsorted(known, frames).clip(max=len(known) - 1)
-    before = known[np.maximum(place - 1, 0)]
-    nearest = np.where(frames - before < known[place] - frames, before, known[place])
-    nearest[usable] = known
-    return Pose(rotations[nearest], translations[nearest]), usable
+    return Pose(rotations, translations).bridged(usable), usable
 
 
 def _rotation(covariance: FloatArray) -> FloatArray:

@@ -7,8 +7,10 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.filmed_head import FilmedHead
 from usdface.retarget.map_choice import MapChoice
-from usdface.takes import WeightsTake
+from usdface.retarget.neutral import on_plane
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Solution"]
 
@@ -45,7 +47,8 @@ class Solution:
     distances : (F, M) float64 [m]
         Between a marker and the face as solved, on the character; NaN where occluded.
     in_space : bool
-        False for an image's markers: then the pose is in pixels.
+        False for an image's markers: then the pose is in pixels, and lies in the image, unless the
+        head was `filmed`.
     covariance : (S, S) float64 or None
         How weights move and move together, as learned from the take; None if it was not.
     shifts : (M, 3) float64 [m] or None
@@ -54,6 +57,9 @@ class Solution:
         Of the markers' displacements, N = 3 M, as solved with.
     carried : (M, D, 3) float64 or None
         The linear maps that carry the markers' displacements over to the character.
+    filmed : FilmedHead or None
+        How the head moved before the one camera of a 2D take: then the pose is in the space of the
+        character, in metres, and `neutral` is the face from far in front.
     """
 
     weights: WeightsTake
@@ -73,6 +79,7 @@ class Solution:
     shifts: FloatArray | None = None
     model: BlendShapeEvaluator | None = None
     carried: FloatArray | None = None
+    filmed: FilmedHead | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))
@@ -80,6 +87,17 @@ class Solution:
         object.__setattr__(self, "feature_points", frozen(self.feature_points))
         object.__setattr__(self, "rest", frozen(self.rest))
         object.__setattr__(self, "neutral", frozen(self.neutral))
+
+    @property
+    def posed_in_space(self) -> bool:
+        """Whether `pose` is in metres, of a head in space."""
+        return self.in_space or self.filmed is not None
+
+    def still(self, take: MarkerTake) -> FloatArray:
+        """Return the solved markers of a take out of the head's motion: (F, M, 3)."""
+        if self.filmed is not None:
+            return on_plane(self.filmed.still(take).select(self.markers))
+        return self.pose.to_head(on_plane(take.select(self.markers)))
 
     @property
     def displacements(self) -> FloatArray:

@@ -331,7 +331,7 @@ def _author_solution(
         _samples(layer, prim, name, codes, _floats(curve / unit))
     to_stage = np.linalg.inv(to_si(shot.metrics))
     pose = matrices_of(solution.pose)
-    if solution.in_space:
+    if solution.posed_in_space:
         pose = to_si(shot.metrics) @ pose @ to_stage
     _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
     _samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
