@@ -212,6 +212,26 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "compare",
         "a shot was edited, and is not made anew from what it is made of",
     ),
+    "CUT_TAKE_MISSING": (
+        "warning",
+        "correct_settings",
+        "no take has the timecodes of a clip of the cut; it has no shot",
+    ),
+    "CUT_TAKE_AMBIGUOUS": (
+        "warning",
+        "correct_settings",
+        "several takes have the timecodes of a clip of the cut; it has no shot",
+    ),
+    "CUT_EFFECT_IGNORED": (
+        "warning",
+        "correct_settings",
+        "a clip of the cut has a speed change or an effect, which is left out",
+    ),
+    "CUT_BETWEEN_FRAMES": (
+        "info",
+        "nothing",
+        "a clip of the cut begins between two frames of its deliverable, and is moved there",
+    ),
     "RANGE_OUTSIDE": (
         "warning",
         "correct_settings",
@@ -540,6 +560,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the head markers are collinear and leave a rotation open; all markers determine it",
     ),
     "MARKERS_FEW": ("warning", "add_markers", "the markers cannot distinguish all blend shapes"),
+    "TAKE_SAMPLED": (
+        "info",
+        "nothing",
+        "neutral, places, map and covariance of a long take come from a sample of its frames",
+    ),
     "FOCAL_LENGTH_FOUND": ("info", "nothing", "the head's motion shows the focal length"),
     "FOCAL_LENGTH_ASSUMED": (
         "info",

@@ -29,7 +29,14 @@ from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["SolvedShot", "Stages", "retarget", "retarget_in_stages"]
+__all__ = [
+    "SolvedShot",
+    "Stages",
+    "retarget",
+    "retarget_in_stages",
+    "solve_inputs",
+    "with_overrides",
+]
 
 ValueT = TypeVar("ValueT")
 
@@ -151,11 +158,11 @@ def retarget_in_stages(
     stages : Stages
         Returns the value of "solve" and of "express", kept or computed.
     """
-    shot = _with_overrides(shot, options)
+    shot = with_overrides(shot, options)
     if hooks:
         stages = _Uncached()
     solved = stages.stage(
-        "solve", _solve_inputs(shot), {}, lambda: _solve_shot(shot, hooks, progress)
+        "solve", solve_inputs(shot), {}, lambda: _solve_shot(shot, hooks, progress)
     )
     shot = with_gains(replace(shot, take=solved.take), options.gains)
     options = replace(options, gains={})
@@ -173,7 +180,7 @@ def retarget_in_stages(
     return stages.stage("express", inputs, given, compute)
 
 
-def _solve_inputs(shot: Shot) -> object:
+def solve_inputs(shot: Shot) -> object:
     """Return all that the solve of a shot depends on."""
     setup = replace(shot.setup, closure=ClosureOptions(), exaggeration={})
     return shot.mesh, shot.rig.shape_names, shot.take, setup, shot.layout
@@ -252,7 +259,7 @@ def _express_shot(
     return replace(corrected, findings=timed(found, shot.take.times.tolist()))
 
 
-def _with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
+def with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
     """Return the shot with the options of this run."""
     setup, exaggeration = shot.setup, shot.factors.with_constant(options.exaggeration)
     if not options.clean:

@@ -27,7 +27,7 @@ from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import RetargetSetup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["calibrate", "clean", "retarget", "solve"]
+__all__ = ["calibrate", "clean", "retarget", "solve", "solver_input"]
 
 
 @one_blas_thread()
@@ -103,7 +103,7 @@ def solve(
         pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
         combined = with_combinations(face.mesh, weights.names, pinned)
         return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = _solver_input(take, face, setup, cleaned, progress)
+    take, setup, model, findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, model, progress)
     solution, new_findings = solve_take(
         filmed.still(take) if filmed else take,
@@ -155,7 +155,7 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, model, new_findings = _solver_input(take, face, setup, cleaned, progress)
+    take, setup, model, new_findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, model, progress)
     calibrated, calibration_findings = calibrate_take(
         filmed.still(take) if filmed else take,
@@ -195,7 +195,7 @@ def _film(
     return film_head(take, bound, face.neutral, setup.neutral, displacements)
 
 
-def _solver_input(
+def solver_input(
     take: MarkerTake,
     face: BoundFace,
     setup: RetargetSetup,

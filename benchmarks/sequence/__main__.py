@@ -1,7 +1,8 @@
 """`usdface sequence` on a made show of 60 shots: ``python -m benchmarks.sequence``.
 
 ``speed``: beside single commands, a second run, a changed gain. ``kills``: workers and the parent
-at random moments. ``simulate``: 1,000 and 100,000 shots on 1, 10 and 100 workers.
+at random moments. ``simulate``: 1,000 and 100,000 shots on 1, 10 and 100 workers. ``long``: a
+million frames in pieces.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.sequence.kills import run_kills
+from benchmarks.sequence.long_take import run_long
 from benchmarks.sequence.show import make_show
 from benchmarks.sequence.simulation import print_simulation
 
@@ -104,9 +106,9 @@ def speed(shots: int, frames: int, workers: int, singles: int) -> None:
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("part", choices=("speed", "kills", "simulate"))
+    parser.add_argument("part", choices=("speed", "kills", "simulate", "long"))
     parser.add_argument("--shots", type=int, default=60)
-    parser.add_argument("--frames", type=int, default=120)
+    parser.add_argument("--frames", type=int, help="of a shot (120), of the long take (a million)")
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--singles", type=int, default=0, help="single commands (default: all)")
     parser.add_argument("--kills", type=int, default=100)
@@ -114,7 +116,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parsed = parser.parse_args()
     if parsed.part == "speed":
-        speed(parsed.shots, parsed.frames, parsed.workers, parsed.singles or parsed.shots)
+        speed(parsed.shots, parsed.frames or 120, parsed.workers, parsed.singles or parsed.shots)
+    elif parsed.part == "long":
+        with tempfile.TemporaryDirectory() as name:
+            run_long(Path(name), parsed.frames or 1_000_000, parsed.workers)
     elif parsed.part == "kills":
         folder = Path(tempfile.mkdtemp())
         try:

@@ -7,6 +7,7 @@ import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from contextlib import suppress
@@ -18,41 +19,49 @@ from benchmarks.sequence.show import make_show
 
 __all__ = ["run_kills"]
 
-_SHOTS, _FRAMES = 4, 60
-_LATEST = 0.8  # shares of an undisturbed run
+_SHOTS, _FRAMES = 3, 60
 
 
 def run_kills(folder: Path, kills: int, seed: int, seconds: float) -> None:
-    """Kill runs, alternately the parent and a worker, for some seconds; print what was found.
+    """Kill runs that are at work until so many were hit, or the time is up; print what was found.
 
-    After each kill every result that is there must open as a whole, and be the old or the new one;
-    the next run must complete, with the bytes of a run that nobody disturbed. Every third run
-    begins from a changed gain, so that there is an earlier result to lose.
+    Parent and workers take turns, each at a random moment between the first shot that is begun and
+    the end of an undisturbed run. After each kill every result that is there must open as a whole,
+    and be the old or the new one; the next run must complete, with the bytes of a run that nobody
+    disturbed. Every run begins from a changed gain, so that there is an earlier result to lose;
+    every third has no cache, so that a solve is killed.
     """
     show = make_show(folder / "show", _SHOTS, _FRAMES)
     chance = random.Random(seed)
     shots = sorted((show.parent / "shots").glob("*.usda"))
-    begin = time.perf_counter()
     finish(show)
-    whole = time.perf_counter() - begin
     generations = [results(shots)]
     set_gain(shots, 1)
     finish(show)
     generations.append(results(shots))
+    lasting = {}
+    for cached in (True, False):
+        set_gain(shots, 0)
+        finish(show)
+        set_gain(shots, 1)
+        lasting[cached] = work_of(show, shots, cached)
     found: Counter[str] = Counter()
     end = time.monotonic() + seconds
-    done = 0
-    for number in range(kills):
-        if time.monotonic() > end:
-            break
-        done += 1
-        generation = (number // 2) % 2
+    number = done = 0
+    while done < kills and time.monotonic() < end:
+        number += 1
+        generation = number % 2
         set_gain(shots, generation)
-        if number % 3 == 0:  # nothing is cached: the solve itself is killed
-            for file in (show.parent / "shots").glob("*.usdface/cache/*"):
-                file.unlink()
-        victim = "parent" if number % 2 else "worker"
-        found[f"{victim} killed, {kill(show, victim, chance.uniform(0.1, _LATEST) * whole)}"] += 1
+        cached = number % 3 != 0
+        if not cached:
+            forget(shots)
+        victim = "parent" if (number // 2) % 2 else "worker"
+        hit, status = kill(show, victim, chance.random() * lasting[cached], chance)
+        if not hit:
+            found["run that ended before its kill"] += 1
+            continue
+        done += 1
+        found[f"{victim} killed, exit {status}"] += 1
         for shot, old, new in zip(shots, *generations, strict=True):
             found[f"result {state(shot, old, new)}"] += 1
         finish(show)
@@ -60,9 +69,39 @@ def run_kills(folder: Path, kills: int, seed: int, seconds: float) -> None:
         found["next run complete" if same else "NEXT RUN WRONG"] += 1
         litter = [p for p in show.parent.rglob(".usdface-*")]
         found["LITTER"] += bool(litter)
-    print(f"{done:6} kills")
+    print(
+        f"{done:6} kills; a run works for {lasting[True]:.1f} s, "
+        f"without cache {lasting[False]:.1f} s"
+    )
     for what, count in sorted(found.items()):
         print(f"{count:6} {what}")
+
+
+def forget(shots: list[Path]) -> None:
+    """Remove the caches: the next run solves again."""
+    for shot in shots:
+        for file in (folder_of(shot) / "cache").glob("*"):
+            file.unlink()
+
+
+def work_of(show: Path, shots: list[Path], cached: bool) -> float:
+    """Return how long an undisturbed run works after its first shot is begun [s]."""
+    if not cached:
+        forget(shots)
+    run = start(show)
+    begun(run)
+    begin = time.perf_counter()
+    assert run.wait(600) == 0
+    return time.perf_counter() - begin
+
+
+def begun(run: "subprocess.Popen[str]") -> None:
+    """Wait until a run has begun its first shot."""
+    assert run.stderr is not None
+    for line in run.stderr:
+        if "shot_" in line:
+            break
+    threading.Thread(target=run.stderr.read, daemon=True).start()  # so that the pipe never fills
 
 
 def set_gain(shots: list[Path], generation: int) -> None:
@@ -75,31 +114,40 @@ def set_gain(shots: list[Path], generation: int) -> None:
             shot.write_text(wanted)
 
 
-def start(show: Path) -> subprocess.Popen[bytes]:
-    """Start a sequence with two workers."""
-    command = [sys.executable, "-m", "usdface", "sequence", str(show), "--workers", "2"]
+def start(show: Path, workers: int = 2) -> "subprocess.Popen[str]":
+    """Start a sequence with some workers, which says what it does."""
+    command = [sys.executable, "-m", "usdface", "sequence", str(show), "--workers", str(workers)]
+    command += ["--progress", "plain"]
     quiet = subprocess.DEVNULL
-    return subprocess.Popen(command, stdout=quiet, stderr=quiet)
+    return subprocess.Popen(command, stdout=quiet, stderr=subprocess.PIPE, text=True)
 
 
 def finish(show: Path) -> None:
     """Run the sequence to its end, which must be a good one."""
-    assert start(show).wait(600) == 0
+    run = start(show, 1)
+    begun(run)
+    assert run.wait(600) == 0
 
 
-def kill(show: Path, victim: str, after: float) -> str:
-    """Kill a run or one of its workers after some seconds; return how the run ended."""
+def kill(show: Path, victim: str, after: float, chance: random.Random) -> tuple[bool, int]:
+    """Kill a run or one of its workers some seconds after it began its first shot.
+
+    Return whether it was hit while it worked, and how the run ended.
+    """
     run = start(show)
-    time.sleep(after)
-    targets = [run.pid] if victim == "parent" else workers_of(run.pid)
+    begun(run)
+    with suppress(subprocess.TimeoutExpired):
+        run.wait(after)
+    team = workers_of(run.pid)
+    targets = [run.pid] if victim == "parent" else team
     hit = False
-    for target in targets[:1] if run.poll() is None else ():
+    if run.poll() is None and targets:
         with suppress(ProcessLookupError):
-            os.kill(target, signal.SIGKILL)
+            os.kill(chance.choice(targets), signal.SIGKILL)
             hit = True
     status = run.wait(600)
-    orphans_end(show)
-    return f"exit {status}" if hit else f"too late, exit {status}"
+    orphans_end(team)
+    return hit, status
 
 
 def workers_of(pid: int) -> list[int]:
@@ -108,22 +156,23 @@ def workers_of(pid: int) -> list[int]:
     with suppress(OSError):
         for task in Path(f"/proc/{pid}/task").iterdir():
             for child in (task / "children").read_text().split():
-                with suppress(OSError):
-                    if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes():
-                        found.append(int(child))
-    random.shuffle(found)
+                if works(int(child)):
+                    found.append(int(child))
     return found
 
 
-def orphans_end(show: Path) -> None:
-    """Wait until workers without a parent have ended: they finish their shot first."""
-    del show
+def orphans_end(team: list[int]) -> None:
+    """Wait until the workers of a killed run have ended: they finish their shot first."""
     end = time.monotonic() + 60
-    while time.monotonic() < end:
-        left = subprocess.run(["pgrep", "-P", "1", "-f", "spawn_main"], capture_output=True)
-        if not left.stdout.strip():
-            return
+    while any(works(pid) for pid in team) and time.monotonic() < end:
         time.sleep(0.05)
+
+
+def works(pid: int) -> bool:
+    """Return whether a process is a worker."""
+    with suppress(OSError):
+        return b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    return False
 
 
 def results(shots: list[Path]) -> list[dict[str, str]]:

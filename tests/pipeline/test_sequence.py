@@ -7,8 +7,6 @@ import pytest
 from worlds import make_world
 
 from usdface.cli import main
-from usdface.errors import InputError
-from usdface.pipeline.sequence import chosen
 
 SHOW = """
 folder = "shots"
@@ -92,18 +90,6 @@ def test_a_shot_that_takes_too_long_fails_and_one_that_is_kept_does_not(folder: 
     assert status == 1 and rows["good"]["state"] == "kept"
     assert rows["no_take"]["code"] == "WORKER_HUNG"
     assert sequence(folder, "--index", "1")[0] == 0
-
-
-@pytest.mark.parametrize("index", ["6", "-1", "2-1", "a", "1-", "1-6", "1-2-3", "٣"])
-def test_a_wrong_index_is_refused(index: str) -> None:
-    with pytest.raises(InputError, match="--index"):
-        chosen(index, 6)
-
-
-def test_an_index_is_a_place_or_a_range() -> None:
-    assert chosen("", 6) == range(6)
-    assert chosen("2", 6) == range(2, 3)
-    assert chosen("0-5", 6) == range(6)
 
 
 @pytest.mark.parametrize(

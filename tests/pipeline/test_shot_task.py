@@ -12,6 +12,7 @@ from composed import image
 from worlds import make_world
 
 from usdface.errors import OutputError, UsdFaceError
+from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
 from usdface.pipeline import process_sequence
@@ -86,6 +87,57 @@ def test_one_byte_of_any_input_counts(place: Path, name: str) -> None:
     content[-1] ^= 1
     file.write_bytes(content)
     assert state(place) == "kept"
+
+
+FULL = """folder = "shots"
+[characters.mia]
+rig = "rig.usda"
+bind = "bind.json"
+fuzzy = "own.usda"
+expressions = "poses.json"
+layer = "sets/mia.usda"
+[performers.anna]
+calibration = "anna.json"
+layer = "sets/anna.usda"
+[[shots]]
+name = "a"
+take = "take.usda"
+performer = "anna"
+character = "mia"
+"""
+
+
+@pytest.fixture(scope="module")
+def full(made: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A show with each kind of file that a shot can be made of, processed."""
+    folder = make_world().write(tmp_path_factory.mktemp("full"))
+    system = read_fuzzy_file(made / "shots/a.usda")[0]
+    write_fuzzy_file(folder / "own.usda", system)
+    (folder / "poses.json").write_text('{"joy": {"shapes": {"mouthSmileLeft": 0.75}}}\n')
+    (folder / "anna.json").write_text('{"shapes": {"jawOpen": {"gain": 1.25}}}\n')
+    (folder / "show.toml").write_text(FULL)
+    result = process_sequence(folder / "show.toml", workers=1)
+    assert result.value[0].state == "processed", result.value[0].error
+    return folder
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("rig.usda", "take.usda", "bind.json", "own.usda", "poses.json", "anna.json"),
+        *("sets/mia.usda", "sets/anna.usda", "shots/a.usda"),
+    ],
+)
+def test_one_byte_of_all_that_a_shot_is_made_of_counts(full: Path, name: str) -> None:
+    def state() -> str:
+        return process_sequence(full / "show.toml", gather=True).value[0].state
+
+    content = (full / name).read_bytes()
+    assert state() == "kept"
+    (full / name).write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
+    assert state() == "missing"
+    (full / name).write_bytes(content)
+    assert state() == "kept"
 
 
 @pytest.mark.parametrize(

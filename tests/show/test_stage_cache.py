@@ -10,6 +10,10 @@ from worlds import make_world
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
 
+PACE = "double usdface:solve:pace = 8"
+CALIBRATION = """uniform token[] usdface:calibration:shapes = ["jawOpen"]
+uniform float[] usdface:calibration:gains = [1.2]
+uniform float[] usdface:calibration:offsets = [0]"""
 FILES = ("rig.usda", "take.usda", "shot.usda")
 
 
@@ -60,6 +64,8 @@ def test_nothing_changed_nothing_computed(place: Path) -> None:
         ("shot.usda", "usdface:neutral:range = (0, 3)", "usdface:neutral:range = (0, 2)"),
         ("shot.usda", "double usdface:solve:pace = 8", "double usdface:solve:pace = 9"),
         ("shot.usda", "bool usdface:clean:gaps = 1", "bool usdface:clean:gaps = 0"),
+        ("shot.usda", PACE, f"{PACE}\nfloat usdface:pin:jawOpen.timeSamples = {{10: 0.5}}\n"),
+        ("shot.usda", PACE, f"{PACE}\n{CALIBRATION}\n"),
     ],
 )
 def test_an_input_of_the_solve_computes_both(place: Path, name: str, old: str, new: str) -> None:
@@ -74,6 +80,7 @@ def test_an_input_of_the_solve_computes_both(place: Path, name: str, old: str, n
         ("uniform double usdface:ease = 0", "uniform double usdface:ease = 0.2"),
         ("float usdface:weight = 1", "float usdface:weight = 0.5"),
         ("bool usdface:closure:lids = 1", "bool usdface:closure:lids = 0"),
+        (PACE, f"{PACE}\nfloat usdface:exaggeration = 1.1\n"),
     ],
 )
 def test_an_input_of_the_correction_computes_that_alone(place: Path, old: str, new: str) -> None:
@@ -109,6 +116,13 @@ def test_a_setting_that_goes_to_and_fro_costs_nothing_and_files_do_not_pile_up(p
             assert stages(place) == ""
         (place / "shot.usda").write_text(shot)
     assert len(list((place / "cache").iterdir())) == 3
+
+
+def test_shots_of_one_take_and_face_share_a_solve(place: Path) -> None:
+    shutil.copy(place / "shot.usda", place / "other.usda")
+    changed(place / "other.usda", "float usdface:gain = 1", "float usdface:gain = 0.5")
+    used = process(place / "other.usda", cache=place / "cache").summary["stages"]
+    assert used == {"solve": "cached", "express": "computed"}
 
 
 def test_damaged_files_are_computed_anew(place: Path) -> None:

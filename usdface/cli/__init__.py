@@ -32,6 +32,7 @@ _COMMANDS = {
     "calibrate": ("process", "measure a performer's gains, as shares of the character's shapes"),
     "process": ("process", "retarget a shot, correct its expressions, write layers"),
     "sequence": ("sequence", "process many shots: those that are out of date, side by side"),
+    "conform": ("conform", "write a show file for a cut: which range of which take, by timecode"),
     "bind": ("view", "write a page to check and move the places of markers: one HTML file"),
     "view": ("view", "write a page that shows a shot or a face: one HTML file"),
     "export": ("convert", "write a USD scene as glTF or USDZ"),

@@ -32,6 +32,11 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "usdface sequence show.toml --table show.html",
         "usdface sequence shots/ --workers 4 --report table.json",
     ),
+    "conform": (
+        "usdface conform reel.otio takes/010.usdc takes/020.usdc -o reel.json",
+        "usdface conform reel.edl takes/*.usdc --show show.toml --performer anna --character mia "
+        "--handles 8 -o reel.json",
+    ),
     "bind": (
         "usdface bind rig.usdc --take take.usdc -o bind.html",
         "usdface bind shot.usda -o bind.html",

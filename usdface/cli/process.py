@@ -80,6 +80,7 @@ def add_process(commands: Any, summary: str) -> None:
         metavar="DIR",
         help="keep the arrays of solve and correction, and compute only those that changed",
     )
+    _add_pieces(command)
     add_asset_root(command)
     add_skip_hook(command)
     result = command.add_mutually_exclusive_group()
@@ -88,6 +89,25 @@ def add_process(commands: Any, summary: str) -> None:
     )
     result.add_argument(
         "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
+    )
+
+
+def _add_pieces(command: argparse.ArgumentParser) -> None:
+    group = command.add_argument_group("long takes")
+    group.add_argument(
+        "--pieces",
+        default="",
+        metavar="DIR",
+        help="solve the take in pieces, which are kept there, and join them",
+    )
+    group.add_argument(
+        "--piece",
+        default="",
+        metavar="N[-M]",
+        help="only solve these pieces, from 0 on, or only find the estimates of the take",
+    )
+    group.add_argument(
+        "--workers", type=int, help="processes for the pieces (default: one for each core)"
     )
 
 
@@ -116,6 +136,24 @@ def _process(parsed: argparse.Namespace) -> int:
         "gains": _factors("gains", parsed.gains),
     }
     options = ProcessOptions(**given | factors)
+    if parsed.piece and not parsed.pieces:
+        raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
+    if parsed.workers is not None and parsed.workers < 1:
+        raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
+    if parsed.pieces:
+        with progress(parsed) as step:
+            solved = pipeline.solve_pieces(
+                parsed.shot,
+                parsed.pieces,
+                index=parsed.piece,
+                workers=parsed.workers,
+                asset_root=parsed.asset_root,
+                skip_hooks=parsed.skip_hooks,
+                options=options,
+                on_progress=step,
+            )
+        if parsed.piece:
+            return report(parsed, solved)
     with progress(parsed) as step:
         result = pipeline.process(
             parsed.shot,
@@ -129,6 +167,7 @@ def _process(parsed: argparse.Namespace) -> int:
             asset_root=parsed.asset_root,
             strict=parsed.strict,
             cache=parsed.cache or None,
+            pieces=parsed.pieces or None,
             skip_hooks=parsed.skip_hooks,
             options=options,
             on_progress=step,

@@ -20,10 +20,12 @@ if TYPE_CHECKING:
     from usdface.pipeline.bind_page import make_bind_page
     from usdface.pipeline.calibration import calibrate
     from usdface.pipeline.checking import check
+    from usdface.pipeline.conforming import conform
     from usdface.pipeline.explaining import check_neutral, explain
     from usdface.pipeline.formats import list_formats
     from usdface.pipeline.fuzzy_files import convert_fuzzy, write_paper_system
     from usdface.pipeline.fuzzy_fit import fit_fuzzy
+    from usdface.pipeline.long_take import solve_pieces
     from usdface.pipeline.markers import make_markers
     from usdface.pipeline.plugins import list_plugins
     from usdface.pipeline.processing import apply, process
@@ -41,6 +43,7 @@ __all__ = [
     "calibrate",
     "check",
     "check_neutral",
+    "conform",
     "convert_fuzzy",
     "explain",
     "export_scene",
@@ -60,6 +63,7 @@ __all__ = [
     "read_rig",
     "read_take",
     "set_up",
+    "solve_pieces",
     "view",
     "write_paper_system",
 ]
@@ -68,6 +72,7 @@ _HOMES = {
     "bind_page": ("make_bind_page",),
     "calibration": ("calibrate",),
     "checking": ("check",),
+    "conforming": ("conform",),
     "explaining": (
         "check_neutral",
         "explain",
@@ -78,6 +83,7 @@ _HOMES = {
         "write_paper_system",
     ),
     "fuzzy_fit": ("fit_fuzzy",),
+    "long_take": ("solve_pieces",),
     "markers": ("make_markers",),
     "plugins": ("list_plugins",),
     "processing": (

@@ -77,8 +77,9 @@ def _peaks(played: PlayedShot) -> TakePeaks | None:
     onset = shot.system.response[0] if shot.system is not None else RESPONSE[0]
     found: list[tuple[int, str]] = []
     for emotion, curve in played.emotions.items():
-        for event in events_of(curve, onset):
-            found.append((event.frames.start + int(curve[event.frames].argmax()), emotion))
+        frames = events_of(curve, onset).frames
+        events = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
+        found += [(int(event[curve[event].argmax()]), emotion) for event in events if len(event)]
     if not found or not len(played.feature_points):
         return None
     found.sort()

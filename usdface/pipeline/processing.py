@@ -41,6 +41,7 @@ from usdface.shot_report import report_of
 from usdface.verdict.judge import refuse_unusable
 
 if TYPE_CHECKING:
+    from usdface.pipeline.long_take import PiecedStages
     from usdface.show.stage_cache import StageCache
 
 __all__ = ["apply", "process"]
@@ -60,6 +61,7 @@ def process(
     asset_root: StrPath | None = None,
     strict: bool = False,
     cache: StrPath | None = None,
+    pieces: StrPath | None = None,
     skip_hooks: Sequence[str] = (),
     solved: ShotResult | None = None,
     options: ProcessOptions = ProcessOptions(),
@@ -93,6 +95,9 @@ def process(
         A folder in which the arrays of the solve and of the correction are kept, and taken from
         where nothing that they depend on has changed. The result is the same without it. Nothing
         is kept where hooks run.
+    pieces : path, optional
+        A folder for the pieces of a long take: each is solved on its own, with the estimates of a
+        sample of the take, unless `solve_pieces` has done so. Not where hooks run.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
     solved : ShotResult, optional
@@ -144,6 +149,8 @@ def process(
         new_root = None if in_place else ours.root
         check_outputs([new_root, *ours.layers, glb, picture, faces, clean], read)
         staged, findings = read_shot(stage, str(path), folder)
+    kept = _stage_cache(cache, path)
+    pieced = _pieced_stages(pieces, path, options, asset_root, hooks, kept)
     solved, reported = _retarget(
         staged,
         skipped + findings,
@@ -151,7 +158,7 @@ def process(
         hooks,
         progress,
         earlier=solved,
-        cache=_stage_cache(cache, path),
+        cache=pieced or kept,
     )
     if strict and reported.verdict is not None:
         refuse_unusable(reported.verdict)
@@ -257,6 +264,22 @@ def _stage_cache(folder: StrPath | None, shot: Path) -> "StageCache | None":
     return StageCache(Path(folder), shot.stem)
 
 
+def _pieced_stages(
+    folder: StrPath | None,
+    shot: Path,
+    options: ProcessOptions,
+    asset_root: StrPath | None,
+    hooks: Sequence[Hook],
+    others: "StageCache | None",
+) -> "PiecedStages | None":
+    if folder is None or not str(folder):
+        return None
+    from usdface.pipeline.long_take import PiecedStages, check_no_hooks  # only for long takes
+
+    check_no_hooks(hooks)
+    return PiecedStages(shot, Path(folder), options, asset_root, others)
+
+
 def _retarget(
     staged: StagedShot,
     findings: list[Finding],
@@ -264,7 +287,7 @@ def _retarget(
     hooks: Sequence[Hook],
     progress: Progress,
     earlier: ShotResult | None,
-    cache: "StageCache | None" = None,
+    cache: "StageCache | PiecedStages | None" = None,
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
     if earlier is None and cache is not None:

@@ -18,13 +18,14 @@ from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.show.discovery import find_shots
 from usdface.show.page import table_page
+from usdface.show.places import places
 from usdface.show.plan import ShotPlan, same_outputs
 from usdface.show.record import note_failure, read_failure, read_record, record_path
 from usdface.show.table import Row, by_trouble, row_from
 from usdface.show.watch import files_of
-from usdface.show.workers import Outcome, run_in_workers
+from usdface.show.workers import Outcome, cores, run_in_workers
 
-__all__ = ["check_unread", "chosen", "plans_of", "process_sequence", "write_openjd"]
+__all__ = ["check_unread", "plans_of", "process_sequence", "write_openjd"]
 
 TIME_LIMIT = 3600.0  # s for a shot: two orders above the longest take that was measured
 
@@ -101,7 +102,7 @@ def process_sequence(
         plans = [replace(plan, page=plan.page or pages) for plan in plans]
         clashing = same_outputs(plans)
         check_unread([place], given, plans)
-        numbers = chosen(index, len(plans))
+        numbers = places(index, len(plans), "--index", "shots")
         rows: dict[int, Row] = {}
         due: list[int] = []
         for number in numbers:
@@ -111,7 +112,7 @@ def process_sequence(
                 rows[number] = kept
             else:
                 due.append(number)
-    team = max(1, min(workers or _cores(), len(due)))
+    team = max(1, min(workers or cores(), len(due)))
     if gather:
         rows |= {number: _lacking(plans[number]) for number in due}
     else:
@@ -214,29 +215,6 @@ def plans_of(sources: Iterable[StrPath], root: StrPath | None = None) -> list[Sh
     return find_shots((Path(source) for source in sources), _is_shot, Path(root) if root else None)
 
 
-def chosen(index: str, count: int) -> range:
-    """Return the places that ``"N"``, ``"N-M"`` or "" (all) names.
-
-    Raises
-    ------
-    InputError
-        If it is none of these, or outside of `count` shots.
-    """
-    if not index:
-        return range(count)
-    first, dash, last = index.partition("-")
-    words = (first, last) if dash else (first, first)
-    if not all(word.isascii() and word.isdecimal() and len(word) < 10 for word in words):
-        raise InputError(f"--index {index}: expected N or N-M, from 0 on", "SETTING_WRONG")
-    start, end = map(int, words)
-    if not start <= end < count:
-        raise InputError(
-            f"--index {index}: expected places from 0 to {count - 1}, as there are {count} shots",
-            "SETTING_WRONG",
-        )
-    return range(start, end + 1)
-
-
 def check_unread(
     places: Iterable[Path | None], sources: Iterable[StrPath], plans: Iterable[ShotPlan]
 ) -> None:
@@ -274,13 +252,6 @@ def _is_shot(path: Path) -> bool:
     from usdface.pipeline.shot_task import is_shot  # loads USD: a second run needs none
 
     return is_shot(path)
-
-
-def _cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # macOS, Windows
-        return os.cpu_count() or 1
 
 
 def _kept(plan: ShotPlan) -> Row | None:

@@ -29,11 +29,11 @@ from usdface.retarget.nonlinear_solve import first_guess, solve_nonlinear
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
+from usdface.retarget.solve import Iterate, reach, solve_weights, with_learned_covariance
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import visible
 
-__all__ = ["PoseAndWeights", "solve_pose_and_weights"]
+__all__ = ["PoseAndWeights", "reach_of_ends", "solve_pose_and_weights"]
 
 # A bound on time; and steps of a nonlinear solve in a round. Set by hand; docs/constants.md.
 _ROUNDS = 30
@@ -60,6 +60,8 @@ class PoseAndWeights:
     regularisation : Regularisation
         With noise, misfit (that of an expressive frame) and covariance as found in the take.
     rounds : int
+    space : SpaceMap
+        Its start with the correction of the neutral.
     """
 
     weights: FloatArray
@@ -67,6 +69,7 @@ class PoseAndWeights:
     displaced: FloatArray
     regularisation: Regularisation
     rounds: int
+    space: SpaceMap
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,6 +107,8 @@ def solve_pose_and_weights(
     *,
     neutral_frames: IntArray | None = None,
     rounds: int = _ROUNDS,
+    known: Regularisation | None = None,
+    exactly: bool = False,
     progress: Progress | None = None,
 ) -> PoseAndWeights:
     """Solve the weights of a take, and the head pose if the setup requests it.
@@ -128,6 +133,11 @@ def solve_pose_and_weights(
         Frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
         At most.
+    known : Regularisation, optional
+        With noise, misfit and covariance of the take that these frames are a part of; they are
+        estimated, if left out.
+    exactly : bool
+        Do all rounds, also where these frames have settled.
     progress : Progress, optional
         Announces each round of the step "solve".
     """
@@ -138,12 +148,14 @@ def solve_pose_and_weights(
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
 
     here = pose.to_head(markers)
-    rest = Unexplained.of(
-        np.vstack([rows.model.directions, rows.rigid.T]), np.repeat(seen, rows.axes, axis=1)
-    )
+    rest = None
+    if known is None:
+        rest = Unexplained.of(
+            np.vstack([rows.model.directions, rows.rigid.T]), np.repeat(seen, rows.axes, axis=1)
+        )
 
     iterate: Iterate | None = None
-    regularisation = Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
+    regularisation = known or Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
     bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
     to_correct = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
     correction = np.zeros((len(target), 3))
@@ -152,11 +164,12 @@ def solve_pose_and_weights(
         if progress:  # at most so far: the rounds end when markers have settled
             progress(Step("solve", (done - 1) / rounds))
         displaced, observed = _displaced(here, space, rows, iterate, times)
-        noise = rest.noise(observed) if done <= 2 else regularisation.noise
-        # A pose that is off in the first rounds looks like misfit.
-        misfit = rest.misfit(observed, noise)
-        regularisation = replace(regularisation, noise=noise, misfit=misfit)
-        if not (fit_pose or to_correct) and seen.all():
+        if rest is not None:
+            noise = rest.noise(observed) if done <= 2 else regularisation.noise
+            # A pose that is off in the first rounds looks like misfit.
+            misfit = rest.misfit(observed, noise)
+            regularisation = replace(regularisation, noise=noise, misfit=misfit)
+        if not (fit_pose or to_correct or exactly) and seen.all():
             break
         iterate = _step(rows, observed, times, regularisation, iterate)
         leftover = (observed - rows.displacements(iterate.weights)).reshape(*seen.shape, -1)
@@ -165,8 +178,9 @@ def solve_pose_and_weights(
             pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
             before, here = here, pose.to_head(markers)
             moved = max(moved, _rms((here - before)[seen]))
-        if moved < max(_SETTLED_SHARE * max(noise, misfit), _SETTLED):
-            if regularisation.covariance is None:
+        error = max(regularisation.noise, regularisation.misfit)
+        if not exactly and moved < max(_SETTLED_SHARE * error, _SETTLED):
+            if known is None and regularisation.covariance is None:
                 regularisation = _learned(rows, observed, times, regularisation, iterate)
                 if regularisation.covariance is not None:
                     continue
@@ -180,7 +194,7 @@ def solve_pose_and_weights(
             space = replace(space, start=start + correction)
             regularisation = regularisation.unlearned()
     displaced, observed = _displaced(here, space, rows, iterate, times)
-    if regularisation.covariance is None:
+    if known is None and regularisation.covariance is None:
         regularisation = _learned(rows, observed, times, regularisation, iterate)
     final = _step(rows, observed, times, regularisation, iterate, bounds)
     if setup.pins:
@@ -192,7 +206,35 @@ def solve_pose_and_weights(
         # is taken out of the markers on the character instead.
         leftover = (observed - rows.displacements(weights)) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
-    return PoseAndWeights(model.complete(weights), pose, displaced, regularisation, done)
+    return PoseAndWeights(model.complete(weights), pose, displaced, regularisation, done, space)
+
+
+def reach_of_ends(
+    times: FloatArray,
+    target: FloatArray,
+    model: BlendShapeEvaluator,
+    axes: int,
+    moving_head: bool,
+    known: Regularisation,
+    rounds: int,
+) -> int:
+    """Return after how many frames nothing is left of the end of a take, in a linear solve.
+
+    Parameters
+    ----------
+    times : (F,) float64 [s]
+        Of some frames at the take's rate.
+    target, model
+        As of `solve_pose_and_weights`.
+    axes : int
+        Of a marker, 2 or 3.
+    moving_head : bool
+    known : Regularisation
+    rounds : int
+    """
+    rows = _rows(target, model, axes, moving_head)
+    normal, _ = _equations(rows, np.zeros((1, rows.model.offsets.shape[1])))
+    return reach(normal, times, known, rounds, rows.model.limit_rows)
 
 
 def _rows(target: FloatArray, model: BlendShapeEvaluator, axes: int, moving_head: bool) -> _Rows:
@@ -314,7 +356,8 @@ def _displaced(
     if not hidden.any():
         return displaced, observed
     if iterate is None:
-        return displaced, interpolate_gaps(observed, hidden, times)
+        # A marker that no frame of a piece shows begins at rest.
+        return displaced, np.nan_to_num(interpolate_gaps(observed, hidden, times))
     return displaced, np.where(hidden, rows.displacements(iterate.weights), observed)
 
 

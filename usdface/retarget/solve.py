@@ -36,9 +36,9 @@ from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import UNIT, Bounds
 from usdface.retarget.covariance import learn_covariance
 from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.temporal_solve import Iterate, solve_temporal
+from usdface.retarget.temporal_solve import Iterate, solve_temporal, temporal_reach
 
-__all__ = ["FEWEST_FRAMES", "Iterate", "solve_weights", "with_learned_covariance"]
+__all__ = ["FEWEST_FRAMES", "Iterate", "reach", "solve_weights", "with_learned_covariance"]
 
 # Where smoothing weighs less than this share of the least visible weight direction, it is left out:
 # it would change that direction by 1 % at most.
@@ -83,25 +83,63 @@ def solve_weights(
     bounds : Bounds, optional
         Pins and bounds are met exactly; 0 to 1, if left out.
     """
+    system, bands, iterations = _system(normal, times, regularisation, rough)
+    pull = regularisation.pulled(right)
+    if not iterations:
+        return Iterate(solve_bounded(system, pull, start.weights if start else None, bounds))
     options, covariance = regularisation.options, regularisation.covariance
+    return solve_temporal(
+        system, pull, bands, bounds, start, iterations, options.tolerance, covariance
+    )
+
+
+def _system(
+    normal: FloatArray, times: FloatArray, regularisation: Regularisation, rough: bool
+) -> tuple[FloatArray, FloatArray, int]:
+    """Return normal matrix and bands of all terms, and the iterations: 0 = each frame alone."""
+    options = regularisation.options
     floor = _RIDGE_FLOOR * max(normal.trace(), 1e-300)
     plain = normal + floor * np.eye(len(normal))
     unlearned = regularisation.unlearned()
     expected, bands = unlearned.added_to(plain), unlearned.bands(times)
-    pull = regularisation.pulled(right)
     weakest = np.linalg.eigvalsh(expected)[0]
-    alone = options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest
-    if alone:
-        return Iterate(solve_bounded(expected, pull, start.weights if start else None, bounds))
+    if options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest:
+        return expected, bands, 0
     # The more frames smoothing joins, the longer it takes until all of them know.
     joined = float(np.sqrt(bands[2].max() / weakest / _JOINED))
     iterations = _ROUGH if rough else ceil(options.iterations * min(max(joined, 1.0), 2.0))
-    if covariance is not None:
+    if regularisation.covariance is not None:
         iterations = _ROUGH if rough else ceil(_LEARNED_LONGER * iterations)
         expected, bands = regularisation.added_to(plain), regularisation.bands(times)
-    return solve_temporal(
-        expected, pull, bands, bounds, start, iterations, options.tolerance, covariance
-    )
+    return expected, bands, iterations
+
+
+def reach(
+    normal: FloatArray,
+    times: FloatArray,
+    regularisation: Regularisation,
+    rounds: int,
+    rows: FloatArray,
+) -> int:
+    """Return after how many frames nothing is left of the end of a take.
+
+    Parameters
+    ----------
+    normal : (S, S) float64 [m^2]
+        As of `solve_weights`.
+    times : (F,) float64 [s]
+        Of some frames at the take's rate.
+    regularisation : Regularisation
+    rounds : int
+        Rough solves before the last one.
+    rows : (C, S) float64
+        Inequalities.
+    """
+    system, bands, iterations = _system(normal, times, regularisation, False)
+    if not iterations:
+        return 0
+    count = iterations + rounds * _ROUGH
+    return temporal_reach(system, bands, rows, count, regularisation.covariance)
 
 
 def with_learned_covariance(

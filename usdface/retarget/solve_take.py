@@ -1,6 +1,7 @@
 """Solve of a marker take: usable markers, neutral, space map, weights."""
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,19 @@ from usdface.retarget.performed_face import fit_known_face, wear
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve import FEWEST_FRAMES
+from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["solve_take"]
+__all__ = [
+    "estimate_take",
+    "first_pose",
+    "head_markers_few",
+    "occlusions",
+    "solution_of",
+    "solve_take",
+    "unsolved_frames",
+]
 
 # Markers are in a line if they reach no further to the side than this share of its length: 1 mm of
 # 50, where noise of 0.3 mm would turn the head by 17 degrees.
@@ -84,6 +94,94 @@ def solve_take(
     SolveError
         If the bound markers do not determine an answer.
     """
+    fitted, findings = _fitted(
+        take, points, offsets, shape_names, setup, model,
+        surface=surface, correct_neutral=correct_neutral, progress=progress,
+    )  # fmt: skip
+    shapes, _ = as_performed(fitted.fit, shape_names, setup)
+    findings += unsolved_frames(visible(fitted.joint.displaced), take.source)
+    return solution_of(take, fitted.joint, fitted.estimates(shapes), shape_names), findings
+
+
+def estimate_take(
+    take: MarkerTake,
+    points: FloatArray,
+    offsets: FloatArray,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator,
+    *,
+    surface: MarkerSurface,
+    progress: Progress | None = None,
+) -> tuple[TakeEstimates, list[Finding]]:
+    """Return all that `solve_take` finds in a take but what it finds in each frame.
+
+    Parameters, findings and errors are those of `solve_take`.
+    """
+    fitted, findings = _fitted(
+        take, points, offsets, shape_names, setup, model, surface=surface, progress=progress
+    )
+    shapes, _ = as_performed(fitted.fit, shape_names, setup)
+    return fitted.estimates(shapes), findings
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Fitted:
+    """A take laid over a face and solved.
+
+    Attributes
+    ----------
+    names : tuple of str, length M
+        The markers that are used.
+    neutral : (M, D) float64
+    fit : FaceFit
+    joint : PoseAndWeights
+    setup : RetargetSetup
+        Without head markers that do not determine a pose.
+    head_neutral : (H, D) float64
+        Where the head markers rest.
+    """
+
+    names: tuple[str, ...]
+    neutral: FloatArray
+    fit: FaceFit
+    joint: PoseAndWeights
+    setup: RetargetSetup
+    head_neutral: FloatArray
+
+    def estimates(self, shapes: BlendShapeEvaluator) -> TakeEstimates:
+        """Return what the take says as a whole; `shapes` are those of the performer."""
+        found = self.joint.regularisation
+        return TakeEstimates(
+            self.names,
+            self.neutral,
+            self.fit.points,
+            shapes,
+            self.joint.space,
+            self.fit.space.derivative,
+            self.fit.choice,
+            self.fit.shifts,
+            self.setup.head,
+            self.head_neutral,
+            found.noise,
+            found.misfit,
+            found.covariance,
+            self.joint.rounds,
+        )
+
+
+def _fitted(
+    take: MarkerTake,
+    points: FloatArray,
+    offsets: FloatArray,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator | None,
+    *,
+    surface: MarkerSurface | None,
+    correct_neutral: bool = True,
+    progress: Progress | None = None,
+) -> tuple[_Fitted, list[Finding]]:
     used, neutral, findings = _usable_markers(take, points, setup)
     names = tuple(setup.binding.markers[i] for i in used)
     positions = take.select(names)
@@ -101,7 +199,11 @@ def solve_take(
         findings += notes
     if worn:
         neutral, frames = worn.neutral, worn.frames
-    pose, pose_findings = _first_pose(take, positions, neutral, setup)
+    head_neutral = np.zeros((0, take.dimension))
+    if setup.head == "markers":
+        rigid = take.select(setup.head_markers)
+        head_neutral = neutral_markers(rigid, setup.neutral or (0, 0))
+    pose, pose_findings = first_pose(take, positions, neutral, setup, head_neutral)
     findings += pose_findings
     still = pose.to_head(on_plane(positions))[..., : take.dimension]
     evidence = MotionEvidence(take.times, still)
@@ -126,24 +228,19 @@ def solve_take(
             head_moves=setup.head == "solve",
         )  # fmt: skip
     joint = solved(fit, neutral_frames=frames if correct_neutral else None)
-    model, _ = as_performed(fit, shape_names, setup)
     findings += _beside(fit, names, take.source)
-    findings += _unsolved_frames(visible(joint.displaced), take.source)
-    return _solution(take, names, neutral, fit, joint, model, shape_names), findings
+    return _Fitted(names, neutral, fit, joint, setup, head_neutral), findings
 
 
-def _solution(
+def solution_of(
     take: MarkerTake,
-    names: tuple[str, ...],
-    neutral: FloatArray,
-    fit: FaceFit,
     joint: PoseAndWeights,
-    model: BlendShapeEvaluator,
+    learned: TakeEstimates,
     shape_names: tuple[str, ...],
 ) -> Solution:
     """Return the solution of a take, with its residuals on the character."""
     weights, displaced = joint.weights, joint.displaced
-    predicted = model.displacements(weights).reshape(displaced.shape)
+    predicted = learned.shapes.displacements(weights).reshape(displaced.shape)
     hidden = np.isnan(displaced)
     misfit = np.where(hidden, 0.0, displaced - predicted)
     if take.dimension == 2:
@@ -154,20 +251,20 @@ def _solution(
         WeightsTake(shape_names, take.times, weights, take.rate, take.start_timecode, take.source),
         joint.pose,
         np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1)),
-        fit.points + np.where(hidden, predicted, displaced),
-        fit.points,
-        names,
-        neutral,
-        joint.regularisation.noise,
-        joint.regularisation.misfit,
+        learned.points + np.where(hidden, predicted, displaced),
+        learned.points,
+        learned.markers,
+        learned.neutral,
+        learned.noise,
+        learned.misfit,
         joint.rounds,
-        fit.choice,
+        learned.choice,
         np.where(seen, np.sqrt(squares), np.nan),
         in_space=take.dimension == 3,
-        covariance=joint.regularisation.covariance,
-        shifts=fit.shifts,
-        model=model,
-        carried=fit.space.derivative,
+        covariance=learned.covariance,
+        shifts=learned.shifts,
+        model=learned.shapes,
+        carried=learned.carried,
     )
 
 
@@ -213,19 +310,19 @@ def _usable_markers(
             "MARKERS_TOO_FEW",
         )
     hidden = np.isnan(positions[:, keep, 0]).sum(axis=0)
-    for k, count in zip(keep, hidden, strict=True):
-        if count:
-            name = binding.markers[known[k]]
-            findings.append(
-                finding(
-                    "MARKER_OCCLUDED",
-                    name,
-                    "hidden in {occluded_count} of {frame_count} frames",
-                    count,
-                    len(positions),
-                )
-            )
-    return [known[k] for k in keep], neutral[keep], findings
+    used = [known[k] for k in keep]
+    findings += occlusions([binding.markers[k] for k in used], hidden, len(positions))
+    return used, neutral[keep], findings
+
+
+def occlusions(names: Sequence[str], hidden: IntArray, frames: int) -> list[Finding]:
+    """Report the markers that are hidden in some of the frames, by how many (M,)."""
+    message = "hidden in {occluded_count} of {frame_count} frames"
+    return [
+        finding("MARKER_OCCLUDED", name, message, count, frames)
+        for name, count in zip(names, hidden.tolist(), strict=True)
+        if count
+    ]
 
 
 def _without_weights(
@@ -329,7 +426,8 @@ def _unseen_shapes(basis: FloatArray, names: tuple[str, ...]) -> list[Finding]:
     ]
 
 
-def _unsolved_frames(seen: BoolArray, source: str) -> list[Finding]:
+def unsolved_frames(seen: BoolArray, source: str) -> list[Finding]:
+    """Report frames in which no marker (F, M) was seen."""
     empty = np.flatnonzero(~seen.any(axis=1))
     if not len(empty):
         return []
@@ -340,24 +438,44 @@ def _unsolved_frames(seen: BoolArray, source: str) -> list[Finding]:
     return [finding("FRAME_UNSOLVED", source, message, len(empty), len(seen), empty[0])]
 
 
-def _first_pose(
-    take: MarkerTake, positions: FloatArray, neutral: FloatArray, setup: RetargetSetup
+def first_pose(
+    take: MarkerTake,
+    positions: FloatArray,
+    neutral: FloatArray,
+    setup: RetargetSetup,
+    head_neutral: FloatArray,
 ) -> tuple[Pose, list[Finding]]:
+    """Return the head's pose before the solve: a rigid fit, or that of the head markers.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    positions : (F, M, D) float64
+        Of the markers that are used.
+    neutral : (M, D) float64
+    setup : RetargetSetup
+    head_neutral : (H, D) float64
+        Where its head markers rest.
+    """
     if setup.head == "stabilised":
         return Pose.identity(len(positions)), []
     if setup.head == "solve":
         pose, usable = rigid_fit(on_plane(neutral), on_plane(positions))
     else:
         rigid = take.select(setup.head_markers)
-        frames = setup.neutral or (0, 0)
-        pose, usable = rigid_fit(on_plane(neutral_markers(rigid, frames)), on_plane(rigid))
+        pose, usable = rigid_fit(on_plane(head_neutral), on_plane(rigid))
+    return pose, head_markers_few(usable, take.source)
+
+
+def head_markers_few(usable: BoolArray, source: str) -> list[Finding]:
+    """Report frames (F,) in which too few markers show the head's pose."""
     if usable.all():
-        return pose, []
+        return []
     missing = int((~usable).sum())
-    return pose, [
+    return [
         finding(
             "HEAD_MARKERS_FEW",
-            take.source,
+            source,
             "fewer than three head markers in {few_count} of {frame_count} frames; the head "
             "keeps the pose of the nearest frame there",
             missing,

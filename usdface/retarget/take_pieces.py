@@ -63,10 +63,11 @@ def overlap(
     half: FloatArray,
     bands: FloatArray,
     iterations: int,
+    seam: float = _SEAM,
 ) -> int:
     """Return after how many frames nothing is left of the end of a piece.
 
-    Parameters are those of `pieces`.
+    Parameters are those of `pieces`; `seam` is the weight that counts as nothing.
 
     In the unknowns L^-1 w weigh frame t by exp(c t), as Combes and Thomas (1973) do. If the
     symmetric part of the curvature so weighed, ``K_ts cosh(c (t - s))``, is above ``-(a + d)``,
@@ -90,4 +91,4 @@ def overlap(
             decay = middle
         except np.linalg.LinAlgError:
             too_much = middle
-    return ceil((log(wrong * iterations / _SEAM) + 4.0) / decay)
+    return ceil((log(wrong * iterations / seam) + 4.0) / decay)

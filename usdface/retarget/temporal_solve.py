@@ -18,9 +18,9 @@ from usdface.arrays import FloatArray
 from usdface.retarget.backend import kernels, on_all_cores
 from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import Bounds
-from usdface.retarget.take_pieces import pieces
+from usdface.retarget.take_pieces import overlap, pieces
 
-__all__ = ["Iterate", "solve_temporal"]
+__all__ = ["Iterate", "solve_temporal", "temporal_reach"]
 
 # Over-relaxation: 1.5 to 1.8 is advised (Boyd et al. 2011, section 3.4.3).
 _RELAXATION = 1.8
@@ -34,6 +34,8 @@ _STIFFEST = 60.0
 # with 24 to 68 markers on the ICT face and MakeHuman's, and on performers with other movements.
 _LEARNED_PENALTY = (0.16, 0.04)
 _USUAL = 0.5
+# Weight that pieces of a take that are solved on their own may be off.
+_NOTHING = 1e-10
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -132,6 +134,22 @@ def solve_temporal(
         solve, pieces(frames, normal, system.penalties[:size], system.half, bands, iterations)
     )
     return result
+
+
+def temporal_reach(
+    normal: FloatArray,
+    bands: FloatArray,
+    rows: FloatArray,
+    iterations: int,
+    covariance: FloatArray | None = None,
+) -> int:
+    """Return after how many frames nothing is left of the end of a take.
+
+    Parameters are those of `solve_temporal`; `rows` (C, S) are inequalities.
+    """
+    system = _system(normal, bands, rows, covariance)
+    penalties = system.penalties[: len(normal)]
+    return overlap(normal, penalties, system.half, bands, iterations, _NOTHING)
 
 
 def _system(

@@ -17,7 +17,10 @@ from usdface.fuzzy.inference import Evaluation
 from usdface.geometry.rigid_fit import Pose
 from usdface.inbetween_path import InbetweenPath
 from usdface.retarget.map_choice import MapChoice
+from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
+from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget_pieces import EstimatedTake
 from usdface.retarget_shot import SolvedShot
 from usdface.shot import ShotResult
 from usdface.show.content import content_digest
@@ -30,7 +33,7 @@ __all__ = ["StageCache"]
 _CLASSES = (
     *(BlendShapeEvaluator, Closure, CombinationWeight, CompletedClosing, Evaluation, EyeClosing),
     *(ExpressionTrace, Finding, InbetweenPath, MapChoice, MarkerTake, Pose, Repair, ShotResult),
-    *(SideTrace, Solution, SolvedShot, WeightsTake),
+    *(SideTrace, Solution, SolvedShot, WeightsTake, EstimatedTake, TakeEstimates, SpaceMap),
 )
 _KEPT = 2  # files of each stage: a setting that goes to and fro costs nothing
 
@@ -84,18 +87,26 @@ class StageCache:
             self.used[name] = "computed"
             return compute()
         place = self._folder / f"{self._name}.{name}.{key[:40]}.npz"
-        with suppress(UnpackError, OSError):
-            stored_key, value = read_packed(place, _CLASSES, given)
-            if stored_key == key:
-                self.used[name] = "cached"
-                kept: ValueT = value
-                return kept
+        for file in self._files(name, key, place):
+            with suppress(UnpackError, OSError):
+                stored_key, value = read_packed(file, _CLASSES, given)
+                if stored_key == key:
+                    self.used[name] = "cached"
+                    kept: ValueT = value
+                    return kept
         self.used[name] = "computed"
         computed = compute()
         with suppress(OutputError, OSError, TypeError):
             self._forget(name, place)
             write_packed(place, (key, computed), given)
         return computed
+
+    def _files(self, name: str, key: str, place: Path) -> list[Path]:
+        """Return the files that may have the value: this shot's, then those of others."""
+        ending = f".{name}.{key[:40]}.npz"
+        if place.is_file() or not self._folder.is_dir():
+            return [place]
+        return [file for file in self._folder.iterdir() if file.name.endswith(ending)]
 
     def _forget(self, name: str, newest: Path) -> None:
         """Remove the oldest files of a stage, so that `_KEPT` are there with the newest."""

@@ -18,7 +18,7 @@ from typing import Any
 
 from usdface.errors import UsdFaceError
 
-__all__ = ["Outcome", "run_in_workers"]
+__all__ = ["Outcome", "cores", "run_in_workers"]
 
 _PATIENCE = 5.0  # s that a worker has to end when it is told to
 
@@ -53,6 +53,14 @@ class _Worker:
     task: int | None = None
     begun: float = 0.0
     word: Outcome | None = field(default=None)
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # macOS, Windows
+        return os.cpu_count() or 1
 
 
 def run_in_workers(

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.binding_origin import check_mesh
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -28,12 +28,12 @@ from usdface.io.usd.stage import (
     missing_metrics,
     to_si,
 )
-from usdface.io.usd.take import read_take_prim
+from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.schemas import tokens
 from usdface.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["ShotPrims", "StagedShot", "base_weights", "read_shot"]
+__all__ = ["ShotPrims", "StagedShot", "base_weights", "read_shot", "shot_frames"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +75,15 @@ class StagedShot:
 
 
 def read_shot(
-    stage: Usd.Stage, where: str, asset_root: Path | None = None
+    stage: Usd.Stage,
+    where: str,
+    asset_root: Path | None = None,
+    frames: IntArray | None = None,
 ) -> tuple[StagedShot, list[Finding]]:
     """Read the shot of a stage, which has one setup; textures may also come from `asset_root`.
+
+    With `frames` (F,) its take and all that varies over it are of these frames alone; the neutral
+    frames of the setup still count from the first frame of the take.
 
     Raises
     ------
@@ -85,25 +91,29 @@ def read_shot(
         If there is no `UsdFaceRetarget` prim or more than one, or a target of it is missing.
     """
     with usd_errors(where):
-        return _read(stage, where, asset_root)
+        return _read(stage, where, asset_root, frames)
+
+
+def shot_frames(stage: Usd.Stage, where: str) -> int:
+    """Return how many frames the take of a shot has.
+
+    Raises
+    ------
+    InputError
+        If there is no `UsdFaceRetarget` prim or more than one, or it has no take.
+    """
+    with usd_errors(where):
+        return count_frames(_target(stage, _retarget_prim(stage, where), tokens.TAKE, where))
 
 
 def _read(
-    stage: Usd.Stage, where: str, asset_root: Path | None
+    stage: Usd.Stage, where: str, asset_root: Path | None, frames: IntArray | None
 ) -> tuple[StagedShot, list[Finding]]:
     check_clocks(stage)  # also of one that a host has opened
-    found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
-    if len(found) != 1:
-        paths = ", ".join(str(p.GetPath()) for p in found)
-        raise InputError(
-            f"{where} has {len(found)} {tokens.RETARGET} prims{': ' if found else ''}{paths}; "
-            "expected one. `usdface shot` makes such a file",
-            "SHOT_INCOMPLETE",
-        )
-    prim = found[0]
+    prim = _retarget_prim(stage, where)
     setup = read_setup(prim)
     take_prim = _target(stage, prim, tokens.TAKE, where)
-    take, codes = read_take_prim(take_prim)
+    take, codes = read_take_prim(take_prim, frames)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", True, asset_root)
     pins, pin_findings = read_pins(prim, rig.shape_names, codes)
@@ -134,6 +144,18 @@ def _read(
     exaggeration = read_exaggeration(prim, codes)
     shot = Shot(rig, take, setup, system, expressions, layout, gains, base, exaggeration)
     return StagedShot(shot, prims, codes, metrics), findings
+
+
+def _retarget_prim(stage: Usd.Stage, where: str) -> Usd.Prim:
+    found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
+    if len(found) != 1:
+        paths = ", ".join(str(p.GetPath()) for p in found)
+        raise InputError(
+            f"{where} has {len(found)} {tokens.RETARGET} prims{': ' if found else ''}{paths}; "
+            "expected one. `usdface shot` makes such a file",
+            "SHOT_INCOMPLETE",
+        )
+    return found[0]
 
 
 def base_weights(

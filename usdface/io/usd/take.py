@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
 from usdface.io.usd.errors import usd_errors
@@ -24,7 +24,7 @@ from usdface.plain_text import plain
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import MarkerTake, WeightsTake, check_range
 
-__all__ = ["define_take", "read_take_prim", "write_take"]
+__all__ = ["count_frames", "define_take", "read_take_prim", "write_take"]
 
 _LONGEST = 400  # characters of a source's name
 # Drawn width of a marker in a viewer [m].
@@ -107,11 +107,12 @@ def _define_markers(
     for frame, code in enumerate(codes.tolist()):
         points.Set(vec3f_array(native[frame]), code)
         extent.Set(vec3f_array([low[frame] - width / 2, high[frame] + width / 2]), code)
+    visible = take.visible
     seen = prim.CreateAttribute(tokens.MARKERS_VISIBLE, names.BoolArray, False)
     # Held between samples, so a sample is needed only where something changes.
-    changed = np.flatnonzero((np.diff(take.visible, axis=0)).any(axis=1)) + 1
+    changed = np.flatnonzero(np.diff(visible, axis=0).any(axis=1)) + 1
     for frame in [0, *changed.tolist()]:
-        seen.Set(Vt.BoolArray(take.visible[frame].tolist()), codes[frame])
+        seen.Set(Vt.BoolArray(visible[frame].tolist()), codes[frame])
     return prim
 
 
@@ -134,8 +135,16 @@ def _define_weights(stage: Usd.Stage, path: str, take: WeightsTake, codes: Float
     return animation.GetPrim()
 
 
-def read_take_prim(prim: Usd.Prim) -> tuple[MarkerTake | WeightsTake, FloatArray]:
-    """Read a take prim of a composed stage.
+def read_take_prim(
+    prim: Usd.Prim, frames: IntArray | None = None
+) -> tuple[MarkerTake | WeightsTake, FloatArray]:
+    """Read a take prim of a composed stage, or some of its frames.
+
+    Parameters
+    ----------
+    prim : Usd.Prim
+    frames : (F,) int64, optional
+        Indices, ascending; all, if left out.
 
     Returns
     -------
@@ -150,19 +159,31 @@ def read_take_prim(prim: Usd.Prim) -> tuple[MarkerTake | WeightsTake, FloatArray
         If the prim is not a take, has no samples, or its arrays do not fit each other.
     """
     with usd_errors(_where(prim)):
-        read = _read_weights(prim) if prim.IsA(UsdSkel.Animation) else _read_markers(prim)
+        weights = prim.IsA(UsdSkel.Animation)
+        read = _read_weights(prim, frames) if weights else _read_markers(prim, frames)
         check_range(read[0])
         return read
 
 
-def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:
+def count_frames(prim: Usd.Prim) -> int:
+    """Return how many frames a take prim has; 0 if it is none."""
+    return len(_frames_of(prim).GetTimeSamples()) if prim else 0
+
+
+def _frames_of(prim: Usd.Prim) -> Usd.Attribute:
+    if prim.IsA(UsdSkel.Animation):
+        return UsdSkel.Animation(prim).GetBlendShapeWeightsAttr()
+    return prim.GetAttribute(tokens.POINTS)
+
+
+def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, FloatArray]:
     names = prim.GetAttribute(tokens.MARKERS_NAMES).Get()
     points = prim.GetAttribute(tokens.POINTS)
     if not names or not points:
         raise InputError(
             f"{_where(prim)} is no marker take: it has no {tokens.MARKERS_NAMES}", "TAKE_KIND_WRONG"
         )
-    codes, positions = _samples(points, len(names), 3)
+    codes, positions = _samples(points, len(names), 3, frames)
     metrics = metrics_of(prim.GetStage())
     image = prim.GetAttribute(tokens.DIMENSION).Get() == "2d"
     if image:
@@ -176,7 +197,7 @@ def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:
     return (
         MarkerTake(
             tuple(str(n) for n in names),
-            times_of(codes, metrics),
+            _times(prim, codes, metrics),
             positions,
             rate=_source_rate(prim, metrics),
             meters_per_unit=metrics.meters_per_unit,
@@ -191,6 +212,12 @@ def _read_markers(prim: Usd.Prim) -> tuple[MarkerTake, FloatArray]:
     )
 
 
+def _times(prim: Usd.Prim, codes: FloatArray, metrics: Metrics) -> FloatArray:
+    """Return time codes (F,) as seconds since the first frame of the take."""
+    first = _frames_of(prim).GetTimeSamples()[0]
+    return times_of([first, *codes.tolist()], metrics)[1:]
+
+
 def _where(prim: Usd.Prim) -> str:
     return f"{prim.GetStage().GetRootLayer().identifier}, prim <{prim.GetPath()}>"
 
@@ -203,16 +230,21 @@ def _source_rate(prim: Usd.Prim, metrics: Metrics) -> float:
     return float(prim.GetAttribute(tokens.SOURCE_RATE).Get() or metrics.time_codes_per_second)
 
 
-def _samples(attribute: Usd.Attribute, count: int, width: int) -> tuple[FloatArray, FloatArray]:
-    """Read all samples of an array attribute: time codes (F,) and values (F, count, width)."""
-    codes = attribute.GetTimeSamples()
-    if not codes:
+def _samples(
+    attribute: Usd.Attribute, count: int, width: int, frames: IntArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Read samples of an array attribute: time codes (F,) and values (F, count, width)."""
+    codes = np.array(attribute.GetTimeSamples())
+    if not len(codes):
         raise InputError(
             f"{_where(attribute.GetPrim())}: {attribute.GetName()} has no time samples",
             "TAKE_EMPTY",
         )
-    values = [attribute.Get(code) for code in codes]
-    for code, value in zip(codes, values, strict=True):
+    if frames is not None:
+        codes = codes[frames]
+    array: FloatArray | None = None
+    for frame, code in enumerate(codes.tolist()):
+        value = attribute.Get(code)
         if value is None or len(value) != count:
             raise InputError(
                 f"{_where(attribute.GetPrim())}: {attribute.GetName()} has "
@@ -220,13 +252,16 @@ def _samples(attribute: Usd.Attribute, count: int, width: int) -> tuple[FloatArr
                 f"expected {count}",
                 "VALUES_WRONG",
             )
-    array = np.array([np.asarray(v) for v in values], dtype=np.float64)
+        if array is None:  # no memory before a sample has shown that it is as long as expected
+            array = np.empty((len(codes), count, width))
+        array[frame] = np.asarray(value, dtype=np.float64).reshape(count, width)
+    assert array is not None
     if not np.isfinite(array).all():
         raise InputError(
             f"{_where(attribute.GetPrim())}: {attribute.GetName()} has values that are not finite",
             "VALUES_WRONG",
         )
-    return np.array(codes), array.reshape(len(codes), count, width)
+    return codes, array
 
 
 def _visibility(prim: Usd.Prim, codes: FloatArray, count: int) -> BoolArray:
@@ -234,28 +269,29 @@ def _visibility(prim: Usd.Prim, codes: FloatArray, count: int) -> BoolArray:
     seen = np.ones((len(codes), count), dtype=bool)
     if not attribute or not attribute.HasAuthoredValue():
         return seen
-    changes = attribute.GetTimeSamples() or [codes[0]]
-    values = [attribute.Get(code) for code in changes]
+    changes = np.array(attribute.GetTimeSamples() or [codes[0]])
+    place = np.maximum(np.searchsorted(changes, codes, side="right") - 1, 0)
+    needed, place = np.unique(place, return_inverse=True)
+    values = [attribute.Get(code) for code in changes[needed].tolist()]
     if any(value is None or len(value) != count for value in values):
         raise InputError(
             f"{_where(prim)}: {tokens.MARKERS_VISIBLE} must have {count} values", "VALUES_WRONG"
         )
     held = np.array([np.asarray(v, dtype=bool) for v in values])
-    place = np.searchsorted(np.array(changes), codes, side="right") - 1
-    return np.asarray(held[np.maximum(place, 0)])
+    return np.asarray(held[place.ravel()])
 
 
-def _read_weights(prim: Usd.Prim) -> tuple[WeightsTake, FloatArray]:
+def _read_weights(prim: Usd.Prim, frames: IntArray | None) -> tuple[WeightsTake, FloatArray]:
     animation = UsdSkel.Animation(prim)
     names = tuple(str(n) for n in animation.GetBlendShapesAttr().Get() or ())
     if not names:
         raise InputError(f"{_where(prim)} names no blendShapes", "TAKE_EMPTY")
-    codes, weights = _samples(animation.GetBlendShapeWeightsAttr(), len(names), 1)
+    codes, weights = _samples(animation.GetBlendShapeWeightsAttr(), len(names), 1, frames)
     metrics = metrics_of(prim.GetStage())
     return (
         WeightsTake(
             names,
-            times_of(codes, metrics),
+            _times(prim, codes, metrics),
             weights[..., 0],
             _source_rate(prim, metrics),
             str(prim.GetAttribute(tokens.START_TIMECODE).Get() or ""),

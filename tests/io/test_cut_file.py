@@ -1,0 +1,91 @@
+"""Cuts that OpenTimelineIO reads; the reader of timecodes needs none."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from usdface.errors import InputError, PluginError
+from usdface.io.cut_file import read_cut, timecode_seconds
+
+EDL = """TITLE: reel
+FCM: NON-DROP FRAME
+
+001  A010     V     C        01:00:02:00 01:00:04:00 00:00:00:00 00:00:02:00
+* FROM CLIP NAME: sq010_0010
+002  A020     V     C        01:10:00:12 01:10:01:12 00:00:02:00 00:00:03:00
+* FROM CLIP NAME: sq010_0020
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "rate", "frames"),
+    [
+        ("00:00:00:00", 24.0, 0),
+        ("01:00:02:12", 24.0, 24 * 3602 + 12),
+        ("13:13:04:31.652", 60.0, 60 * 47584 + 31.652),
+        ("01:00:00:00", 23.976, 24 * 3600),
+        ("00:01:00;02", 29.97, 1800),  # two labels are left out each minute
+        ("00:10:00;00", 29.97, 17982),  # but not each tenth
+        ("01:00:00;00", 59.94, 215784),
+    ],
+)
+def test_a_timecode_counts_frames(text: str, rate: float, frames: float) -> None:
+    assert timecode_seconds(text, rate, "take") * round(rate) == pytest.approx(frames)
+
+
+@pytest.mark.parametrize("text", ["", "10", "1:2:3", "00:00:00:24", "00:61:00:00", "a:b:c:d"])
+def test_nonsense_is_no_timecode(text: str) -> None:
+    with pytest.raises(InputError, match="expected HH:MM:SS:FF"):
+        timecode_seconds(text, 24.0, "take")
+
+
+def test_the_clips_of_an_edl_have_name_reel_and_range(tmp_path: Path) -> None:
+    pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
+    (tmp_path / "reel.edl").write_text(EDL)
+    events, findings = read_cut(tmp_path / "reel.edl")
+    assert [(e.name, e.media, e.start, e.frames, e.rate) for e in events] == [
+        ("sq010_0010", ("A010",), 3602.0, 48, 24.0),
+        ("sq010_0020", ("A020",), 4200.5, 24, 24.0),
+    ]
+    assert findings == []
+
+
+def test_otio_says_the_same_leaves_out_sound_and_reports_speed(tmp_path: Path) -> None:
+    otio = pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
+    (tmp_path / "reel.edl").write_text(EDL)
+    timeline = otio.adapters.read_from_file(str(tmp_path / "reel.edl"))
+    clips = list(timeline.find_clips())
+    sound = otio.schema.Track("sound", kind=otio.schema.TrackKind.Audio)
+    sound.append(clips[0].deepcopy())
+    timeline.tracks.append(sound)
+    clips[1].effects.append(otio.schema.LinearTimeWarp(time_scalar=2.0))
+    otio.adapters.write_to_file(timeline, str(tmp_path / "reel.otio"))
+    events, findings = read_cut(tmp_path / "reel.otio")
+    assert events == read_cut(tmp_path / "reel.edl")[0]
+    assert [found.code for found in findings] == ["CUT_EFFECT_IGNORED"]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("cut.otio", "{"),
+        ("cut.otio", '{"OTIO_SCHEMA": "Nonsense.1"}'),
+        ("cut.otio", "[1, 2]"),
+        ("cut.edl", "TITLE: empty\n"),
+        ("cut.xml", "<xmeml/>"),
+    ],
+)
+def test_what_is_no_cut_is_refused(tmp_path: Path, name: str, text: str) -> None:
+    pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError):
+        read_cut(tmp_path / name)
+
+
+def test_without_the_library_the_extra_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "opentimelineio", None)
+    with pytest.raises(PluginError, match=r"usdface\[otio\]"):
+        read_cut(tmp_path / "cut.edl")

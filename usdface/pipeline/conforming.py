@@ -1,0 +1,147 @@
+"""Conforming takes to a cut: `usdface conform`, which writes a show file."""
+
+import json
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from usdface.errors import InputError
+from usdface.io.atomic import StrPath, write_text
+from usdface.io.cut_file import read_cut, timecode_seconds
+from usdface.io.inputs import check_outputs, files_read
+from usdface.io.usd.stage import default_prim, open_stage
+from usdface.io.usd.take import read_take_prim
+from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress
+from usdface.result import Result
+from usdface.show.conform import TakeClock, conformed
+from usdface.show.show_file import read_show_file
+
+__all__ = ["conform"]
+
+
+def conform(
+    cut: StrPath,
+    takes: Sequence[StrPath],
+    output: StrPath,
+    *,
+    show: StrPath | None = None,
+    performer: str = "",
+    characters: Sequence[str] = (),
+    handles: int = 0,
+    rate: float = 0.0,
+    timecode_rate: float = 0.0,
+    on_progress: OnProgress | None = None,
+) -> Result[None]:
+    """Write a show file with a shot for each clip of a cut: which range of which take, by timecode.
+
+    Parameters
+    ----------
+    cut : path
+        .otio, or .edl; read by OpenTimelineIO (``pip install usdface[otio]``).
+    takes : sequence of path
+        USD takes that know the timecode of their first frame.
+    output : path
+        The show file, .json, for `process_sequence`.
+    show : path, optional
+        A show file in the same folder, whose characters, performers and options it takes over.
+    performer : str
+        Of all shots; "" = none.
+    characters : sequence of str
+        A shot is made for each.
+    handles : int
+        Frames more on both sides of each clip.
+    rate : float [Hz]
+        Of the deliverables; 0: each clip's own.
+    timecode_rate : float [Hz]
+        That the timecodes of the takes count; 0: those of each take.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of None
+        Keys of the summary: ``clips``, ``shots``, ``takes``.
+
+    Raises
+    ------
+    InputError
+        If the cut or a take cannot be read, or no clip has a take.
+    PluginError
+        If OpenTimelineIO is not installed.
+
+    Examples
+    --------
+    >>> try:
+    ...     usdface.conform("reel.mov", ["examples/take.usdc"], "reel.json")
+    ... except usdface.InputError as error:
+    ...     print(error.code)
+    FILE_KIND_UNKNOWN
+    """
+    register_schemas()
+    progress = Progress.of(on_progress)
+    place, base = Path(output), Path(show) if show else None
+    if place.suffix.lower() != ".json":
+        raise InputError(f"{place}: a show file is written as .json", "FILE_KIND_UNKNOWN")
+    if base and base.resolve().parent != place.resolve().parent:
+        raise InputError(f"{place} must be beside {base}, whose names it keeps", "SETTING_WRONG")
+    if handles < 0 or rate < 0 or timecode_rate < 0:
+        raise InputError("handles and rates are 0 or more", "SETTING_WRONG")
+    with progress.step("read"):
+        others = [Path(cut), *([base] if base else [])]
+        check_outputs([place], {file: file for file in (*others, *files_read(*map(Path, takes)))})
+        events, findings = read_cut(Path(cut))
+        clocks = [_clock(Path(take), timecode_rate) for take in takes]
+        document = _document(base)
+        entries, found = conformed(events, clocks, handles, rate)
+    if not entries:
+        raise InputError(
+            f"no clip of {cut} has a take: the cut has {_span(events)}, the takes have "
+            f"{_span(clocks)}",
+            "FRAMES_OUTSIDE",
+        )
+    shared: dict[str, Any] = {"performer": performer} if performer else {}
+    if len(characters) == 1:
+        shared["character"] = characters[0]
+    elif characters:
+        shared["characters"] = list(characters)
+    folder = place.resolve().parent
+    shots = [
+        {**entry, "take": _relative(entry["take"].resolve(), folder), **shared} for entry in entries
+    ]
+    document["shots"] = shots
+    with progress.step("write"):
+        write_text(place, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    summary = {"clips": len(events), "shots": len(shots), "takes": len(clocks)}
+    return Result(None, (place,), (*findings, *found), summary, seconds=progress.seconds)
+
+
+def _document(base: Path | None) -> dict[str, Any]:
+    """Return what a show file says beside its shots."""
+    if base is None:
+        return {}
+    read_show_file(base)  # refuses what it does not know
+    text = base.read_text(encoding="utf-8")
+    document = json.loads(text) if base.suffix.lower() == ".json" else tomllib.loads(text)
+    return {key: value for key, value in document.items() if key != "shots"}
+
+
+def _clock(path: Path, timecode_rate: float) -> TakeClock:
+    stage = open_stage(path)  # held: its prims end with it
+    take, _ = read_take_prim(default_prim(stage, path))
+    if not take.start_timecode:
+        raise InputError(
+            f"{path} does not know the timecode of its first frame (usdface:startTimecode)",
+            "TIMES_WRONG",
+        )
+    start = timecode_seconds(take.start_timecode, timecode_rate or take.rate, str(path))
+    return TakeClock(path, take.source, start, float(take.times[-1]), take.rate)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return path.relative_to(folder).as_posix() if path.is_relative_to(folder) else str(path)
+
+
+def _span(parts: Sequence[Any]) -> str:
+    """Return the timecodes from the first to the last of them, in seconds of a day."""
+    return f"{min(p.start for p in parts):.2f} to {max(p.start for p in parts):.2f} s of the day"

@@ -1,0 +1,301 @@
+"""Long takes in pieces, as tasks of a farm or of worker processes: `usdface process --pieces`."""
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+from usdface.arrays import IntArray
+from usdface.blas_threads import one_blas_thread
+from usdface.errors import ERROR_CODES, InputError, SolveError
+from usdface.hooks import Hook
+from usdface.io.asset_folder import asset_folder
+from usdface.io.atomic import StrPath
+from usdface.io.plugins import installed_hooks
+from usdface.io.usd.layers import open_shot
+from usdface.io.usd.shot import read_shot, shot_frames
+from usdface.options import ProcessOptions
+from usdface.pipeline.schemas import register_schemas
+from usdface.progress import OnProgress, Progress, Step
+from usdface.result import Result
+from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, join, solve_cut
+from usdface.retarget_shot import SolvedShot, solve_inputs, with_overrides
+from usdface.shot import Shot
+from usdface.show.places import places
+from usdface.show.stage_cache import StageCache
+from usdface.show.workers import cores, run_in_workers
+
+__all__ = ["KeptPieces", "PiecedStages", "check_no_hooks", "run_piece", "solve_pieces"]
+
+_TIME_LIMIT = 3600.0  # s for a piece: two orders above what was measured
+
+ValueT = TypeVar("ValueT")
+
+
+class KeptPieces:
+    """The pieces of one shot, kept in a folder.
+
+    Parameters
+    ----------
+    shot : Path
+    folder : Path
+    options : ProcessOptions
+    asset_root : path, optional
+    """
+
+    def __init__(
+        self, shot: Path, folder: Path, options: ProcessOptions, asset_root: StrPath | None
+    ) -> None:
+        self._where = shot
+        self._cache = StageCache(folder, shot.stem)
+        self._options = options
+        self._stage = open_shot(shot, None)
+        self._assets = asset_folder(asset_root)
+        self.cuts = PieceCuts.of(shot_frames(self._stage, str(shot)))
+
+    def read(self, frames: IntArray) -> Shot:
+        """Return the shot with some frames of its take, and the options of this run."""
+        staged, _ = read_shot(self._stage, str(self._where), self._assets, frames)
+        return with_overrides(staged.shot, self._options)
+
+    def estimates(self) -> EstimatedTake:
+        """Return the estimates of the take: kept ones, or from its sample."""
+        neutral = self.read(np.array([0])).setup.neutral
+        sample = self.cuts.sample(neutral)
+        blocks = [
+            (first, self.read(np.arange(first, end)))
+            for first, end in self.cuts.blocks_over(0, self.cuts.frames)
+            if ((sample >= first) & (sample < end)).any()
+        ]
+        inputs = [(first, solve_inputs(part)) for first, part in blocks]
+        return self._cache.stage(
+            "estimates", (inputs, self.cuts.blocks), {}, lambda: estimate_shot(blocks, self.cuts)
+        )
+
+    def piece(self, number: int, known: EstimatedTake) -> SolvedShot:
+        """Return a piece: the kept one, or solved."""
+        first, end = self.cuts.piece(number)
+        low, high = max(0, first - known.overlap), min(self.cuts.frames, end + known.overlap)
+        blocks = list(self.cuts.blocks_over(low, high))
+        shot = self.read(np.arange(blocks[0][0], blocks[-1][1]))
+        inputs = (solve_inputs(shot), known, self.cuts.pieces, number)
+        return self._cache.stage(
+            f"piece{number:05}",
+            inputs,
+            {},
+            lambda: solve_cut(lambda frames: shot, self.cuts, first, end, known),
+        )
+
+    @property
+    def used(self) -> dict[str, str]:
+        """How estimates and pieces were come by: "cached" or "computed"."""
+        return self._cache.used
+
+
+@one_blas_thread()
+def solve_pieces(
+    shot: StrPath,
+    folder: StrPath,
+    *,
+    index: str = "",
+    workers: int | None = None,
+    asset_root: StrPath | None = None,
+    skip_hooks: Sequence[str] = (),
+    options: ProcessOptions = ProcessOptions(),
+    on_progress: OnProgress | None = None,
+) -> Result[None]:
+    """Solve a long take in pieces, each a file in a folder; `process` joins them.
+
+    Parameters
+    ----------
+    shot : path
+    folder : path
+        Of the estimates and the pieces. What is there and current is kept.
+    index : str
+        ``"N"`` or ``"N-M"``: only these pieces, from 0 on; ``"estimates"``: none of them.
+    workers : int, optional
+        Processes; as many as this one may use cores, if left out.
+    asset_root : path, optional
+    skip_hooks : sequence of str
+    options : ProcessOptions
+        These and the asset root are as of `process`.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Result of None
+        Keys of the summary: ``frames``, ``pieces``, ``overlap_frames``, ``computed``, ``cached``.
+
+    Raises
+    ------
+    InputError
+        If the index is outside of the pieces, or the take is one of weights.
+    SolveError
+        If a piece cannot be solved.
+
+    Examples
+    --------
+    >>> usdface.solve_pieces("examples/shot.usda", "pieces", index="estimates").summary["pieces"]
+    1
+    """
+    register_schemas()
+    progress = Progress.of(on_progress)
+    path, place = Path(shot), Path(folder)
+    with progress.step("read"):
+        check_no_hooks(installed_hooks(skip_hooks)[0])
+        pieces = KeptPieces(path, place, options, asset_root)
+        numbers = _chosen(index, len(pieces.cuts))
+    with progress.step("estimate"):
+        known = pieces.estimates()
+    used = dict(pieces.used)
+    tasks = [
+        {
+            "shot": str(path),
+            "folder": str(place),
+            "number": number,
+            "options": _plain(options),
+            "asset_root": os.fspath(asset_root) if asset_root else None,
+        }
+        for number in numbers
+    ]
+    with progress.step("pieces"):
+        for done, (number, how) in enumerate(_each(pieces, known, tasks, workers)):
+            used[f"piece {number}"] = how
+            progress(Step("pieces", (done + 1) / len(tasks)))
+    states = list(used.values())
+    summary = {
+        "frames": pieces.cuts.frames,
+        "pieces": len(pieces.cuts),
+        "overlap_frames": known.overlap,
+        "computed": states.count("computed"),
+        "cached": states.count("cached"),
+    }
+    return Result(None, (), known.findings, summary, seconds=progress.seconds)
+
+
+def _plain(options: ProcessOptions) -> dict[str, Any]:
+    """Return options as plain values, which JSON can hold."""
+    values = {part.name: getattr(options, part.name) for part in fields(options)}
+    return {key: dict(v) if isinstance(v, Mapping) else v for key, v in values.items()}
+
+
+def _each(
+    pieces: KeptPieces, known: EstimatedTake, tasks: Sequence[dict[str, Any]], workers: int | None
+) -> Any:
+    """Yield number and state of each piece as it is done."""
+    team = min(workers or cores(), len(tasks))
+    if team <= 1:
+        for task in tasks:
+            number = task["number"]
+            pieces.piece(number, known)
+            yield number, pieces.used[f"piece{number:05}"]
+        return
+    for outcome in run_in_workers(
+        "usdface.pipeline.long_take:run_piece", tasks, workers=team, time_limit=_TIME_LIMIT
+    ):
+        number = tasks[outcome.number]["number"]
+        if outcome.error:
+            code = outcome.code if outcome.code in ERROR_CODES else ""
+            raise SolveError(f"piece {number} of the take: {outcome.error}", code)
+        yield number, outcome.value
+
+
+def run_piece(task: Mapping[str, Any]) -> str:
+    """Solve a piece, in a worker; return how it was come by."""
+    register_schemas()
+    pieces, known = _opened(
+        task["shot"], task["folder"], json.dumps(task["options"]), task["asset_root"]
+    )
+    number = task["number"]
+    pieces.piece(number, known)
+    return pieces.used[f"piece{number:05}"]
+
+
+@lru_cache(maxsize=1)
+def _opened(
+    shot: str, folder: str, options: str, asset_root: str | None
+) -> tuple[KeptPieces, EstimatedTake]:
+    """Return the pieces of a shot and their estimates, which a worker reads once."""
+    given = ProcessOptions(**json.loads(options))
+    pieces = KeptPieces(Path(shot), Path(folder), given, asset_root)
+    return pieces, pieces.estimates()
+
+
+def check_no_hooks(hooks: Sequence[Hook]) -> None:
+    """Refuse hooks, which expect a take as a whole.
+
+    Raises
+    ------
+    InputError
+        If there are any.
+    """
+    if hooks:
+        names = ", ".join(hook.name for hook in hooks)
+        raise InputError(
+            f"a take is not solved in pieces with hooks ({names}); leave them out (--skip-hook), "
+            "or process it as a whole",
+            "SETTING_WRONG",
+        )
+
+
+def _chosen(index: str, count: int) -> range:
+    if index == "estimates":
+        return range(0)
+    return places(index, count, "--piece", "pieces")
+
+
+class PiecedStages:
+    """Stages of a shot whose solve is joined from pieces.
+
+    Parameters
+    ----------
+    shot : Path
+    folder : Path
+        Of the pieces.
+    options : ProcessOptions
+    asset_root : path, optional
+    others : StageCache, optional
+        Of the other stages.
+
+    Attributes
+    ----------
+    used : dict of str to {"cached", "computed", "joined"}
+        How each stage was come by.
+    """
+
+    def __init__(
+        self,
+        shot: Path,
+        folder: Path,
+        options: ProcessOptions,
+        asset_root: StrPath | None,
+        others: StageCache | None,
+    ) -> None:
+        self.used: dict[str, str] = {}
+        self._pieces = KeptPieces(shot, folder, options, asset_root)
+        self._others = others
+
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        """Return the joined solve; another stage from its cache."""
+        if name == "solve":
+            known, cuts = self._pieces.estimates(), self._pieces.cuts
+            each = (self._pieces.piece(number, known) for number in range(len(cuts)))
+            self.used[name] = "joined"
+            return cast(ValueT, join(each, cuts.frames, known))
+        if self._others is None:
+            self.used[name] = "computed"
+            return compute()
+        value = self._others.stage(name, inputs, given, compute)
+        self.used |= self._others.used
+        return value

@@ -1,0 +1,103 @@
+"""Solve of a piece of a take by the estimates of the whole."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.errors import SolveError
+from usdface.retarget.pose_and_weights import (
+    PoseAndWeights,
+    reach_of_ends,
+    solve_pose_and_weights,
+)
+from usdface.retarget.solution import Solution
+from usdface.retarget.solve_take import first_pose, solution_of
+from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget_setup import RetargetSetup
+from usdface.takes import MarkerTake
+
+__all__ = ["overlap_frames", "settled", "solve_piece"]
+
+# Frames at a regular rate by which the reach of a piece's end is found: its bands are alike in all.
+_REGULAR = 4096
+
+
+def solve_piece(
+    take: MarkerTake,
+    estimates: TakeEstimates,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+) -> Solution:
+    """Solve some frames of a take: as many rounds and iterations for each piece.
+
+    Parameters
+    ----------
+    take : MarkerTake
+        The frames, with those around them that `overlap_frames` asks for.
+    estimates : TakeEstimates
+    shape_names : tuple of str, length S
+    setup : RetargetSetup
+        Its neutral frames do not count.
+    """
+    joint = _solved(take, estimates, shape_names, setup, estimates.rounds, exactly=True)
+    return solution_of(take, joint, estimates, shape_names)
+
+
+def settled(
+    take: MarkerTake,
+    estimates: TakeEstimates,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+) -> TakeEstimates:
+    """Return the estimates with the rounds after which these frames settle by them."""
+    joint = _solved(take, estimates, shape_names, setup, estimates.rounds, exactly=False)
+    return replace(estimates, rounds=joint.rounds)
+
+
+def _solved(
+    take: MarkerTake,
+    estimates: TakeEstimates,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+    rounds: int,
+    exactly: bool,
+) -> PoseAndWeights:
+    if not estimates.shapes.linear:
+        raise SolveError(
+            "blend shapes with inbetweens or combinations are not solved in pieces, since their "
+            "steps follow all frames; process the take as a whole",
+            "SETTING_WRONG",
+        )
+    setup = replace(setup, head=estimates.head)
+    positions = take.select(estimates.markers)
+    pose, _ = first_pose(take, positions, estimates.neutral, setup, estimates.head_neutral)
+    known = estimates.regularisation(setup.solve, shape_names)
+    if not exactly:
+        known = replace(known, options=setup.solve)
+    return solve_pose_and_weights(
+        take.times, positions, estimates.points, estimates.shapes, estimates.space, pose, setup,
+        shape_names, rounds=rounds, known=known, exactly=exactly,
+    )  # fmt: skip
+
+
+def overlap_frames(
+    take: MarkerTake,
+    estimates: TakeEstimates,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+) -> int:
+    """Return how many frames a piece needs beyond each of its ends.
+
+    By the decay of the equation's inverse in time, over all iterations of all rounds
+    (`usdface.retarget.take_pieces.overlap`). Parameters are those of `solve_piece`.
+    """
+    solves = estimates.rounds * (1 if not setup.pins else 2)
+    return reach_of_ends(
+        np.arange(float(_REGULAR)) * float(np.median(np.diff(take.times))),
+        estimates.points,
+        estimates.shapes,
+        take.dimension,
+        estimates.head == "solve",
+        estimates.regularisation(setup.solve, shape_names),
+        solves,
+    )

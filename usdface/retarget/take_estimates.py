@@ -1,0 +1,84 @@
+"""What a take says as a whole: all that the solve of its single frames depends on."""
+
+from dataclasses import dataclass, replace
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.geometry.marker_spread import rms_radius
+from usdface.options import HeadMode, SolveOptions
+from usdface.retarget.map_choice import MapChoice
+from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.regularisation import Regularisation
+
+__all__ = ["TakeEstimates"]
+
+
+_NO_TOLERANCE = 1e-300
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TakeEstimates:
+    """The estimates of a solve that hold for all frames.
+
+    Attributes
+    ----------
+    markers : tuple of str, length M
+        Those that are used.
+    neutral : (M, D) float64
+        Where they rest, in take space.
+    points : (M, 3) float64 [m]
+        Where they rest on the character.
+    shapes : BlendShapeEvaluator
+        Of their displacements there, at the performer's size.
+    space : SpaceMap
+        Its start corrects the neutral.
+    carried : (M, D, 3) float64
+        The linear maps that carry displacements over to the character.
+    choice : MapChoice
+    shifts : (M, 3) float64 [m]
+        From the vertices that the markers are bound to.
+    head : {"solve", "markers", "stabilised"}
+    head_neutral : (H, D) float64
+        Where the head markers rest, in take space.
+    noise, misfit : float [m]
+        Of a marker coordinate, on the character.
+    covariance : (S, S) float64 or None
+        How weights move together.
+    rounds : int
+        Of head pose and occluded markers, until they settled.
+    """
+
+    markers: tuple[str, ...]
+    neutral: FloatArray
+    points: FloatArray
+    shapes: BlendShapeEvaluator
+    space: SpaceMap
+    carried: FloatArray
+    choice: MapChoice
+    shifts: FloatArray
+    head: HeadMode
+    head_neutral: FloatArray
+    noise: float
+    misfit: float
+    covariance: FloatArray | None
+    rounds: int
+
+    def regularisation(self, options: SolveOptions, names: tuple[str, ...]) -> Regularisation:
+        """Return that of every piece of the take, solved without tolerance.
+
+        With a tolerance a piece would end by its own frames, and the whole take by others.
+
+        Parameters
+        ----------
+        options : SolveOptions
+        names : tuple of str
+            The blend shapes.
+        """
+        return Regularisation(
+            self.noise,
+            self.misfit,
+            replace(options, tolerance=_NO_TOLERANCE),
+            tuple(names[shape] for shape in self.shapes.free),
+            self.covariance,
+            rms_radius(self.points),
+        )
