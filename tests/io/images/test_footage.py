@@ -200,6 +200,13 @@ def test_a_gif_is_a_film(tmp_path: Path) -> None:
     assert take.positions.shape[:2] == (4, 20)
 
 
+def test_a_film_that_the_shell_took_apart_is_told_how_to_be_named(
+    film: tuple[Path, FloatArray], tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match="named by its pattern in quotes"):
+        make_take(sorted(film[0].iterdir()), tmp_path / "take.usda")
+
+
 def test_outputs_are_no_images_of_the_film(copied: Path) -> None:
     with pytest.raises(OutputError, match="would be overwritten"):
         make_take(copied / "face.####.png", copied / "t.usda", sheet=copied / "face.0101.png")

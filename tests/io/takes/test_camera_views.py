@@ -149,6 +149,8 @@ def test_the_command(world, tmp_path, capsys):
     np.testing.assert_allclose(take.positions, POINTS * [1, -1, -1], atol=1e-6)
     assert main(["take", *map(str, files), "-o", str(out)]) == 1
     assert "expected one take, or several with --cameras FILE" in capsys.readouterr().err
+    assert main(["take", str(files[0]), "-o", str(out), "--sync", "3"]) == 1
+    assert "--sync is of several cameras" in capsys.readouterr().err
 
 
 def test_what_does_not_fit_is_one_clear_line(world, tmp_path):
