@@ -59,3 +59,16 @@ def test_a_result_is_listed_without_what_was_read(
     monkeypatch.chdir(tmp_path)
     written = files_written(Path("a.gltf"), [Path("old.png")])
     assert written == (Path("a.gltf"), Path("new.png"))
+
+
+def test_pictures_beside_the_meshes_of_a_folder_make_it_no_film(tmp_path: Path) -> None:
+    (tmp_path / "neutral.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "skin.png").write_bytes(b"")
+    assert tmp_path / "neutral.obj" in files_read(tmp_path)
+
+
+def test_every_image_of_a_film_is_read(tmp_path: Path) -> None:
+    images = {tmp_path / f"face.{number:04d}.png" for number in (1, 2, 4)}
+    for image in images:
+        image.write_bytes(b"")
+    assert set(files_read(tmp_path)) == set(files_read(tmp_path / "face.####.png")) == images

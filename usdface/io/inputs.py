@@ -10,7 +10,7 @@ from pathlib import Path
 
 from usdface.errors import OutputError
 from usdface.io.atomic import check_place
-from usdface.io.images.sequence import find_images, is_pattern, may_be_images
+from usdface.io.images.sequence import find_images, is_pattern
 from usdface.io.staging import finish_dead_runs
 
 __all__ = ["among", "check_outputs", "files_read", "files_written", "first_free"]
@@ -131,7 +131,7 @@ def _with_binary(place: Path) -> tuple[Path, ...]:
 
 def _files_of(path: Path, apart: Collection[Path] = ()) -> list[Path]:
     """Return a file, or the files of a folder, with all that reading it reads."""
-    if is_pattern(path) or (path.is_dir() and may_be_images(path)):
+    if is_pattern(path):
         return [each.path for each in find_images(path) if each.path is not None]
     if path.is_dir():
         from usdface.io.rigs.files import folder_files  # loads trimesh only here
