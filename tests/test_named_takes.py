@@ -26,6 +26,7 @@ from usdface.rigs import Mesh
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
+NEUTRAL = {"Jaw": (39, 69), "Eyebrows": (90, 120)}
 NOTHING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
 
 
@@ -37,9 +38,10 @@ def head_mesh(head: str, shared: Path) -> Mesh:
     return read_rig(ROOT / "examples" / "head.usdc")[0].face()
 
 
-def errors(mesh: Mesh, head: str, take: MarkerTake, names: tuple[str, ...]) -> np.ndarray:
+def errors(
+    mesh: Mesh, head: str, take: MarkerTake, names: tuple[str, ...], setup: RetargetSetup
+) -> np.ndarray:
     """Return how far each place is from all that were set by hand: (M, M) [eye corners]."""
-    setup = propose(take, mesh, NOTHING, find_neutral=True).setup
     assert not setup.unsure.markers
     found = dict(zip(setup.binding.markers, setup.binding.points.tolist(), strict=True))
     by_hand = read_bind(ROOT / "tests" / "data" / f"animface_{head}_bind.json")[0].binding
@@ -64,8 +66,12 @@ def test_named_markers_land_where_a_person_puts_them(
     recorded, _ = read_take(shared_data / "animface" / file)
     assert isinstance(recorded, MarkerTake)
     mesh = head_mesh(head, shared_data)
-    apart = errors(mesh, head, renamed(recorded, marker_set), recorded.names)
+    take = renamed(recorded, marker_set)
+    setup = propose(take, mesh, NOTHING, find_neutral=True).setup
+    apart = errors(mesh, head, take, recorded.names, setup)
     own = np.diagonal(apart)
     assert np.median(own) <= most
+    # As a person would choose them, whichever head it is put on.
+    assert setup.neutral == NEUTRAL[Path(file).stem]
     # No marker is nearer to the place of another one.
     assert (apart.argmin(axis=1) == np.arange(len(own))).all()

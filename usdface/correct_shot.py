@@ -9,6 +9,7 @@ from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
+from usdface.closure.lid_gaps import Eye, LidGaps
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.correction.gains import Gains
@@ -22,7 +23,7 @@ from usdface.retarget.pins import faded_at_pins
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 
-__all__ = ["correct", "with_gains"]
+__all__ = ["correct", "correct_solved", "with_gains"]
 
 
 @one_blas_thread()
@@ -68,7 +69,17 @@ def correct(
     >>> bool((without_joy.weights.weights[:, smile] <= result.weights.weights[:, smile]).all())
     True
     """
-    progress = Progress.of(on_progress)
+    return correct_solved(result, options, hooks, Progress.of(on_progress))
+
+
+def correct_solved(
+    result: ShotResult,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
+    gaps: Mapping[Eye, LidGaps] | None = None,
+) -> ShotResult:
+    """Correct as `correct`, with lid gaps of the solved shapes that were measured before."""
     shot = with_gains(result.shot, options.gains)
     result = replace(result, shot=shot, corrected=None, closure=None, trace=None)
     face = shot.face
@@ -84,7 +95,7 @@ def correct(
             result = replace(result, corrected=weights, trace=expressed.trace)
     if options.closure:
         with progress.step("closure"):
-            closure = _close(face, result)
+            closure = _close(face, result, gaps)
             findings += closure.findings if closure else ()
             result = replace(result, closure=closure)
     return replace(result, findings=tuple(findings))
@@ -153,7 +164,9 @@ def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
     )
 
 
-def _close(face: BoundFace, result: ShotResult) -> Closure | None:
+def _close(
+    face: BoundFace, result: ShotResult, gaps: Mapping[Eye, LidGaps] | None
+) -> Closure | None:
     closure = close_eyes_and_lips(
         face,
         result.solved,
@@ -161,6 +174,7 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
         solution=result.solution,
         pins=result.shot.setup.pins,
         options=result.shot.setup.closure,
+        gaps=gaps,
     )
     if closure is None:
         return None

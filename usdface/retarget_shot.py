@@ -10,8 +10,9 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.cleanup.repairs import Repair
+from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
 from usdface.closure.mistracked_lids import without_mistracked_lids
-from usdface.correct_shot import correct, with_gains
+from usdface.correct_shot import correct_solved, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, timed
@@ -54,6 +55,8 @@ class SolvedShot:
         None for a take of weights.
     repairs : tuple of Repair
     findings : tuple of Finding
+    lids : mapping of "left", "right" to LidGaps, or None
+        Of the blend shapes of `weights`; None where they were not measured.
     """
 
     take: MarkerTake | WeightsTake
@@ -61,6 +64,7 @@ class SolvedShot:
     solution: Solution | None
     repairs: tuple[Repair, ...] = ()
     findings: tuple[Finding, ...] = ()
+    lids: Mapping[Eye, LidGaps] | None = None
 
 
 class Stages(Protocol):
@@ -203,7 +207,7 @@ def _solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress) -> Solved
         weights, solution, new_findings = solve(
             take, face, shot.setup, cleaned=cleaned, progress=progress
         )
-        believed = _believable(take, face, solution, shot.setup)
+        believed, lids = _believable(take, face, solution, shot.setup)
         if believed is not None:
             take, doubts = believed
             weights, solution, new_findings = solve(
@@ -211,7 +215,7 @@ def _solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress) -> Solved
             )
             new_findings = [*doubts, *new_findings]
     repairs = cleaned.repairs if cleaned else ()
-    return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings))
+    return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings), lids)
 
 
 def _believable(
@@ -219,11 +223,16 @@ def _believable(
     face: BoundFace,
     solution: Solution | None,
     setup: RetargetSetup,
-) -> tuple[MarkerTake, list[Finding]] | None:
-    """Return the take without lids that were tracked wrongly; None if there are none."""
+) -> tuple[tuple[MarkerTake, list[Finding]] | None, Mapping[Eye, LidGaps] | None]:
+    """Return the take without lids that were tracked wrongly, and the lids if they were measured.
+
+    None for the take if there are none.
+    """
     if solution is None or not isinstance(take, MarkerTake) or not setup.clean.spikes:
-        return None
-    return without_mistracked_lids(take, face, solution)
+        return None, None
+    face = face.with_contacts()
+    lids = lid_gaps_of(face, solution.weights.names)
+    return without_mistracked_lids(take, face, solution, lids), lids
 
 
 def _express_shot(
@@ -254,7 +263,10 @@ def _express_shot(
             repairs=solved.repairs,
             region_residuals=regions,
         )
-    corrected = correct(result, options=options, hooks=hooks, on_progress=progress)
+    # A base adds blend shapes, which the lids were not measured with.
+    same = result.solved.names == solved.weights.names
+    lids = solved.lids if same else None
+    corrected = correct_solved(result, options, hooks, progress, lids)
     found = (*solved.findings, *findings, *failed, *corrected.findings)
     return replace(corrected, findings=timed(found, shot.take.times.tolist()))
 

@@ -5,11 +5,15 @@ import pytest
 from closing_world import BLINKS, TIMES, markers, performance, result
 from slits import slit_face
 
+from usdface.arrays import FloatArray, IntArray
+from usdface.closure import lid_gaps
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
 from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.rims import RimPairs, rim_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.options import ClosureOptions, ProcessOptions
 from usdface.retarget_setup import Pin
+from usdface.rigs import Mesh
 from usdface.shot import ShotResult
 
 MESH = slit_face()
@@ -115,3 +119,17 @@ def test_one_eye_without_markers_blinks_with_the_other() -> None:
     shot = result(markers(MESH, performance(NAMES), without=("eye_left",)))
     assert {"LIDS_UNSEEN", "BLINK_GUESSED"} <= codes(shot)
     assert GAPS["left"].widest(shot.weights.weights).min() < 1e-4
+
+
+def test_the_lids_are_measured_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the check of the lids' markers, which hands them on."""
+    measured = []
+
+    def counted(mesh: Mesh, lids: IntArray, closed: FloatArray, reach: float) -> RimPairs:
+        measured.append(mesh)
+        return rim_pairs(mesh, lids, closed, reach)
+
+    monkeypatch.setattr(lid_gaps, "rim_pairs", counted)
+    shown = result(markers(MESH, performance(NAMES)), mesh=MESH)
+    assert shown.closure is not None
+    assert len(measured) == 2  # eyes

@@ -10,6 +10,7 @@ from ict_face import ict_mesh
 from slits import slit_face
 
 from usdface import ProcessOptions, assemble_shot, read_bind, read_take, retarget
+from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.mistracked_lids import without_mistracked_lids
 from usdface.options import CleanOptions
 from usdface.rigs import Rig
@@ -84,7 +85,9 @@ def test_a_face_without_lids_has_nothing_to_disbelieve() -> None:
     shot = result(lost(markers(MESH, performance(NAMES))), mesh=replace(MESH, shapes=without))
     assert shot.solution is not None
     assert isinstance(shot.shot.take, MarkerTake)
-    assert without_mistracked_lids(shot.shot.take, shot.shot.face, shot.solution) is None
+    face = shot.shot.face
+    lids = lid_gaps_of(face, shot.solution.weights.names)
+    assert without_mistracked_lids(shot.shot.take, face, shot.solution, lids) is None
 
 
 @pytest.mark.slow

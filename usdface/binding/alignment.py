@@ -97,7 +97,7 @@ def align(
         observations.displacements @ linear,
         observations.visible,
         start=registration,
-        clipped=clipped,
+        bounds="clipped" if clipped else "solved",
     )
     bend = bends @ pull
     if soft:

@@ -1,6 +1,7 @@
 """The motion of a rig in the peak frames, for markers at given vertices."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from usdface.geometry.rigid_modes import infinitesimal_motions
 from usdface.retarget.bounded_least_squares import solve_bounded
 
 __all__ = ["Targets", "peak_motion", "unexplained_motion"]
+
+WeightBounds = Literal["solved", "clipped", "none"]
 
 # Prior of the weights: keeps shapes that hardly show at 0, as if a weight were about 0.4.
 _WEIGHT_PRIOR = 0.2
@@ -28,11 +31,13 @@ class Targets:
 
 def unexplained_motion(
     candidates: CandidateVertices, observations: Observations, registration: Registration
-) -> float:
+) -> tuple[float, float]:
     """Return the mean squared motion of the markers that the rig cannot explain where they sit.
 
-    In units of the expected squared error. The rig's weights are 0 or more, so a false neutral,
-    with an open mouth say, leaves more: the way back to the true one cannot be gone.
+    In units of the expected squared error; with weights of any sign, and how much more with
+    weights from 0 to 1. The first is the difference of the two faces, which grows with the way
+    from the neutral to the peaks. The second shows a false neutral, with an open mouth say: the way
+    back to the true one cannot be gone.
     """
     targets = Targets(
         candidates.points[registration.assigned],
@@ -40,15 +45,20 @@ def unexplained_motion(
         trust_of(registration.marker_costs),
     )
     moves = observations.displacements @ registration.linear
-    weights, rigid = peak_motion(
-        targets, moves, observations.visible, start=registration, clipped=False
-    )
-    predicted = weights @ targets.offsets.reshape(len(targets.offsets), -1)
-    predicted += rigid @ infinitesimal_motions(targets.points).reshape(6, -1)
-    squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2)
     frames = np.maximum(observations.visible.sum(axis=0), 1)
-    each = (squared * observations.visible).sum(axis=0) / frames
-    return float(each.mean()) / (MOTION_ERROR * candidates.size) ** 2
+
+    def left(bounds: WeightBounds) -> float:
+        weights, rigid = peak_motion(
+            targets, moves, observations.visible, start=registration, bounds=bounds
+        )
+        predicted = weights @ targets.offsets.reshape(len(targets.offsets), -1)
+        predicted += rigid @ infinitesimal_motions(targets.points).reshape(6, -1)
+        squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2)
+        each = (squared * observations.visible).sum(axis=0) / frames
+        return float(each.mean()) / (MOTION_ERROR * candidates.size) ** 2
+
+    signed = left("none")
+    return signed, left("solved") - signed
 
 
 def peak_motion(
@@ -57,12 +67,12 @@ def peak_motion(
     visible: BoolArray,
     *,
     start: Registration,
-    clipped: bool,
+    bounds: WeightBounds,
 ) -> tuple[FloatArray, FloatArray]:
     """Solve weights (K, S) and small rigid motions (K, 6) of the peak frames for given vertices.
 
     `moves` (K, M, 3) are in the character's space; where not `visible` the prediction of `start`
-    stands in.
+    stands in. The weights' bounds are "solved" with, "clipped" to afterwards, or there are "none".
     """
     count, root = len(moves), np.sqrt(targets.trust)[:, None]
     shapes = (targets.offsets * root).reshape(len(targets.offsets), -1)
@@ -76,9 +86,10 @@ def peak_motion(
     ridge = _WEIGHT_PRIOR * len(targets.points) * (MOTION_ERROR * unit) ** 2
     normal += (ridge + 1e-9 * np.trace(normal) / len(normal)) * np.eye(len(normal))
     right = observed @ free.T
-    if clipped:
-        weights = np.linalg.solve(normal, right.T).T.clip(0.0, 1.0)
-    else:
+    if bounds == "solved":
         weights = solve_bounded(normal, right)
+    else:
+        weights = np.linalg.solve(normal, right.T).T
+        weights = weights.clip(0.0, 1.0) if bounds == "clipped" else weights
     motions = np.linalg.lstsq(rigid.T, (observed - weights @ shapes).T, rcond=None)[0].T
     return np.asarray(weights), np.asarray(motions)

@@ -226,15 +226,24 @@ def _explaining_neutral(
 ) -> tuple[int, int]:
     """Return the frames of the held pose from which the rig explains the peak frames.
 
-    What stays unexplained is weighed by how likely the pose is by itself.
+    What the bounds of the weights leave unexplained, over the difference of the two faces, is
+    weighed by how likely the pose is by itself. That difference says nothing of a pose but how near
+    it is to the peaks: it counts as the least that any pose leaves.
     """
-
-    def unlikely(pose: HeldPose) -> float:
-        observations = _from_neutral(registered.observations, stabilised, pose.frames, peaks=peaks)
-        left = unexplained_motion(registered.candidates, observations, registered.best)
-        return left / pose.likely
-
-    return min(held, key=unlikely).frames
+    best = registered.best
+    left = [
+        unexplained_motion(
+            registered.candidates,
+            _from_neutral(registered.observations, stabilised, pose.frames, peaks=peaks),
+            best,
+        )
+        for pose in held
+    ]
+    difference = min(signed for signed, _ in left)
+    unlikely = [
+        (difference + bounded) / pose.likely for (_, bounded), pose in zip(left, held, strict=True)
+    ]
+    return held[int(np.argmin(unlikely))].frames
 
 
 def _from_neutral(

@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.closure.blinks import EyeClosing, closing_course, find_closings
 from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps, lid_gaps_of
+from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import lid_signal
 from usdface.face.bound_face import BoundFace
@@ -65,6 +65,7 @@ def close_eyes(
     weights: FloatArray,
     solution: Solution | None,
     near_pins: FloatArray,
+    gaps: Mapping[Eye, LidGaps],
 ) -> ClosedEyes | None:
     """Complete the blinks of a take, and part lids that cross.
 
@@ -79,13 +80,14 @@ def close_eyes(
         Of the markers; None of a take of weights.
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`.
+    gaps : mapping of "left", "right" to LidGaps
+        Of the T blend shapes.
 
     Returns
     -------
     ClosedEyes or None
         None of a face without lids.
     """
-    gaps = lid_gaps_of(face, solved.names)
     if not gaps:
         return None
     signal = lid_signal(face, gaps, solved, solution)

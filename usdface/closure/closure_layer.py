@@ -4,7 +4,7 @@ It comes after the correction, which therefore cannot open what it closes. A sec
 weights changes nothing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.closure.closed_eyes import CompletedClosing, close_eyes
 from usdface.closure.closed_lips import close_lips
+from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.options import ClosureOptions
@@ -57,6 +58,7 @@ def close_eyes_and_lips(
     solution: Solution | None,
     pins: Sequence[Pin] = (),
     options: ClosureOptions = ClosureOptions(),
+    gaps: Mapping[Eye, LidGaps] | None = None,
 ) -> Closure | None:
     """Bring lips together that touch, complete the blinks of a take, and part lids that cross.
 
@@ -72,6 +74,8 @@ def close_eyes_and_lips(
     pins : sequence of Pin
         Pinned weights stay, and the layer fades towards them.
     options : ClosureOptions
+    gaps : mapping of "left", "right" to LidGaps, optional
+        Of the T blend shapes, where they were measured before.
 
     Returns
     -------
@@ -86,7 +90,9 @@ def close_eyes_and_lips(
     if options.lids:
         # Last: a jaw that closes the lips may move the lower lids a little.
         lower = weights if lips is None else lips.weights
-        eyes = close_eyes(face, solved, lower, solution, near_pins)
+        if gaps is None:
+            gaps = lid_gaps_of(face, solved.names)
+        eyes = close_eyes(face, solved, lower, solution, near_pins, gaps)
     if lips is None and eyes is None:
         return None
     closure = Closure(weights, np.zeros((len(weights), 2)), np.zeros(len(weights)))

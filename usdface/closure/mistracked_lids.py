@@ -17,7 +17,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.gaps import frame_ranges
-from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
+from usdface.closure.lid_gaps import Eye, LidGaps
 from usdface.closure.lid_motion import LidMarker, lid_markers
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import midline, mirrored_markers
@@ -39,7 +39,7 @@ _LESS, _NOT = 0.25, 0.5
 
 
 def without_mistracked_lids(
-    take: MarkerTake, face: BoundFace, solution: Solution
+    take: MarkerTake, face: BoundFace, solution: Solution, gaps: Mapping[Eye, LidGaps]
 ) -> tuple[MarkerTake, list[Finding]] | None:
     """Take the word of the other lid where a lid's marker is not believable.
 
@@ -50,6 +50,8 @@ def without_mistracked_lids(
     face : BoundFace
     solution : Solution
         Of the take.
+    gaps : mapping of "left", "right" to LidGaps
+        Of the solution's blend shapes.
 
     Returns
     -------
@@ -61,11 +63,9 @@ def without_mistracked_lids(
     """
     if not solution.in_space or solution.carried is None:
         return None
-    face = face.with_contacts()
-    names = solution.weights.names
-    gaps = lid_gaps_of(face, names)
     if len(gaps) < 2:
         return None
+    names = solution.weights.names
     lids = {lid.marker: lid for lid in lid_markers(face, gaps, names, solution)}
     partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
     pairs = [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]

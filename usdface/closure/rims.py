@@ -66,7 +66,7 @@ def rim_pairs(mesh: Mesh, lids: IntArray, closed: FloatArray, reach: float) -> R
         Largest distance of a pair there.
     """
     rims = [_grown(mesh, np.unique(lids[:, k]), np.unique(lids[:, 1 - k])) for k in (0, 1)]
-    normals = vertex_normals(closed, mesh.face_counts, mesh.face_indices)
+    normals = _normals(mesh, closed, np.concatenate(rims))
     samples = [_samples(mesh, rim) for rim in rims]
     points, directions = [], []
     for rim, target in ((rims[0], samples[1]), (rims[1], samples[0])):
@@ -83,13 +83,25 @@ def rim_pairs(mesh: Mesh, lids: IntArray, closed: FloatArray, reach: float) -> R
 
 def _grown(mesh: Mesh, rim: IntArray, other: IntArray) -> IntArray:
     """Return the vertices within some rings of faces around a rim, without those of the other."""
-    counts = mesh.face_counts
-    face = np.repeat(np.arange(len(counts)), counts)
     for _ in range(_RINGS):
-        touched = np.zeros(len(counts), dtype=bool)
-        touched[face[np.isin(mesh.face_indices, rim)]] = True
-        rim = np.setdiff1d(mesh.face_indices[touched[face]], other)
+        _, corners = _faces_at(mesh, rim)
+        rim = np.setdiff1d(corners, other)
     return rim
+
+
+def _normals(mesh: Mesh, points: FloatArray, vertices: IntArray) -> FloatArray:
+    """Return the normals (V, 3) of the mesh at `points`, valid at some vertices."""
+    return vertex_normals(points, *_faces_at(mesh, vertices))
+
+
+def _faces_at(mesh: Mesh, vertices: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the faces that touch some vertices: counts and indices."""
+    at = np.zeros(len(mesh.points), dtype=bool)
+    at[vertices] = True
+    face = np.repeat(np.arange(len(mesh.face_counts)), mesh.face_counts)
+    touched = np.zeros(len(mesh.face_counts), dtype=bool)
+    touched[face[at[mesh.face_indices]]] = True
+    return mesh.face_counts[touched], mesh.face_indices[touched[face]]
 
 
 def _samples(mesh: Mesh, rim: IntArray) -> csr_array:

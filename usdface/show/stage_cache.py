@@ -10,6 +10,7 @@ from usdface.cleanup.repairs import Repair
 from usdface.closure.blinks import EyeClosing
 from usdface.closure.closed_eyes import CompletedClosing
 from usdface.closure.closure_layer import Closure
+from usdface.closure.lid_gaps import LidGaps
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import OutputError
 from usdface.findings import Finding
@@ -33,7 +34,16 @@ __all__ = ["StageCache"]
 _CLASSES = (
     *(BlendShapeEvaluator, Closure, CombinationWeight, CompletedClosing, Evaluation, EyeClosing),
     *(ExpressionTrace, Finding, InbetweenPath, MapChoice, MarkerTake, Pose, Repair, ShotResult),
-    *(SideTrace, Solution, SolvedShot, WeightsTake, EstimatedTake, TakeEstimates, SpaceMap),
+    *(
+        LidGaps,
+        SideTrace,
+        Solution,
+        SolvedShot,
+        WeightsTake,
+        EstimatedTake,
+        TakeEstimates,
+        SpaceMap,
+    ),
 )
 _KEPT = 2  # files of each stage: a setting that goes to and fro costs nothing
 
