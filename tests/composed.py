@@ -84,6 +84,7 @@ def compose(folder: Path) -> None:
     labels = "take,start_frame,end_frame,emotion\ntake.usda,9,12,joy\n"
     (folder / "labels.csv").write_text(labels)
     (folder / "take.csv").write_text("time,a_x,a_y,a_z\n0,0,0,0\n1,0,0,1\n")
+    (folder / "cut.edl").write_text("TITLE: cut\n")
     _write_gltf(folder)
     _write_folders(folder)
 

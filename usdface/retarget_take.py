@@ -195,6 +195,7 @@ def _film(
     return film_head(take, bound, face.neutral, setup.neutral, displacements)
 
 
+@one_blas_thread()
 def solver_input(
     take: MarkerTake,
     face: BoundFace,

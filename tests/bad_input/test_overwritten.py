@@ -44,6 +44,12 @@ CASES = [
         ["take.csv", "take.usda", "who.json"],
         output=USD,
     ),
+    case(
+        "take face_textures/0.png --names labels.csv --fix who.json",
+        ["face_textures/0.png", "labels.csv", "who.json"],
+        output=USD,
+        sheet=SHOWN,
+    ),
     case("markers lay/rig.usda --bind bind.json", RIG + BIND, output=SAID, figure=SHOWN),
     case(
         "shot --rig lay/rig.usda --take take.usda --bind bind.json --fuzzy system.fis "
@@ -65,6 +71,11 @@ CASES = [
         deliver=USD,
     ),
     case("sequence shot.usda", SHOT, table=PAGE),
+    case(
+        "conform cut.edl take.usda --show who.json",
+        ["cut.edl", "take.usda", "who.json"],
+        output=SAID,
+    ),
     case("plugins", []),
     case("process shot.usda --in-place", SHOT, gltf=(".glb",), figure=SHOWN, sheet=SHOWN),
     case("view shot.usda", SHOT, output=PAGE),
@@ -76,8 +87,9 @@ CASES = [
         output=PAGE,
     ),
     case("export shot.usda", SHOT, output=(".glb", ".bin", ".usdz")),
-    case("import face.gltf", GLTF, output=USD),
+    case("import face.gltf --rig lay/rig.usda", GLTF + RIG, output=USD),
     case("check lay/rig.usda face.gltf", RIG + GLTF),
+    case("check lay/rig.usda --facs", RIG, figure=SHOWN),
     case("formats", []),
     case("fuzzy explain shot.usda", SHOT, figure=SHOWN),
     case("fuzzy neutral shot.usda", SHOT),
@@ -157,7 +169,7 @@ def test_the_table_has_every_command_and_every_option_that_names_a_file() -> Non
         inputs.setdefault(name, set()).update(given)
     for name, command in _commands(_parser()):
         files = {
-            action.dest
+            (action.option_strings or [action.dest])[-1].lstrip("-").replace("-", "_")
             for action in command._actions
             if action.type is Path or "FILE" in str(action.metavar) or action.metavar == "ROOT"
         }

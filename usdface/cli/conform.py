@@ -19,7 +19,7 @@ def add_conform(commands: Any, summary: str) -> None:
     add_output(command, "the show file, .json, for `usdface sequence`")
     command.add_argument(
         "--show",
-        default="",
+        type=Path,
         metavar="FILE",
         help="a show file beside it, whose characters, performers and options it takes over",
     )
@@ -53,7 +53,7 @@ def _conform(parsed: argparse.Namespace) -> int:
             parsed.cut,
             parsed.takes,
             parsed.output,
-            show=parsed.show or None,
+            show=parsed.show,
             performer=parsed.performer,
             characters=parsed.characters,
             handles=parsed.handles,

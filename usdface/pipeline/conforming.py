@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.cut_file import read_cut, timecode_seconds
@@ -21,6 +22,7 @@ from usdface.show.show_file import read_show_file
 __all__ = ["conform"]
 
 
+@one_blas_thread()
 def conform(
     cut: StrPath,
     takes: Sequence[StrPath],

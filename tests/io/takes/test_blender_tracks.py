@@ -45,7 +45,7 @@ def test_the_size_of_the_image_is_needed(folder):
 
 def test_a_folder_with_other_files_is_none_of_tracks(folder):
     write(folder)
-    (folder / "face.0001.png").write_bytes(b"")
+    (folder / "face.obj").write_bytes(b"")
     with pytest.raises(InputError) as raised:
         read_take(folder, TakeOptions(image_size=SIZE))
     assert raised.value.code == "FILE_KIND_UNKNOWN"

@@ -43,6 +43,7 @@ _LOG = ("Logarithmic", "Printing density")  # SMPTE ST 268-1
 # Linear light: its 95th percentile is brought to `_BRIGHT` where it is outside of these limits.
 _LIT, _BRIGHT = (0.2, 4.0), 0.8
 _FULL_FRAME = 36.0  # mm, width of the film that 35 mm equivalents refer to
+_PNG = b"\x89PNG\r\n\x1a\n"
 _lock = threading.Lock()
 
 
@@ -72,6 +73,7 @@ class ImageHeader:
 
 
 def _open(path: Path) -> Any:
+    _check_png(path)
     with _lock:  # the limit is one of the whole library
         before = oiio.get_int_attribute("limits:imagesize_MB")
         oiio.attribute("limits:imagesize_MB", max(1, 16 * _MOST_PIXELS >> 20))
@@ -82,6 +84,17 @@ def _open(path: Path) -> Any:
     if file is None:
         raise InputError(f"{path} is not readable: {_fault(oiio)}", "FILE_UNREADABLE")
     return file
+
+
+def _check_png(path: Path) -> None:
+    """Refuse a PNG that does not begin as one: libpng would say so on the terminal, too."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(16)
+    except OSError as error:
+        raise InputError(f"{path} is not readable: {error}", "FILE_UNREADABLE") from error
+    if start.startswith(_PNG) and start[12:] != b"IHDR":
+        raise InputError(f"{path} is not readable: its PNG header is damaged", "FILE_UNREADABLE")
 
 
 def _checked(path: Path, spec: Any) -> None:
