@@ -112,7 +112,7 @@ def rows(film: Film, truth: Truth, look: Look, folder: Path) -> Iterator[str]:
         "true projections of the dots that are seen": (truth.vertices, seen),
         "those of the samples that are found": (truth.vertices, found),
         f"the same with {spread:.2f} px of noise, as the images": (truth.vertices + noise, found),
-        "true centres of these dots": (truth.centroids, found),
+        "true centres of these dots": (truth.centroids, found & (truth.shares > 0)),
     }
     takes: list[tuple[str, Path, dict[str, Any]]] = []
     for number, (title, (places, there)) in enumerate(given.items()):
@@ -141,9 +141,13 @@ def gaze(film: Film) -> np.ndarray:
 
 
 def noise_of(images: MarkerTake, truth: Truth) -> float:
-    """Return the RMS deviation [px] of the centres about each dot's own mean error."""
+    """Return the RMS deviation [px] of the centres of seen dots about each one's mean error."""
     error = [
-        images.positions[:, images.names.index(name)] * [1, -1] - truth.centroids[:, column]
+        np.where(
+            truth.shares[:, column, None] >= SEEN,
+            images.positions[:, images.names.index(name)] * [1, -1] - truth.centroids[:, column],
+            np.nan,
+        )
         for column, name in enumerate(truth.names)
         if name in images.names
     ]
