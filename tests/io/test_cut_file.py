@@ -34,6 +34,11 @@ def test_a_timecode_counts_frames(text: str, rate: float, frames: float) -> None
     assert timecode_seconds(text, rate, "take") * round(rate) == pytest.approx(frames)
 
 
+def test_a_take_without_a_rate_has_no_timecode() -> None:
+    with pytest.raises(InputError, match="at 0 frames a second"):
+        timecode_seconds("00:00:01:00", 0.0, "take")
+
+
 @pytest.mark.parametrize("text", ["", "10", "1:2:3", "00:00:00:24", "00:61:00:00", "a:b:c:d"])
 def test_nonsense_is_no_timecode(text: str) -> None:
     with pytest.raises(InputError, match="expected HH:MM:SS:FF"):
@@ -48,7 +53,27 @@ def test_the_clips_of_an_edl_have_name_reel_and_range(tmp_path: Path) -> None:
         ("sq010_0010", ("A010",), 3602.0, 48, 24.0),
         ("sq010_0020", ("A020",), 4200.5, 24, 24.0),
     ]
-    assert findings == []
+    assert [found.code for found in findings] == ["RATE_ASSUMED"]
+
+
+@pytest.mark.parametrize(
+    ("timecodes", "rate", "start", "frames"),
+    [
+        ("01:00:02:12 01:00:04:12 00:00:00:00 00:00:02:00", 25.0, 3602 + 12 / 25, 50),
+        ("01:00:02:29 01:00:04:00 00:00:00:00 00:00:01:01", 30.0, 3602 + 29 / 30, 31),
+        ("01:00:02;29 01:00:04;00 00:00:00;00 00:00:01;01", 0.0, 107981 / 30, 31),
+        ("01:00:02;29 01:00:04;00 00:00:00;00 00:00:01;01", 29.97, 107981 / 30, 31),
+    ],
+)
+def test_an_edl_counts_the_frames_of_its_rate(
+    timecodes: str, rate: float, start: float, frames: int, tmp_path: Path
+) -> None:
+    pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
+    (tmp_path / "reel.edl").write_text(f"TITLE: reel\n\n001  A010     V     C        {timecodes}\n")
+    (event,), findings = read_cut(tmp_path / "reel.edl", rate)
+    assert (event.start, event.frames) == (pytest.approx(start), frames)
+    assert event.rate == pytest.approx(rate or 30_000 / 1001, rel=1e-5)
+    assert [found.code for found in findings] == ([] if rate else ["RATE_ASSUMED"])
 
 
 def test_otio_says_the_same_leaves_out_sound_and_reports_speed(tmp_path: Path) -> None:

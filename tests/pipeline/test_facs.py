@@ -74,6 +74,14 @@ def test_what_is_no_face_is_not_judged(tmp_path: Path) -> None:
     assert flat == {"file": str(path)} and head["counts"]["done"] == 51
 
 
+def test_a_figure_that_was_there_before_was_not_written(tmp_path: Path) -> None:
+    write_gltf(Rig("r", (FLAT,)), tmp_path / "flat.glb")
+    (tmp_path / "old.png").write_bytes(b"old")
+    result = usdface.check(tmp_path / "flat.glb", facs=True, figure=tmp_path / "old.png")
+    assert "FACS_NOT_JUDGED" in {found.code for found in result.findings}
+    assert result.written == () and (tmp_path / "old.png").read_bytes() == b"old"
+
+
 def test_files_that_cannot_be_read_are_named_once(tmp_path: Path) -> None:
     torn = tmp_path / "torn.glb"
     torn.write_bytes(b"glTF")

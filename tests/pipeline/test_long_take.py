@@ -47,6 +47,19 @@ def test_tasks_in_any_order_give_the_bytes_of_one_run(shot: Path) -> None:
     assert [file.read_bytes() for file in results] == once
 
 
+def test_a_folder_that_cannot_keep_pieces_is_refused(
+    shot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["process", str(shot), "--pieces", str(shot), "--piece", "estimates"]
+    assert main(words) == 1
+    assert "shot.usda is no folder" in capsys.readouterr().err
+
+
+def test_workers_without_pieces_are_refused(shot: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["process", str(shot), "--workers", "2"]) == 1
+    assert "--pieces DIR" in capsys.readouterr().err
+
+
 def test_a_changed_take_is_solved_anew(shot: Path) -> None:
     run(shot, "--piece", "0-1")
     take = make_world().take

@@ -72,6 +72,11 @@ def test_names_are_those_of_files_and_told_apart() -> None:
     assert [entry["name"] for entry in shots(*clips)[0]] == ["b_c", "b_c_2", "a010"]
 
 
+def test_a_number_behind_a_name_makes_no_name_of_another_clip() -> None:
+    clips = [CutEvent(name, ("a010",), 3601.0, 12, 24.0) for name in ("a", "a", "a_2", "a")]
+    assert [entry["name"] for entry in shots(*clips)[0]] == ["a", "a_3", "a_2", "a_4"]
+
+
 @pytest.mark.parametrize("handles", [0, 3])
 def test_entries_are_of_a_show_file(handles: int) -> None:
     (entry,), _ = shots(CutEvent("a", ("a010",), 3601.0, 1, 24.0), handles=handles)

@@ -45,6 +45,13 @@ def add_conform(commands: Any, summary: str) -> None:
         metavar="RATE",
         help="frames a second that the takes' timecodes count (default: those of each take)",
     )
+    command.add_argument(
+        "--cut-rate",
+        type=float,
+        default=0.0,
+        metavar="RATE",
+        help="frames a second that an .edl counts (default: 24; with drop frame 29.97)",
+    )
 
 
 def _conform(parsed: argparse.Namespace) -> int:
@@ -59,6 +66,7 @@ def _conform(parsed: argparse.Namespace) -> int:
             handles=parsed.handles,
             rate=parsed.rate,
             timecode_rate=parsed.timecode_rate,
+            cut_rate=parsed.cut_rate,
             on_progress=step,
         )
     return report(parsed, result)

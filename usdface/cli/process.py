@@ -103,8 +103,8 @@ def _add_pieces(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--piece",
         default="",
-        metavar="N[-M]",
-        help="only solve these pieces, from 0 on, or only find the estimates of the take",
+        metavar="N[-M]|estimates",
+        help="only solve these pieces, from 0 on; estimates: only find what holds for all of them",
     )
     group.add_argument(
         "--workers", type=int, help="processes for the pieces (default: one for each core)"
@@ -138,6 +138,11 @@ def _process(parsed: argparse.Namespace) -> int:
     options = ProcessOptions(**given | factors)
     if parsed.piece and not parsed.pieces:
         raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
+    if parsed.workers is not None and not parsed.pieces:
+        raise InputError(
+            f"--workers {parsed.workers} are for the pieces of a long take: --pieces DIR",
+            "SETTING_WRONG",
+        )
     if parsed.workers is not None and parsed.workers < 1:
         raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
     if parsed.pieces:

@@ -1,6 +1,7 @@
 """Cuts: the clips of an editorial timeline, read by OpenTimelineIO (an optional extra)."""
 
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,10 @@ __all__ = ["CutEvent", "read_cut", "timecode_seconds"]
 
 _SUFFIXES = (".otio", ".edl")
 _LARGEST = 64_000_000  # bytes
+# Frames a second that an .edl is taken to count, which it does not say: those of film, and with
+# drop-frame timecode (";") those of NTSC video (SMPTE ST 12-1).
+_FILM, _NTSC = 24.0, 30_000 / 1001
+_DROPPED = re.compile(r"\d\d:\d\d:\d\d;\d\d")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,18 +43,21 @@ class CutEvent:
     rate: float
 
 
-def read_cut(path: Path) -> tuple[list[CutEvent], list[Finding]]:
+def read_cut(path: Path, rate: float = 0.0) -> tuple[list[CutEvent], list[Finding]]:
     """Read the clips of all video tracks of a cut, in their order.
 
     Parameters
     ----------
     path : Path
         .otio, or .edl (CMX 3600).
+    rate : float [Hz]
+        That an .edl counts; 0: 24, or 29.97 with drop-frame timecode, which is reported
+        (RATE_ASSUMED).
 
     Raises
     ------
     InputError
-        If it cannot be read, or has no clips.
+        If it cannot be read, or has no clips; if a rate is given for an .otio, which has its own.
     PluginError
         If OpenTimelineIO is not installed.
     """
@@ -62,18 +70,9 @@ def read_cut(path: Path) -> tuple[list[CutEvent], list[Finding]]:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read the cut {path}: {error}", "FILE_UNREADABLE") from error
-    kind = "otio_json" if path.suffix.lower() == ".otio" else "cmx_3600"
-    try:
-        if kind == "otio_json":
-            json.loads(text)  # the library's own parser takes less for JSON
-        timeline = otio.adapters.read_from_string(text, kind)
-        clips = list(timeline.find_clips())
-    except Exception as error:  # adapters raise anything
-        raise InputError(f"cannot read the cut {path}: {error}", "FILE_UNREADABLE") from error
-    events, findings = [], []
+    clips, findings = _clips(otio, path, text, rate)
+    events = []
     for clip in clips:
-        if clip.parent() is not None and getattr(clip.parent(), "kind", "Video") != "Video":
-            continue
         if clip.effects:
             message = "speed changes and effects of the cut are left out: the range is of the take"
             findings.append(finding("CUT_EFFECT_IGNORED", clip.name or str(path), message))
@@ -83,6 +82,34 @@ def read_cut(path: Path) -> tuple[list[CutEvent], list[Finding]]:
     if not events:
         raise InputError(f"the cut {path} has no clips with a range", "SHOT_INCOMPLETE")
     return events, findings
+
+
+def _clips(otio: Any, path: Path, text: str, rate: float) -> tuple[list[Any], list[Finding]]:
+    edl = path.suffix.lower() == ".edl"
+    if rate and not edl:
+        raise InputError(f"{path} has its own rate; leave out that of the cut", "SETTING_WRONG")
+    counted = rate or (_NTSC if _DROPPED.search(text) else _FILM)
+    try:
+        if edl:
+            counted = otio.opentime.RationalTime.nearest_smpte_timecode_rate(counted)
+            timeline = otio.adapters.read_from_string(text, "cmx_3600", rate=counted)
+        else:
+            json.loads(text)  # the library's own parser takes less for JSON
+            timeline = otio.adapters.read_from_string(text, "otio_json")
+        # Their tracks are the timeline's, and gone with it.
+        clips = [clip for clip in timeline.find_clips() if _is_video(clip)]
+    except Exception as error:  # adapters raise anything
+        where = f" at {counted:g} frames a second (--cut-rate)" if edl else ""
+        raise InputError(
+            f"cannot read the cut {path}{where}: {error}", "FILE_UNREADABLE"
+        ) from error
+    if rate or not edl:
+        return clips, []
+    return clips, [finding("RATE_ASSUMED", str(path), "taken as {rate_hz:g} Hz", counted)]
+
+
+def _is_video(clip: Any) -> bool:
+    return clip.parent() is None or getattr(clip.parent(), "kind", "Video") == "Video"
 
 
 def timecode_seconds(text: str, rate: float, where: str) -> float:
@@ -109,7 +136,7 @@ def timecode_seconds(text: str, rate: float, where: str) -> float:
         hours, minutes, seconds = (int(word) for word in words[:3])
         frame = float(words[3])
         whole = len(words) == 4 and 0 <= minutes < 60 and 0 <= seconds < 60
-        if not whole or hours < 0 or not 0 <= frame < max(round(rate), 1):
+        if not whole or hours < 0 or not 0 <= frame < round(rate):
             raise ValueError(text)
     except (ValueError, IndexError) as error:
         raise InputError(

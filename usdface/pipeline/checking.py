@@ -81,7 +81,8 @@ def check(
             judged.append({"file": str(path), **verdicts})
     findings += check_generations(files)
     summary = {"files": len(files), "findings": len(findings)}
-    written = (picture,) if picture and picture.exists() else ()
+    drawn = picture is not None and any("shapes" in verdicts for verdicts in judged)
+    written = (picture,) if picture and drawn else ()
     details = {"facs": judged} if facs else {}
     return Result(None, written, tuple(findings), summary, details, progress.seconds)
 

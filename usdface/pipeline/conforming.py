@@ -34,6 +34,7 @@ def conform(
     handles: int = 0,
     rate: float = 0.0,
     timecode_rate: float = 0.0,
+    cut_rate: float = 0.0,
     on_progress: OnProgress | None = None,
 ) -> Result[None]:
     """Write a show file with a shot for each clip of a cut: which range of which take, by timecode.
@@ -58,6 +59,8 @@ def conform(
         Of the deliverables; 0: each clip's own.
     timecode_rate : float [Hz]
         That the timecodes of the takes count; 0: those of each take.
+    cut_rate : float [Hz]
+        That an .edl counts, which it does not say; 0: 24, or 29.97 with drop-frame timecode.
     on_progress : callable, optional
 
     Returns
@@ -87,12 +90,12 @@ def conform(
         raise InputError(f"{place}: a show file is written as .json", "FILE_KIND_UNKNOWN")
     if base and base.resolve().parent != place.resolve().parent:
         raise InputError(f"{place} must be beside {base}, whose names it keeps", "SETTING_WRONG")
-    if handles < 0 or rate < 0 or timecode_rate < 0:
+    if min(handles, rate, timecode_rate, cut_rate) < 0:
         raise InputError("handles and rates are 0 or more", "SETTING_WRONG")
     with progress.step("read"):
         others = [Path(cut), *([base] if base else [])]
         check_outputs([place], {file: file for file in (*others, *files_read(*map(Path, takes)))})
-        events, findings = read_cut(Path(cut))
+        events, findings = read_cut(Path(cut), cut_rate)
         clocks = [_clock(Path(take), timecode_rate) for take in takes]
         document = _document(base)
         entries, found = conformed(events, clocks, handles, rate)

@@ -15,7 +15,7 @@ from usdface.blas_threads import one_blas_thread
 from usdface.errors import ERROR_CODES, InputError, SolveError
 from usdface.hooks import Hook
 from usdface.io.asset_folder import asset_folder
-from usdface.io.atomic import StrPath
+from usdface.io.atomic import StrPath, check_place
 from usdface.io.plugins import installed_hooks
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot, shot_frames
@@ -46,11 +46,17 @@ class KeptPieces:
     folder : Path
     options : ProcessOptions
     asset_root : path, optional
+
+    Raises
+    ------
+    OutputError
+        If the folder is a file, or cannot be written to.
     """
 
     def __init__(
         self, shot: Path, folder: Path, options: ProcessOptions, asset_root: StrPath | None
     ) -> None:
+        check_place(folder / f"{shot.stem}.npz")  # a cache would go without; a farm cannot
         self._where = shot
         self._cache = StageCache(folder, shot.stem)
         self._options = options
@@ -135,6 +141,8 @@ def solve_pieces(
     ------
     InputError
         If the index is outside of the pieces, or the take is one of weights.
+    OutputError
+        If the folder is a file, or cannot be written to.
     SolveError
         If a piece cannot be solved.
 

@@ -77,12 +77,7 @@ def make_take(
     output = Path(output)
     sources = [Path(source)] if isinstance(source, str | PathLike) else [Path(s) for s in source]
     calibration = None if cameras is None else Path(cameras)
-    if not sources or (len(sources) > 1) != (calibration is not None):
-        raise InputError(
-            f"{len(sources)} takes and {'a' if calibration else 'no'} calibration of cameras; "
-            "expected one take, or several with --cameras FILE",
-            "SETTING_WRONG",
-        )
+    _check_sources(sources, calibration, sync)
     drawn = None if sheet is None else Path(sheet)
     progress = Progress.of(on_progress)
     beside = [Path(each) for each in (options.names, options.fixes) if each]
@@ -113,6 +108,19 @@ def make_take(
         details=footage.details if footage else {},
         seconds=progress.seconds,
     )
+
+
+def _check_sources(sources: list[Path], calibration: Path | None, sync: Sequence[int]) -> None:
+    if not sources or (len(sources) > 1) != (calibration is not None):
+        images = len(sources) > 1 and all(map(may_be_images, sources))
+        hint = "; one film is named by its pattern in quotes, 'face.####.png'" if images else ""
+        raise InputError(
+            f"{len(sources)} takes and {'a' if calibration else 'no'} calibration of cameras; "
+            f"expected one take, or several with --cameras FILE{hint}",
+            "SETTING_WRONG",
+        )
+    if sync and calibration is None:
+        raise InputError("--sync is of several cameras; leave it out", "SETTING_WRONG")
 
 
 def _check_sheet(sources: list[Path], sheet: Path, filmed: bool) -> None:

@@ -1,7 +1,8 @@
 """Conforming takes to a cut: the take and the range of each clip, by timecode."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -66,15 +67,16 @@ def conformed(
     """
     entries: list[dict[str, Any]] = []
     findings: list[Finding] = []
-    used: dict[str, int] = {}
+    titles = {_title(event, number) for number, event in enumerate(events)}
+    used: set[str] = set()
     for number, event in enumerate(events):
         title = _title(event, number)
         take, found = _take_of(event, takes, title)
         findings += found
         if take is None:
             continue
-        used[title] = used.get(title, 0) + 1
-        name = title if used[title] == 1 else f"{title}_{used[title]}"
+        name = next(name for name in _numbered(title) if name not in used | (titles - {title}))
+        used.add(name)
         begin = _after(take, event)
         frames = rate or event.rate
         first, length = begin * frames, event.frames * frames / event.rate
@@ -93,6 +95,12 @@ def conformed(
         deliver |= {"handles": handles} if handles else {}
         entries.append({"name": name, "take": take.file, "process": {"deliver": deliver}})
     return entries, findings
+
+
+def _numbered(title: str) -> Iterator[str]:
+    """Yield a name, and the same with numbers behind it."""
+    yield title
+    yield from (f"{title}_{number}" for number in count(2))
 
 
 def _after(take: TakeClock, event: CutEvent) -> float:

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pygltflib import GLTF2, Node
 
+from usdface.io.gltf.vrm_nodes import NamedNodes, read_vrm_nodes, write_vrm_nodes
 from usdface.pipeline import export_scene, import_scene
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
@@ -119,6 +121,27 @@ def test_a_part_that_names_what_is_not_kept_is_left_out_loudly(write_glb, tmp_pa
     source = write_glb(tmp_path / "a.vrm", avatar(extensions), [POINTS, JOINTS, WEIGHTS])
     found = import_scene(source, tmp_path / "a.usda").findings
     assert [f.where for f in found if f.code == "EXTENSION_DROPPED"] == ["VRMC_springBone"]
+
+
+@pytest.mark.parametrize(
+    "constraints", ["5", "[5]", '{"a": 1}', '[{"node": {"joint": "a"}}]', '[{"node": "x"}]']
+)
+def test_constraints_that_are_none_are_left_out_loudly(constraints: str) -> None:
+    """They come from customData, which anyone may have written."""
+    document = GLTF2(nodes=[Node()], extensions={"VRMC_vrm": {}})
+    nodes = NamedNodes({"joint": {"a": 0}})
+    found = write_vrm_nodes({"constraints": constraints}, "VRMC_vrm", nodes, document)
+    assert [one.code for one in found] == ["EXTENSION_DROPPED"]
+    assert not document.nodes[0].extensions
+
+
+def test_a_part_that_is_nested_too_deep_is_left_out_loudly() -> None:
+    deep: Any = []
+    for _ in range(2000):
+        deep = [deep]
+    document = GLTF2(nodes=[], extensions={"VRMC_springBone": {"springs": deep}})
+    parts, found = read_vrm_nodes(document, NamedNodes({}))
+    assert parts == {} and [one.code for one in found] == ["EXTENSION_DROPPED"]
 
 
 def test_a_part_whose_bone_was_deleted_in_usd_is_left_out_loudly(write_glb, tmp_path: Path) -> None:

@@ -81,6 +81,29 @@ def test_names_and_corrections_come_from_files(
     assert np.argwhere(np.isnan(shown[..., 0])).tolist() == [[6, 3]]
 
 
+def test_tables_are_read_as_spreadsheets_write_them(
+    film: tuple[Path, FloatArray], tmp_path: Path
+) -> None:
+    folder, places = film
+    x, y = places[0, 3]
+    (tmp_path / "names.csv").write_text(f"name;x;y\nchin;{x};{y}\n")
+    (tmp_path / "fixes.csv").write_text("frame;name;x;y;hidden\n6;chin;;;TRUE\n")
+    take, _ = codes(folder, names=tmp_path / "names.csv", fixes=tmp_path / "fixes.csv")
+    assert np.flatnonzero(np.isnan(take.select(("chin",))[:, 0, 0])).tolist() == [6]
+
+
+def test_the_report_has_no_marker_that_corrections_hide_in_all_frames(
+    film: tuple[Path, FloatArray], tmp_path: Path
+) -> None:
+    rows = [{"frame": k, "name": "dot_01", "hidden": True} for k in range(COUNT)]
+    (tmp_path / "fixes.json").write_text(json.dumps(rows))
+    options = TakeOptions(fixes=tmp_path / "fixes.json")
+    result = make_take(film[0], tmp_path / "take.usda", options=options)
+    assert "MARKER_NEVER_SEEN" in {found.code for found in result.findings}
+    assert set(result.details["dots"]) == set(result.value.names)
+    json.dumps(result.details, allow_nan=False)
+
+
 def test_missing_and_spoilt_images_are_occluded_and_reported(copied: Path) -> None:
     (copied / "face.0104.png").unlink()
     (copied / "face.0107.png").write_bytes(b"nonsense")
@@ -175,6 +198,13 @@ def test_a_gif_is_a_film(tmp_path: Path) -> None:
     file.close()
     take, _ = codes(path)
     assert take.positions.shape[:2] == (4, 20)
+
+
+def test_a_film_that_the_shell_took_apart_is_told_how_to_be_named(
+    film: tuple[Path, FloatArray], tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match="named by its pattern in quotes"):
+        make_take(sorted(film[0].iterdir()), tmp_path / "take.usda")
 
 
 def test_outputs_are_no_images_of_the_film(copied: Path) -> None:

@@ -1,4 +1,5 @@
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from camera_worlds import (
     SIZE,
@@ -8,6 +9,7 @@ from camera_worlds import (
     write_json,
     write_stereo_yaml,
 )
+from painted import layout, paint
 
 from usdface.cli import main
 from usdface.errors import InputError
@@ -117,6 +119,27 @@ def test_tracks_on_half_the_resolution_fit_the_calibration(world, tmp_path):
     np.testing.assert_allclose(solved.positions, POINTS * [1, -1, -1], atol=1e-6)
 
 
+def test_films_need_no_image_size_of_the_calibration(world, tmp_path):
+    """They have their own, which here is none that the cameras were calibrated on."""
+    image = tmp_path / "face.1.png"
+    pixels = paint(layout())
+    file = oiio.ImageOutput.create(str(image))
+    file.open(str(image), oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "uint8"))
+    file.write_image(pixels)
+    file.close()
+    with pytest.raises(InputError, match="280 x 220 pixels, but 'camera 1' was calibrated on"):
+        read_views([image, image], world()[1], OPTIONS)
+
+
+def test_takes_of_other_rates_are_named_with_their_own(world):
+    files, calibration = world()
+    slow = files[1].with_suffix(".usda")
+    words = ["take", str(files[1]), "-o", str(slow), "--rate", "24"]
+    assert main([*words, "--image-size", *map(str, SIZE)]) == 0
+    with pytest.raises(InputError, match=r"have 25 and 24 frames a second"):
+        read_views([files[0], slow], calibration, OPTIONS)
+
+
 def test_the_command(world, tmp_path, capsys):
     files, calibration = world()
     out = tmp_path / "take.usda"
@@ -126,6 +149,8 @@ def test_the_command(world, tmp_path, capsys):
     np.testing.assert_allclose(take.positions, POINTS * [1, -1, -1], atol=1e-6)
     assert main(["take", *map(str, files), "-o", str(out)]) == 1
     assert "expected one take, or several with --cameras FILE" in capsys.readouterr().err
+    assert main(["take", str(files[0]), "-o", str(out), "--sync", "3"]) == 1
+    assert "--sync is of several cameras" in capsys.readouterr().err
 
 
 def test_what_does_not_fit_is_one_clear_line(world, tmp_path):

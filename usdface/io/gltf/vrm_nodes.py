@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pygltflib import GLTF2
+from pygltflib import GLTF2, Node
 
 from usdface.findings import Finding, finding
 
@@ -84,7 +84,7 @@ def read_vrm_nodes(document: GLTF2, nodes: NamedNodes) -> tuple[dict[str, str], 
     for name, (extension, content) in parts.items():
         try:
             made[name] = json.dumps(_replaced(content, nodes.named, mesh), ensure_ascii=False)
-        except (LookupError, StopIteration):
+        except (LookupError, StopIteration, RecursionError):
             message = "{part} of an avatar names a node that is not kept, and is left out"
             found.append(finding("EXTENSION_DROPPED", extension, message, name))
     return made, found
@@ -103,11 +103,15 @@ def write_vrm_nodes(
     def mesh(named: Mapping[str, str]) -> int:
         return int(document.nodes[nodes.number(named)].mesh)
 
+    def constrained(content: Any) -> list[tuple[Node, Any]]:
+        return [(document.nodes[each["node"]], dict(each["constraint"])) for each in content]
+
     for name in (*NODE_PARTS[version], "springBone", "constraints"):
         if not isinstance(avatar.get(name), str):
             continue
         try:
             content = _replaced(json.loads(avatar[name]), nodes.number, mesh)
+            pairs = constrained(content) if name == "constraints" else []
         except (LookupError, TypeError, ValueError, RecursionError):
             message = "{part} of an avatar names a node that is not there, and is left out"
             found.append(finding("EXTENSION_DROPPED", version, message, name))
@@ -116,8 +120,8 @@ def write_vrm_nodes(
             document.extensions[_SPRINGS] = content
             used.add(_SPRINGS)
         elif name == "constraints":
-            for each in content:
-                document.nodes[each["node"]].extensions[_CONSTRAINT] = each["constraint"]
+            for node, constraint in pairs:
+                node.extensions[_CONSTRAINT] = constraint
             used.add(_CONSTRAINT)
         else:
             document.extensions[version][name] = content

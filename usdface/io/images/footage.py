@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arrays import BoolArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.footage.choose_channel import choose_model, colour_at, model_of_colour
@@ -48,8 +49,9 @@ class Footage:
 
     @property
     def details(self) -> dict[str, Any]:
-        """Numbers of each marker and frame, for a report."""
+        """Numbers of each marker and frame, for a report; not of markers that are never seen."""
         tracks = self.tracks
+        seen: BoolArray = np.asarray((tracks.confidence > 0).any(axis=0))
         return {
             "dots": {
                 name: {
@@ -60,6 +62,7 @@ class Footage:
                     ],
                 }
                 for k, name in enumerate(tracks.names)
+                if seen[k]
             }
         }
 

@@ -10,15 +10,16 @@ from usdface.errors import InputError
 from usdface.footage.fixes import Fix
 from usdface.footage.labels import NamedPlace
 from usdface.io.asset_folder import read_file
-from usdface.io.takes.text_table import read_rows, read_text
+from usdface.io.takes.wide_tracks import read_table
 
 __all__ = ["read_fixes", "read_named_places"]
 
 _MOST_BYTES = 2**24
+_YES = ("true", "1", "yes")  # spreadsheets write TRUE
 
 
 def read_named_places(path: Path) -> tuple[NamedPlace, ...]:
-    """Read names of dots: CSV with columns name, x, y and perhaps frame, or JSON rows of these.
+    """Read names of dots: a table with columns name, x, y and perhaps frame, or JSON rows of these.
 
     Places are pixels from the image's top left corner, x right, y down; frame is the index of the
     frame from 0 (default 0).
@@ -44,7 +45,7 @@ def read_fixes(path: Path) -> tuple[Fix, ...]:
     """
     found = []
     for row in _rows(path):
-        hidden = row.get("hidden") in (True, "true", "1", "yes")
+        hidden = str(row.get("hidden")).lower() in _YES
         place = None if hidden else _place(path, row)
         found.append(Fix(_frame(path, row, needed=True), _name(path, row), place))
     return tuple(found)
@@ -64,7 +65,9 @@ def _rows(path: Path) -> Sequence[dict[str, Any]]:
                 "SCHEMA_BROKEN",
             )
         return data
-    table = read_rows(path, read_text(path), ",")
+    if path.is_file() and path.stat().st_size > _MOST_BYTES:
+        raise InputError(f"{path} is larger than any list of dots", "TOO_LARGE")
+    table = read_table(path)
     header = [cell.strip().lower() for cell in table[0][1]]
     return [dict(zip(header, cells, strict=False)) for _, cells in table[1:]]
 

@@ -16,7 +16,8 @@ __all__ = ["parse_block_yaml"]
 Line: TypeAlias = tuple[int, int, str]  # number from 1, indentation, text
 
 _DEEPEST = 16
-_KEY = re.compile(r"""("[^"]*"|'[^']*'|[^\s"'\[\]{},:][^\[\]{},:"]*?)\s*:(?:\s+|$)(.*)""")
+# Without an overlap of its parts: a line is gone through once, however long it is.
+_KEY = re.compile(r"""((?:"[^"]*"|'[^']*')\s*|[^\s"'\[\]{},:][^\[\]{},:"]*):(?:\s+|$)(.*)""")
 _TAG = re.compile(r"!\S*\s*")
 _TOKEN = re.compile(r"""[\[\]{},]|"[^"]*"|'[^']*'|[^\s\[\]{},"'][^\[\]{},]*""")
 
@@ -42,19 +43,22 @@ def _lines(path: Path, text: str) -> list[Line]:
     """Return the lines with content; a list or map in brackets is on one."""
     lines: list[Line] = []
     opened = 0
+    parts: list[str] = []
     for number, raw in enumerate(text.splitlines(), 1):
         written = re.sub(r"(^|\s)#.*", "", raw).rstrip()
         bare = written.strip()
         if not bare or bare in ("---", "...") or bare.startswith("%"):
             continue
         if opened:
-            first, indent, before = lines[-1]
-            lines[-1] = (first, indent, f"{before} {bare}")
+            parts.append(bare)
         else:
+            parts = [bare]
             lines.append((number, len(written) - len(written.lstrip()), bare))
         opened += sum(bare.count(c) for c in "[{") - sum(bare.count(c) for c in "]}")
         if opened < 0:
             raise _wrong(path, lines[-1])
+        if not opened and len(parts) > 1:
+            lines[-1] = (*lines[-1][:2], " ".join(parts))
     if opened:
         raise InputError(f"{path}, line {lines[-1][0]}: a bracket does not close", "FILE_CUT_OFF")
     return lines
@@ -84,7 +88,7 @@ def _block(path: Path, lines: list[Line], at: int, depth: int) -> tuple[Any, int
         match = _KEY.fullmatch(lines[at][2])
         if not match or _is_item(lines[at]):
             raise _wrong(path, lines[at])
-        key = match[1].strip("\"'")
+        key = match[1].strip().strip("\"'")
         if key in found:
             raise InputError(
                 f"{path}, line {lines[at][0]}: {key[:40]!r} occurs twice", "SCHEMA_BROKEN"

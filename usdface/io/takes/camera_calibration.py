@@ -164,7 +164,7 @@ def _camera(path: Path, name: str, entry: Mapping[str, Any]) -> Camera:
         return Camera(
             matrix=matrix.reshape(3, 3),
             distortion=coefficients,
-            rotation=_rotation(path, name, rotation),
+            rotation=_rotation(name, rotation),
             translation=translation,
             image_size=_image_size(entry),
             name=name,
@@ -177,7 +177,7 @@ _OTHER_LENSES = ("equidistant", "fisheye", "omnidirectional")
 _LARGEST_SKEW = 1e-2  # of a rotation that was written with three digits
 
 
-def _rotation(path: Path, name: str, numbers: FloatArray) -> FloatArray:
+def _rotation(name: str, numbers: FloatArray) -> FloatArray:
     """Return the rotation nearest to a matrix, or that of a rotation vector."""
     if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > 1e3:
         raise InputError(f"the rotation of camera {name!r} is none", "VALUES_WRONG")

@@ -13,6 +13,7 @@ from usdface.geometry.camera import Camera, undistort
 from usdface.geometry.multi_view import PointsOfViews, epipolar_distances, triangulate
 from usdface.io.takes.camera_calibration import read_calibration
 from usdface.io.takes.files import read_take
+from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import RawTake, finish_take
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -114,9 +115,9 @@ def _take_of_camera(
     path: Path, camera: Camera, options: TakeOptions
 ) -> tuple[MarkerTake, list[Finding]]:
     """Read a take; its occlusions count only where no two cameras see a marker."""
-    given = replace(
-        options, units=None, up_axis=None, image_size=options.image_size or camera.image_size
-    )
+    given = replace(options, units=None, up_axis=None)
+    if given.image_size is None and "image_size" in TAKE_READERS.find(path)[0].format.options:
+        given = replace(given, image_size=camera.image_size)
     take, findings = read_take(path, TakeOptions() if path.suffix.lower() in _USD else given)
     if not isinstance(take, MarkerTake) or take.dimension != 2:
         raise InputError(
@@ -139,9 +140,10 @@ def _joined(
 ) -> _Views:
     rates = [take.rate for take in takes]
     if max(rates) - min(rates) > 1e-4 * max(rates):
+        other = int(np.argmax(np.abs(np.array(rates) - rates[0])))
         raise InputError(
-            f"{paths[0]} and {paths[int(np.argmax(np.abs(np.array(rates) - rates[0])))]} have "
-            f"{min(rates):g} and {max(rates):g} frames a second; give --rate if that is wrong",
+            f"{paths[0]} and {paths[other]} have {rates[0]:g} and {rates[other]:g} frames a "
+            "second; give --rate if that is wrong",
             "TIMES_WRONG",
         )
     rate = rates[0] or 1.0

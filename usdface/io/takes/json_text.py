@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.takes.text_table import read_text
 
-__all__ = ["number", "read_json"]
+__all__ = ["number", "numbers", "read_json"]
 
 
 def read_json(path: Path) -> Any:
