@@ -58,9 +58,10 @@ def name_tracks(
         away = np.linalg.norm(there[:, None] - places[frame, seen], axis=2)
         limit = _REACH * nearest_distances(places[frame, seen]).clip(max=1e6)
         share = away / limit
-        rows, columns = linear_sum_assignment(np.minimum(share, 10.0))
+        # Beyond reach all are equally far: a name without a dot must not push others along.
+        rows, columns = linear_sum_assignment(np.minimum(share, 1.0))
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
-            if share[row, column] <= 1.0:
+            if share[row, column] < 1.0:
                 names[seen[column]] = asked[row].name
         left += [each.name for each in asked if each.name not in names]
     numbers = iter(f"dot_{k + 1:02d}" for k in range(10_000))
