@@ -82,7 +82,7 @@ def write_json(cameras) -> str:
             "image_size": list(SIZE),
             "camera_matrix": _matrix(camera.matrix),
             "distortion_coefficients": _matrix(camera.distortion[None]),
-            "rvec": Rotation.from_matrix(camera.rotation).as_rotvec().tolist(),
+            "rvec": Rotation.from_matrix(camera.rotation.copy()).as_rotvec().tolist(),
             "tvec": camera.translation.tolist(),
         }
         for camera in cameras

@@ -190,6 +190,8 @@ def test_a_gif_is_a_film(tmp_path: Path) -> None:
     path = tmp_path / "face.gif"
     specs = [oiio.ImageSpec(280, 220, 3, "uint8") for _ in places]
     file = oiio.ImageOutput.create(str(path))
+    if file is None:
+        pytest.skip("this OpenImageIO writes no GIF")
     assert file.open(str(path), specs)
     for number, row in enumerate(places):
         if number:

@@ -19,6 +19,7 @@ __all__ = [
     "channels_image",
     "has_alpha",
     "image_type",
+    "is_cut_off_webp",
     "is_webp",
     "pixels_of",
     "to_gltf_image",
@@ -49,6 +50,14 @@ def image_type(data: bytes) -> str:
 def is_webp(data: bytes) -> bool:
     """Return whether data are a WebP image, by its first bytes (RFC 9649, section 2.4)."""
     return data[:4] == b"RIFF" and data[8:12] == b"WEBP"
+
+
+def is_cut_off_webp(data: bytes) -> bool:
+    """Return whether a WebP image is shorter than it says (RFC 9649, section 2.4).
+
+    OpenImageIO 3.0 fills what is missing with black.
+    """
+    return is_webp(data) and int.from_bytes(data[4:8], "little") + 8 > len(data)
 
 
 def has_alpha(data: bytes) -> bool:

@@ -19,7 +19,14 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
-from usdface.io.gltf.image import GltfImage, image_type, is_webp, pixels_of, to_png
+from usdface.io.gltf.image import (
+    GltfImage,
+    image_type,
+    is_cut_off_webp,
+    is_webp,
+    pixels_of,
+    to_png,
+)
 from usdface.io.inputs import first_free
 from usdface.io.udim import is_udim
 from usdface.materials import Placement, Texture, Wrap
@@ -139,9 +146,11 @@ def _image(file: GltfFile, index: object) -> Texture:
             raise _NoImage(str(error), error.code) from error
         place = file.folder / unquote(image.uri)
         # A path with a mark of UDIM would stand for other files than this one.
-        if not image.uri.startswith("data:") and not is_udim(place):
+        if not image.uri.startswith("data:") and not is_udim(place) and not is_cut_off_webp(data):
             suffix = ".webp" if is_webp(data) else place.suffix
             return Texture(path=str(place), suffix=suffix)
+    if is_cut_off_webp(data):
+        raise _NoImage(f"image {index} is a WebP that is cut off")
     suffix = ".webp" if is_webp(data) else _SUFFIXES.get(image_type(data), "")
     return Texture(data=data, suffix=suffix)
 

@@ -182,7 +182,7 @@ def _rotation(name: str, numbers: FloatArray) -> FloatArray:
     if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > 1e3:
         raise InputError(f"the rotation of camera {name!r} is none", "VALUES_WRONG")
     if numbers.size == 3:
-        return np.asarray(Rotation.from_rotvec(numbers).as_matrix())
+        return np.asarray(Rotation.from_rotvec(numbers.copy()).as_matrix())
     if numbers.size != 9:
         raise InputError(
             f"the rotation of camera {name!r} has {numbers.size} numbers; expected 3 or 9",
