@@ -100,7 +100,7 @@ def write_toml(cameras) -> str:
     """A calibration as multi-camera pose programs write it."""
     text = ""
     for n, camera in enumerate(cameras):
-        turn = Rotation.from_matrix(camera.rotation).as_rotvec().tolist()
+        turn = Rotation.from_matrix(camera.rotation.copy()).as_rotvec().tolist()
         text += (
             f'[cam_{n}]\nname = "{camera.name}"\nsize = {list(SIZE)}\nfisheye = false\n'
             f"matrix = {camera.matrix.tolist()}\ndistortions = {camera.distortion[:5].tolist()}\n"

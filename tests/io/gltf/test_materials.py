@@ -230,7 +230,7 @@ def test_webp_becomes_png_once_and_says_so(
 
 def test_where_webp_is_damaged_the_other_image_serves(tmp_path: Path, webp: bytes) -> None:
     png(tmp_path / "a.png", 1.0)
-    (tmp_path / "a.webp").write_bytes(webp[:30])
+    (tmp_path / "a.webp").write_bytes(webp[:-6])
     texture = pygltflib.Texture(source=0)
     texture.extensions = {"EXT_texture_webp": {"source": 1}}
     images = [pygltflib.Image(uri="a.png"), pygltflib.Image(uri="a.webp")]
