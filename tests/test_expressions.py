@@ -96,6 +96,7 @@ def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(
     assert np.abs(played.corrected - played.solved).mean() <= 0.02
 
 
+@pytest.mark.slow
 def test_a_weak_expression_comes_half_way_and_neutral_stays(
     face: tuple[str, Face], weakened: Weak
 ) -> None:
@@ -120,6 +121,7 @@ def test_a_correction_opens_no_closed_lips_or_lids_and_crosses_none(face: tuple[
         assert found.crossed[seam][1] <= tolerance
 
 
+@pytest.mark.slow
 def test_half_an_expression_is_corrected_on_its_half(face: tuple[str, Face]) -> None:
     kind, made = face
     sides = one_sided(made)

@@ -12,6 +12,7 @@ from usdface.options import TakeOptions
 FRAMES = 6
 
 
+@pytest.mark.slow
 def test_dots_on_a_rendered_head_are_where_they_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,6 +99,7 @@ def test_without_overlap_they_have_not(solved: Solved) -> None:
     assert away[reach:-reach].max(initial=0.0) < 1e-9
 
 
+@pytest.mark.slow
 def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: Solved) -> None:
     truth = make_world().weights[ORDER]
     usual = retarget(solved.shot).solved
