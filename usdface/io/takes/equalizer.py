@@ -13,7 +13,7 @@ from usdface.findings import Finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row, read_text
-from usdface.io.takes.track_text import Block, cut_off, numbered_lines, read_blocks, whole_number
+from usdface.io.takes.track_text import Block, announced_blocks, read_blocks
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -30,28 +30,7 @@ def read_3de4(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
     InputError
         If the file is missing, no such export, or ends early.
     """
-    lines = numbered_lines(path)
-    count, at = whole_number(path, lines[0], "the number of points"), 1
-    blocks: list[Block] = []
-    while len(blocks) < count:
-        if at + 3 > len(lines):
-            raise InputError(
-                f"{path}: {count} points are announced, {len(blocks)} are there; export it again",
-                "FILE_CUT_OFF",
-            )
-        label = lines[at][1]
-        whole_number(path, lines[at + 1], f"the colour of point {label[:40]!r}")
-        length = whole_number(path, lines[at + 2], f"the samples of point {label[:40]!r}")
-        samples = lines[at + 3 : at + 3 + length]
-        if len(samples) < length:
-            raise cut_off(path, label, length, len(samples))
-        blocks.append((label, [(number, text.split()) for number, text in samples]))
-        at += 3 + length
-    if at < len(lines):
-        raise InputError(
-            f"{path}, line {lines[at][0]}: text after the {count} points that are announced",
-            "ROW_WRONG",
-        )
+    blocks = announced_blocks(path, ("colour",))
     return _take(path, blocks, image_size(path, options), ("colour",), options)
 
 

@@ -16,14 +16,7 @@ from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_ima
 from usdface.io.takes.json_text import number, read_json
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import read_text
-from usdface.io.takes.track_text import (
-    Block,
-    TrackTable,
-    cut_off,
-    numbered_lines,
-    read_blocks,
-    whole_number,
-)
+from usdface.io.takes.track_text import TrackTable, announced_blocks, read_blocks
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -83,23 +76,7 @@ def _focal_length(camera: dict[str, Any], width: float) -> float:
 
 
 def _of_lines(path: Path) -> TrackTable:
-    lines = numbered_lines(path)
-    count, at = whole_number(path, lines[0], "the number of points"), 1
-    blocks: list[Block] = []
-    while len(blocks) < count:
-        if at + 2 > len(lines):
-            raise InputError(
-                f"{path}: {count} points are announced, {len(blocks)} are there; export it again",
-                "FILE_CUT_OFF",
-            )
-        label = lines[at][1]
-        length = whole_number(path, lines[at + 1], f"the samples of point {label[:40]!r}")
-        samples = lines[at + 2 : at + 2 + length]
-        if len(samples) < length:
-            raise cut_off(path, label, length, len(samples))
-        blocks.append((label, [(n, text.split()) for n, text in samples]))
-        at += 2 + length
-    return read_blocks(path, blocks, 4)
+    return read_blocks(path, announced_blocks(path), 4)
 
 
 def _of_json(path: Path, document: Any) -> TrackTable:

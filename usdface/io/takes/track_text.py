@@ -16,6 +16,7 @@ __all__ = [
     "Block",
     "Line",
     "TrackTable",
+    "announced_blocks",
     "cut_off",
     "numbered_lines",
     "read_blocks",
@@ -110,3 +111,39 @@ def cut_off(path: Path, label: str, expected: int, found: int) -> InputError:
         f"{found} of {expected} samples are there; export it again",
         "FILE_CUT_OFF",
     )
+
+
+def announced_blocks(path: Path, also: Sequence[str] = ()) -> list[Block]:
+    """Read a count of points, then for each its label, its number of samples, and these.
+
+    `also` names whole numbers that stand between label and number of samples.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, ends early, or holds more than it announces.
+    """
+    lines = numbered_lines(path)
+    count, at, head = whole_number(path, lines[0], "the number of points"), 1, 2 + len(also)
+    blocks: list[Block] = []
+    while len(blocks) < count:
+        if at + head > len(lines):
+            raise InputError(
+                f"{path}: {count} points are announced, {len(blocks)} are there; export it again",
+                "FILE_CUT_OFF",
+            )
+        label = lines[at][1]
+        for place, name in enumerate(also, at + 1):
+            whole_number(path, lines[place], f"the {name} of point {label[:40]!r}")
+        length = whole_number(path, lines[at + head - 1], f"the samples of point {label[:40]!r}")
+        samples = lines[at + head : at + head + length]
+        if len(samples) < length:
+            raise cut_off(path, label, length, len(samples))
+        blocks.append((label, [(number, text.split()) for number, text in samples]))
+        at += head + length
+    if at < len(lines):
+        raise InputError(
+            f"{path}, line {lines[at][0]}: text after the {count} points that are announced",
+            "ROW_WRONG",
+        )
+    return blocks
