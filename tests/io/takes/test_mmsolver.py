@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from track_writers import SIZE, TRACKS, expected_positions, write_uv4
 
+from usdface.errors import InputError
 from usdface.io.takes.mmsolver import read_mmsolver
 from usdface.options import TakeOptions
 
@@ -56,3 +57,10 @@ def test_a_focal_length_that_stays_is_that_of_the_take(read, lengths, focal):
     document["camera"] |= {"film_back_cm": [2.4, 1.35], "per_frame": frames}
     take, _ = read(document)
     np.testing.assert_allclose(take.focal_length, focal)
+
+
+def test_text_after_the_announced_points_is_refused(tmp_path):
+    path = tmp_path / "a.uv"
+    path.write_text("1\na\n1\n1 0.5 0.5 1.0\nb\n1\n1 0.5 0.5 1.0\n")
+    with pytest.raises(InputError, match="text after the 1 points that are announced"):
+        read_mmsolver(path, TakeOptions(image_size=(640, 480)))
