@@ -131,7 +131,8 @@ def check_clocks(stage: Usd.Stage) -> None:
 
 def is_usd(path: Path) -> bool:
     """Return whether USD reads files of this name."""
-    return Sdf.FileFormat.FindByExtension(plain(path.suffix, 20)) is not None
+    suffix = plain(path.suffix, 20)  # USD takes it for an error that there is none
+    return bool(suffix) and Sdf.FileFormat.FindByExtension(suffix) is not None
 
 
 def open_layer(path: Path) -> Sdf.Layer:
