@@ -254,7 +254,9 @@ def test_a_marker_seen_in_frames_without_a_say_on_places_only_is_no_obstacle(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Every other frame is looked at; the marker shows in three others."""
-    monkeypatch.setattr(importlib.import_module("usdface.retarget.solve_take"), "_PLACE_FRAMES", 60)
+    monkeypatch.setattr(
+        importlib.import_module("usdface.retarget.fitted_take"), "_PLACE_FRAMES", 60
+    )
     positions = other_person()
     positions[:, 7] = np.nan
     positions[[1, 3, 5], 7] = other_person()[[1, 3, 5], 7]
