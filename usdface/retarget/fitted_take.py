@@ -13,7 +13,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
-from usdface.retarget.calibrated_shapes import as_performed
+from usdface.retarget.calibrated_shapes import as_large, as_performed
 from usdface.retarget.face_fit import FaceFit, fit_face, refine_places
 from usdface.retarget.first_pose import first_pose
 from usdface.retarget.motion_evidence import MotionEvidence
@@ -147,6 +147,7 @@ def fit_take(
         fit = refine_places(
             fit, neutral, setup.map, evidence, around,
             solve=lambda fit: solved(fit, some, rounds=_PLACE_ROUNDS),
+            sized=lambda shapes: as_large(shapes, shape_names, setup),
             head_moves=setup.head == "solve",
         )  # fmt: skip
     joint = solved(fit, neutral_frames=frames if correct_neutral else None)
