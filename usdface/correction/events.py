@@ -144,8 +144,8 @@ class _Stretch:
 def _settled(curve: FloatArray, start: float, play: FloatArray) -> FloatArray:
     """Return a curve (N,) from `start` on without ups and downs of less than twice `play` (N,).
 
-    Hysteresis: the lower of a forward and a backward pass, so that either end is later by `play` and no end
-    begins with a step.
+    Hysteresis: the lower of a forward and a backward pass, so that either end is later by `play`
+    and none begins with a step.
     """
     passes = []
     for course, free in ((curve, play), (curve[::-1], play[::-1])):
