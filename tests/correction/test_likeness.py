@@ -110,9 +110,15 @@ def _both(judge: ExpressionLikeness, motions: np.ndarray) -> tuple[np.ndarray, n
     return found.shown, found.contrary
 
 
+def likeness_of(size: np.ndarray, contrary: np.ndarray, certain: float = 1.0) -> Likeness:
+    return Likeness(np.full(size.shape, certain), size, contrary)
+
+
 def test_rules_are_raised_by_likeness_and_silenced_by_that_of_another_emotion() -> None:
     rules = np.array([[0.9, 0.1], [0.1, 0.6], [0.0, 0.0]])
-    likeness = Likeness(np.array([[0.9, 0], [0.3, 0], [0, 0]]), np.array([[0, 0], [0, 1], [0, 0]]))
+    sizes, contrary = np.zeros((2, 3, 2))
+    sizes[:2, 0], contrary[1, 1] = (0.9, 0.3), 1
+    likeness = likeness_of(sizes, contrary)
     heard = performers_outputs(rules, likeness, np.ones(2), np.array([0.9, 0]))
     np.testing.assert_allclose(heard, [[0.9, 0.1], [0.3, 0], [0, 0]])
     alone = performers_outputs(rules, likeness, np.zeros(2), np.array([0.9, 0]))
@@ -121,9 +127,15 @@ def test_rules_are_raised_by_likeness_and_silenced_by_that_of_another_emotion() 
 
 def test_a_performer_who_shows_less_is_read_in_proportion_to_that() -> None:
     course = np.linspace(0, 0.3, 7)[:, None]
-    likeness = Likeness(course, np.zeros((7, 1)))
+    likeness = likeness_of(course, np.zeros((7, 1)))
     heard = performers_outputs(np.zeros((7, 1)), likeness, np.ones(1), np.array([0.3]))
     np.testing.assert_allclose(heard[:, 0], np.linspace(0, 0.5, 7))
-    little = Likeness(course / 10, np.zeros((7, 1)))
+    little = likeness_of(course / 10, np.zeros((7, 1)))
     faint = performers_outputs(np.zeros((7, 1)), little, np.ones(1), np.array([0.03]))
     np.testing.assert_allclose(faint[:, 0], np.linspace(0, 0.06, 7))
+
+
+def test_a_doubtful_likeness_is_no_more_certain_for_a_weak_performer() -> None:
+    doubtful = likeness_of(np.full((3, 1), 0.9), np.zeros((3, 1)), certain=0.2)
+    heard = performers_outputs(np.zeros((3, 1)), doubtful, np.ones(1), doubtful.shown.max(axis=0))
+    np.testing.assert_allclose(heard, 0.2)

@@ -194,7 +194,7 @@ def _with_likeness(
     found = {}
     for side, evaluation in by_rules.items():
         whole = features.likeness[side]
-        likeness = Likeness(whole.shown[:, at], whole.contrary[:, at])
+        likeness = Likeness(whole.certain[:, at], whole.size[:, at], whole.contrary[:, at])
         outputs = performers_outputs(evaluation.outputs, likeness, weights, strength)
         found[side] = replace(evaluation, outputs=outputs)
     return found

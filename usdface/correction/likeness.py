@@ -47,14 +47,22 @@ class Likeness:
 
     Attributes
     ----------
-    shown : (F, E) float64
-        The size of the expression, 0 to 1, as far as the face is like it.
+    certain : (F, E) float64
+        How far the face is like a variant, and like no other emotion's, 0 to 1.
+    size : (F, E) float64
+        How far it moves along this variant, by the size of the pose, 0 to 1.
     contrary : (F, E) float64
         How far the face is more like another emotion, 0 to 1.
     """
 
-    shown: FloatArray
+    certain: FloatArray
+    size: FloatArray
     contrary: FloatArray
+
+    @property
+    def shown(self) -> FloatArray:
+        """The size of each expression as far as it is certain: (F, E)."""
+        return self.certain * self.size
 
 
 class ExpressionLikeness:
@@ -87,14 +95,14 @@ class ExpressionLikeness:
     def of(self, moved: FloatArray) -> Likeness:
         """Judge displacements (F, M, 3) [m]."""
         faces = self._relative(moved)
-        shown, contrary = np.zeros((2, len(faces), self._count))
+        found = np.zeros((3, len(faces), self._count))
         for first in range(0, len(faces), _BLOCK):
             block = slice(first, first + _BLOCK)
-            shown[block], contrary[block] = self._judge(faces[block])
-        return Likeness(shown, contrary)
+            found[:, block] = self._judge(faces[block])
+        return Likeness(*found)
 
-    def _judge(self, faces: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Judge coordinates (F, 3 M): what is shown, and what is contrary, (F, E) each."""
+    def _judge(self, faces: FloatArray) -> FloatArray:
+        """Judge coordinates (F, 3 M): the fields of `Likeness`, (3, F, E)."""
         length = np.sqrt(_lengths(faces) ** 2 + _still(faces.shape[1]) ** 2)[:, None]
         along, there = np.zeros((2, len(faces), len(self._sizes)))
         there += 1.0
@@ -108,16 +116,18 @@ class ExpressionLikeness:
         like, alone = along / length, faces @ self._alone / length
         certain = _ramp(like, _LIKE) * there
         best = np.array([like[:, self._emotion == e].max(axis=1) for e in range(self._count)]).T
-        shown, contrary = np.zeros((2, len(faces), self._count))
+        found, rows = np.zeros((3, len(faces), self._count)), np.arange(len(faces))
         for e in range(self._count):
             other = np.delete(best, e, axis=1).max(axis=1, initial=0.0)
             rival = np.maximum(other, alone[:, self._rivals[e]].max(axis=1, initial=0.0))
             own_variants = (self._emotion == e) & self._heard
             ahead = _ramp(like[:, own_variants] - rival[:, None], _MARGIN)
             share = np.clip(along[:, own_variants] / self._sizes[e], 0.0, 1.0)
-            shown[:, e] = (certain[:, own_variants] * ahead * share).max(axis=1)
-            contrary[:, e] = _ramp(other - best[:, e], _CONTRARY)
-        return shown, contrary
+            ahead *= certain[:, own_variants]
+            chosen = (ahead * share).argmax(axis=1)
+            contrary = _ramp(other - best[:, e], _CONTRARY)
+            found[:, :, e] = ahead[rows, chosen], share[rows, chosen], contrary
+        return found
 
 
 def performers_outputs(
@@ -133,10 +143,11 @@ def performers_outputs(
         How far likeness counts for each emotion, 0 to 1.
     strength : (E,) float64
         The largest `Likeness.shown` of each emotion over the take: a performer who shows less than
-        a half of the character's pose is read in proportion to that.
+        a half of the character's pose is read in proportion to that. Sizes are larger then, no
+        likeness is more certain.
     """
     gain = np.clip(_MOST / np.maximum(strength, 1e-12), 1.0, _WEAKEST)
-    shown = np.minimum(gain * likeness.shown, _MOST)
+    shown = np.minimum(likeness.certain * np.minimum(gain * likeness.size, 1.0), _MOST)
     return np.maximum(outputs * (1.0 - weights * likeness.contrary), weights * shown)
 
 
