@@ -1,4 +1,4 @@
-"""A take moved or played slower by the offset of a layer: the result is where USD plays the take."""
+"""A take moved or played slower by a layer offset: the result is where USD plays the take."""
 
 from pathlib import Path
 
