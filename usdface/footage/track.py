@@ -26,6 +26,8 @@ __all__ = ["reference_frame", "track_dots"]
 
 # A track is a marker if it is seen in so many frames, and in this share of all.
 _LEAST_FRAMES, _LEAST_SHARE = 3, 0.2
+# Tracks begin at dots of this fill and roundness (seen at 80 degrees) in the reference frame.
+_START_FILL, _START_ROUND = 0.6, 0.15
 # Two tracks are one dot, or a track is that of another dot, by distance from where all others say
 # that it is, as a share of the distance to the nearest neighbour.
 _JOIN, _DOUBT = 0.4, 0.45
@@ -90,7 +92,7 @@ def track_dots(
     """
     at = reference_frame(frames)
     first = frames[at]
-    start = np.flatnonzero((first.fills > 0.6) & (first.roundness > 0.25))
+    start = np.flatnonzero((first.fills > _START_FILL) & (first.roundness > _START_ROUND))
     start = start[reading_order(first.centres[start])]
     ahead, behind = frames[at:], frames[at::-1]
     forward = follow(ahead, start, first.centres[start])
