@@ -10,10 +10,21 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.footage.colour_channel import ColourChannel, Pixels, Signal
 from usdface.footage.dots import Dots, no_dots
 
-__all__ = ["Box", "DotModel", "background", "detect_dots", "hues", "measure", "opponents"]
+__all__ = [
+    "CUT_OUT",
+    "Box",
+    "DotModel",
+    "background",
+    "detect_dots",
+    "hues",
+    "measure",
+    "opponents",
+]
 
 Box = tuple[int, int, int, int]  # left, top, right, bottom [px], the last two excluded
 
+# Share of the dots' height at which they are cut out of what is around them.
+CUT_OUT = 0.3
 # Components that are measured at most: more are texture, not dots.
 _MOST = 2000
 # Pixels of the smallest dot; a smaller one has no shape.

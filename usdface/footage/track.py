@@ -32,8 +32,9 @@ _START_FILL, _START_ROUND = 0.6, 0.15
 # that it is, as a share of the distance to the nearest neighbour.
 _JOIN, _DOUBT = 0.4, 0.45
 # A dot is hidden where less than this share of its area about that time is left, or more than the
-# other; its confidence falls from 1 at `_FULL` on. Frames about it.
-_PART, _MERGED, _FULL = 0.35, 1.9, 0.8
+# other and it fills less of its ellipse than one dot does (two discs side by side fill 0.89, a dot
+# that the skin stretches 0.99); its confidence falls from 1 at `_FULL` on. Frames about it.
+_PART, _MERGED, _FULL, _ONE = 0.35, 1.9, 0.8, 0.93
 _ABOUT, _NEIGHBOURS = 8, 4
 # Distance from where the others say [shares of the spacing] and deviation [px] at which confidence
 # is 0.6; frames that disagree between both directions have this confidence.
@@ -262,15 +263,16 @@ def _finished(
     shape = table.shape
     seen = table >= 0
     places, ellipses = np.full((*shape, 2), np.nan), np.full((*shape, 3), np.nan)
-    deviations, areas = np.full(shape, np.nan), np.full(shape, np.nan)
+    deviations, areas, fills = (np.full(shape, np.nan) for _ in range(3))
     for number, (dots, row) in enumerate(zip(frames, table, strict=True)):
         mine, own = seen[number], row[seen[number]]
         places[number, mine] = dots.centres[own]
         ellipses[number, mine] = np.column_stack([dots.axes[own], dots.angles[own]])
         deviations[number, mine] = dots.deviations[own]
-        areas[number, mine] = dots.areas[own]
+        areas[number, mine], fills[number, mine] = dots.areas[own], dots.fills[own]
     share = _whole_share(areas, places)
-    hidden = seen & ((share < _PART) | (share > _MERGED))
+    merged = (share > _MERGED) & (fills < _ONE)
+    hidden = seen & ((share < _PART) | merged)
     for values in (places, ellipses):
         values[hidden] = np.nan
     deviations[hidden] = np.nan
