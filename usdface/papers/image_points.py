@@ -110,11 +110,11 @@ class ImagePoints:
         }
 
 
-def _plain(values: Any) -> Any:
-    rounded = np.round(np.asarray(values, dtype=float), 4)
-    plain = rounded.astype(object)
-    plain[np.isnan(rounded)] = None
-    return plain.tolist()
+def _plain(values: FloatArray | float) -> Any:
+    """Return nested lists, rounded; None in place of NaN."""
+    if isinstance(values, np.ndarray):
+        return [_plain(value) for value in values] if values.ndim else _plain(float(values))
+    return None if np.isnan(values) else round(float(values), 4)
 
 
 @one_blas_thread()
