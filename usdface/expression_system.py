@@ -85,8 +85,9 @@ class ExpressionSystem:
         Least likeness of solved weights to a pose for it to be raised, 0 to 1, see
         `usdface.correction.evidence`; 0 = rules alone decide.
     likeness : float
-        How far a face counts that is like a pose or one of its variants, where the rules hardly
-        fire, 0 to 1, see `usdface.correction.likeness`; 0 = rules alone are heard.
+        0 = rules alone are heard; up to 0.5 a rule is silenced where the face is like variants of
+        another emotion; up to 1 a face that is like an expression is heard by that, too, see
+        `usdface.correction.likeness`.
     blend_time : float [s]
         How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blended`.
     ease : float

@@ -121,7 +121,9 @@ def test_rules_are_raised_by_likeness_and_silenced_by_that_of_another_emotion() 
     likeness = likeness_of(sizes, contrary)
     heard = performers_outputs(rules, likeness, np.ones(2), np.array([0.9, 0]))
     np.testing.assert_allclose(heard, [[0.9, 0.1], [0.3, 0], [0, 0]])
-    alone = performers_outputs(rules, likeness, np.zeros(2), np.array([0.9, 0]))
+    silenced = performers_outputs(rules, likeness, np.zeros(2), np.array([0.9, 0]))
+    np.testing.assert_allclose(silenced, [[0.9, 0.1], [0.1, 0], [0, 0]])
+    alone = performers_outputs(rules, likeness, np.zeros(2), np.array([0.9, 0]), silencing=0.0)
     np.testing.assert_allclose(alone, rules)
 
 

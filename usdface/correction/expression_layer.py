@@ -177,7 +177,8 @@ def _with_likeness(
 ) -> dict[Side, Evaluation]:
     """Return the evaluations with the likeness of the face to the expressions in their outputs.
 
-    It counts for an emotion as far as the enabled rules of this emotion do.
+    Up to 0.5 it silences rules where the face is like another emotion; above, it is heard by
+    itself, too, as far as the enabled rules of the emotion count.
     """
     if not features.likeness:
         return dict(by_rules)
@@ -185,7 +186,9 @@ def _with_likeness(
     columns = [names.index(name) if name in names else None for name in system.emotions]
     weights = np.array(
         [
-            system.likeness * _rule_weight(system, name) if column is not None else 0.0
+            max(2.0 * system.likeness - 1.0, 0.0) * _rule_weight(system, name)
+            if column is not None
+            else 0.0
             for name, column in zip(system.emotions, columns, strict=True)
         ]
     )
@@ -194,8 +197,10 @@ def _with_likeness(
     found = {}
     for side, evaluation in by_rules.items():
         whole = features.likeness[side]
-        likeness = Likeness(whole.certain[:, at], whole.size[:, at], whole.contrary[:, at])
-        outputs = performers_outputs(evaluation.outputs, likeness, weights, strength)
+        posed = np.array([column is not None for column in columns])
+        likeness = Likeness(whole.certain[:, at], whole.size[:, at], whole.contrary[:, at] * posed)
+        silencing = min(2.0 * system.likeness, 1.0)
+        outputs = performers_outputs(evaluation.outputs, likeness, weights, strength, silencing)
         found[side] = replace(evaluation, outputs=outputs)
     return found
 

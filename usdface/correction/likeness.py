@@ -124,7 +124,11 @@ class ExpressionLikeness:
 
 
 def performers_outputs(
-    outputs: FloatArray, likeness: Likeness, weights: FloatArray, strength: FloatArray
+    outputs: FloatArray,
+    likeness: Likeness,
+    weights: FloatArray,
+    strength: FloatArray,
+    silencing: float = 1.0,
 ) -> FloatArray:
     """Return the outputs (F, E) of rules together with the likeness of the face.
 
@@ -133,15 +137,17 @@ def performers_outputs(
     outputs : (F, E) float64
     likeness : Likeness
     weights : (E,) float64
-        How far likeness counts for each emotion, 0 to 1.
+        How far likeness to each emotion counts, 0 to 1.
     strength : (E,) float64
         The largest `Likeness.shown` of each emotion over the take: a performer who shows less than
         a half of the character's pose is read in proportion to that. Sizes are larger then, no
         likeness is more certain.
+    silencing : float
+        How far likeness to another emotion silences a rule, 0 to 1.
     """
     gain = np.clip(_MOST / np.maximum(strength, 1e-12), 1.0, _WEAKEST)
     shown = np.minimum(likeness.certain * np.minimum(gain * likeness.size, 1.0), _MOST)
-    return np.maximum(outputs * (1.0 - weights * likeness.contrary), weights * shown)
+    return np.maximum(outputs * (1.0 - silencing * likeness.contrary), weights * shown)
 
 
 def _lengths(rows: FloatArray) -> FloatArray:
