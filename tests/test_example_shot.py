@@ -146,6 +146,7 @@ def test_every_blink_that_was_performed_closes_both_eyes(folder: Path) -> None:
         assert (blink[other] <= corrected.column(f"eyeBlink{side}")[other]).all()
 
 
+@pytest.mark.slow
 def test_without_the_closure_layer_the_correction_plays(folder: Path, tmp_path: Path) -> None:
     for name in FILES:
         shutil.copy(folder / name, tmp_path)

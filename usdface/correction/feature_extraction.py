@@ -1,12 +1,13 @@
 """Feature extraction: the inputs of a fuzzy system, of the whole face and of either half."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
+from usdface.correction.likeness import ExpressionLikeness, Likeness
 from usdface.correction.shown_motion import motion_gains
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
@@ -16,6 +17,7 @@ from usdface.face.symmetry import symmetric_pairs
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
+from usdface.retarget_setup import Expression
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Features", "features", "sided_features"]
@@ -37,11 +39,14 @@ class Features:
         The marker that each input reads.
     unit : float [m]
         The length that inputs are divided by.
+    likeness : mapping of "both", "left", "right" to Likeness
+        How far the motion of each side is that of the expressions; empty where only rules count.
     """
 
     sides: Mapping[Side, FloatArray]
     markers: tuple[str, ...] = ()
     unit: float = MILLIMETRE
+    likeness: Mapping[Side, Likeness] = field(default_factory=dict)
 
 
 # Names of markers, their neutral positions (M, 3), and their positions (F, M, 3) for each side.
@@ -80,10 +85,12 @@ def sided_features(
     weights: WeightsTake,
     solution: Solution | None,
     sides: Sequence[Side] = SIDES,
+    expressions: Sequence[Expression] = (),
 ) -> Features:
     """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
-    Raises as `features`.
+    With `expressions` their likeness is judged, too, if the system asks for it. Raises as
+    `features`.
     """
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
@@ -94,13 +101,21 @@ def sided_features(
     # As in the solve: a take without noise is not smoothed.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
     inputs: dict[Side, FloatArray] = {}
+    likeness: dict[Side, Likeness] = {}
+    judge = None
+    if system.likeness and system.space == "character" and expressions and face.nose_tip in names:
+        judge = ExpressionLikeness(face, expressions)
     for side, positions in by_side.items():
         measured = measure(
             positions, neutral, names, system.features, face.roles, face.nose_tip, unit
         )
         inputs[side] = smooth(measured, take.times, noise * system.smoothing)
+        if judge is not None:
+            moved = (positions - neutral).reshape(len(positions), -1)
+            moved = smooth(moved, take.times, noise * system.smoothing)
+            likeness[side] = judge.of(moved.reshape(positions.shape))
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
-    return Features(inputs, markers, unit)
+    return Features(inputs, markers, unit, likeness)
 
 
 def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:

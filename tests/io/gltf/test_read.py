@@ -123,7 +123,7 @@ def test_wrong_json_types_are_refused_in_one_line(tmp_path: Path, skinned_rig: R
     rng = np.random.default_rng(12)
     junk = [None, -1, 10**12, 1.5, "x", [], {}, [None], {"a": 1}, True, [[]]]
     refused = 0
-    for number in rng.permutation(len(places) - 1)[:200] + 1:
+    for number in rng.permutation(len(places) - 1)[:120] + 1:
         changed = json.loads(path.read_text())
         owner = changed
         for key in places[number][:-1]:
@@ -136,7 +136,7 @@ def test_wrong_json_types_are_refused_in_one_line(tmp_path: Path, skinned_rig: R
         except InputError as error:
             refused += 1
             assert "\n" not in str(error)
-    assert refused > 50
+    assert refused > 30
 
 
 def assert_equal_clips(one: Clip, other: Clip) -> None:
