@@ -56,8 +56,9 @@ def events_of(output: FloatArray, onset: float) -> Events:
     They reach the onset, and last as long as the curve is above half of it.
     """
     release = _RELEASE * onset
-    labels, count = label(output > release)
-    runs = [np.flatnonzero(labels == number) for number in range(1, count + 1)]
+    shown = np.concatenate([[False], output > release, [False]])
+    ends = np.flatnonzero(np.diff(shown.astype(np.int8))).reshape(-1, 2)
+    runs = [np.arange(first, end) for first, end in ends.tolist()]
     runs = [at for at in runs if output[at].max() > onset]
     stretches = [_Stretch(at, output[at], onset, release) for at in runs]
     if not stretches:

@@ -302,18 +302,21 @@ def matrices(values: ArrayLike) -> Vt.Matrix4dArray:
     return Vt.Matrix4dArray([Gf.Matrix4d(*m.ravel().tolist()) for m in array])
 
 
-def save_layer(layer: Sdf.Layer, path: Path) -> None:
+def save_layer(layer: Sdf.Layer, path: Path, *, names_files: bool = True) -> None:
     """Write a layer to `path` atomically; `.usda`, `.usdc` and `.usd` give the format.
+
+    A layer that is known to name no other files is not searched for them, which takes as much
+    memory again.
 
     Raises
     ------
     OutputError
         If it cannot be written.
     """
-    save_layers([(path, layer)])
+    save_layers([(path, layer)], names_files=names_files)
 
 
-def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
+def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]], *, names_files: bool = True) -> None:
     """Write several layers, all of them or none; layers that are open are reloaded.
 
     Raises
@@ -326,7 +329,7 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
             raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
     with all_or_none():
         for path, layer in layers:
-            bridge = _bridge(layer, path)
+            bridge = _bridge(layer, path) if names_files else None
             with atomic_path(path) as temporary:
                 _export(layer, temporary, path)
             hold_specs(layer)
