@@ -20,15 +20,12 @@ from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.first_pose import head_markers_few
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
-from usdface.retarget.solve_take import (
-    estimate_take,
-    head_markers_few,
-    occlusions,
-    unsolved_frames,
-)
+from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget.usable_markers import occlusions, unsolved_frames
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_shot import SolvedShot
 from usdface.retarget_take import clean, solver_input

@@ -1,12 +1,21 @@
 """Feature extraction: the inputs of a fuzzy system, of the whole face and of either half."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
+from usdface.correction.features import (
+    MILLIMETRE,
+    SMOOTHING_REACH,
+    face_unit,
+    measure,
+    smooth,
+    smooth_frames,
+    smoothing_frames,
+)
+from usdface.correction.likeness import ExpressionLikeness, Likeness
 from usdface.correction.shown_motion import motion_gains, motion_products
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
@@ -17,6 +26,7 @@ from usdface.frame_blocks import by_blocks
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
+from usdface.retarget_setup import Expression
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Features", "features", "sided_features"]
@@ -38,11 +48,14 @@ class Features:
         The marker that each input reads.
     unit : float [m]
         The length that inputs are divided by.
+    likeness : mapping of "both", "left", "right" to Likeness
+        How far the motion of each side is that of the expressions; empty where only rules count.
     """
 
     sides: Mapping[Side, FloatArray]
     markers: tuple[str, ...] = ()
     unit: float = MILLIMETRE
+    likeness: Mapping[Side, Likeness] = field(default_factory=dict)
 
 
 # Positions (B, M, 3) of markers in some frames.
@@ -83,10 +96,12 @@ def sided_features(
     weights: WeightsTake,
     solution: Solution | None,
     sides: Sequence[Side] = SIDES,
+    expressions: Sequence[Expression] = (),
 ) -> Features:
     """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
-    Raises as `features`.
+    With `expressions` their likeness is judged, too, if the system asks for it. Raises as
+    `features`.
     """
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
@@ -97,6 +112,10 @@ def sided_features(
     # As in the solve: a take without noise is not smoothed.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
     inputs: dict[Side, FloatArray] = {}
+    likeness: dict[Side, Likeness] = {}
+    judge = None
+    if system.likeness and system.space == "character" and expressions and face.nose_tip in names:
+        judge = ExpressionLikeness(face, expressions)
     for side, positions in by_side.items():
 
         def measured(frames: slice, positions: _Positions = positions) -> FloatArray:
@@ -108,8 +127,33 @@ def sided_features(
         inputs[side] = smooth(
             by_blocks(len(take.times), measured), take.times, noise * system.smoothing
         )
+        if judge is not None:
+            deviation = smoothing_frames(take.times, noise * system.smoothing)
+            likeness[side] = _likeness(judge, positions, neutral, len(take.times), deviation)
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
-    return Features(inputs, markers, unit)
+    return Features(inputs, markers, unit, likeness)
+
+
+def _likeness(
+    judge: ExpressionLikeness,
+    positions: _Positions,
+    neutral: FloatArray,
+    frames: int,
+    deviation: float,
+) -> Likeness:
+    """Judge the smoothed motion of F frames."""
+    reach = int(SMOOTHING_REACH * deviation + 0.5)
+
+    def judged(block: slice) -> FloatArray:
+        near = slice(max(block.start - reach, 0), min(block.stop + reach, frames))
+        moved = positions(near) - neutral
+        flat = smooth_frames(moved.reshape(len(moved), -1), deviation)
+        own = slice(block.start - near.start, block.stop - near.start)
+        found = judge.of(flat.reshape(moved.shape)[own])
+        return np.stack([found.certain, found.size, found.contrary], axis=1)
+
+    certain, size, contrary = by_blocks(frames, judged).transpose(1, 0, 2)
+    return Likeness(certain, size, contrary)
 
 
 def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:

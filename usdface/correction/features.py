@@ -15,9 +15,19 @@ from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.geometry.marker_spread import marker_spread
 
-__all__ = ["MILLIMETRE", "face_unit", "measure", "smooth"]
+__all__ = [
+    "MILLIMETRE",
+    "SMOOTHING_REACH",
+    "face_unit",
+    "measure",
+    "smooth",
+    "smooth_frames",
+    "smoothing_frames",
+]
 
 MILLIMETRE = 0.001
+# Deviations at which the Gaussian ends.
+SMOOTHING_REACH = 4.0
 _AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -104,12 +114,24 @@ def smooth(features: FloatArray, times: FloatArray, width: float) -> FloatArray:
     width : float [s]
         Standard deviation of the Gaussian; 0 changes nothing.
     """
-    if width == 0 or len(times) < 2:
+    return smooth_frames(features, smoothing_frames(times, width))
+
+
+def smoothing_frames(times: FloatArray, width: float) -> float:
+    """Return a standard deviation [s] in frames; 0 of a single frame."""
+    return width / float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+
+
+def smooth_frames(features: FloatArray, deviation: float) -> FloatArray:
+    """Smooth features (F, I) by a Gaussian whose standard deviation is so many frames, as `smooth`.
+
+    A frame depends on those within `SMOOTHING_REACH` deviations.
+    """
+    if deviation == 0:
         return features
-    frames = width / float(np.median(np.diff(times)))
     seen = ~np.isnan(features)
     total, share = (
-        gaussian_filter1d(values, frames, axis=0, mode="nearest")
+        gaussian_filter1d(values, deviation, axis=0, mode="nearest", truncate=SMOOTHING_REACH)
         for values in (np.where(seen, features, 0.0), seen.astype(np.float64))
     )
     smoothed = np.full(features.shape, np.nan)

@@ -22,8 +22,8 @@ from usdface.io.atomic import (
     write_bridge,
 )
 from usdface.io.staging import finish_dead_runs
+from usdface.io.usd.closed_layers import hold_layers, hold_specs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
-from usdface.io.usd.spec_handles import hold_specs
 from usdface.io.usd.trial import try_to_open
 from usdface.plain_text import plain
 
@@ -97,6 +97,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     left_out = {str(layer.resolve()) for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
+        hold_layers(stage)
         broken = [one_line(str(error)) for error in stage.GetCompositionErrors()]
         for layer in stage.GetUsedLayers():
             if layer.realPath in left_out:
@@ -130,7 +131,8 @@ def check_clocks(stage: Usd.Stage) -> None:
 
 def is_usd(path: Path) -> bool:
     """Return whether USD reads files of this name."""
-    return Sdf.FileFormat.FindByExtension(plain(path.suffix, 20)) is not None
+    suffix = plain(path.suffix, 20)  # USD takes it for an error that there is none
+    return bool(suffix) and Sdf.FileFormat.FindByExtension(suffix) is not None
 
 
 def open_layer(path: Path) -> Sdf.Layer:
@@ -169,6 +171,7 @@ def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
 def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
     """Make an empty stage in memory whose root layer carries all of `metrics`."""
     stage = Usd.Stage.CreateInMemory()
+    hold_layers(stage)
     author_metrics(stage, metrics)
     if default_prim:
         stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{default_prim}").GetPrim())
