@@ -6,15 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.correction.features import (
-    MILLIMETRE,
-    SMOOTHING_REACH,
-    face_unit,
-    measure,
-    smooth,
-    smooth_frames,
-    smoothing_frames,
-)
+from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth, smoothed_blocks
 from usdface.correction.likeness import ExpressionLikeness, Likeness
 from usdface.correction.shown_motion import motion_gains, motion_products
 from usdface.errors import InputError, did_you_mean
@@ -111,6 +103,7 @@ def sided_features(
     unit = face_unit(system, neutral)
     # As in the solve: a take without noise is not smoothed.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
+    width = noise * system.smoothing
     inputs: dict[Side, FloatArray] = {}
     likeness: dict[Side, Likeness] = {}
     judge = None
@@ -124,12 +117,9 @@ def sided_features(
                 *(face.roles, face.nose_tip, unit),
             )
 
-        inputs[side] = smooth(
-            by_blocks(len(take.times), measured), take.times, noise * system.smoothing
-        )
+        inputs[side] = smooth(by_blocks(len(take.times), measured), take.times, width)
         if judge is not None:
-            deviation = smoothing_frames(take.times, noise * system.smoothing)
-            likeness[side] = _likeness(judge, positions, neutral, len(take.times), deviation)
+            likeness[side] = _likeness(judge, positions, neutral, take.times, width)
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
     return Features(inputs, markers, unit, likeness)
 
@@ -138,22 +128,17 @@ def _likeness(
     judge: ExpressionLikeness,
     positions: _Positions,
     neutral: FloatArray,
-    frames: int,
-    deviation: float,
+    times: FloatArray,
+    width: float,
 ) -> Likeness:
-    """Judge the smoothed motion of F frames."""
-    reach = int(SMOOTHING_REACH * deviation + 0.5)
+    """Judge the smoothed motion of one side."""
+    smoothed = smoothed_blocks(lambda frames: positions(frames) - neutral, times, width)
 
-    def judged(block: slice) -> FloatArray:
-        near = slice(max(block.start - reach, 0), min(block.stop + reach, frames))
-        moved = positions(near) - neutral
-        flat = smooth_frames(moved.reshape(len(moved), -1), deviation)
-        own = slice(block.start - near.start, block.stop - near.start)
-        found = judge.of(flat.reshape(moved.shape)[own])
+    def judged(frames: slice) -> FloatArray:
+        found = judge.of(smoothed(frames))
         return np.stack([found.certain, found.size, found.contrary], axis=1)
 
-    certain, size, contrary = by_blocks(frames, judged).transpose(1, 0, 2)
-    return Likeness(certain, size, contrary)
+    return Likeness(*np.moveaxis(by_blocks(len(times), judged), 1, 0))
 
 
 def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:

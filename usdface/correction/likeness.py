@@ -37,8 +37,6 @@ _SAME = 0.85
 _MOST, _WEAKEST = 0.5, 2.0
 # RMS displacement of a coordinate [m] below which motion is noise.
 _STILL = 0.00014
-# Frames at a time; a limit of memory.
-_BLOCK = 2048
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -94,12 +92,7 @@ class ExpressionLikeness:
 
     def of(self, moved: FloatArray) -> Likeness:
         """Judge displacements (F, M, 3) [m]."""
-        faces = self._relative(moved)
-        found = np.zeros((3, len(faces), self._count))
-        for first in range(0, len(faces), _BLOCK):
-            block = slice(first, first + _BLOCK)
-            found[:, block] = self._judge(faces[block])
-        return Likeness(*found)
+        return Likeness(*self._judge(self._relative(moved)))
 
     def _judge(self, faces: FloatArray) -> FloatArray:
         """Judge coordinates (F, 3 M): the fields of `Likeness`, (3, F, E)."""
