@@ -1,6 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from painted import layout, paint
+from painted import GREEN, layout, paint
+from scipy import ndimage
 
 from usdface.footage.choose_channel import choose_model
 from usdface.footage.detect import detect_dots
@@ -38,6 +41,29 @@ def test_a_slanted_dot_is_an_ellipse() -> None:
     assert np.allclose(found.roundness, 0.5, atol=0.05)
     assert np.allclose(np.abs(found.angles), np.pi / 2, atol=0.1)
     assert np.allclose(found.fills, 1.0, atol=0.08)
+
+
+def test_two_dots_that_run_into_each_other_in_a_soft_image_are_two() -> None:
+    true = layout()
+    true[1] = true[0] + (11.0, 3.0)  # 11 px apart, 10 px across
+    size = (960, 720)
+    soft = ndimage.gaussian_filter(paint(true, noise=0.0, size=size), (1.8, 1.8, 0))
+    model = choose_model(paint(np.delete(true, 1, axis=0), size=size))
+    error = errors(detect_dots(soft, model), true)
+    assert error[:2].max() < 0.6
+    assert error[2:].max() < 0.1
+
+
+def test_a_dot_at_the_edge_of_the_face_is_found_as_a_slanted_line() -> None:
+    true = np.concatenate([layout(), [[245.3, 150.6]]])
+    pixels = paint(true[:-1], noise=0.0)
+    model = replace(choose_model(pixels), area=75.0)
+    y, x = np.mgrid[0.125:220:0.25, 0.125:280:0.25] - true[-1, ::-1, None, None]
+    line = np.hypot((x + y) / np.sqrt(2) / 5.5, (x - y) / np.sqrt(2) / 0.5) < 1.0
+    cover = line.reshape(220, 4, 280, 4).mean(axis=(1, 3))[..., None]
+    mixed = pixels + cover * (np.array(GREEN) - pixels)
+    soft = ndimage.gaussian_filter(mixed, (0.6, 0.6, 0)).round().astype(np.uint8)
+    assert errors(detect_dots(soft, model), true)[-1] < 0.1
 
 
 def test_a_part_of_an_image_gives_the_same_dots() -> None:

@@ -1,4 +1,5 @@
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -170,3 +171,21 @@ def test_one_image_is_a_film() -> None:
     places, seen = performance(1)
     tracks = track_dots(seen_as(places, seen))
     assert tracks.places.shape == (1, 20, 2) and (tracks.confidence > 0.9).all()
+
+
+@pytest.mark.parametrize(("fill", "shown"), [(0.99, True), (0.87, False)])
+def test_a_dot_that_the_skin_stretches_is_shown_and_two_that_run_together_are_not(
+    fill: float, shown: bool
+) -> None:
+    places, seen = performance(60)
+    frames = seen_as(places, seen)
+    for number in range(25, 35):
+        dots = frames[number]
+        mine = np.linalg.norm(dots.centres - places[number, 5], axis=1).argmin()
+        areas, fills = dots.areas.copy(), dots.fills.copy()
+        areas[mine], fills[mine] = 2.6 * areas[mine], fill
+        frames[number] = replace(dots, areas=areas, fills=fills)
+    tracks = track_dots(frames)
+    track = np.linalg.norm(tracks.places[0] - places[0, 5], axis=1).argmin()
+    assert (~np.isnan(tracks.places[25:35, track, 0]) == shown).all()
+    assert not np.isnan(tracks.places[[24, 35], track]).any()

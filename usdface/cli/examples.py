@@ -76,5 +76,9 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "usdface fuzzy fit --shot shot.usda --labels labels.csv -o mine.usda",
         "usdface fuzzy fit --rig rig.usdc --bind bind.json --expressions poses.json -o mine.usda",
     ),
-    "bench": ("usdface bench papers", "usdface bench papers --format json"),
+    "bench": (
+        "usdface bench papers",
+        "usdface bench papers --images film/ --fps 30 --names names.csv --rig head.usdc "
+        "--bind bind.json --reference curves.csv",
+    ),
 }

@@ -7,7 +7,14 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.footage.colour_channel import CHANNELS, ColourChannel, Pixels, channel_of_colour
-from usdface.footage.detect import DotModel, background, hues, measure, opponents
+from usdface.footage.detect import (
+    CUT_OUT,
+    DotModel,
+    background,
+    hues,
+    measure,
+    opponents,
+)
 from usdface.footage.dots import Dots
 
 __all__ = ["LEAST_DOTS", "MOST_DOTS", "choose_model", "colour_at", "model_of_colour"]
@@ -23,8 +30,6 @@ _ROUND, _FILL = 0.4, (0.75, 1.35)
 _ALIKE_RADIUS, _ALIKE_HEIGHT = 1.7, 2.0
 # A dot is at most this share of the image's larger side across.
 _LARGEST = 1 / 20
-# Share of the dots' height at which they are cut out of what is around them.
-_CUT = 0.3
 # How often a dot's height doubles that of the strongest other thing; more is no better.
 _MARGIN = 2.5
 # Cosine of the angle between the ways from the skin to the colour asked for and to that found,
@@ -75,7 +80,7 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
                 continue
             score = count * min(_margin(above, dots[alike], height), _MARGIN)
             # What else stands out where the dots are cut out, not where they alone are left.
-            everything = measure(signal, above, _CUT * height)
+            everything = measure(signal, above, CUT_OUT * height)
             score *= _purity(everything, count, float(np.median(dots.areas[alike])))
             if score > best:
                 best, chosen = score, _model(pixels, channel, dots[alike])
@@ -99,7 +104,7 @@ def _model(pixels: Pixels, channel: ColourChannel, dots: Dots) -> DotModel:
     skin = opponents(np.median(around, axis=0))
     return DotModel(
         channel,
-        _CUT * float(np.median(dots.heights)),
+        CUT_OUT * float(np.median(dots.heights)),
         float(np.median(dots.areas)),
         (float(hue[0]), float(hue[1])),
         (float(skin[0]), float(skin[1])),

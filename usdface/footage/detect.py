@@ -10,10 +10,21 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.footage.colour_channel import ColourChannel, Pixels, Signal
 from usdface.footage.dots import Dots, no_dots
 
-__all__ = ["Box", "DotModel", "background", "detect_dots", "hues", "measure", "opponents"]
+__all__ = [
+    "CUT_OUT",
+    "Box",
+    "DotModel",
+    "background",
+    "detect_dots",
+    "hues",
+    "measure",
+    "opponents",
+]
 
 Box = tuple[int, int, int, int]  # left, top, right, bottom [px], the last two excluded
 
+# Share of the dots' height at which they are cut out of what is around them.
+CUT_OUT = 0.3
 # Components that are measured at most: more are texture, not dots.
 _MOST = 2000
 # Pixels of the smallest dot; a smaller one has no shape.
@@ -21,8 +32,15 @@ _SMALLEST = 6
 # Around a component's half height lie its blurred edge, and colour that JPEG spread.
 _EDGE = 3
 # A component's short axis over its long one, and its area over that of the ellipse, at least.
-_SLIM, _RAGGED = 0.15, 0.5
+_SLIM, _RAGGED = 0.08, 0.5
 _HALF = 0.45  # of its own height cuts a dot out
+# A dot that is lower than the second share of the threshold is cut out at the first; a component of
+# so many usual areas is cut apart at these shares of its height, if pieces of so much of the usual
+# area are left.
+_FAINT = (0.5, 2.2)
+_LARGE, _CUTS_APART, _PIECE = 1.4, (0.6, 0.75), 0.2
+# Corners join as sides do: a dot at the face's edge is a slanted line of pixels.
+_NEIGHBOURS = np.ones((3, 3), dtype=bool)
 _CELLS = 48  # of the local background across an image
 # Shares of a dot's height that count as none and all of it. Below is noise of the skin, above is
 # highlight or shade on the paint; both would pull the centre.
@@ -158,7 +176,7 @@ def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0
     area : float [px^2]
         The usual one, if it is known.
     """
-    labels, count = _components(above, threshold)
+    labels, count = _components(above, threshold, area)
     if not count:
         return no_dots()
     flat = np.flatnonzero(labels)
@@ -189,25 +207,82 @@ def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0
     return Dots(*(np.concatenate([getattr(p, n) for p in parts]) for n in Dots.__slots__))
 
 
-def _components(above: FloatArray, threshold: float) -> tuple[IntArray, int]:
+def _components(above: FloatArray, threshold: float, area: float) -> tuple[IntArray, int]:
     """Label what is above a threshold, and then above half of its own height.
 
     A dot in the shade is as whole as one in the light, and does not run into a coloured thing
-    beside it.
+    beside it. Where the area of a dot is known, faint ones are cut out lower, and two that run
+    into each other higher.
     """
-    labels, count = ndimage.label(above > threshold)
+    labels, count = ndimage.label(above > threshold, _NEIGHBOURS)
     if not count:
         return labels, 0
     flat = np.flatnonzero(labels)
-    owner, heights = labels.ravel()[flat], above.ravel()[flat]
-    order = np.lexsort((heights, owner))
-    ends = np.searchsorted(owner[order], np.arange(1, count + 1), side="right") - 1
-    sizes = np.bincount(owner, minlength=count + 1)[1:]
-    # Not the highest pixel: noise makes it.
-    peaks = heights[order[ends - sizes // 4]]
-    labels.ravel()[flat[heights < _HALF * peaks[owner - 1]]] = 0
-    whole: tuple[IntArray, int] = ndimage.label(labels)
+    peaks = _peaks(above, labels, count)
+    if area:
+        faint = peaks < _FAINT[1] * threshold
+        bright = np.concatenate([[False], ~faint])[labels]
+        low = (above > _FAINT[0] * threshold) & ~ndimage.binary_dilation(bright, _NEIGHBOURS, _EDGE)
+        lower, _ = ndimage.label(low, _NEIGHBOURS)
+        seeded = np.unique(lower[(labels > 0) & low])
+        labels = np.where(np.isin(lower, seeded[seeded > 0]), lower + count, labels * bright)
+        flat = np.flatnonzero(labels)
+        count += int(lower.max())
+        peaks = _peaks(above, labels, count)
+    owner = labels.ravel()[flat]
+    labels.ravel()[flat[above.ravel()[flat] < _HALF * peaks[owner - 1]]] = 0
+    whole: tuple[IntArray, int] = ndimage.label(labels, _NEIGHBOURS)
+    if area:
+        for cut in _CUTS_APART:
+            whole = _cut_apart(above, *whole, cut, area)
     return whole
+
+
+def _peaks(above: FloatArray, labels: IntArray, count: int) -> FloatArray:
+    """Return the height (count,) of each component: not its highest pixel, noise makes that."""
+    flat = np.flatnonzero(labels)
+    owner, heights = labels.ravel()[flat] - 1, above.ravel()[flat]
+    order = np.lexsort((heights, owner))
+    ends = np.searchsorted(owner[order], np.arange(count), side="right") - 1
+    sizes = np.bincount(owner, minlength=count)
+    return np.where(sizes > 0, heights[order[ends - sizes // 4]], 0.0)
+
+
+def _cut_apart(
+    above: FloatArray, labels: IntArray, count: int, cut: float, area: float
+) -> tuple[IntArray, int]:
+    """Part the components that are larger than a dot and are several above a share of height."""
+    flat = np.flatnonzero(labels)
+    owner = labels.ravel()[flat] - 1
+    sizes = np.bincount(owner, minlength=count)
+    large = sizes > _LARGE * area
+    if not large.any():
+        return labels, count
+    tall = large[owner] & (above.ravel()[flat] > cut * _peaks(above, labels, count)[owner])
+    top = np.zeros(labels.shape, dtype=bool)
+    top.ravel()[flat[tall]] = True
+    parts, number = ndimage.label(top, _NEIGHBOURS)
+    if not number:
+        return labels, count
+    mine = np.flatnonzero(parts)
+    part = parts.ravel()[mine] - 1
+    parent = np.zeros(number, dtype=np.int64)
+    parent[part] = labels.ravel()[mine] - 1
+    whole = np.bincount(part, minlength=number) > _PIECE * area
+    several = np.bincount(parent[whole], minlength=count) > 1
+    kept = whole & several[parent]
+    result = np.where(np.concatenate([[False], several])[labels], 0, labels)
+    result.ravel()[mine[kept[part]]] = count + 1 + part[kept[part]]
+    return _renumbered(result)
+
+
+def _renumbered(labels: IntArray) -> tuple[IntArray, int]:
+    """Return labels without numbers that no pixel has, and how many there are."""
+    flat = np.flatnonzero(labels)
+    numbers, own = np.unique(labels.ravel()[flat], return_inverse=True)
+    result = np.zeros_like(labels)
+    result.ravel()[flat] = own + 1
+    return result, len(numbers)
 
 
 def _measured(

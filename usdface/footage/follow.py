@@ -33,7 +33,7 @@ _BLIND = 3
 # Area of a dot follows the track by this share a frame.
 _ADAPT = 0.1
 # A new track begins at a dot that is shaped like one.
-_NEW_FILL, _NEW_ROUND, _NEW_AREA, _NEW_HEIGHT = (0.8, 1.25), 0.3, (0.25, 2.0), 0.4
+_NEW_FILL, _NEW_ROUND, _NEW_AREA, _NEW_HEIGHT = (0.8, 1.25), 0.15, (0.1, 2.0), 0.25
 
 
 @dataclass(frozen=True, eq=False, slots=True)

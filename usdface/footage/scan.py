@@ -10,7 +10,7 @@ import numpy as np
 
 from usdface.footage.choose_channel import LEAST_DOTS, MOST_DOTS
 from usdface.footage.colour_channel import Pixels
-from usdface.footage.detect import Box, DotModel, detect_dots
+from usdface.footage.detect import CUT_OUT, Box, DotModel, detect_dots
 from usdface.footage.dots import Dots, no_dots
 
 __all__ = ["LoadFrame", "scan"]
@@ -26,8 +26,8 @@ _THREADS = 2
 _ROOM, _RIM = 0.15, 0.03
 # An image with fewer dots than this share of the usual is looked at as a whole.
 _FEWER = 0.8
-# Share of the dots' height that cuts them out, and how fast it may follow the light.
-_CUT, _CHANGE = 0.3, 1.5
+# How fast the height at which dots are cut out may follow the light, from batch to batch.
+_CHANGE = 1.5
 
 
 def scan(frames: Iterable[LoadFrame], model: DotModel) -> Iterator[Dots]:
@@ -95,6 +95,6 @@ def _adapted(model: DotModel, batch: list[Dots]) -> DotModel:
     usual = (areas > 0.4 * model.area) & (areas < 2.5 * model.area)
     if usual.sum() < LEAST_DOTS:
         return model
-    wanted = _CUT * float(np.median(heights[usual]))
+    wanted = CUT_OUT * float(np.median(heights[usual]))
     threshold = float(np.clip(wanted, model.threshold / _CHANGE, model.threshold * _CHANGE))
     return replace(model, threshold=threshold, area=float(np.median(areas[usual])))

@@ -26,12 +26,15 @@ __all__ = ["reference_frame", "track_dots"]
 
 # A track is a marker if it is seen in so many frames, and in this share of all.
 _LEAST_FRAMES, _LEAST_SHARE = 3, 0.2
+# Tracks begin at dots of this fill and roundness (seen at 80 degrees) in the reference frame.
+_START_FILL, _START_ROUND = 0.6, 0.15
 # Two tracks are one dot, or a track is that of another dot, by distance from where all others say
 # that it is, as a share of the distance to the nearest neighbour.
 _JOIN, _DOUBT = 0.4, 0.45
 # A dot is hidden where less than this share of its area about that time is left, or more than the
-# other; its confidence falls from 1 at `_FULL` on. Frames about it.
-_PART, _MERGED, _FULL = 0.35, 1.9, 0.8
+# other and it fills less of its ellipse than one dot does (two discs side by side fill 0.89, a dot
+# that the skin stretches 0.99); its confidence falls from 1 at `_FULL` on. Frames about it.
+_PART, _MERGED, _FULL, _ONE = 0.35, 1.9, 0.8, 0.93
 _ABOUT, _NEIGHBOURS = 8, 4
 # Distance from where the others say [shares of the spacing] and deviation [px] at which confidence
 # is 0.6; frames that disagree between both directions have this confidence.
@@ -90,7 +93,7 @@ def track_dots(
     """
     at = reference_frame(frames)
     first = frames[at]
-    start = np.flatnonzero((first.fills > 0.6) & (first.roundness > 0.25))
+    start = np.flatnonzero((first.fills > _START_FILL) & (first.roundness > _START_ROUND))
     start = start[reading_order(first.centres[start])]
     ahead, behind = frames[at:], frames[at::-1]
     forward = follow(ahead, start, first.centres[start])
@@ -260,15 +263,16 @@ def _finished(
     shape = table.shape
     seen = table >= 0
     places, ellipses = np.full((*shape, 2), np.nan), np.full((*shape, 3), np.nan)
-    deviations, areas = np.full(shape, np.nan), np.full(shape, np.nan)
+    deviations, areas, fills = (np.full(shape, np.nan) for _ in range(3))
     for number, (dots, row) in enumerate(zip(frames, table, strict=True)):
         mine, own = seen[number], row[seen[number]]
         places[number, mine] = dots.centres[own]
         ellipses[number, mine] = np.column_stack([dots.axes[own], dots.angles[own]])
         deviations[number, mine] = dots.deviations[own]
-        areas[number, mine] = dots.areas[own]
+        areas[number, mine], fills[number, mine] = dots.areas[own], dots.fills[own]
     share = _whole_share(areas, places)
-    hidden = seen & ((share < _PART) | (share > _MERGED))
+    merged = (share > _MERGED) & (fills < _ONE)
+    hidden = seen & ((share < _PART) | merged)
     for values in (places, ellipses):
         values[hidden] = np.nan
     deviations[hidden] = np.nan

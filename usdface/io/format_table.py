@@ -138,8 +138,12 @@ class FormatTable(Generic[F]):
         if fitting:
             return fitting[0], findings
         noun, verb = self.purpose
-        kind = "folders like this" if path.is_dir() else f"{noun} of kind {path.suffix!r}"
-        message = f"{path}: {kind} are not {verb}; expected {self.summary}"
+        if path.is_dir():
+            folders = [each.name for each in self.built_in if getattr(each, "folder", False)]
+            kind, expected = "folders like this", ", ".join(folders) or "a file"
+        else:
+            kind, expected = f"{noun} of kind {path.suffix!r}", self.summary
+        message = f"{path}: {kind} are not {verb}; expected {expected}"
         failed = [f"{f.where} {f.message}" for f in findings if f.code == "PLUGIN_FAILED"]
         if failed:
             raise PluginError(f"{message}; {'; '.join(failed)}")

@@ -16,6 +16,7 @@ from usdface.footage.tracks import Doubt
 from usdface.io.images import footage as footage_module
 from usdface.io.images.film import open_film
 from usdface.io.images.footage import read_footage
+from usdface.io.images.read_image import ImageHeader
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -228,6 +229,23 @@ def test_a_movie_without_pyav_says_how_to_make_images(
     monkeypatch.setattr("usdface.io.images.film.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"ffmpeg -i face.mp4 frames.%05d.png"):
         codes(tmp_path / "face.mp4")
+
+
+def test_the_dots_of_a_movie_are_looked_for_after_its_slate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "face.mp4").write_bytes(b"nonsense")
+    slate = np.full((220, 280, 3), 128, dtype=np.uint8)
+    frames = [slate] * 12 + [paint(layout(), seed=k) for k in range(12)]
+    header = ImageHeader((280, 220), 1, 6.0)
+    in_time = [(k / 6, pixels) for k, pixels in enumerate(frames)]
+    monkeypatch.setattr("usdface.io.images.film.find_spec", lambda name: True)
+    monkeypatch.setattr("usdface.io.images.film.read_movie_header", lambda path: header)
+    monkeypatch.setattr("usdface.io.images.film.movie_frames", lambda path, size: iter(in_time))
+    take, _ = codes(tmp_path / "face.mp4")
+    assert len(take.names) == len(layout())
+    assert np.isnan(take.positions[:12]).all()
+    assert not np.isnan(take.positions[12:]).any()
 
 
 def test_a_photograph_of_a_face_with_21_dots() -> None:

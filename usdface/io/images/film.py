@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
 
 from usdface.errors import InputError
@@ -65,6 +66,22 @@ class Film:
         else:
             for index in range(len(self.files)):
                 yield partial(self._read, index)
+
+    def samples(self, count: int) -> Iterator[Pixels]:
+        """Yield some frames, spread over the film, one at a time; those that can be read.
+
+        Of a movie, whose length is known at its end, one a second from the first on.
+        """
+        if not self.files:
+            step = max(1, round(self.header.rate or 30.0))
+            frames = islice(movie_frames(self.path, self.header.size), 0, count * step, step)
+            yield from (pixels for _, pixels in frames)
+            return
+        length = max(self.header.subimages, len(self.files))
+        for index in sorted({round(k * (length - 1) / max(count - 1, 1)) for k in range(count)}):
+            pixels = self._read(index)
+            if pixels is not None:
+                yield pixels
 
     def frame(self, wanted: int) -> Pixels | None:
         """Return one frame; None where there is none."""

@@ -113,13 +113,8 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
 
 def _model(film: Film, dots: str | None) -> DotModel:
     """Choose the channel, by the first image that shows dots."""
-    count = max(film.header.subimages, len(film.files), 1)
     fault: InputError | None = None
-    tried = np.unique(np.linspace(0, count - 1, _TRIED).round().astype(int)).tolist()
-    for index in tried:
-        pixels = film.frame(index)
-        if pixels is None:
-            continue
+    for pixels in film.samples(_TRIED):
         try:
             return _model_of(pixels, dots)
         except InputError as error:

@@ -8,11 +8,9 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.footage.colour_channel import Pixels
-from usdface.io.images.read_image import ImageHeader
+from usdface.io.images.read_image import MOST_PIXELS, ImageHeader
 
 __all__ = ["movie_frames", "read_movie_header"]
-
-_MOST_PIXELS = 2**26
 
 
 def read_movie_header(path: Path) -> ImageHeader:
@@ -43,7 +41,7 @@ def _open(path: Path) -> Any:
         file.close()
         raise InputError(f"{path} has no video", "FILE_KIND_UNKNOWN")
     size = file.streams.video[0].codec_context
-    if size.width * size.height > _MOST_PIXELS:
+    if size.width * size.height > MOST_PIXELS:
         file.close()
         raise InputError(f"{path} has {size.width} x {size.height} pixels", "TOO_LARGE")
     return file

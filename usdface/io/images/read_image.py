@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 
-__all__ = ["ImageHeader", "exposure_of", "read_header", "read_image"]
+__all__ = ["MOST_PIXELS", "ImageHeader", "exposure_of", "read_header", "read_image"]
 
 # Pixels of an image: 8K and the largest phones. Memory for a byte of file: flat colours are packed
 # 1000 times, which a film of a face is not.
-_MOST_PIXELS = 2**26
+MOST_PIXELS = 2**26
 _HEADROOM, _EXPANSION = 2**26, 200
 # Orientation of Exif (CIPA DC-008, 4.6.4): whether the axes are exchanged, columns, rows reversed
 # after that.
@@ -76,7 +76,7 @@ def _open(path: Path) -> Any:
     _check_png(path)
     with _lock:  # the limit is one of the whole library
         before = oiio.get_int_attribute("limits:imagesize_MB")
-        oiio.attribute("limits:imagesize_MB", max(1, 16 * _MOST_PIXELS >> 20))
+        oiio.attribute("limits:imagesize_MB", max(1, 16 * MOST_PIXELS >> 20))
         try:
             file = oiio.ImageInput.open(str(path))
         finally:
@@ -104,10 +104,10 @@ def _checked(path: Path, spec: Any) -> None:
     count = spec.width * spec.height
     memory = count * spec.nchannels * max(spec.format.size(), 1)
     most = _HEADROOM + _EXPANSION * path.stat().st_size
-    if count > _MOST_PIXELS or memory > most:
+    if count > MOST_PIXELS or memory > most:
         raise InputError(
             f"{path} has {spec.width} x {spec.height} pixels of {spec.nchannels} channels in a "
-            f"file of {path.stat().st_size} bytes; expected at most {_MOST_PIXELS} pixels",
+            f"file of {path.stat().st_size} bytes; expected at most {MOST_PIXELS} pixels",
             "TOO_LARGE",
         )
 
