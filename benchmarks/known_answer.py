@@ -1,40 +1,34 @@
-"""Recovery of known weights: `python benchmarks/known_answer.py`.
+"""Recovery of known weights through files: `python -m benchmarks.known_answer`.
 
 Real range-of-motion weights (Live Link Face, 4,030 frames) drive the ICT face; its 68
 landmarks, with noise, are the take, after neutral frames with the same noise or with the neutral
-given. It is retargeted as `usdface process` does it, clean-up and places included. Beside ours: an
-exact box-constrained solve of every frame alone, which is told the head pose and the neutral. See
-README.md.
+given. A TRC file, a take, a shot and `usdface.process` later the weights are read from the solve
+layer. Beside ours: an exact box-constrained solve of every frame alone, which is told the head pose
+and the neutral. See README.md.
 """
 
 import argparse
-import sys
+import json
+import tempfile
 import time
 from itertools import product
 from pathlib import Path
 
 import numpy as np
+from pxr import Usd, UsdSkel
 from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
+import usdface
+from benchmarks.performers.solvers import write_character, write_trc
+from benchmarks.solve.faces import ROOT, Face, ict
 from usdface.arrays import FloatArray
-from usdface.face.shape_names import rename_weights
-from usdface.io.takes.files import read_take
-from usdface.options import ProcessOptions
 from usdface.retarget.bounded_least_squares import solve_bounded
-from usdface.retarget_setup import Binding, RetargetSetup
-from usdface.retarget_shot import retarget
-from usdface.rigs import Rig
-from usdface.shot import Shot
-from usdface.takes import MarkerTake
 
 NEUTRAL_FRAMES = (30, 5, 1)
-ONLY_SOLVED = ProcessOptions(express=False, closure=False)
-ROOT = Path(__file__).resolve().parents[1]
-SHARED = ROOT.parent / "shared" / "data"
-sys.path.insert(0, str(ROOT / "tests"))
-from ict_face import ict_mesh, landmarks  # noqa: E402
+ONLY_SOLVED = usdface.ProcessOptions(express=False, closure=False)
+DATA = ROOT.parent / "shared" / "data"
 
 
 def moved(times: FloatArray, positions: FloatArray) -> FloatArray:
@@ -53,56 +47,94 @@ def roughness(weights: FloatArray) -> float:
     return rms(np.diff(weights, 2, axis=0))
 
 
+def solved_weights(
+    positions: FloatArray,
+    face: Face,
+    character: Path,
+    neutral_frames: int,
+    *,
+    moving_head: bool,
+) -> tuple[FloatArray, float]:
+    """Write a take (F, M, 3) [m] and a shot, process it, and read the solve layer.
+
+    Return the weights (F, S) and the noise that was found [m].
+    """
+    folder = character.parent
+    write_trc(folder / "take.trc", face.names, positions, face.rate)
+    usdface.make_take(folder / "take.trc", folder / "take.usdc")
+    bind = {
+        "markers": {
+            name: {"point": point}
+            for name, point in zip(face.names, face.points.tolist(), strict=True)
+        },
+        "head": "solve" if moving_head else "stabilised",
+        "neutral": {"start": 0, "end": neutral_frames - 1} if neutral_frames else "rig",
+    }
+    (folder / "bind.json").write_text(json.dumps(bind), encoding="utf-8")
+    shot = folder / "shot.usda"
+    usdface.make_shot(character, folder / "take.usdc", shot, bind=folder / "bind.json")
+    result = usdface.process(shot, options=ONLY_SOLVED)
+    assert result.value.solution is not None
+    weights = read_weights(folder / "shot.usdface.usda", face.mesh.shape_names)
+    return weights, result.value.solution.noise
+
+
+def read_weights(path: Path, names: tuple[str, ...]) -> FloatArray:
+    """Read the blend shape weights (F, S) that a stage plays."""
+    stage = Usd.Stage.Open(str(path))
+    animation = next(p for p in stage.Traverse() if p.IsA(UsdSkel.Animation))
+    animation = UsdSkel.Animation(animation)
+    columns = [list(animation.GetBlendShapesAttr().Get()).index(name) for name in names]
+    values = animation.GetBlendShapeWeightsAttr()
+    return np.array([values.Get(t) for t in values.GetTimeSamples()], dtype=np.float64)[:, columns]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=4030)
     frames = parser.parse_args().frames
-    mesh, points = ict_mesh(SHARED), landmarks(SHARED)
-    recorded, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
-    truth = rename_weights(recorded, mesh.shape_names)[0].weights[:frames]
-    neutral, offsets = mesh.points[points], mesh.offsets_at(points)
-    flat = offsets.reshape(len(offsets), -1)
-    face = neutral + (truth @ flat).reshape(len(truth), *neutral.shape)
-    names = tuple(f"landmark_{i}" for i in range(len(points)))
+    face = ict(DATA)
+    with tempfile.TemporaryDirectory() as folder:
+        character = write_character(face, Path(folder))
+        Console().print(measured(face, face.curves[:frames], character))
 
-    table = Table(title=f"{len(truth)} frames, {len(points)} markers, {len(flat)} shapes")
+
+def measured(face: Face, truth: FloatArray, character: Path) -> Table:
+    """Return a table of all noises, heads and neutrals."""
+    flat = face.offsets.reshape(len(face.offsets), -1)
+    still = face.neutral + (truth @ flat).reshape(len(truth), *face.neutral.shape)
+    table = Table(title=f"{len(truth)} frames, {len(face.points)} markers, {len(flat)} shapes")
     columns = "noise mm,neutral frames,head,exact per frame,ours,share,noise found"
     for column in (*columns.split(","), "roughness / true", "seconds"):
         table.add_column(column, justify="right")
     rng = np.random.default_rng(0)
     for noise in (0.0, 1e-4, 3e-4, 1e-3):
-        jitter = noise * rng.standard_normal(face.shape)
-        seen = (face + jitter - neutral).reshape(len(truth), -1)
+        jitter = noise * rng.standard_normal(still.shape)
+        seen = (still + jitter - face.neutral).reshape(len(truth), -1)
         exact = rms(solve_bounded(flat @ flat.T, seen @ flat.T) - truth)
-        for head, count in product(
-            ("stabilised", "solve"), (0, *NEUTRAL_FRAMES) if noise else (0,)
-        ):
-            whole = np.concatenate([np.repeat(neutral[None], count, axis=0), face])
-            times = np.arange(len(whole)) / recorded.rate
-            still = noise * np.random.default_rng(1).standard_normal((count, *neutral.shape))
-            positions = moved(times, whole) if head == "solve" else whole
-            positions = positions + np.concatenate([still, jitter])
-            frames = (0, count - 1) if count else None
-            setup = RetargetSetup(Binding(names, points), head=head, neutral=frames)
-            take = MarkerTake(names, times, positions, recorded.rate)
+        for moving_head, count in product((False, True), (0, *NEUTRAL_FRAMES) if noise else (0,)):
+            whole = np.concatenate([np.repeat(face.neutral[None], count, axis=0), still])
+            rest = noise * np.random.default_rng(1).standard_normal((count, *face.neutral.shape))
+            positions = moved(np.arange(len(whole)) / face.rate, whole) if moving_head else whole
             begin = time.perf_counter()
-            shot = Shot(Rig("Face", (mesh,)), take, setup)
-            result = retarget(shot, options=ONLY_SOLVED)
+            weights, found = solved_weights(
+                positions + np.concatenate([rest, jitter]), face, character, count,
+                moving_head=moving_head,
+            )  # fmt: skip
             seconds = time.perf_counter() - begin
-            assert result.solution is not None
-            ours = result.solved.weights[count:]
+            ours = weights[count:]
             table.add_row(
                 f"{1000 * noise:g}",
                 str(count) if count else "given",
-                "known" if head == "stabilised" else "found",
+                "found" if moving_head else "known",
                 f"{exact:.4f}" if noise else f"{exact:.0e}",
                 f"{rms(ours - truth):.4f}" if noise else f"{rms(ours - truth):.0e}",
-                f"{rms(ours - truth) / exact:.2f}" if noise else "",
-                f"{1000 * result.solution.noise:.3f}",
+                f"{rms(ours - truth) / exact:.3f}" if noise else "",
+                f"{1000 * found:.3f}",
                 f"{roughness(ours) / roughness(truth):.2f}",
                 f"{seconds:.2f}",
             )
-    Console().print(table)
+    return table
 
 
 if __name__ == "__main__":

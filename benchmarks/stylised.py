@@ -1,31 +1,27 @@
-"""Another face than the performer's: `python benchmarks/stylised.py`.
+"""Another face than the performer's: `python -m benchmarks.stylised`.
 
 Real range-of-motion weights drive a performer, the ICT face bent at random; the character is
 the ICT face bent otherwise and more, its shapes carried by the Jacobian of the bend. Which
-space map gives the weights back best, and what the left-out markers had said. See README.md.
+space map gives the weights back best, as `usdface process` solves, and what the left-out markers
+had said. See README.md.
 """
-
-import sys
-from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.solve.faces import ROOT, Face, bent, ict
 from usdface.arrays import FloatArray
-from usdface.face.shape_names import rename_weights
-from usdface.io.takes.files import read_take
-from usdface.options import MapOptions
+from usdface.options import MapOptions, ProcessOptions
 from usdface.retarget.solution import Solution
-from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.retarget_shot import retarget
+from usdface.rigs import Rig
+from usdface.shot import Shot
 from usdface.takes import MarkerTake
 
-ROOT = Path(__file__).resolve().parents[1]
-SHARED = ROOT.parent / "shared" / "data"
-sys.path.insert(0, str(ROOT / "tests"))
-from ict_face import ict_mesh, landmarks  # noqa: E402
-
+DATA = ROOT.parent / "shared" / "data"
+ONLY_SOLVED = ProcessOptions(express=False, closure=False)
 # RMS bend of a coordinate by one of eight bumps [m], and how wide they are [m].
 STYLES = {
     "same": (0.0, 0.06),
@@ -44,53 +40,46 @@ MAPS = {
 PAIRS = 4
 
 
-def bent(seed: int, points: FloatArray, size: float, width: float) -> tuple[FloatArray, FloatArray]:
-    """Return points (M, 3) after a random smooth bend, and its Jacobian there (M, 3, 3)."""
-    rng = np.random.default_rng(seed)
-    centres = points[rng.integers(len(points), size=8)] + 0.02 * rng.normal(size=(8, 3))
-    moves = size * rng.normal(size=(8, 3))
-    away = points[:, None] - centres
-    bumps = np.exp(-(away**2).sum(axis=2) / (2 * width**2))
-    slopes = np.einsum("mk,kd,mke->mde", bumps, moves, -away / width**2)
-    return points + bumps @ moves, np.eye(3) + slopes
+def performed(face: Face, style: str, seed: int, truth: FloatArray, rate: float) -> MarkerTake:
+    """Let another person perform; a face that is bent by nothing is the same one."""
+    rng = np.random.default_rng(100 + seed)
+    performer = face if style == "same" else bent(face, seed, *PERFORMER)
+    strengths = rng.uniform(0.8, 1.25, (len(face.offsets), 1, 1))
+    moved = np.tensordot(truth, strengths * performer.offsets, 1)
+    played = 1.1 * (performer.neutral + moved)
+    played += 3e-4 * rng.normal(size=played.shape)
+    played[:3] = 1.1 * performer.neutral
+    return MarkerTake(face.names, np.arange(len(truth)) / rate, played, rate)
+
+
+def solved(take: MarkerTake, character: Face, options: MapOptions) -> Solution:
+    binding = Binding(character.names, character.points)
+    setup = RetargetSetup(binding, head="stabilised", neutral=(0, 2), map=options)
+    shot = Shot(Rig("Face", (character.mesh,)), take, setup)
+    solution = retarget(shot, options=ONLY_SOLVED).solution
+    assert solution is not None
+    return solution
 
 
 def main() -> None:
-    mesh, vertices = ict_mesh(SHARED), landmarks(SHARED)
-    recorded, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
-    truth = rename_weights(recorded, mesh.shape_names)[0].weights[::5].clip(0, 1)
+    face = ict(DATA)
+    truth = face.curves[::5].clip(0, 1)
     truth = np.concatenate([np.zeros((3, truth.shape[1])), truth])
-    times, rate = 5 * np.arange(len(truth)) / recorded.rate, recorded.rate / 5
-    face, offsets = mesh.points[vertices], mesh.offsets_at(vertices)
-    names = tuple(f"landmark_{i}" for i in range(len(face)))
-    binding = Binding(names, np.arange(len(face)))
     table = Table(title=f"weight RMS error, {len(truth)} frames, {PAIRS} pairs of faces")
     for column in ("bend", *MAPS, "left-out mm", "similarity's", "chosen"):
         table.add_column(column, justify="right")
     for style, bend in STYLES.items():
-        solved: dict[str, list[Solution]] = {name: [] for name in MAPS}
+        answers: dict[str, list[Solution]] = {name: [] for name in MAPS}
         for seed in range(PAIRS):
-            rng = np.random.default_rng(100 + seed)
-            # The same face twice, then two faces.
-            own = (0.0, PERFORMER[1]) if style == "same" else PERFORMER
-            neutral, turn = bent(seed, face, *own)
-            strengths = rng.uniform(0.8, 1.25, (len(offsets), 1, 1))
-            moves = np.einsum("mde,sme->smd", turn, strengths * offsets)
-            played = neutral + np.einsum("fs,smd->fmd", truth, moves)
-            played = 1.1 * played + 3e-4 * rng.normal(size=played.shape)
-            played[:3] = 1.1 * neutral
-            take = MarkerTake(names, times, played, rate)
-            character, turn = bent(50 + seed, face, *bend)
-            shapes = np.einsum("mde,sme->smd", turn, offsets)
+            take = performed(face, style, seed, truth, face.rate / 5)
+            character = bent(face, 50 + seed, *bend)
             for name, options in MAPS.items():
-                setup = RetargetSetup(binding, head="stabilised", neutral=(0, 2), map=options)
-                answer, _ = solve_take(take, character, shapes, mesh.shape_names, setup)
-                solved[name].append(answer)
+                answers[name].append(solved(take, character, options))
         errors = (
-            np.mean([np.sqrt(np.mean((s.weights.weights - truth) ** 2)) for s in solved[name]])
+            np.mean([np.sqrt(np.mean((s.weights.weights - truth) ** 2)) for s in answers[name]])
             for name in MAPS
         )
-        choices = [s.choice for s in solved["auto"]]
+        choices = [s.choice for s in answers["auto"]]
         table.add_row(
             style,
             *(f"{error:.4f}" for error in errors),

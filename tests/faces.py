@@ -111,7 +111,14 @@ class Face:
         solved = weights.weights
         said = express(
             self.system,
-            sided_features(self.system, self.bound, take, weights=weights, solution=solution),
+            sided_features(
+                self.system,
+                self.bound,
+                take,
+                weights=weights,
+                solution=solution,
+                expressions=self.expressions,
+            ),
             self.bound,
             names=weights.names,
             weights=solved,

@@ -58,6 +58,13 @@ def cases(shared_data: Path) -> Path:
     return shared_data / "conversion_cases"
 
 
+def test_every_case_is_judged(cases: Path) -> None:
+    parts = {"in_base.usda", "vc_clip0.usda", "vc_clip1.usda", "vc_manifest.usda", "vc_model.usda"}
+    there = {path for path in cases.rglob("*.*") if path.suffix in (".usda", ".glb")}
+    named = {path.relative_to(cases).as_posix() for path in there if path.name not in parts}
+    assert named == CASES.keys() | FAULTS.keys()
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_right_or_announced(cases: Path, tmp_path: Path, validate_gltf, name: str) -> None:
     announced, millimetres = CASES[name]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from worlds import World, make_world
 
 from usdface import retarget_pieces
 from usdface.errors import InputError, SolveError
+from usdface.io.mapped_arrays import MappedArrays
 from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, join, solve_cut
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_shot import SolvedShot, retarget
@@ -71,11 +73,11 @@ def estimated(shot: Shot, cuts: PieceCuts) -> EstimatedTake:
     return estimate_shot([(a, part(shot, np.arange(a, b))) for a, b in blocks], cuts)
 
 
-def test_pieces_have_the_weights_of_the_whole(solved: Solved) -> None:
+def test_pieces_have_the_weights_of_the_whole(solved: Solved, tmp_path: Path) -> None:
     cuts, known, whole = solved.cuts, solved.known, solved.whole
     assert len(cuts) == 3
     pieces = [solve_cut(solved.read, cuts, *cuts.piece(k), known) for k in range(len(cuts))]
-    joined = join(pieces, FRAMES, known)
+    joined = join(pieces, known, MappedArrays(tmp_path))
     for field in ("feature_points", "residual", "distances"):
         np.testing.assert_allclose(
             getattr(joined.solution, field), getattr(whole.solution, field), atol=1e-9, rtol=0
@@ -84,8 +86,8 @@ def test_pieces_have_the_weights_of_the_whole(solved: Solved) -> None:
     assert isinstance(joined.take, MarkerTake) and isinstance(whole.take, MarkerTake)
     np.testing.assert_array_equal(joined.take.positions, whole.take.positions)
     np.testing.assert_array_equal(joined.weights.times, solved.shot.take.times)
-    assert joined.repairs == join([whole], FRAMES, known).repairs
-    assert joined.findings == join([whole], FRAMES, known).findings
+    assert joined.repairs == join([whole], known, MappedArrays(tmp_path)).repairs
+    assert joined.findings == join([whole], known, MappedArrays(tmp_path)).findings
     codes = {found.code for found in joined.findings}
     assert {"MARKER_SPIKE", "MARKER_FILLED", "MARKER_OCCLUDED", "TAKE_SAMPLED"} <= codes
 

@@ -11,6 +11,7 @@ from worlds import World, animation_of, make_world
 
 import usdface
 from usdface import Cancelled, InputError, ProcessOptions, Shot, Step, WeightsTake
+from usdface.shot_report import report_of
 
 SCRIPT = """
 import sys
@@ -163,3 +164,17 @@ def test_what_the_callback_raises_ends_the_job(folder: Path, shot: Shot) -> None
             )
     after = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     assert after == before
+
+
+def test_blocks_of_frames_do_not_show(shot: Shot, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = usdface.retarget(shot)
+    monkeypatch.setattr("usdface.frame_blocks.BLOCK", 7)
+    again = usdface.retarget(shot)
+    assert whole.trace is not None and again.trace is not None
+    pairs = [(whole.weights.weights, again.weights.weights), (whole.corrected, again.corrected)]
+    sides = whole.trace.sides
+    pairs += [(sides[side].inputs, again.trace.sides[side].inputs) for side in sides]
+    for a, b in pairs:
+        np.testing.assert_allclose(b, a, atol=1e-9, rtol=0)
+    assert report_of(again).details == report_of(whole).details
+    assert report_of(again).verdict == report_of(whole).verdict

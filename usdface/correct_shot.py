@@ -150,6 +150,7 @@ def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
         weights=result.solved,
         solution=result.solution,
         sides=face.layout.sides,
+        expressions=shot.expressions,
     )
     return express(
         shot.system,

@@ -107,7 +107,9 @@ class Explanation:
             "frame": index,
             "time_s": round(float(self.times[index]), 4),
             **self._side(self.whole, index),
-            "nothing_fires": not self.trace.firing[index].any(),
+            "nothing_fires": not (
+                self.trace.firing[index].any() or self.whole.evaluation.outputs[index].any()
+            ),
             "halves": {
                 side: self._side(half, index)
                 for side, half in self.halves.items()
@@ -131,6 +133,7 @@ class Explanation:
         """Return emotions, shares of their poses, and rules of the whole face or of a half."""
         return {
             "emotions": self._by_emotion(traced.evaluation.outputs[index]),
+            "by_rules": self._by_emotion(traced.by_rules[index]),
             "poses_shown": self._by_emotion(traced.shown[index]),
             "held_back": self._held_back(traced, index),
             "rules": self._rules(traced, index),

@@ -2,7 +2,7 @@
 
 `usdface.correction` measures the features (`space`, `face_unit`, `smoothing`), evaluates the
 fuzzy system on them (`usdface.fuzzy`) and blends the expression poses of its outputs over the
-solved weights (`mode`, `gain`, `response`, `evidence`, `blend_time`, `ease`).
+solved weights (`likeness`, `mode`, `gain`, `response`, `evidence`, `blend_time`, `ease`).
 """
 
 from dataclasses import dataclass
@@ -84,6 +84,9 @@ class ExpressionSystem:
     evidence : float
         Least likeness of solved weights to a pose for it to be raised, 0 to 1, see
         `usdface.correction.evidence`; 0 = rules alone decide.
+    likeness : float
+        How far a face counts that is like a pose or one of its variants, where the rules hardly
+        fire, 0 to 1, see `usdface.correction.likeness`; 0 = rules alone are heard.
     blend_time : float [s]
         How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blended`.
     ease : float
@@ -113,6 +116,7 @@ class ExpressionSystem:
     gain: float = 1.0
     response: tuple[float, float] = RESPONSE
     evidence: float = EVIDENCE
+    likeness: float = 0.0
     blend_time: float = BLEND_TIME
     ease: float = 0.0
 
@@ -134,7 +138,8 @@ class ExpressionSystem:
                     f"{name} of the fuzzy system is {seconds:g}; expected seconds, 0 to "
                     f"{_LONGEST_SMOOTHING:g}"
                 )
-        for name, share in (("ease", self.ease), ("evidence", self.evidence)):
+        shares = {"ease": self.ease, "evidence": self.evidence, "likeness": self.likeness}
+        for name, share in shares.items():
             if not 0 <= share <= 1:
                 raise InputError(f"{name} of the fuzzy system is {share}; expected 0 to 1")
 

@@ -9,6 +9,7 @@ cleaned in blocks that do not depend on the pieces.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 
@@ -19,15 +20,12 @@ from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.first_pose import head_markers_few
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
-from usdface.retarget.solve_take import (
-    estimate_take,
-    head_markers_few,
-    occlusions,
-    unsolved_frames,
-)
+from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget.usable_markers import occlusions, unsolved_frames
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_shot import SolvedShot
 from usdface.retarget_take import clean, solver_input
@@ -43,6 +41,17 @@ _BLOCKS = 4
 # Stretches of the sample, and frames of each.
 _STRETCHES = 16
 _STRETCH = 1024
+
+
+class RowArrays(Protocol):
+    """Arrays that grow by rows, as `usdface.io.mapped_arrays.MappedArrays`."""
+
+    def append(self, name: str, rows: FloatArray) -> None:
+        """Add rows to an array."""
+
+    def mapped(self, name: str) -> FloatArray:
+        """Return an array of all its rows, read-only."""
+
 
 ReadFrames = Callable[[IntArray], Shot]
 """Returns a shot with some frames of its take, by indices in ascending order."""
@@ -226,19 +235,18 @@ def solve_cut(
     return SolvedShot(_part(take, first - begin, end - begin), solution.weights, solution, repairs)
 
 
-def join(pieces: Iterable[SolvedShot], frames: int, known: EstimatedTake) -> SolvedShot:
+def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) -> SolvedShot:
     """Join the pieces of a take.
 
     Parameters
     ----------
     pieces : iterable of SolvedShot
         All of them, in order; each is let go before the next is taken.
-    frames : int
-        Of the take.
     known : EstimatedTake
+    arrays : RowArrays
+        The rows of the result.
     """
-    start, last = 0, None
-    arrays: dict[str, FloatArray] = {}
+    last = None
     repairs: list[Repair] = []
     for piece in pieces:
         take, solution = _marker_take(piece.take), piece.solution
@@ -253,23 +261,20 @@ def join(pieces: Iterable[SolvedShot], frames: int, known: EstimatedTake) -> Sol
             ("feature_points", solution.feature_points),
             ("distances", solution.distances),
         ):
-            if name not in arrays:
-                arrays[name] = np.empty((frames, *part.shape[1:]))
-            arrays[name][start : start + len(part)] = part
-        start += len(take.times)
+            arrays.append(name, part)
         repairs += piece.repairs
         last = take, solution
     assert last is not None
     take, solution = last
-    take = replace(take, times=arrays["times"], positions=arrays["positions"])
-    weights = replace(solution.weights, times=take.times, weights=arrays["weights"])
+    take = replace(take, times=arrays.mapped("times"), positions=arrays.mapped("positions"))
+    weights = replace(solution.weights, times=take.times, weights=arrays.mapped("weights"))
     whole = replace(
         solution,
         weights=weights,
-        pose=Pose(arrays["rotations"], arrays["translations"]),
-        residual=arrays["residual"],
-        feature_points=arrays["feature_points"],
-        distances=arrays["distances"],
+        pose=Pose(arrays.mapped("rotations"), arrays.mapped("translations")),
+        residual=arrays.mapped("residual"),
+        feature_points=arrays.mapped("feature_points"),
+        distances=arrays.mapped("distances"),
     )
     mended = _mended(repairs)
     findings = (*repair_findings(mended), *known.findings, *_of_all_frames(whole, take))

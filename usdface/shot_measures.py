@@ -5,6 +5,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import SolveError
 from usdface.face.bound_face import BoundFace
+from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.retarget.solution import Solution
@@ -70,8 +71,8 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     assert isinstance(take, MarkerTake)
     size = _size(face)
     human_mm = 1000.0 / size if np.isfinite(size) else 1000.0
-    away = np.sqrt(np.nanmean(solution.distances**2, axis=0))
-    motion = float(np.sqrt((solution.displacements**2).sum(axis=2).mean()))
+    away = _rms_distances(solution)
+    motion = _rms_motion(solution)
     noise = np.sqrt(3.0) * solution.noise
     unexplained = float(np.sqrt(max(np.nanmean(away**2) - noise**2, 0.0)))
     seen = visible(take.positions)[:, [take.names.index(name) for name in markers]]
@@ -152,8 +153,7 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
     neutral = result.shot.setup.neutral
     if neutral is None or not motion:
         return Measured(np.nan)
-    moved = solution.displacements
-    shown = moved[neutral[0] : neutral[1] + 1].mean(axis=0)
+    shown = solution.displaced(slice(neutral[0], neutral[1] + 1)).mean(axis=0)
     shapes = face.mesh.offsets_at(face.vertices_of(solution.markers))
     for name, weight in result.shot.setup.neutral_weights.items():
         shown = shown - weight * shapes[face.shape_names.index(name)]
@@ -161,8 +161,10 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
     flat = shapes.reshape(len(shapes), -1)
     gram = flat @ flat.T
     held = gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
-    free = np.linalg.solve(held, flat @ moved.reshape(len(moved), -1).T)
-    below = -np.median(free, axis=1) * np.sqrt(np.diag(gram) / len(solution.markers))
+    free = by_blocks(
+        len(solution.residual), lambda frames: _free(held, flat, solution.displaced(frames))
+    )
+    below = -np.median(free, axis=0) * np.sqrt(np.diag(gram) / len(solution.markers))
     return Measured(
         max(corrected, float(below.max())) / motion,
         "shapes",
@@ -170,6 +172,31 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
         neutral,
         tuple(result.shot.take.times[list(neutral)].tolist()),
     )
+
+
+def _free(held: FloatArray, flat: FloatArray, moved: FloatArray) -> FloatArray:
+    """Return the weights (F, S) without bounds of displacements (F, M, 3)."""
+    return np.asarray(np.linalg.solve(held, flat @ moved.reshape(len(moved), -1).T).T)
+
+
+def _rms_motion(solution: Solution) -> float:
+    """Return the RMS displacement of the markers [m]."""
+    squares = [
+        (solution.displaced(frames) ** 2).sum(axis=2).sum()
+        for frames in frame_blocks(len(solution.residual))
+    ]
+    return float(np.sqrt(sum(squares) / solution.distances.size))
+
+
+def _rms_distances(solution: Solution) -> FloatArray:
+    """Return the RMS distance of each marker from the face as solved: (M,) [m]; NaN if unseen."""
+    sums, counts = np.zeros((2, len(solution.markers)))
+    for frames in frame_blocks(len(solution.residual)):
+        own = solution.distances[frames]
+        sums += np.nansum(own**2, axis=0)
+        counts += (~np.isnan(own)).sum(axis=0)
+    means = np.full(len(sums), np.nan)
+    return np.asarray(np.sqrt(np.divide(sums, counts, out=means, where=counts > 0)))
 
 
 def _unsure(result: ShotResult) -> Measured:

@@ -218,7 +218,9 @@ def check_range(take: MarkerTake | WeightsTake) -> None:
         If a marker lies beyond `FARTHEST`, or a weight beyond 1000 either side of 0.
     """
     if isinstance(take, MarkerTake):
-        if (np.abs(take.positions) > FARTHEST).any():  # not of NaN
+        # Without a copy: NaN if no marker is seen at all.
+        low, high = np.fmin.reduce(take.positions, None), np.fmax.reduce(take.positions, None)
+        if low < -FARTHEST or high > FARTHEST:
             raise InputError(
                 f"markers lie beyond {FARTHEST / 1000:g} km from the origin", "VALUES_WRONG"
             )

@@ -62,16 +62,18 @@ def main() -> None:
 def print_unknown_strengths(face: Face) -> None:
     """Print the errors of solvers that know all but the strengths; no take is solved."""
     table = Table(title="weight RMS error / skin \\[mm]")
-    for column in ("performers", "every product exact", "and its peak in another take known"):
-        table.add_column(column, justify="right")
+    table.add_column("performers", justify="right")
     for numbers in (BUILT_WITH, JUDGED_ON, FRESH):
-        errors = [
-            [(rms(off), 1000 * skin_error(face, off)) for off in errors_by_strength(face, number)]
-            for number in numbers
-        ]
-        means = np.mean(errors, axis=0)
-        names = ", ".join(str(number) for number in numbers)
-        table.add_row(names, *(f"{weight:.4f} / {skin:.3f}" for weight, skin in means))
+        found = [errors_by_strength(face, number) for number in numbers]
+        if not table.rows:
+            for name in found[0]:
+                table.add_column(name, justify="right")
+        cells = []
+        for name in found[0]:
+            errors = [(rms(of[name]), 1000 * skin_error(face, of[name])) for of in found]
+            weight, skin = np.mean(errors, axis=0)
+            cells.append(f"{weight:.4f} / {skin:.3f}")
+        table.add_row(", ".join(str(number) for number in numbers), *cells)
     Console().print(table)
 
 

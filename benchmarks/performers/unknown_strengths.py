@@ -1,8 +1,8 @@
 """The error that is left where a performer's strengths are not known, and nothing else is wrong.
 
 Markers show the product of strength and weight alone. A solver that finds every product exactly,
-and takes it for the weight, is off by the strengths; one that also knows the largest product of
-each shape in another take, which says that the strength is that or more, by a little less.
+and takes it for the weight, is off by the strengths. The largest product of each shape, in the take
+itself or in another one, says that the strength is that or more: with it a little less is left.
 """
 
 import numpy as np
@@ -18,11 +18,14 @@ __all__ = ["errors_by_strength"]
 _HELD, _DEVIATION = 4, 0.02
 
 
-def errors_by_strength(face: Face, number: int) -> tuple[FloatArray, FloatArray]:
-    """Return the errors (F, S) of exact products as weights, and with the peaks of another take."""
+def errors_by_strength(face: Face, number: int) -> dict[str, FloatArray]:
+    """Return the errors (F, S) of exact products as weights, and with the peaks of takes."""
     truth = face.curves[SCORED]
     strengths = strengths_of(number, truth.shape[1])
-    peaks = np.sort(face.curves[OTHER_TAKE], axis=0)[-_HELD] * strengths
-    amplitudes, _ = amplitude_posterior(peaks, np.full(len(peaks), _DEVIATION), 0.0)
     products = truth * strengths
-    return products.clip(0, 1) - truth, (products / amplitudes).clip(0, 1) - truth
+    errors = {"every product exact": products.clip(0, 1) - truth}
+    for name, part in (("the take's own", SCORED), ("another take's", OTHER_TAKE)):
+        peaks = np.sort(face.curves[part], axis=0)[-_HELD] * strengths
+        amplitudes, _ = amplitude_posterior(peaks, np.full(len(peaks), _DEVIATION), 0.0)
+        errors[f"and {name} peaks"] = (products / amplitudes).clip(0, 1) - truth
+    return errors

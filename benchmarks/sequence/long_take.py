@@ -35,12 +35,23 @@ _GAP = 12  # frames of an occlusion
 _RATE = 30.0
 _COMPARED = 4  # pieces that are also solved as one
 _MEASURED = """
-import resource, sys
+import re, resource, sys, threading
+from pathlib import Path
+peak, over = 0, threading.Event()
+def watch():
+    global peak
+    while not over.wait(0.1):
+        found = re.search(r"RssAnon:\\s*(\\d+)", Path("/proc/self/status").read_text())
+        peak = max(peak, int(found[1]))
+watching = threading.Thread(target=watch)
+watching.start()
 from usdface.cli import main
 status = main(sys.argv[1:])
+over.set()
+watching.join()
 own, other = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
 worked = own.ru_utime + own.ru_stime + other.ru_utime + other.ru_stime
-print(worked, own.ru_maxrss, other.ru_maxrss, file=sys.stderr)
+print(worked, peak, own.ru_maxrss, other.ru_maxrss, file=sys.stderr)
 sys.exit(status)
 """
 _CHUNK = 20_000  # frames that are made at once
@@ -149,11 +160,16 @@ def difference(shot: Path, folder: Path, count: int) -> float:
 
 
 def _step(name: str, words: list[str]) -> None:
-    """Run a command; print wall time, processor time and the memory of its largest process."""
+    """Run a command; print wall time, processor time and memory.
+
+    Of the command itself without files that it maps, and with them, since the system may take
+    these back; of its largest worker.
+    """
     begin = time.perf_counter()
     command = [sys.executable, "-c", _MEASURED, *words]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     wall = time.perf_counter() - begin
-    worked, own, workers = map(float, run.stderr.splitlines()[-1].split())
-    memory = f"{own / 1e3:.0f} MB" + (f", a worker {workers / 1e3:.0f} MB" if workers else "")
+    worked, own, mapped, workers = map(float, run.stderr.splitlines()[-1].split())
+    memory = f"{own / 1e3:.0f} MB, {mapped / 1e3:.0f} with mapped files"
+    memory += f", a worker {workers / 1e3:.0f} MB" if workers else ""
     print(f"{name:32}{wall:9.1f} s {worked:9.1f} s of processor time, {memory}", flush=True)

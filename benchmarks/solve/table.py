@@ -9,12 +9,14 @@ from benchmarks.solve.baselines import BASELINES, SAME
 from benchmarks.solve.faces import has_real_data
 from benchmarks.solve.worlds import REST, World, worlds
 from usdface.arrays import FloatArray
-from usdface.cleanup.clean import clean_take
+from usdface.options import ProcessOptions
 from usdface.retarget.confidence import confidence_of, within_bounds
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import usual_misfit
-from usdface.retarget.solve_take import solve_take
+from usdface.retarget_shot import retarget
+from usdface.rigs import Rig
+from usdface.shot import Shot
 
 __all__ = ["measured"]
 
@@ -25,16 +27,15 @@ USED = 0.01
 
 
 def ours(world: World) -> tuple[FloatArray, FloatArray]:
-    """Return weights (F, S), and the standard deviations that are said of them (S,)."""
-    setup, face = world.setup, world.target
-    names, moves = world.take.names, world.head_moves
-    cleaned, _ = clean_take(world.take, names, setup.clean, moving=moves)
-    take = cleaned.take
-    # As the program does: what was filled in is not observed.
-    positions = np.where(cleaned.measured[..., None], take.positions, np.nan)
-    take = type(take)(take.names, take.times, positions, take.rate)
-    solution, _ = solve_take(take, face.neutral, face.offsets, face.mesh.shape_names, setup)
-    return solution.weights.weights[REST:], deviations(world, solution)
+    """Return weights (F, S), and the standard deviations that are said of them (S,).
+
+    As `usdface process` does it: the markers are cleaned, and may sit beside their vertices.
+    """
+    shot = Shot(Rig("Face", (world.target.mesh,)), world.take, world.setup)
+    result = retarget(shot, options=ProcessOptions(express=False, closure=False))
+    assert result.solution is not None
+    weights = result.solved.reordered(world.target.mesh.shape_names).weights
+    return weights[REST:], deviations(world, result.solution)
 
 
 def deviations(world: World, solution: Solution) -> FloatArray:

@@ -34,8 +34,8 @@ def test_a_held_pose_is_held_and_its_ends_are_monotone():
     events = events_of(bump(0.5) + jitter, 0.15)
     inside = slice(50 - events.frames[0], 110 - events.frames[0])
     assert (events.envelope[inside] == 1).all()
-    assert np.diff(events.envelope[: inside.start]).min() >= -0.02
-    assert np.diff(events.envelope[inside.stop :]).max() <= 0.02
+    assert np.diff(events.envelope[: inside.start]).min() >= 0
+    assert np.diff(events.envelope[inside.stop :]).max() <= 0
     means = events.peaks(np.arange(160.0)[:, None])
     assert np.ptp(means[inside]) == 0 and means[inside.start] == pytest.approx(79.5, abs=1)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from expression_systems import expression_system
 
-from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
+from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth, smoothed_blocks
 from usdface.errors import InputError
 from usdface.expression_system import MarkerFeature
 from usdface.geometry.marker_spread import marker_spread
@@ -129,3 +129,13 @@ def test_no_width_or_a_single_frame_changes_nothing():
     noise = np.random.default_rng(0).normal(size=(200, 2))
     np.testing.assert_array_equal(smooth(noise, TIMES, 0.0), noise)
     np.testing.assert_array_equal(smooth(noise[:1], TIMES[:1], 0.1), noise[:1])
+
+
+@pytest.mark.parametrize("width", [0.0, 0.02, 0.4, 5.0])
+def test_blocks_are_smoothed_as_the_whole_is(width):
+    values = np.random.default_rng(5).normal(size=(len(TIMES), 3, 2))
+    values[40:50, 1] = np.nan
+    block = smoothed_blocks(lambda frames: values[frames], TIMES, width)
+    found = np.concatenate([block(slice(a, min(a + 64, 200))) for a in range(0, 200, 64)])
+    whole = smooth(values.reshape(200, -1), TIMES, width).reshape(values.shape)
+    np.testing.assert_array_equal(found, whole)

@@ -5,12 +5,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clips import plays, read_one
+from scipy.spatial.transform import Rotation
 
+from usdface.certificate import compare
+from usdface.certificate.certificate import Certificate
 from usdface.cli import main
 from usdface.clips import Clip, JointsTake
 from usdface.io.compare_conversion import certify_conversion
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import decompose
+from usdface.io.usd.evaluate import UsdMesh
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.pipeline import export_scene, import_scene
@@ -139,3 +143,61 @@ def test_the_command_line_reports_it(tmp_path: Path, face_rig: Rig, capfd) -> No
         assert certificate["frames_compared"] == certificate["frames"]
         assert certificate["vertex_error_max_mm"] < 2e-4
         assert set(certificate["weight_errors"]) >= {"Head/口", "Head/Key.1"}
+
+
+def under_a_moving_head(rig: Rig, keys: int) -> Clip:
+    """Weights, and two joints that turn and move, in `keys` frames."""
+    assert rig.skeleton is not None
+    move, turn, size = decompose(rig.skeleton.rest)
+    phase = np.linspace(0, 6, keys)[:, None]
+    swing = Rotation.from_rotvec(np.concatenate([0.3 * np.sin(phase), phase / 9, 0 * phase], 1))
+    turns = np.stack([(Rotation.from_quat(r) * swing).as_quat() for r in turn], 1)
+    moves = move[None] + 0.05 * np.sin(phase)[..., None]
+    joints = JointsTake(
+        rig.skeleton.joints,
+        np.arange(keys) / 24,
+        moves,
+        turns,
+        np.broadcast_to(size, (keys, *size.shape)),
+        24.0,
+    )
+    return Clip("head", replace(take_for(rig, keys), times=joints.times, rate=24.0), joints)
+
+
+@pytest.mark.parametrize("off", [0.0, 2e-3])
+def test_a_moving_head_is_certified_by_its_joints(
+    tmp_path: Path, skinned_rig: Rig, monkeypatch: pytest.MonkeyPatch, off: float
+) -> None:
+    """The same as if every frame was evaluated, which only 20 and those of strong shapes are."""
+    clip = under_a_moving_head(skinned_rig, 150)
+    write_rig(skinned_rig, tmp_path / "a.usdc", [clip])
+    shown = replace(
+        skinned_rig.meshes[0], points=skinned_rig.meshes[0].points + np.array([off, 0, 0])
+    )
+    write_gltf(replace(skinned_rig, meshes=(shown,)), tmp_path / "a.glb", [clip])
+    evaluated: list[int] = []
+    inside = UsdMesh.points_at
+    monkeypatch.setattr(
+        UsdMesh,
+        "points_at",
+        lambda mesh, codes: evaluated.append(len(codes)) or inside(mesh, codes),
+    )
+
+    def certify(most: int) -> Certificate:
+        monkeypatch.setattr(compare, "_SUMMED_FRAMES", most)
+        evaluated.clear()
+        certificate, _ = certify_conversion(
+            open_stage(tmp_path / "a.usdc"), tmp_path / "a.glb", exported=True, every_frame=True
+        )
+        assert certificate is not None and certificate.frames >= 150
+        return certificate
+
+    slow = certify(10**9)
+    assert sum(evaluated) > 150
+    quick = certify(100)
+    assert sum(evaluated) < 80
+    assert (quick.vertex_largest > 1e-3) == (off > 0)
+    np.testing.assert_allclose(quick.vertex_largest, slow.vertex_largest, rtol=1e-4, atol=1e-7)
+    np.testing.assert_allclose(quick.vertex_mean, slow.vertex_mean, rtol=1e-4, atol=1e-7)
+    assert quick.normal_largest is not None and slow.normal_largest is not None
+    np.testing.assert_allclose(quick.normal_largest, slow.normal_largest, atol=1e-4)

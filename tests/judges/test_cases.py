@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
+from test_conversion_cases import CASES
 
 from usdface.io.usd.evaluate import evaluate_usd
 from usdface.io.usd.stage import open_stage
@@ -18,29 +19,19 @@ Case = tuple[str, Path, list[np.ndarray], list[float]]  # name, GLB, vertices at
 
 # [s], within the clips; where keys are and between them
 TIMES = {".usda": [0.25, 0.5, 1.0, 1.25], ".glb": [0.25, 0.5, 0.75]}
-SHOWN = [
-    "certificate_double_remap/skin_reorder.usda",
-    "concave/ngons.usda",
-    "facevarying_normals/facevarying.usda",
-    "instanced_false_dropped/instanced.usda",
-    "mesh_xform_euler/mesh_xform_anim.usda",
-    "mesh_xform_euler/skin_xform_anim.usda",
-    "two_faces/two_roots.usda",
-    "value_clips/valueclips.usda",
-    "vertexcache/vertexcache.usda",
-    "flat_normals_smoothed/no_normals.glb",
-    "groups_lost/groups.glb",
-    "mesh_weights_lost/default_weights.glb",
-    "mesh_weights_lost/default_weights_other_anim.glb",
-    "weights_not_normalised/skin_unnormalised.glb",
-]
 # Of the size: UsdSkel rounds scales of joints to 16 bits between two samples, ...
-HALF = dict.fromkeys([SHOWN[0], "mesh_xform_euler/skin_xform_anim.usda"], 2e-3)
+HALF = {
+    "certificate_double_remap/skin_reorder.usda": 2e-3,
+    "mesh_xform_euler/skin_xform_anim.usda": 2e-3,
+}
 # ... and Blender goes from one quaternion to the next by their components, not along the arc.
-STRAIGHT = HALF | {SHOWN[-1]: 1e-2, SHOWN[-2]: 1e-3}
+STRAIGHT = HALF | {
+    "weights_not_normalised/skin_unnormalised.glb": 1e-2,
+    "mesh_weights_lost/default_weights_other_anim.glb": 1e-3,
+}
 
 
-@pytest.fixture(params=SHOWN)
+@pytest.fixture(params=CASES)
 def case(request, shared_data: Path, tmp_path: Path) -> Case:
     """A case as GLB, ours or theirs, and where UsdSkel shows its vertices at some times."""
     source = shared_data / "conversion_cases" / request.param

@@ -1,6 +1,7 @@
 """`usdface process --pieces`: estimates, pieces as tasks, and the joined result."""
 
 import json
+import resource
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,6 +54,25 @@ def test_a_folder_that_cannot_keep_pieces_is_refused(
     words = ["process", str(shot), "--pieces", str(shot), "--piece", "estimates"]
     assert main(words) == 1
     assert "shot.usda is no folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("piece", ["estimates", "0"])
+def test_what_cannot_be_kept_fails_a_piece(
+    shot: Path, capsys: pytest.CaptureFixture[str], piece: str
+) -> None:
+    if piece == "0":
+        run(shot, "--piece", "estimates")
+    capsys.readouterr()
+    words = ["process", str(shot), "--pieces", str(shot.parent / "pieces"), "--piece", piece]
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))  # as a disk that is full
+    try:
+        status = main([*words, "--workers", "1"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert status == 1
+    assert "cannot write" in (said := capsys.readouterr().err) and "File too large" in said
+    assert run(shot, "--piece", piece)["computed"] == 1
 
 
 def test_workers_without_pieces_are_refused(shot: Path, capsys: pytest.CaptureFixture[str]) -> None:

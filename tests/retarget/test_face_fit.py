@@ -16,7 +16,7 @@ from usdface.retarget.places import guess_at_rest
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.retarget_setup import Binding, Calibration, RetargetSetup
 from usdface.takes import MarkerTake
 
 HEAD = make_head()
@@ -106,8 +106,9 @@ def test_markers_on_their_vertices_for_good_are_not_refined() -> None:
     fit = laid(positions, HEAD.surface)
     evidence = MotionEvidence(HEAD.times, positions)
     refined = refine_places(
-        fit, positions[0], MapOptions(), evidence, HEAD.surface, solve=never, head_moves=False
-    )
+        fit, positions[0], MapOptions(), evidence, HEAD.surface,
+        solve=never, sized=lambda shapes: shapes, head_moves=False,
+    )  # fmt: skip
     assert refined is fit
 
 
@@ -243,6 +244,20 @@ def test_places_are_found_of_a_moving_head_of_another_size() -> None:
     assert error(moving) < 0.8 * error(kept)
 
 
+def test_known_gains_find_the_places_of_a_rig_with_shapes_of_that_size() -> None:
+    moved = other_person()
+    larger = moved[0] + 1.6 * (moved - moved[0])
+    names = HEAD.mesh.shape_names
+    gains = Calibration(names, np.full(len(names), 1.6), np.zeros(len(names)))
+    calibrated = solved(larger, calibration=gains)
+    shapes = tuple(replace(s, offsets=1.6 * s.offsets) for s in HEAD.mesh.shapes)
+    world = replace(HEAD, mesh=replace(HEAD.mesh, shapes=shapes))
+    there = solved(larger, world=world, surface=world.surface)
+    assert calibrated.shifts is not None and there.shifts is not None and there.shifts.any()
+    np.testing.assert_allclose(calibrated.shifts, there.shifts, atol=1e-9)
+    np.testing.assert_allclose(calibrated.weights.weights, there.weights.weights, atol=1e-6)
+
+
 def test_a_rig_without_faces_keeps_markers_on_their_vertices() -> None:
     none = np.zeros(0, np.int64)
     mesh = replace(HEAD.mesh, face_counts=none, face_indices=none)
@@ -254,7 +269,9 @@ def test_a_marker_seen_in_frames_without_a_say_on_places_only_is_no_obstacle(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Every other frame is looked at; the marker shows in three others."""
-    monkeypatch.setattr(importlib.import_module("usdface.retarget.solve_take"), "_PLACE_FRAMES", 60)
+    monkeypatch.setattr(
+        importlib.import_module("usdface.retarget.fitted_take"), "_PLACE_FRAMES", 60
+    )
     positions = other_person()
     positions[:, 7] = np.nan
     positions[[1, 3, 5], 7] = other_person()[[1, 3, 5], 7]

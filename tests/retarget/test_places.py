@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from skins import LIP, joined_lips, make_head
 
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis, small_motions
@@ -196,6 +197,11 @@ def lips() -> tuple[MarkerSurface, np.ndarray, np.ndarray]:
     return surface, weights, np.zeros((5, 3))
 
 
+def unsized(shapes: BlendShapeEvaluator) -> BlendShapeEvaluator:
+    """Return the shapes as a performer who is not calibrated makes them."""
+    return shapes
+
+
 def test_the_search_leaves_a_wrong_lip() -> None:
     """Bound to the upper lip beside the corner, the marker moves with the lower one."""
     surface, weights, none = lips()
@@ -203,7 +209,7 @@ def test_the_search_leaves_a_wrong_lip() -> None:
     displaced = np.zeros((90, 5, 3))
     displaced[:, 0, 1] = -0.01 * weights[:, 0]
     displaced[20:30, 0] = np.nan
-    found = search_in_motion(guess, surface, 0, weights, displaced, 5e-4**2)
+    found = search_in_motion(guess, surface, 0, weights, displaced, unsized, 5e-4**2)
     vertex = np.linalg.norm(surface.mesh.points - surface.mesh.points[3 * LIP + 1] - found, axis=1)
     assert vertex.min() < 1e-12 and vertex.argmin() < 3 * LIP
 
@@ -212,7 +218,7 @@ def test_the_search_keeps_the_right_lip() -> None:
     surface, weights, none = lips()
     guess = PlaceGuess(none, np.eye(15), 0.003).centred()
     displaced = np.zeros((90, 5, 3))
-    found = search_in_motion(guess, surface, 0, weights, displaced, 5e-4**2)
+    found = search_in_motion(guess, surface, 0, weights, displaced, unsized, 5e-4**2)
     np.testing.assert_array_equal(found, 0.0)
 
 
@@ -222,5 +228,5 @@ def test_the_search_goes_no_further_than_the_guess_allows() -> None:
     guess = PlaceGuess(none, np.eye(15), 1e-6).centred()
     displaced = np.zeros((90, 5, 3))
     displaced[:, 0, 1] = -0.01 * weights[:, 0]
-    found = search_in_motion(guess, surface, 0, weights, displaced, 5e-4**2)
+    found = search_in_motion(guess, surface, 0, weights, displaced, unsized, 5e-4**2)
     np.testing.assert_array_equal(found, 0.0)

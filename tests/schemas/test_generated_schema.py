@@ -160,6 +160,7 @@ FEATURE = MarkerFeature("mouth")
         (tokens.FUZZY_SYSTEM, tokens.FEATURE_SMOOTHING, SYSTEM.smoothing),
         (tokens.FUZZY_SYSTEM, tokens.BLEND_TIME, SYSTEM.blend_time),
         (tokens.FUZZY_SYSTEM, tokens.EVIDENCE, SYSTEM.evidence),
+        (tokens.FUZZY_SYSTEM, tokens.LIKENESS, SYSTEM.likeness),
         (tokens.FUZZY_SYSTEM, tokens.EASE, options.CorrectionOptions().ease),
         (tokens.FUZZY_SYSTEM, tokens.MODE, options.CorrectionOptions().mode),
         (tokens.FUZZY_SYSTEM, tokens.GAIN, options.CorrectionOptions().gain),

@@ -2,19 +2,18 @@
 
 import json
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from openjd_program import openjd
 from processed import digests
 from worlds import make_world
 
 from usdface.errors import InputError
 from usdface.pipeline import process_sequence
-from usdface.pipeline.sequence import write_openjd
+from usdface.pipeline.farm_jobs import write_sequence_job
 
-ROOT = Path(__file__).parents[2]
 SHOW = """
 folder = "shots"
 [characters.mia]
@@ -34,7 +33,7 @@ def show(tmp_path: Path) -> Path:
 
 
 def test_the_bundle_names_all_that_a_farm_must_know(show: Path, tmp_path: Path) -> None:
-    result = write_openjd(show, tmp_path / "job", chunk=3)
+    result = write_sequence_job(show, tmp_path / "job", chunk=3)
     assert result.summary["tasks"] == 2 and result.summary["shots"] == 4
     bundle = {path.stem: json.loads(path.read_text()) for path in result.written}
     process, table = bundle["template"]["steps"]
@@ -52,7 +51,7 @@ def test_the_bundle_names_all_that_a_farm_must_know(show: Path, tmp_path: Path) 
 
 
 def test_the_list_of_a_bundle_gives_the_results_of_the_show(show: Path, tmp_path: Path) -> None:
-    listed = write_openjd(show, tmp_path / "job").written[-1]
+    listed = write_sequence_job(show, tmp_path / "job").written[-1]
     (row,) = process_sequence(listed, root=show.parent, index="2").value
     assert (row.name, row.state) == ("c", "processed")
     states = {row.name: row.state for row in process_sequence(show, gather=True).value}
@@ -61,27 +60,16 @@ def test_the_list_of_a_bundle_gives_the_results_of_the_show(show: Path, tmp_path
 
 def test_files_outside_of_the_root_are_refused(show: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is not in"):
-        write_openjd(show, tmp_path / "job", root=show.parent / "shots")
+        write_sequence_job(show, tmp_path / "job", root=show.parent / "shots")
     with pytest.raises(InputError, match="a task of 0 shots"):
-        write_openjd(show, tmp_path / "job", chunk=0)
+        write_sequence_job(show, tmp_path / "job", chunk=0)
     assert not (tmp_path / "job").exists()
-
-
-def openjd(*arguments: object) -> str:
-    """Run the reference implementation; it has an environment of its own (.ci/run)."""
-    program = ROOT / ".venv-openjd/bin/openjd"
-    if not program.is_file():
-        pytest.skip("openjd-cli is missing: see .ci/run")
-    command = [str(argument) for argument in (program, *arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 @pytest.mark.slow
 def test_a_run_of_the_bundle_gives_the_same_bytes(show: Path, tmp_path: Path) -> None:
     shutil.copytree(show.parent, tmp_path / "farm")
-    template = write_openjd(tmp_path / "farm/show.toml", tmp_path / "job", chunk=2).written[0]
+    template = write_sequence_job(tmp_path / "farm/show.toml", tmp_path / "job", chunk=2).written[0]
     assert "passes validation checks" in openjd("check", template)
     program = Path(sys.executable).with_name("usdface")
     values = ["-p", f"Root={tmp_path / 'farm'}", "-p", f"Usdface={program}"]

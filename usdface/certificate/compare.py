@@ -21,6 +21,7 @@ __all__ = ["EvaluatedMesh", "certify", "match_names", "sample_frames"]
 _VERIFIED_FRAMES = (
     20  # frames in which linear morphs are checked against the programs' own evaluation
 )
+_SUMMED_FRAMES = 100  # fewer are evaluated sooner than sums are made
 _POINT_TOLERANCE = 1e-6  # of the largest coordinate: 8 roundings of float32
 _NORMAL_TOLERANCE = 1e-4  # of a unit normal, which may come of three that nearly cancel
 _BLOCK = 2**19  # numbers of one evaluation at once
@@ -37,9 +38,9 @@ class EvaluatedMesh:
     weights : (F, S) float64
     points_at : function from frames (f,) to (f, N, 3) float64 [m]
     normals_at : function from frames (f,) to (f, N, 3) unit vectors, or None
-    linear_morph : function to LinearMorph or None
-        All F moments, from the program's own evaluation of each shape; None where more than
-        shapes move points.
+    linear_morph : function from frames (f,) to LinearMorph or None
+        Of f moments, from the program's own evaluation of each shape and joint; None where more
+        moves points.
     """
 
     name: str
@@ -47,7 +48,7 @@ class EvaluatedMesh:
     weights: FloatArray
     points_at: Callable[[IntArray], FloatArray]
     normals_at: Callable[[IntArray], FloatArray | None]
-    linear_morph: Callable[[], LinearMorph | None] = lambda: None
+    linear_morph: Callable[[IntArray], LinearMorph | None] = lambda frames: None
 
 
 def sample_frames(count: int, vertices: int, budget: int) -> IntArray:
@@ -168,15 +169,16 @@ def _compare(
     one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
 ) -> None:
     here, there = pairs = _vertex_pairs(one, other, frames)
-    shown = frames[sample_frames(len(frames), 1, _VERIFIED_FRAMES)]
-    sums = _linear_morphs(one, other, shown) if len(shown) < len(frames) else None
+    shown = sample_frames(len(frames), 1, _VERIFIED_FRAMES)
+    few = len(frames) < _SUMMED_FRAMES
+    sums = None if few else _linear_morphs(one, other, frames, shown)
     if sums is not None:
-        summed = np.setdiff1d(frames, shown)
+        summed = np.setdiff1d(np.arange(len(frames)), shown)
         for apart in point_distances(*sums, pairs, summed):
             vertex.add(apart)
         for turned in normal_distances(*sums, pairs, summed):
             normal.add(_degrees(turned))
-        frames = shown
+        frames = frames[shown]
     for part in _blocks(len(frames), 3 * len(here)):
         block = frames[part]
         vertex.add(_distances(one.points_at(block)[:, here], other.points_at(block)[:, there]))
@@ -192,17 +194,18 @@ def _degrees(chord: NDArray[Any]) -> NDArray[Any]:
 
 
 def _linear_morphs(
-    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
+    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, shown: IntArray
 ) -> tuple[LinearMorph, LinearMorph] | None:
-    """Return both meshes as linear morphs, if these agree with the programs at `frames`."""
-    both = one.linear_morph(), other.linear_morph()
+    """Return both meshes at `frames` as linear morphs, if programs agree at those `shown`."""
+    both = one.linear_morph(frames), other.linear_morph(frames)
     for mesh, sums in zip((one, other), both, strict=True):
         if sums is None or (sums.normals is None) != (mesh.normals_at(frames[:1]) is None):
             return None
         size = float(np.abs(sums.points).max(initial=0.0))
-        for frame in frames:
-            off = np.abs(sums.points_at(frame) - mesh.points_at(frame[None])[0])
-            turned, seen = sums.normals_at(frame), mesh.normals_at(frame[None])
+        for moment in shown:
+            frame = frames[moment : moment + 1]
+            off = np.abs(sums.points_at(moment) - mesh.points_at(frame)[0])
+            turned, seen = sums.normals_at(moment), mesh.normals_at(frame)
             aside = 0.0 if turned is None or seen is None else np.abs(turned - seen[0]).max()
             if off.max(initial=0.0) > _POINT_TOLERANCE * size or aside > _NORMAL_TOLERANCE:
                 return None

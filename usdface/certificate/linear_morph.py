@@ -1,7 +1,8 @@
 """Deformed meshes as linear combinations of shapes, for the many frames of a take.
 
-Where nothing but blend shapes moves a mesh, each of its points is the point at rest plus a
-weighted sum of offsets. All frames are then one matrix product.
+Each point is the point at rest plus a weighted sum of offsets, which joints or one transform may
+place. All frames are then one matrix product, and one transform for each frame and group of
+vertices.
 """
 
 from collections.abc import Iterator
@@ -11,17 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.certificate.joint_motion import JointMotion, placed
 
 __all__ = ["LinearMorph", "normal_distances", "point_distances"]
 
 _BLOCK = 2**22  # numbers of 32 bits at once
+_LARGE = 64  # vertices of a group that is placed by itself: one matrix for all of them
 
 Parts = NDArray[np.float32]
+Pairs = tuple[IntArray, IntArray]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LinearMorph:
-    """A mesh at F moments: ``points + weights[f] @ moves``, normals likewise.
+    """A mesh at F moments: ``points + weights[f] @ moves``, placed by `motion`; normals likewise.
 
     Attributes
     ----------
@@ -30,6 +34,8 @@ class LinearMorph:
     moves : (B, N, 3) float32 [m]
     normals, normal_moves : (N, 3) float64 and (B, N, 3) float32, or None
         Of any length.
+    motion : JointMotion or None
+        None where nothing else moves the mesh.
     """
 
     weights: FloatArray
@@ -37,39 +43,55 @@ class LinearMorph:
     moves: Parts
     normals: FloatArray | None = None
     normal_moves: Parts | None = None
+    motion: JointMotion | None = None
 
     def points_at(self, frame: int) -> FloatArray:
         """Return the points (N, 3) [m] of one frame."""
-        return np.asarray(self.points + _weighted_sum(self.weights[frame], self.moves))
+        shown = np.asarray(self.points + _weighted_sum(self.weights[frame], self.moves))
+        if self.motion is None:
+            return shown
+        matrices = self.motion.of_points(np.array([frame]), self.motion.groups)
+        return np.asarray(placed(matrices[..., :3], shown[None])[0] + matrices[0, ..., 3])
 
     def normals_at(self, frame: int) -> FloatArray | None:
         """Return unit normals (N, 3) of one frame."""
         if self.normals is None or self.normal_moves is None:
             return None
-        shown = self.normals + _weighted_sum(self.weights[frame], self.normal_moves)
+        shown = np.asarray(self.normals + _weighted_sum(self.weights[frame], self.normal_moves))
+        if self.motion is not None:
+            matrices = self.motion.of_normals(np.array([frame]), self.motion.groups)
+            shown = placed(matrices, shown[None])[0]
         length = np.linalg.norm(shown, axis=1, keepdims=True)
         return np.asarray(shown / np.where(length > 0, length, 1.0))
 
 
 def point_distances(
-    one: LinearMorph, other: LinearMorph, pairs: tuple[IntArray, IntArray], frames: IntArray
+    one: LinearMorph, other: LinearMorph, pairs: Pairs, frames: IntArray
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the distances [m] of paired vertices at `frames` (f,): (f, n) in blocks of pairs.
 
-    Differences are taken before they are summed, so that 32 bits are enough.
+    Differences are taken before they are summed and placed, so that 32 bits are enough: where A
+    places p and C places q, Ap - Cq = A(p - q) + (A - C)q.
     """
     mine, its = _used_shapes(one.weights[frames], other.weights[frames])
-    weights = np.concatenate(
-        [one.weights[frames][:, mine], -other.weights[frames][:, its]], 1
-    ).astype(np.float32)
-    for here, there in _blocks(pairs, len(frames)):
+    theirs = other.weights[frames][:, its].astype(np.float32)
+    weights = np.concatenate([one.weights[frames][:, mine].astype(np.float32), -theirs], 1)
+    for here, there in _blocks(one, other, pairs, len(frames)):
         rest = (one.points[here] - other.points[there]).astype(np.float32)
-        moves = np.concatenate([one.moves[mine][:, here], other.moves[its][:, there]])
-        yield _lengths(_deformed(weights, rest, moves))
+        moves = other.moves[np.ix_(its, there)]
+        both = np.concatenate([one.moves[np.ix_(mine, here)], moves])
+        apart = _deformed(weights, rest, both)
+        if one.motion is not None or other.motion is not None:
+            matrices = _transforms(one.motion, here, frames)
+            off = (matrices - _transforms(other.motion, there, frames)).astype(np.float32)
+            shown = _deformed(theirs, other.points[there].astype(np.float32), moves)
+            apart = placed(matrices[..., :3].astype(np.float32), apart)
+            apart = np.asarray(apart + placed(off[..., :3], shown) + off[..., 3], np.float32)
+        yield _lengths(apart)
 
 
 def normal_distances(
-    one: LinearMorph, other: LinearMorph, pairs: tuple[IntArray, IntArray], frames: IntArray
+    one: LinearMorph, other: LinearMorph, pairs: Pairs, frames: IntArray
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the chords between unit normals of paired vertices, as `point_distances`."""
     if (
@@ -80,13 +102,16 @@ def normal_distances(
     ):
         return
     mine, its = _used_shapes(one.weights[frames], other.weights[frames])
-    for here, there in _blocks(pairs, len(frames)):
+    for here, there in _blocks(one, other, pairs, len(frames)):
         sides = []
         for side, used, at in ((one, mine, here), (other, its, there)):
             assert side.normals is not None and side.normal_moves is not None
             weights = side.weights[frames][:, used].astype(np.float32)
             rest = side.normals[at].astype(np.float32)
-            shown = _deformed(weights, rest, side.normal_moves[used][:, at])
+            shown = _deformed(weights, rest, side.normal_moves[np.ix_(used, at)])
+            if side.motion is not None:
+                turns = side.motion.of_normals(frames, _one_or_each(side.motion.groups[at]))
+                shown = placed(turns.astype(np.float32), shown)
             length = _lengths(shown)[..., None]
             sides.append(np.asarray(shown / np.where(length > 0, length, 1), np.float32))
         yield _lengths(np.asarray(sides[0] - sides[1], np.float32))
@@ -100,15 +125,55 @@ def _used_shapes(one: FloatArray, other: FloatArray) -> tuple[IntArray, IntArray
     return np.flatnonzero(one.any(axis=0)), np.flatnonzero(other.any(axis=0))
 
 
-def _blocks(pairs: tuple[IntArray, IntArray], frames: int) -> Iterator[tuple[IntArray, IntArray]]:
+def _transforms(motion: JointMotion | None, vertices: IntArray, frames: IntArray) -> FloatArray:
+    """Return the transforms (f, n or 1, 3, 4) of vertices (n,)."""
+    if motion is None:
+        return np.eye(3, 4)[None, None]
+    return motion.of_points(frames, _one_or_each(motion.groups[vertices]))
+
+
+def _one_or_each(groups: IntArray) -> IntArray:
+    return groups[:1] if (groups == groups[:1]).all() else groups
+
+
+def _blocks(one: LinearMorph, other: LinearMorph, pairs: Pairs, frames: int) -> Iterator[Pairs]:
+    """Yield parts of the pairs, those that the same shapes and joints move together."""
     step = max(1, _BLOCK // (3 * max(frames, 1)))
-    for start in range(0, len(pairs[0]), step):
-        yield pairs[0][start : start + step], pairs[1][start : start + step]
+    group = np.zeros(len(pairs[0]), np.int64)
+    for side, at in zip((one, other), pairs, strict=True):
+        if side.motion is not None:
+            group = group * len(side.motion.weights) + side.motion.groups[at]
+    order = np.lexsort((_signatures(one.moves)[pairs[0]], group))
+    here, there, group = pairs[0][order], pairs[1][order], group[order]
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    counts = np.diff(np.append(starts, len(group)))
+    for start, count in zip(starts[counts >= _LARGE], counts[counts >= _LARGE], strict=True):
+        for first in range(start, start + count, step):
+            part = slice(first, min(first + step, start + count))
+            yield here[part], there[part]
+    left = np.flatnonzero(np.repeat(counts < _LARGE, counts))
+    step = max(1, step // 4)  # a matrix for each vertex and frame
+    for first in range(0, len(left), step):
+        rest = left[first : first + step]
+        yield here[rest], there[rest]
+
+
+def _signatures(moves: Parts) -> IntArray:
+    """Return a number for each vertex; vertices that the same shapes move have the same."""
+    moved = np.packbits(moves.any(axis=2), axis=0).T
+    if not moved.shape[1]:
+        return np.zeros(len(moved), np.int64)
+    rows = np.ascontiguousarray(moved).view(f"V{moved.shape[1]}").ravel()
+    return np.unique(rows, return_inverse=True)[1].astype(np.int64)
 
 
 def _deformed(weights: Parts, rest: Parts, moves: Parts) -> Parts:
-    shown = (weights @ moves.reshape(len(moves), rest.size) + rest.ravel()).reshape(-1, *rest.shape)
-    return np.asarray(shown, np.float32)
+    """Return ``rest + weights @ moves``: (f, n, 3), by the shapes that move any of the vertices."""
+    active = np.flatnonzero(moves.any(axis=(1, 2)))
+    if not len(active):
+        return np.broadcast_to(rest, (len(weights), *rest.shape))
+    moved = weights[:, active] @ moves[active].reshape(len(active), rest.size)
+    return np.asarray((moved + rest.ravel()).reshape(-1, *rest.shape), np.float32)
 
 
 def _lengths(vectors: Parts) -> NDArray[np.float32]:

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["print_explanation", "print_fit", "print_neutral_responses"]
 
+# A difference of two outputs that is worth a line.
+_LEAST_SHOWN = 0.05
+
 
 def print_fit(fitted: "Fitted") -> None:
     """Print a fitted system: rules, cross-validation, and the motions that separate emotions."""
@@ -85,6 +88,10 @@ def print_explanation(facts: dict[str, Any]) -> None:
 def _print_emotions(console: Console, facts: dict[str, Any]) -> None:
     emotions = (f"{name} {value:.2f}" for name, value in facts["emotions"].items())
     console.print(shown("  ".join(emotions)))
+    for name, value in facts["emotions"].items():
+        if abs(value - (rules := facts["by_rules"][name])) >= _LEAST_SHOWN:
+            like = "this emotion" if value > rules else "another one"
+            console.print(shown(f"{name} is {rules:.2f} by its rules; the face is like {like}"))
     poses = [f"{name} {value:.2f}" for name, value in facts["poses_shown"].items() if value > 0]
     if poses:
         console.print(shown(f"intensity of the pose: {'  '.join(poses)}"))

@@ -1,6 +1,7 @@
 """The commands `process` and `calibrate`: solve a shot, or a performer's gains."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,15 @@ def _add_pieces(command: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--workers", type=int, help="processes for the pieces (default: one for each core)"
     )
+    group.add_argument(
+        "--openjd",
+        default="",
+        metavar="DIR",
+        help="solve nothing: write the pieces as a job of Open Job Description",
+    )
+    group.add_argument(
+        "--chunk", type=int, default=1, metavar="N", help="pieces in a task of that job"
+    )
 
 
 def _add_delivery(command: argparse.ArgumentParser) -> None:
@@ -138,6 +148,8 @@ def _process(parsed: argparse.Namespace) -> int:
     options = ProcessOptions(**given | factors)
     if parsed.piece and not parsed.pieces:
         raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
+    if parsed.openjd and not parsed.pieces:
+        raise InputError(f"--openjd {parsed.openjd} needs a folder: --pieces DIR", "SETTING_WRONG")
     if parsed.workers is not None and not parsed.pieces:
         raise InputError(
             f"--workers {parsed.workers} are for the pieces of a long take: --pieces DIR",
@@ -145,6 +157,8 @@ def _process(parsed: argparse.Namespace) -> int:
         )
     if parsed.workers is not None and parsed.workers < 1:
         raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
+    if parsed.openjd:
+        return _write_job(parsed)
     if parsed.pieces:
         with progress(parsed) as step:
             solved = pipeline.solve_pieces(
@@ -178,6 +192,51 @@ def _process(parsed: argparse.Namespace) -> int:
             on_progress=step,
         )
     return report(parsed, result)
+
+
+# Options that a job repeats: of all its steps, and of the last.
+_OF_STEPS = (
+    *("no_express", "no_closure", "no_head", "no_clean", "solve", "exaggeration", "gains"),
+    *("asset_root", "skip_hooks", "trusted"),
+)
+_OF_LAST = (
+    *("gltf", "figure", "sheet", "deliver", "start", "end", "handles", "rate", "cache"),
+    *("output", "in_place", "strict"),
+)
+
+
+def _write_job(parsed: argparse.Namespace) -> int:
+    from usdface.pipeline.farm_jobs import write_pieces_job
+
+    with progress(parsed) as step:
+        result = write_pieces_job(
+            parsed.shot,
+            parsed.pieces,
+            parsed.openjd,
+            chunk=parsed.chunk,
+            words=_words(parsed, _OF_STEPS),
+            last=_words(parsed, _OF_LAST),
+            asset_root=parsed.asset_root,
+            on_progress=step,
+        )
+    return report(parsed, result)
+
+
+def _words(parsed: argparse.Namespace, names: Sequence[str]) -> list[str]:
+    """Return options as words of the command line; without those that were not given."""
+    given = vars(parsed)
+    words = []
+    for name in names:
+        value = not given[name[3:]] if name.startswith("no_") else given[name]
+        option = "--" + {"skip_hooks": "skip-hook"}.get(name, name.replace("_", "-"))
+        if value is True:
+            words.append(option)
+        elif isinstance(value, list | tuple):
+            words += [word for each in value for word in (option, str(each))]
+        elif value not in (None, False, "", 0):
+            # A number may be negative, so it must not look like an option.
+            words.append(f"{option}={value}")
+    return words
 
 
 def _factors(option: str, text: str, otherwise: str = "") -> dict[str, float]:

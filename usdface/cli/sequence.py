@@ -138,10 +138,10 @@ def _run(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
 
 
 def _openjd(parsed: argparse.Namespace) -> int:
-    from usdface.pipeline.sequence import write_openjd
+    from usdface.pipeline.farm_jobs import write_sequence_job
 
     with progress(parsed) as step:
-        result = write_openjd(
+        result = write_sequence_job(
             parsed.sources,
             parsed.openjd,
             chunk=parsed.chunk,

@@ -26,7 +26,7 @@ from scipy.ndimage import gaussian_filter1d, grey_opening
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.local_maxima import local_maxima
 
-__all__ = ["EyeClosing", "closing_course", "find_closings"]
+__all__ = ["EyeClosing", "closing_course", "find_closings", "nearest_frame"]
 
 # Longest blink [s], with a margin for the smoothing that recordings come with.
 _LONGEST = 0.6
@@ -151,10 +151,11 @@ def closing_course(times: FloatArray, closings: Sequence[EyeClosing]) -> FloatAr
     """
     course = np.zeros((len(times), 2))
     for each in closings:
-        rise = _raised_cosine((times - each.start) / max(each.closed - each.start, 1e-9))
-        fall = _raised_cosine((each.end - times) / max(each.end - each.opened, 1e-9))
+        own = slice(*np.searchsorted(times, [each.start, each.end]).tolist())  # 0 elsewhere
+        rise = _raised_cosine((times[own] - each.start) / max(each.closed - each.start, 1e-9))
+        fall = _raised_cosine((each.end - times[own]) / max(each.end - each.opened, 1e-9))
         for eye in each.eyes:
-            course[:, eye] = np.maximum(course[:, eye], np.minimum(rise, fall))
+            course[own, eye] = np.maximum(course[own, eye], np.minimum(rise, fall))
     return course
 
 
@@ -197,7 +198,7 @@ def _blinks(
     relative = np.where(known, pulses / np.where(known, scale, 1.0), 0.0)
     strongest = relative.max(axis=1)
     peaks = local_maxima(np.pad(strongest, 1), _DOUBTED, max(int(_APART / step), 1)) - 1
-    reach = round(_APART / step)
+    reach, around = round(_APART / step), round(2 * _LONGEST / step)
     shares = np.array(
         [relative[max(peak - reach, 0) : peak + reach + 1].max(axis=0) for peak in peaks]
     ).reshape(-1, 2)
@@ -209,11 +210,13 @@ def _blinks(
             continue
         # The mean course of the eyes that show it: they move together.
         shown = np.flatnonzero(share >= _SHARED)
-        course = (relative[:, shown] / share[shown]).mean(axis=1)
-        peak = _top(course, peak, reach)
+        first, last = max(peak - around, 0), peak + around + 1
+        course = (relative[first:last, shown] / share[shown]).mean(axis=1)
+        top = _top(course, peak - first, reach)
+        peak = first + top
         if peak in kept:
             continue
-        start, closed, opened, end, halfway, width = _times(times, course, peak)
+        start, closed, opened, end, halfway, width = _times(times[first:last], course, top)
         if width > _WIDEST or times[peak] - halfway > _SLOW:
             continue
         wink = known.all() and not both and width > _FAST
@@ -259,8 +262,8 @@ def _times(
 
 def _crossing(times: FloatArray, share: FloatArray, peak: int, way: int, level: float) -> float:
     """Return the time at which a pulse passes a level, going away from its peak: [s]."""
-    side = share[peak:] if way > 0 else share[: peak + 1][::-1]
-    at = times[peak:] if way > 0 else times[: peak + 1][::-1]
+    side = share[peak:] if way > 0 else share[peak::-1]
+    at = times[peak:] if way > 0 else times[peak::-1]
     below = np.flatnonzero(side < level)
     if not len(below):
         return float(at[-1])
@@ -306,7 +309,7 @@ def _held_eye(
         span = (start, float(times[first]), float(times[last]), end)
         height = float(share[first:stop].max())
         # Between two that never opened the eye stays closed.
-        between = share[_frame(times, held[-1].opened) : first] if held else share[:0]
+        between = share[nearest_frame(times, held[-1].opened) : first] if held else share[:0]
         if held and between.min(initial=np.inf) > _OPEN:
             previous = held.pop()
             span = (previous.start, previous.closed, *span[2:])
@@ -315,8 +318,11 @@ def _held_eye(
     return held
 
 
-def _frame(times: FloatArray, time: float) -> int:
-    return int(np.abs(times - time).argmin())
+def nearest_frame(times: FloatArray, time: float) -> int:
+    """Return the frame nearest to a time [s], the earlier of two."""
+    after = min(int(np.searchsorted(times, time)), len(times) - 1)
+    before = max(after - 1, 0)
+    return before if abs(time - times[before]) <= abs(times[after] - time) else after
 
 
 def _within(held: EyeClosing, blinks: Sequence[EyeClosing]) -> bool:
@@ -326,6 +332,10 @@ def _within(held: EyeClosing, blinks: Sequence[EyeClosing]) -> bool:
 
 def _left(times: FloatArray, share: FloatArray, frame: int, way: int) -> float:
     """Return the time at which the way to, or from, a closed eye begins, or ends: [s]."""
-    time = _crossing(times, share / share[frame], frame, way, _OPEN / float(share[frame]))
+    # Beyond the slowest it is as slow.
+    first, stop = np.searchsorted(times, [times[frame] - 2 * _SLOWEST, times[frame] + 2 * _SLOWEST])
+    near, frame_there = slice(int(first), int(stop)), frame - int(first)
+    level = _OPEN / float(share[frame])
+    time = _crossing(times[near], share[near] / share[frame], frame_there, way, level)
     away = np.clip(abs(time - times[frame]), _CLOSING[0], _SLOWEST)
     return float(times[frame] + way * away)

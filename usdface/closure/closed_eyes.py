@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.blinks import EyeClosing, closing_course, find_closings
+from usdface.closure.blinks import EyeClosing, closing_course, find_closings, nearest_frame
 from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
@@ -172,12 +172,13 @@ def _completed(
     before: FloatArray,
     after: FloatArray,
 ) -> CompletedClosing:
-    frames = np.flatnonzero((times > closing.start) & (times < closing.end))
-    peak = int(np.abs(times - closing.closed).argmin())
+    first = int(np.searchsorted(times, closing.start, "right"))
+    last = int(np.searchsorted(times, closing.end)) - 1
+    peak = nearest_frame(times, closing.closed)
     own = [gaps[EYES[eye]] for eye in closing.eyes if EYES[eye] in gaps]
     return CompletedClosing(
         closing,
-        (int(frames[0]), int(frames[-1])) if len(frames) else (peak, peak),
+        (first, last) if first <= last else (peak, peak),
         peak,
         tuple(float(before[peak, eye.closer]) for eye in own),
         tuple(float(after[peak, eye.closer]) for eye in own),

@@ -6,6 +6,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.lid_gaps import LidGaps
+from usdface.frame_blocks import by_blocks
 
 __all__ = ["close_lids", "crossing", "part_crossed_lids"]
 
@@ -41,8 +42,12 @@ def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatA
     closed = own.copy()
     raisers, tighteners = list(gaps.raisers), list(gaps.tighteners)
     closed[:, raisers] = 0.0
-    closed[:, gaps.closer] = _least_weight(closed, [gaps.closer], gaps)
-    tight = _least_weight(closed, tighteners, gaps) if tighteners else np.zeros(len(frames))
+
+    def least(columns: list[int]) -> FloatArray:
+        return by_blocks(len(closed), lambda block: _least_weight(closed[block], columns, gaps))
+
+    closed[:, gaps.closer] = least([gaps.closer])
+    tight = least(tighteners) if tighteners else np.zeros(len(frames))
     own[:, raisers] = np.minimum(own[:, raisers], 1.0 - share[:, None])
     own[:, gaps.closer] = np.maximum(own[:, gaps.closer], share * closed[:, gaps.closer])
     own[:, tighteners] = np.maximum(own[:, tighteners], (share * tight)[:, None])
@@ -77,7 +82,7 @@ def part_crossed_lids(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> Fl
 
 def crossing(weights: FloatArray, gaps: LidGaps) -> FloatArray:
     """Return by how much the lids cross beyond the little that skin gives way: (F,) [m]."""
-    return _crossed(gaps.at(weights), gaps)
+    return by_blocks(len(weights), lambda frames: _crossed(gaps.at(weights[frames]), gaps))
 
 
 def _crossed(distances: FloatArray, gaps: LidGaps) -> FloatArray:

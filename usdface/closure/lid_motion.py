@@ -14,6 +14,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_signal import closing_displacements, near_lids
 from usdface.face.bound_face import BoundFace
+from usdface.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution
 
 __all__ = ["LidMarker", "lid_markers", "lid_motion"]
@@ -98,12 +99,13 @@ def lid_motion(lids: list[LidMarker], solution: Solution) -> FloatArray:
 
     1 is the closed eye of the character; as the lids' signal, but for the skin around them.
     """
-    displacements = solution.displacements
-    motion = np.full((len(displacements), 2), np.nan)
+    motion = np.full((len(solution.feature_points), 2), np.nan)
     for column, eye in enumerate(EYES):
         own = [lid for lid in lids if lid.eye == eye]
         if own:
-            moved = [displacements[:, lid.marker] - lid.skin(displacements) for lid in own]
             along = np.concatenate([lid.closing for lid in own])
-            motion[:, column] = np.concatenate(moved, axis=1) @ along / (along**2).sum()
+            for frames in frame_blocks(len(motion)):
+                at = solution.displaced(frames)
+                moved = [at[:, lid.marker] - lid.skin(at) for lid in own]
+                motion[frames, column] = np.concatenate(moved, axis=1) @ along / (along**2).sum()
     return motion

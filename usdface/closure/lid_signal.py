@@ -53,7 +53,7 @@ def lid_signal(
         used = near_lids(closing, gaps[eye])
         if not used.any():
             continue
-        moved = solution.displacements[:, used]
+        moved = solution.feature_points[:, used] - solution.rest[used]
         along = closing[used] / (closing[used] ** 2).sum()
         signal[:, column] = np.einsum("fmd,md->f", moved, along)
     return signal

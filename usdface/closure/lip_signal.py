@@ -14,6 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
+from usdface.frame_blocks import by_blocks
 from usdface.retarget.solution import Solution
 from usdface.takes import WeightsTake
 
@@ -103,16 +104,18 @@ def lip_distances(
     vertices = face.vertices_of(solution.markers)
     rest = face.mesh.points[vertices]
     order = [face.markers.index(name) for name in solution.markers]
-    posed, as_solved = (
-        face.displacements(take.reordered(face.shape_names).weights)[:, order]
-        for take in (solved, solution.weights)
-    )
-    # On the character's own lips: what the solve left over is the same on both faces.
-    performed = as_solved + solution.leftover if solution.model else solution.displacements
-    seen, shown = (
-        _smooth((moved[:, pairs[:, 0]] - moved[:, pairs[:, 1]]) @ across, solved.times)
-        for moved in (performed, posed)
-    )
+    weights = [take.reordered(face.shape_names).weights for take in (solved, solution.weights)]
+
+    def apart(frames: slice) -> FloatArray:
+        posed, as_solved = (face.displacements(each[frames])[:, order] for each in weights)
+        # On the character's own lips: what the solve left over is the same on both faces.
+        left = solution.leftover(frames) if solution.model else None
+        performed = solution.displaced(frames) if left is None else as_solved + left
+        both = [m[:, pairs[:, 0]] - m[:, pairs[:, 1]] for m in (performed, posed)]
+        return np.stack([moved @ across for moved in both], axis=1)
+
+    distances = by_blocks(len(solved.times), apart)
+    seen, shown = (_smooth(distances[:, of], solved.times) for of in (0, 1))
     sure = np.flatnonzero([_agree(a, b) for a, b in zip(seen.T, shown.T, strict=True)])
     if not len(sure):
         return None

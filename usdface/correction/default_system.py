@@ -7,7 +7,7 @@ from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
-from usdface.options import MARKER_NOISE, CorrectionOptions
+from usdface.options import LIKENESS, MARKER_NOISE, CorrectionOptions
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
@@ -38,6 +38,7 @@ def design(
         return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message, missing=missing)]
     system, read, findings = design_system(face, expressions, MARKER_NOISE)
     system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
+    system = replace(system, likeness=LIKENESS)
     return system, read | roles, findings
 
 

@@ -56,8 +56,9 @@ def events_of(output: FloatArray, onset: float) -> Events:
     They reach the onset, and last as long as the curve is above half of it.
     """
     release = _RELEASE * onset
-    labels, count = label(output > release)
-    runs = [np.flatnonzero(labels == number) for number in range(1, count + 1)]
+    shown = np.concatenate([[False], output > release, [False]])
+    ends = np.flatnonzero(np.diff(shown.astype(np.int8))).reshape(-1, 2)
+    runs = [np.arange(first, end) for first, end in ends.tolist()]
     runs = [at for at in runs if output[at].max() > onset]
     stretches = [_Stretch(at, output[at], onset, release) for at in runs]
     if not stretches:
@@ -100,8 +101,7 @@ class _Stretch:
     def envelope(self) -> FloatArray:
         """Return the envelope (N,)."""
         held = np.maximum(_HELD * self.size, self._release + 1e-9)
-        above = np.clip((self._own - self._release) / (self._onset - self._release), 0.0, 1.0)
-        settled = _settled(self._own, _PLAY * self.size * above)
+        settled = _settled(self._own, self._release, _PLAY * self.size)
         return _smooth_step((settled - self._release) / (held - self._release))
 
     def peaks(self, values: FloatArray) -> FloatArray:
@@ -142,19 +142,20 @@ class _Stretch:
         return least
 
 
-def _settled(curve: FloatArray, play: FloatArray) -> FloatArray:
-    """Return a curve (N,) without its ups and downs of less than twice `play` (N,): hysteresis.
+def _settled(curve: FloatArray, start: float, play: FloatArray) -> FloatArray:
+    """Return a curve (N,) from `start` on without ups and downs of less than twice `play` (N,).
 
-    The mean of a forward and a backward pass, so that it does not lag.
+    Hysteresis: the lower of a forward and a backward pass, so that either end is later by `play`
+    and none begins with a step.
     """
     passes = []
     for course, free in ((curve, play), (curve[::-1], play[::-1])):
-        at, settled = float(course[0]), np.empty(len(course))
+        at, settled = start, np.empty(len(course))
         for k, (value, reach) in enumerate(zip(course.tolist(), free.tolist(), strict=True)):
             at = min(max(at, value - reach), value + reach)
             settled[k] = at
         passes.append(settled)
-    return np.asarray((passes[0] + passes[1][::-1]) / 2)
+    return np.minimum(passes[0], passes[1][::-1])
 
 
 def _smooth_step(x: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """The expression layer: the correction of solved weights, and its trace."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from usdface.correction.evidence import evidence_of
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
+from usdface.correction.likeness import Likeness, performers_outputs
 from usdface.correction.rule_check import check_rules
 from usdface.correction.take_blending import MissingRegions, TakeBlending
 from usdface.correction.temporal_blend import blend_out
@@ -39,17 +40,20 @@ class SideTrace:
     inputs : (F, I) float64
         Features, in units of `ExpressionTrace.unit`; columns as `ExpressionSystem.inputs`.
     evaluation : Evaluation
-        Emotions, firing strengths, and memberships if requested.
+        Emotions, of rules and likeness, firing strengths, and memberships if requested.
     shown : (F, E) float64
         The share of its pose that each emotion gets, without the gains of regions.
     missing : mapping of "brows", "mouth" to (F, E) bool
         Frames in which a region held the correction back: it does not show the pose.
+    by_rules : (F, E) float64
+        Emotions of the rules alone.
     """
 
     inputs: FloatArray
     evaluation: Evaluation
     shown: FloatArray
     missing: MissingRegions
+    by_rules: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -138,10 +142,11 @@ def express(
         for name in layout.shapes
         if name not in names
     ]
-    evaluations = {
+    by_rules = {
         side: evaluate(system.fuzzy, inputs, memberships=trace)
         for side, inputs in features.sides.items()
     }
+    evaluations = _with_likeness(system, features, by_rules, expressions)
     gains = gains or Gains.constant(system.gain, expressions)
     evidence = evidence_of(face, names, system.evidence)
     blending = TakeBlending(system, poses, names, layout, gains, evidence, weights, times)
@@ -152,12 +157,59 @@ def express(
     findings += new_findings
     sides = {
         side: SideTrace(
-            features.sides[side], evaluation, blended.shown[side], blended.missing[side]
+            features.sides[side],
+            evaluation,
+            blended.shown[side],
+            blended.missing[side],
+            by_rules[side].outputs,
         )
         for side, evaluation in evaluations.items()
     }
     traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
     return Correction(corrected, traced, check_rules(system) + findings)
+
+
+def _with_likeness(
+    system: ExpressionSystem,
+    features: Features,
+    by_rules: Mapping[Side, Evaluation],
+    expressions: Sequence[Expression],
+) -> dict[Side, Evaluation]:
+    """Return the evaluations with the likeness of the face to the expressions in their outputs.
+
+    It counts for an emotion as far as the enabled rules of this emotion do.
+    """
+    if not features.likeness:
+        return dict(by_rules)
+    names = [expression.name for expression in expressions]
+    columns = [names.index(name) if name in names else None for name in system.emotions]
+    weights = np.array(
+        [
+            system.likeness * _rule_weight(system, name) if column is not None else 0.0
+            for name, column in zip(system.emotions, columns, strict=True)
+        ]
+    )
+    at = [column or 0 for column in columns]
+    strength = features.likeness["both"].shown[:, at].max(axis=0, initial=0.0)
+    found = {}
+    for side, evaluation in by_rules.items():
+        whole = features.likeness[side]
+        likeness = Likeness(whole.certain[:, at], whole.size[:, at], whole.contrary[:, at])
+        outputs = performers_outputs(evaluation.outputs, likeness, weights, strength)
+        found[side] = replace(evaluation, outputs=outputs)
+    return found
+
+
+def _rule_weight(system: ExpressionSystem, emotion: str) -> float:
+    """Return the largest weight of an emotion's enabled rules."""
+    return max(
+        (
+            rule.weight
+            for rule in system.fuzzy.rules
+            if rule.enabled and any(name == emotion for name, _ in rule.consequents)
+        ),
+        default=0.0,
+    )
 
 
 def expression_poses(

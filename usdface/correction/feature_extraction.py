@@ -1,21 +1,24 @@
 """Feature extraction: the inputs of a fuzzy system, of the whole face and of either half."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from usdface.arrays import FloatArray
-from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
-from usdface.correction.shown_motion import motion_gains
+from usdface.arrays import BoolArray, FloatArray
+from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth, smoothed_blocks
+from usdface.correction.likeness import ExpressionLikeness, Likeness
+from usdface.correction.shown_motion import motion_gains, motion_products
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import SIDES, Side, half_face, half_weights, midline, sides_of
 from usdface.face.symmetry import symmetric_pairs
+from usdface.frame_blocks import by_blocks
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
+from usdface.retarget_setup import Expression
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Features", "features", "sided_features"]
@@ -37,15 +40,20 @@ class Features:
         The marker that each input reads.
     unit : float [m]
         The length that inputs are divided by.
+    likeness : mapping of "both", "left", "right" to Likeness
+        How far the motion of each side is that of the expressions; empty where only rules count.
     """
 
     sides: Mapping[Side, FloatArray]
     markers: tuple[str, ...] = ()
     unit: float = MILLIMETRE
+    likeness: Mapping[Side, Likeness] = field(default_factory=dict)
 
 
-# Names of markers, their neutral positions (M, 3), and their positions (F, M, 3) for each side.
-_SidedMarkers = tuple[tuple[str, ...], FloatArray, dict[Side, FloatArray]]
+# Positions (B, M, 3) of markers in some frames.
+_Positions = Callable[[slice], FloatArray]
+# Names of markers, their neutral positions (M, 3), and their positions for each side.
+_SidedMarkers = tuple[tuple[str, ...], FloatArray, dict[Side, _Positions]]
 
 
 def features(
@@ -80,10 +88,12 @@ def sided_features(
     weights: WeightsTake,
     solution: Solution | None,
     sides: Sequence[Side] = SIDES,
+    expressions: Sequence[Expression] = (),
 ) -> Features:
     """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
-    Raises as `features`.
+    With `expressions` their likeness is judged, too, if the system asks for it. Raises as
+    `features`.
     """
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
@@ -93,14 +103,42 @@ def sided_features(
     unit = face_unit(system, neutral)
     # As in the solve: a take without noise is not smoothed.
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
+    width = noise * system.smoothing
     inputs: dict[Side, FloatArray] = {}
+    likeness: dict[Side, Likeness] = {}
+    judge = None
+    if system.likeness and system.space == "character" and expressions and face.nose_tip in names:
+        judge = ExpressionLikeness(face, expressions)
     for side, positions in by_side.items():
-        measured = measure(
-            positions, neutral, names, system.features, face.roles, face.nose_tip, unit
-        )
-        inputs[side] = smooth(measured, take.times, noise * system.smoothing)
+
+        def measured(frames: slice, positions: _Positions = positions) -> FloatArray:
+            return measure(
+                *(positions(frames), neutral, names, system.features),
+                *(face.roles, face.nose_tip, unit),
+            )
+
+        inputs[side] = smooth(by_blocks(len(take.times), measured), take.times, width)
+        if judge is not None:
+            likeness[side] = _likeness(judge, positions, neutral, take.times, width)
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
-    return Features(inputs, markers, unit)
+    return Features(inputs, markers, unit, likeness)
+
+
+def _likeness(
+    judge: ExpressionLikeness,
+    positions: _Positions,
+    neutral: FloatArray,
+    times: FloatArray,
+    width: float,
+) -> Likeness:
+    """Judge the smoothed motion of one side."""
+    smoothed = smoothed_blocks(lambda frames: positions(frames) - neutral, times, width)
+
+    def judged(frames: slice) -> FloatArray:
+        found = judge.of(smoothed(frames))
+        return np.stack([found.certain, found.size, found.contrary], axis=1)
+
+    return Likeness(*np.moveaxis(by_blocks(len(times), judged), 1, 0))
 
 
 def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:
@@ -137,13 +175,14 @@ def _take_markers(
             'set its space to "character"'
         )
     names, neutral = solution.markers, on_plane(solution.neutral)
-    positions = solution.still(take)
+    still = solution.still(take)
     on_character = face.mesh.points[face.vertices_of(names)]
-    return (
-        names,
-        neutral,
-        _sided_positions(positions, neutral, on_character, names, face.nose_tip, sides),
-    )
+
+    def positions(frames: slice) -> FloatArray:
+        return still[frames]
+
+    at_rest = neutral, on_character
+    return names, neutral, _sided_positions(positions, *at_rest, names, face.nose_tip, sides)
 
 
 def _character_markers(
@@ -151,62 +190,74 @@ def _character_markers(
 ) -> _SidedMarkers:
     """Return the markers on the character at the solved weights, as far as the take moves them."""
     names, neutral = face.markers, face.neutral
-    solved = weights.reordered(face.shape_names).weights
+    solved = weights.reordered(face.shape_names)
     pairs = symmetric_pairs(face.shape_names)
-    whole = face.displacements(solved)
-    if not len(pairs):
-        positions = neutral + _shown(face, whole, whole, weights, solution, "both")
-        by_side = _sided_positions(positions, neutral, neutral, names, face.nose_tip, sides)
-        return names, neutral, by_side
-    sided_weights = {s: solved if s == "both" else half_weights(solved, pairs, s) for s in sides}
-    by_side = {
-        side: neutral + _shown(face, face.displacements(w), whole, weights, solution, side)
-        for side, w in sided_weights.items()
-    }
+    if len(pairs):
+        return names, neutral, {s: _shown_positions(face, solved, solution, s) for s in sides}
+    positions = _shown_positions(face, solved, solution, "both")
+    by_side = _sided_positions(positions, neutral, neutral, names, face.nose_tip, sides)
     return names, neutral, by_side
 
 
 def _sided_positions(
-    positions: FloatArray,
+    positions: _Positions,
     neutral: FloatArray,
     on_character: FloatArray,
     names: tuple[str, ...],
     nose_tip: str,
     sides: Sequence[Side],
-) -> dict[Side, FloatArray]:
+) -> dict[Side, _Positions]:
     """Return the positions of each side; without a nose tip, those of the whole face for all."""
     if nose_tip not in names:
         return dict.fromkeys(sides, positions)
     nose = names.index(nose_tip)
-    return {
-        s: positions if s == "both" else half_face(positions, neutral, on_character, nose, s)
-        for s in sides
-    }
+
+    def of(side: Side) -> _Positions:
+        return lambda frames: half_face(positions(frames), neutral, on_character, nose, side)
+
+    return {side: positions if side == "both" else of(side) for side in sides}
 
 
-def _shown(
-    face: BoundFace,
-    moved: FloatArray,
-    solved: FloatArray,
-    weights: WeightsTake,
-    solution: Solution | None,
-    side: Side,
-) -> FloatArray:
-    """Return displacements (F, M, 3) of a side, as large as the take's markers show the solved."""
+def _shown_positions(
+    face: BoundFace, solved: WeightsTake, solution: Solution | None, side: Side
+) -> _Positions:
+    """Return the markers of a side at the solved weights, as far as the take's markers move."""
+    pairs = symmetric_pairs(face.shape_names)
+
+    def moved(frames: slice) -> FloatArray:
+        own = solved.weights[frames]
+        return face.displacements(own if side == "both" else half_weights(own, pairs, side))
+
     if solution is None or face.nose_tip not in solution.markers:
-        return moved
+        return lambda frames: face.neutral + moved(frames)
+    upper = face.neutral[:, 1] > face.neutral[face.nose, 1]
+    gains, half = _gains(face, solved, solution, side, upper), upper.astype(np.intp)
+
+    def shown(frames: slice) -> FloatArray:
+        at = moved(frames)
+        nose = at[:, face.nose, None]
+        return np.asarray(face.neutral + (nose + gains[frames][:, half, None] * (at - nose)))
+
+    return shown
+
+
+def _gains(
+    face: BoundFace, solved: WeightsTake, solution: Solution, side: Side, upper: BoolArray
+) -> FloatArray:
+    """Return by how much the lower and the upper half move further than solved: (F, 2)."""
     index = {name: i for i, name in enumerate(solution.markers)}
     seen = np.array([name in index for name in face.markers])
     at = [index[name] for name in np.array(face.markers)[seen]]
-    nose = face.nose
-    shown = solved.copy()
-    shown[:, seen] = solution.feature_points[:, at] - solution.rest[at]
     sides = sides_of(face.neutral, midline(face.neutral, face.midline), 0.0)
     measured = seen if side == "both" else seen & (sides != (-1 if side == "left" else 1))
-    upper = face.neutral[:, 1] > face.neutral[nose, 1]
-    step = float(np.median(np.diff(weights.times))) if len(weights.times) > 1 else 1.0
-    nose_at = [each[:, nose, None] for each in (solved, shown, moved)]
-    gains = motion_gains(
-        solved - nose_at[0], shown - nose_at[1], upper, measured, _GAIN_WIDTH / step
-    )
-    return np.asarray(nose_at[2] + gains[:, :, None] * (moved - nose_at[2]))
+
+    def products(frames: slice) -> FloatArray:
+        own = face.displacements(solved.weights[frames])
+        shown = own.copy()
+        shown[:, seen] = solution.feature_points[frames][:, at] - solution.rest[at]
+        own, shown = (each - each[:, face.nose, None] for each in (own, shown))
+        return motion_products(own, shown, upper, measured)
+
+    times = solved.times
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    return motion_gains(by_blocks(len(times), products), _GAIN_WIDTH / step)

@@ -5,7 +5,8 @@ of one marker's distance to the nose tip along one axis, from neutral: Zikky et 
 section 4 ("absolute"); the signed form distinguishes a lowered brow from a raised one.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -15,10 +16,12 @@ from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.geometry.marker_spread import marker_spread
 
-__all__ = ["MILLIMETRE", "face_unit", "measure", "smooth"]
+__all__ = ["MILLIMETRE", "face_unit", "measure", "smooth", "smoothed_blocks"]
 
 MILLIMETRE = 0.001
 _AXES = {"x": 0, "y": 1, "z": 2}
+# Standard deviations at which the Gaussian ends, as in scipy.
+_TRUNCATED = 4.0
 
 
 def face_unit(system: ExpressionSystem, neutral: FloatArray) -> float:
@@ -104,12 +107,44 @@ def smooth(features: FloatArray, times: FloatArray, width: float) -> FloatArray:
     width : float [s]
         Standard deviation of the Gaussian; 0 changes nothing.
     """
-    if width == 0 or len(times) < 2:
+    return _gaussian(features, _deviation(times, width))
+
+
+def smoothed_blocks(
+    values: Callable[[slice], FloatArray], times: FloatArray, width: float
+) -> Callable[[slice], FloatArray]:
+    """Return a function that smooths a block of frames by those around it, as `smooth` does.
+
+    Parameters
+    ----------
+    values : callable
+        Returns the values (B, ...) of a block of the take's frames.
+    times : (F,) float64 [s]
+    width : float [s]
+    """
+    frames = _deviation(times, width)
+    reach = math.ceil(_TRUNCATED * frames) + 1
+
+    def smoothed(block: slice) -> FloatArray:
+        first = max(block.start - reach, 0)
+        around = values(slice(first, min(block.stop + reach, len(times))))
+        flat = _gaussian(around.reshape(len(around), -1), frames).reshape(around.shape)
+        return flat[block.start - first : block.stop - first]
+
+    return smoothed
+
+
+def _deviation(times: FloatArray, width: float) -> float:
+    """Return a standard deviation in frames; 0 of a take without two of them."""
+    return width / float(np.median(np.diff(times))) if width and len(times) > 1 else 0.0
+
+
+def _gaussian(features: FloatArray, frames: float) -> FloatArray:
+    if frames == 0.0:
         return features
-    frames = width / float(np.median(np.diff(times)))
     seen = ~np.isnan(features)
     total, share = (
-        gaussian_filter1d(values, frames, axis=0, mode="nearest")
+        gaussian_filter1d(values, frames, axis=0, mode="nearest", truncate=_TRUNCATED)
         for values in (np.where(seen, features, 0.0), seen.astype(np.float64))
     )
     smoothed = np.full(features.shape, np.nan)

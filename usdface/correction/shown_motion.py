@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import BoolArray, FloatArray
 
-__all__ = ["motion_gains"]
+__all__ = ["motion_gains", "motion_products"]
 
 # RMS displacement of a marker [m] at which the markers' own size counts by a half: less is noise.
 # Largest gain. Set by benchmarks/expression_takes.py.
@@ -18,13 +18,13 @@ _COUNTS = 0.0005
 _MOST = 1.5
 
 
-def motion_gains(
-    solved: FloatArray, shown: FloatArray, upper: BoolArray, measured: BoolArray, frames: float
+def motion_products(
+    solved: FloatArray, shown: FloatArray, upper: BoolArray, measured: BoolArray
 ) -> FloatArray:
-    """Return by how much markers move further than solved: (F, M).
+    """Return mean products of motion: (F, 2, 2) [m^2].
 
-    Either half of the face has a gain of its own in each frame, that of the least squares from
-    `solved` to `shown`; 1 where hardly anything moves, and never less than 1.
+    Of the lower and the upper half, as solved with as shown, and with itself; 0 of a half that
+    is not measured.
 
     Parameters
     ----------
@@ -35,20 +35,30 @@ def motion_gains(
         Markers of the upper half.
     measured : (M,) bool
         Markers that the gain is taken from.
+    """
+    products = np.zeros((len(solved), 2, 2))
+    for half, own in enumerate((~upper & measured, upper & measured)):
+        if own.any():
+            at = solved[:, own]
+            products[:, half, 0] = np.einsum("fmk,fmk->f", at, shown[:, own]) / own.sum()
+            products[:, half, 1] = np.einsum("fmk,fmk->f", at, at) / own.sum()
+    return products
+
+
+def motion_gains(products: FloatArray, frames: float) -> FloatArray:
+    """Return by how much markers move further than solved: (F, 2), of the lower and upper half.
+
+    The gain of the least squares from solved to shown motion; 1 where hardly anything moves, and
+    never less than 1.
+
+    Parameters
+    ----------
+    products : (F, 2, 2) float64 [m^2]
+        From `motion_products`.
     frames : float
         Standard deviation of the Gaussian that smooths the gain over time.
     """
-    gains = np.ones(solved.shape[:2])
-    for half in (upper, ~upper):
-        own = half & measured
-        if not own.any():
-            continue
-        common = np.einsum("fmk,fmk->f", solved[:, own], shown[:, own]) / own.sum()
-        square = np.einsum("fmk,fmk->f", solved[:, own], solved[:, own]) / own.sum()
-        if frames > 0:
-            common, square = (
-                gaussian_filter1d(values, frames, mode="nearest") for values in (common, square)
-            )
-        gain = (common + _COUNTS**2) / (square + _COUNTS**2)
-        gains[:, half] = np.clip(gain, 1.0, _MOST)[:, None]
-    return gains
+    if frames > 0:
+        products = gaussian_filter1d(products, frames, axis=0, mode="nearest")
+    gain = (products[..., 0] + _COUNTS**2) / (products[..., 1] + _COUNTS**2)
+    return np.asarray(np.clip(gain, 1.0, _MOST))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -84,25 +85,25 @@ class TakeBlending:
         """Raise weak expressions event by event."""
         added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
         drives = _driving(outputs)
-        judged: dict[tuple[int, Side], JudgedEvents] = {}
-        for row, side, region, part in self._parts():
-            if (row, side) not in judged:
-                judged[row, side] = self._judged(drives[side][:, row], row, side)
-            gain = self._gain(row, region)
-            judged[row, side].raise_part(part, gain, added, reached)
+        # The events of one emotion and side at a time: those of a long take are many.
+        parts = sorted(self._parts(), key=_row_and_side)
+        for (row, side), own in groupby(parts, _row_and_side):
+            judged = self._judged(drives[side][:, row], row, side)
+            for *_, region, part in own:
+                judged.raise_part(part, self._gain(row, region), added, reached)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
         shown, missing = {}, {}
         for side, given in outputs.items():
-            events = [self._judged(given[:, row], row, side) for row in range(len(self.poses))]
-            columns = [each.shown(self._gain(row, None)) for row, each in enumerate(events)]
-            shown[side] = np.array(columns).reshape(given.shape[::-1]).T
+            shown[side] = np.zeros(given.shape)
             missing[side] = {
-                region: np.array([each.missing(region, len(given)) for each in events])
-                .reshape(given.shape[::-1])
-                .T
-                for region in self.evidence.regions
+                region: np.zeros(given.shape, bool) for region in self.evidence.regions
             }
+            for row in range(len(self.poses)):
+                judged = self._judged(given[:, row], row, side)
+                shown[side][:, row] = judged.shown(self._gain(row, None))
+                for region, absent in missing[side].items():
+                    absent[:, row] = judged.missing(region, len(given))
         return Blended(corrected, shown, missing)
 
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
@@ -126,6 +127,10 @@ class TakeBlending:
             return self.weights
         pairs = self.layout.antagonists
         return ease_antagonists(self.weights, raised, self.names, pairs, self.system.ease)
+
+
+def _row_and_side(part: tuple[int, Side, GainRegion | None, FloatArray]) -> tuple[int, Side]:
+    return part[:2]
 
 
 def _driving(outputs: Outputs) -> dict[Side, FloatArray]:

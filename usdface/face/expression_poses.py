@@ -12,6 +12,7 @@ are data: poses of blend shapes or of action units, from a file.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -21,7 +22,7 @@ from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit, NamingConven
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Expression
 
-__all__ = ["EMOTIONS", "NAMED", "ActionPose", "expressions_for", "units_of"]
+__all__ = ["EMOTIONS", "NAMED", "ActionPose", "composed_pose", "expressions_for", "units_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +94,7 @@ def expressions_for(
         EXPRESSION_UNKNOWN for each that is left out, SHAPE_UNKNOWN for each without some of its
         units or blend shapes.
     """
-    convention = max(
-        NAMING_CONVENTIONS, key=lambda convention: len(_known(convention, shape_names))
-    )
+    convention = _convention(tuple(shape_names))
     expressions, findings = [], []
     for emotion in NAMED:
         named = [name for name in shape_names if name.lower() in NAMED[emotion]]
@@ -132,15 +131,26 @@ def units_of(shape_names: Sequence[str]) -> dict[str, set[int]]:
 
     In the naming convention of most of the names.
     """
-    convention = max(
-        NAMING_CONVENTIONS, key=lambda convention: len(_known(convention, shape_names))
-    )
+    convention = _convention(tuple(shape_names))
     units: dict[str, set[int]] = {}
     for unit in convention.units:
         for name, _ in convention.names(ActionUnit(unit)):
             if name in shape_names:
                 units.setdefault(name, set()).add(unit)
     return units
+
+
+def composed_pose(units: Mapping[int, float], shape_names: Sequence[str]) -> Expression | None:
+    """Return action units with their strengths as a pose; None where a rig lacks half of them."""
+    pose = ActionPose("units", {ActionUnit(unit): share for unit, share in units.items()})
+    made, _ = _composed(pose, _convention(tuple(shape_names)), shape_names)
+    return made[0] if made else None
+
+
+@lru_cache(maxsize=8)
+def _convention(shape_names: tuple[str, ...]) -> NamingConvention:
+    """Return the naming convention of most of the names."""
+    return max(NAMING_CONVENTIONS, key=lambda convention: len(_known(convention, shape_names)))
 
 
 def _known(convention: NamingConvention, shape_names: Sequence[str]) -> set[str]:

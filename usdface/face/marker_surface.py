@@ -54,6 +54,13 @@ class PlacedMarkers:
     tangents: FloatArray
     slopes: tuple[BlendShapeEvaluator, BlendShapeEvaluator]
 
+    def mapped(
+        self, sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator]
+    ) -> "PlacedMarkers":
+        """Return the same places moved by the shapes that `sized` makes of these."""
+        first, second = self.slopes
+        return replace(self, evaluator=sized(self.evaluator), slopes=(sized(first), sized(second)))
+
 
 @dataclass(frozen=True, eq=False)
 class MarkerSurface:

@@ -160,7 +160,7 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
         landmarks = find_landmarks(face_surface(completed), contacts)
     if landmarks is None:
         raise InputError(
-            f"the blend shapes of {rig.source or rig.name!r} show no lids and lips; action units "
+            f"the blend shapes of {rig.name or rig.source!r} show no lids and lips; action units "
             "need a face that closes its eyes and opens its mouth",
             "SKIN_MISSING",
         )

@@ -167,7 +167,7 @@ def _evaluated_usd(mesh: UsdMesh, codes: FloatArray) -> EvaluatedMesh:
         mesh.weights_at(codes),
         lambda frames: mesh.points_at(codes[frames]),
         lambda frames: mesh.normals_at(codes[frames]),
-        lambda: mesh.linear_morph_at(codes),
+        lambda frames: mesh.linear_morph_at(codes[frames]),
     )
 
 
@@ -184,5 +184,5 @@ def _evaluated_gltf(mesh: PlayerMesh, times: FloatArray) -> EvaluatedMesh:
         *mesh.channels_at(times),
         lambda frames: mesh.points_at(times[frames]),
         lambda frames: mesh.normals_at(times[frames]),
-        lambda: mesh.linear_morph_at(times),
+        lambda frames: mesh.linear_morph_at(times[frames]),
     )

@@ -2,8 +2,8 @@
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -16,6 +16,7 @@ from usdface.errors import ERROR_CODES, InputError, SolveError
 from usdface.hooks import Hook
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, check_place
+from usdface.io.mapped_arrays import MappedArrays
 from usdface.io.plugins import installed_hooks
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot, shot_frames
@@ -25,6 +26,7 @@ from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, join, solve_cut
 from usdface.retarget_shot import SolvedShot, solve_inputs, with_overrides
+from usdface.rigs import Rig
 from usdface.shot import Shot
 from usdface.show.places import places
 from usdface.show.stage_cache import StageCache
@@ -56,18 +58,20 @@ class KeptPieces:
     def __init__(
         self, shot: Path, folder: Path, options: ProcessOptions, asset_root: StrPath | None
     ) -> None:
-        check_place(folder / f"{shot.stem}.npz")  # a cache would go without; a farm cannot
+        check_place(folder / f"{shot.stem}.npz")
         self._where = shot
-        self._cache = StageCache(folder, shot.stem)
+        self._cache = StageCache(folder, shot.stem, must_keep=True)
         self._options = options
         self._stage = open_shot(shot, None)
         self._assets = asset_folder(asset_root)
+        self._rig: Rig | None = None
         self.cuts = PieceCuts.of(shot_frames(self._stage, str(shot)))
 
     def read(self, frames: IntArray) -> Shot:
         """Return the shot with some frames of its take, and the options of this run."""
         staged, _ = read_shot(self._stage, str(self._where), self._assets, frames)
-        return with_overrides(staged.shot, self._options)
+        self._rig = self._rig or staged.shot.rig  # one for all, in memory
+        return with_overrides(replace(staged.shot, rig=self._rig), self._options)
 
     def estimates(self) -> EstimatedTake:
         """Return the estimates of the take: kept ones, or from its sample."""
@@ -287,6 +291,7 @@ class PiecedStages:
         self.used: dict[str, str] = {}
         self._pieces = KeptPieces(shot, folder, options, asset_root)
         self._others = others
+        self._folder = folder
 
     def stage(
         self,
@@ -300,10 +305,17 @@ class PiecedStages:
             known, cuts = self._pieces.estimates(), self._pieces.cuts
             each = (self._pieces.piece(number, known) for number in range(len(cuts)))
             self.used[name] = "joined"
-            return cast(ValueT, join(each, cuts.frames, known))
+            return cast(ValueT, self._joined(each, known))
         if self._others is None:
             self.used[name] = "computed"
             return compute()
         value = self._others.stage(name, inputs, given, compute)
         self.used |= self._others.used
         return value
+
+    def _joined(self, pieces: Iterable[SolvedShot], known: EstimatedTake) -> SolvedShot:
+        arrays = MappedArrays(self._folder)
+        try:
+            return join(pieces, known, arrays)
+        finally:
+            arrays.close()

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from usdface.blas_threads import one_blas_thread
-from usdface.errors import InputError
 from usdface.finding_values import Prose
 from usdface.findings import finding
 from usdface.io.atomic import StrPath, write_text
@@ -25,7 +24,7 @@ from usdface.show.table import Row, by_trouble, row_from
 from usdface.show.watch import files_of
 from usdface.show.workers import Outcome, cores, run_in_workers
 
-__all__ = ["check_unread", "plans_of", "process_sequence", "write_openjd"]
+__all__ = ["check_unread", "plans_of", "process_sequence"]
 
 TIME_LIMIT = 3600.0  # s for a shot: two orders above the longest take that was measured
 
@@ -138,76 +137,6 @@ def process_sequence(
         {"shots": [row.as_dict() for row in table_rows]},
         progress.seconds,
     )
-
-
-def write_openjd(
-    sources: StrPath | Sequence[StrPath],
-    folder: StrPath,
-    *,
-    chunk: int = 1,
-    pages: bool = False,
-    root: StrPath | None = None,
-    on_progress: OnProgress | None = None,
-) -> Result[None]:
-    """Write a sequence as a job of Open Job Description: a bundle of four files.
-
-    Its first step processes the shots, some in a task; its second gathers the table.
-
-    Parameters
-    ----------
-    sources : path or sequence of path
-        As of `process_sequence`.
-    folder : path
-        Of the bundle; what it has of these files is replaced.
-    chunk : int
-        Shots in a task.
-    pages : bool
-        Also write a page for each shot.
-    root : path, optional
-        The folder that holds all files of the show; the deepest that does, if left out.
-    on_progress : callable, optional
-        Called with each `Step`.
-
-    Returns
-    -------
-    Result of None
-        `written` begins with the template. Keys of the summary: ``shots``, ``tasks``, ``inputs``.
-
-    Raises
-    ------
-    InputError
-        If a source cannot be read, or a file lies outside of `root`.
-    """
-    from usdface.show.openjd import common_folder, write_bundle
-
-    if chunk < 1:
-        raise InputError(f"a task of {chunk} shots; expected 1 or more", "SETTING_WRONG")
-    progress = Progress.of(on_progress)
-    given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
-    with progress.step("find shots"):
-        plans = [replace(plan, page=plan.page or pages) for plan in plans_of(given)]
-        inputs = _inputs(plans)
-    with progress.step("write"):
-        base = Path(root) if root else common_folder([*inputs, *(plan.file for plan in plans)])
-        name = f"usdface {Path(given[0]).stem}"
-        written = write_bundle(
-            Path(folder), plans, root=base, inputs=inputs, name=name, chunk=chunk
-        )
-    tasks = -(-len(plans) // chunk)
-    summary = {"shots": len(plans), "tasks": tasks, "inputs": len(inputs), "root": str(base)}
-    return Result(None, written, (), summary, seconds=progress.seconds)
-
-
-def _inputs(plans: Iterable[ShotPlan]) -> list[Path]:
-    """Return all files that the shots read: those that make them, or that they are composed of."""
-    from usdface.io.inputs import files_read
-
-    sources: dict[Path, None] = {}
-    for plan in plans:
-        sources |= dict.fromkeys(plan.making.files if plan.making else (plan.file,))
-        if plan.making and plan.file.is_file():  # it may have been edited
-            sources[plan.file] = None
-    return [file for file in files_read(*sources) if file.is_file()]
 
 
 def plans_of(sources: Iterable[StrPath], root: StrPath | None = None) -> list[ShotPlan]:

@@ -11,7 +11,7 @@ from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget_setup import Calibration, RetargetSetup
 
-__all__ = ["as_performed", "performed"]
+__all__ = ["as_large", "as_performed", "performed"]
 
 
 def performed(
@@ -61,3 +61,12 @@ def as_performed(
     rested = shape_names if setup.neutral is None else tuple(setup.neutral_weights)
     model, start = performed(fit.evaluator, shape_names, setup.calibration, rested)
     return model, replace(fit.space, start=start.reshape(fit.points.shape))
+
+
+def as_large(
+    model: BlendShapeEvaluator, shape_names: tuple[str, ...], setup: RetargetSetup
+) -> BlendShapeEvaluator:
+    """Return displacements by the shapes at the size of a calibrated performer, if there is one."""
+    if setup.calibration is None:
+        return model
+    return performed(model, shape_names, setup.calibration)[0]

@@ -193,6 +193,7 @@ def refine_places(
     surface: MarkerSurface,
     *,
     solve: Callable[[FaceFit], PoseAndWeights],
+    sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
     head_moves: bool,
 ) -> FaceFit:
     """Return the fit with places that better explain the motion of a take, if there are any.
@@ -203,6 +204,8 @@ def refine_places(
     ----------
     solve : callable
         Solves frames of the take with a fit.
+    sized : callable
+        Returns the shapes at the size that the performer makes them: what the weights are of.
     head_moves : bool
         The head's pose is solved with the weights.
     """
@@ -214,7 +217,7 @@ def refine_places(
             break
         assert fit.guess is not None
         skin = fit.transferred or surface
-        shifts = _refined_shifts(fit, skin, joint, head_moves)
+        shifts = _refined_shifts(fit, skin, joint, sized, head_moves)
         if fit.transferred:
             refined = _placed(fit, neutral, shifts, skin)
         else:
@@ -227,20 +230,25 @@ def refine_places(
 
 
 def _refined_shifts(
-    fit: FaceFit, surface: MarkerSurface, joint: PoseAndWeights, head_moves: bool
+    fit: FaceFit,
+    surface: MarkerSurface,
+    joint: PoseAndWeights,
+    sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
+    head_moves: bool,
 ) -> FloatArray:
     """Return shifts (M, 3) [m] that the solved frames make more likely than those of `fit`."""
     assert fit.placed is not None and fit.guess is not None
     weights, displaced = joint.weights, joint.displaced
     variance = joint.regularisation.variance
     rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
-    shifts = guess_in_motion(fit.guess, fit.shifts, fit.placed, weights, displaced, rigid, variance)
-    residual = displaced - fit.placed.evaluator.displacements(weights).reshape(displaced.shape)
+    placed = fit.placed.mapped(sized)
+    shifts = guess_in_motion(fit.guess, fit.shifts, placed, weights, displaced, rigid, variance)
+    residual = displaced - placed.evaluator.displacements(weights).reshape(displaced.shape)
     seen = visible(displaced)
     squares = np.where(seen, (residual**2).sum(axis=2), 0.0).sum(axis=0)
     away = np.sqrt(squares / np.maximum(seen.sum(axis=0), 1))
     for marker in np.flatnonzero(away > _UNLIKE * np.median(away)):
         shifts[marker] = search_in_motion(
-            fit.guess, surface, int(marker), weights, displaced, variance
+            fit.guess, surface, int(marker), weights, displaced, sized, variance
         )
     return shifts

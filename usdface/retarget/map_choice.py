@@ -25,7 +25,7 @@ from usdface.retarget.rbf import SpaceMap, carry, distances, fit_map, kernel_val
 
 __all__ = ["MapChoice", "choose_map", "left_out_errors"]
 
-# The grid that is searched; python benchmarks/stylised.py measures the choice.
+# The grid that is searched; python -m benchmarks.stylised measures the choice.
 RADII = (2.0, 3.0, 5.0, 8.0)
 SMOOTHINGS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 # Of maps that are this nearly as good as the best, the one that bends least is taken. Set by hand;

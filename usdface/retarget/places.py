@@ -6,6 +6,7 @@ beside its neighbours' field sits beside its vertex. In motion a marker moves as
 it sits. Both are guesses with a known spread, so that they add up as Gaussian distributions.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -166,18 +167,20 @@ def search_in_motion(
     marker: int,
     weights: FloatArray,
     displaced: FloatArray,
+    sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
     variance: float,
 ) -> FloatArray:
     """Return the shift (3,) [m] of one marker to the vertex near by that moves most like it.
 
     For a marker that moves unlike its place: slopes do not lead from one lip to the other.
-    Parameters are those of `guess_in_motion`; `marker` is its number.
+    Parameters are those of `guess_in_motion` and `usdface.retarget.face_fit.refine_places`;
+    `marker` is its number.
     """
     near = surface.vertices_near(marker)
     frames = np.flatnonzero(~np.isnan(displaced[:, marker, 0]))
     frames = frames[:: max(1, len(frames) // _SEARCHED)]
     evaluator, _ = evaluator_of(surface.mesh, near)
-    moved = evaluator.displacements(weights[frames]).reshape(len(frames), -1, 3)
+    moved = sized(evaluator).displacements(weights[frames]).reshape(len(frames), -1, 3)
     error = ((moved - displaced[frames, marker][:, None]) ** 2).sum(axis=(0, 2))
     error *= len(displaced) / max(len(frames), 1) / (_REPEATED * variance)
     shifts = surface.mesh.points[near] - surface.mesh.points[surface.vertices[marker]]

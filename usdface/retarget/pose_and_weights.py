@@ -39,7 +39,7 @@ __all__ = ["PoseAndWeights", "reach_of_ends", "solve_pose_and_weights"]
 _ROUNDS = 30
 _ROUGH = 4
 # Corrections of the neutral. Weight errors by the exact ones after 2, 3 and 4 of them (5 frames of
-# 0.3 mm, ICT face, python benchmarks/known_answer.py): 0.44, 0.42, 0.41.
+# 0.3 mm, ICT face, python -m benchmarks.known_answer): 0.44, 0.42, 0.41.
 _NEUTRAL_STEPS = 4
 # The rounds end when markers move by less than this share of their error, or this far [m]: further
 # rounds would change weights by a hundredth of their error.

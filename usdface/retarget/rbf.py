@@ -9,7 +9,7 @@ Based on Marker Data" (InAES 2016), [RBF] below:
   so that a neutral face stays neutral and a map between equal faces is the identity. Each marker's
   displacement is carried by the map's derivative at its neutral place: of a performer and a
   character that are bent differently, weights are a quarter nearer than with the difference of two
-  mapped places (python benchmarks/stylised.py), since the field is only known where markers rest.
+  mapped places (python -m benchmarks.stylised), since the field is only known where markers rest.
 """
 
 from dataclasses import dataclass

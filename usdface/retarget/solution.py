@@ -104,15 +104,18 @@ class Solution:
         """Displacements of the markers on the character from rest: (F, M, 3) [m]."""
         return np.asarray(self.feature_points - self.rest)
 
-    @property
-    def leftover(self) -> FloatArray:
-        """What the solved weights leave of the displacements, as solved with: (F, M, 3) [m].
+    def displaced(self, frames: slice) -> FloatArray:
+        """Return the `displacements` of some frames."""
+        return np.asarray(self.feature_points[frames] - self.rest)
+
+    def leftover(self, frames: slice) -> FloatArray:
+        """Return what the solved weights leave of the displacements, as solved with: (F, M, 3) [m].
 
         0 where there is no `model`.
         """
-        moved = self.displacements
+        moved = self.displaced(frames)
         if self.model is None:
             return np.zeros_like(moved)
         return np.asarray(
-            moved - self.model.displacements(self.weights.weights).reshape(moved.shape)
+            moved - self.model.displacements(self.weights.weights[frames]).reshape(moved.shape)
         )

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.errors import SolveError
+from usdface.retarget.first_pose import first_pose
 from usdface.retarget.pose_and_weights import (
     PoseAndWeights,
     reach_of_ends,
     solve_pose_and_weights,
 )
 from usdface.retarget.solution import Solution
-from usdface.retarget.solve_take import first_pose, solution_of
+from usdface.retarget.solve_take import solution_of
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake

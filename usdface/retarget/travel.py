@@ -14,16 +14,17 @@ size of the character by the similarity between both neutrals. Markers on skin t
 moves are left out.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import regions_of
+from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import similarity_fit
+from usdface.geometry.rigid_fit import Pose, similarity_fit
 from usdface.retarget.solution import Solution
 from usdface.takes import MarkerTake
 
@@ -102,27 +103,51 @@ def region_travel(
     """
     places = [face.markers.index(name) for name in solution.markers]
     vertices = face.vertices_of(solution.markers)
-    seen = ~np.isnan(solution.distances)
-    carried = solution.displacements
-    performed = carried
-    if solution.in_space:
-        turn, _ = similarity_fit(solution.neutral, face.neutral[places])
-        still = solution.pose.to_head(take.select(solution.markers))
-        performed = np.where(seen[..., None], still - solution.neutral, 0.0) @ turn
-    moved = face.displacements(weights)[:, places]
-    axes = 3 if solution.in_space else 2
-    lines = _Lines.of(performed[..., :axes], carried[..., :axes], moved[..., :axes], seen)
     movable = np.linalg.norm(face.offsets[:, places], axis=2).max(axis=0, initial=0.0)
     follows = movable > _UNMOVED * movable.max(initial=0.0)
-    spread = rms_radius(face.neutral[places])
     regions = regions_of(face.mesh, vertices)
+    groups = [
+        dict(_of_regions(np.array([group(name) for name in regions]), follows))
+        for group in groupings
+    ]
+    lines = _Lines.of(_displaced(face, take, solution, weights), solution.distances)
+    sizes = lines.sizes([own for group in groups for own in group.values()])
+    spread = rms_radius(face.neutral[places])
     return tuple(
         {
-            region: _travel(lines.select(own), spread, solution.noise)
-            for region, own in _of_regions(np.array([group(name) for name in regions]), follows)
+            region: _travel(lines, own, sizes.pop(0), spread, solution.noise)
+            for region, own in group.items()
         }
-        for group in groupings
+        for group in groups
     )
+
+
+# From frames to displacements (3, B, M, D) [m]: the performer's, carried over, and the skin's.
+_Displaced = Callable[[slice], FloatArray]
+
+
+def _displaced(
+    face: BoundFace, take: MarkerTake, solution: Solution, weights: FloatArray
+) -> _Displaced:
+    places = [face.markers.index(name) for name in solution.markers]
+    columns = [take.names.index(name) for name in solution.markers]
+    axes = 3 if solution.in_space else 2
+    turn = np.eye(3)
+    if solution.in_space:
+        turn, _ = similarity_fit(solution.neutral, face.neutral[places])
+
+    def displaced(frames: slice) -> FloatArray:
+        seen = ~np.isnan(solution.distances[frames])[..., None]
+        carried = solution.displaced(frames)
+        performed = carried
+        if solution.in_space:
+            pose = Pose(solution.pose.rotations[frames], solution.pose.translations[frames])
+            still = pose.to_head(take.positions[frames][:, columns])
+            performed = np.where(seen, still - solution.neutral, 0.0) @ turn
+        moved = face.displacements(weights[frames])[:, places]
+        return np.where(seen, np.stack([performed, carried, moved])[..., :axes], 0.0)
+
+    return displaced
 
 
 def _of_regions(regions: np.ndarray, follows: BoolArray) -> Iterator[tuple[str, BoolArray]]:
@@ -134,68 +159,82 @@ def _of_regions(regions: np.ndarray, follows: BoolArray) -> Iterator[tuple[str, 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Lines:
-    """Displacements along the line of each marker, from their mean; 0 where it is not seen.
+    """Displacements along the line of each marker, from their mean.
 
-    `performed`, `carried` and `moved` are (F, M) [m]; `sizes` (F, M) [m] of the performer's
-    displacement in all directions; `seen` (F, M).
+    `displaced` from the mean `middle` (3, M, D) [m], where `distances` (F, M) are seen; `products`
+    (4, M) [m^2]: the sums over the take of a^2, a b, b^2 and a c, of the performer's displacements
+    a, the skin's b and those carried over c.
     """
 
-    performed: FloatArray
-    carried: FloatArray
-    moved: FloatArray
-    sizes: FloatArray
-    seen: BoolArray
+    displaced: _Displaced
+    distances: FloatArray
+    middle: FloatArray
+    products: FloatArray
 
     @classmethod
-    def of(
-        cls, performed: FloatArray, carried: FloatArray, moved: FloatArray, seen: BoolArray
-    ) -> "_Lines":
-        count = np.maximum(seen.sum(axis=0), 1)[:, None]
-
-        def centred(values: FloatArray) -> FloatArray:
-            shown = np.where(seen[..., None], values, 0.0)
-            return np.where(seen[..., None], shown - shown.sum(axis=0) / count, 0.0)
-
-        own = centred(performed)
-        scatter = np.einsum("fmi,fmj->mij", own, own)
+    def of(cls, displaced: _Displaced, distances: FloatArray) -> "_Lines":
+        blocks = list(frame_blocks(len(distances)))
+        count = np.maximum((~np.isnan(distances)).sum(axis=0), 1)[:, None]
+        middle = sum(displaced(frames).sum(axis=1) for frames in blocks) / count
+        lines = cls(displaced, distances, np.asarray(middle), np.zeros(0))
+        scatter = np.zeros((distances.shape[1], *middle.shape[-1:] * 2))
+        for frames in blocks:
+            own = lines.centred(frames)[0]
+            scatter += np.einsum("fmi,fmj->mij", own, own)
         axis = np.linalg.eigh(scatter)[1][..., -1]
+        products = np.zeros((4, distances.shape[1]))
+        for frames in blocks:
+            a, c, b = np.einsum("kfmi,mi->kfm", lines.centred(frames), axis)
+            products += [(x * y).sum(axis=0) for x, y in ((a, a), (a, b), (b, b), (a, c))]
+        return replace(lines, products=products)
 
-        def along(values: FloatArray) -> FloatArray:
-            return np.asarray(np.einsum("fmi,mi->fm", centred(values), axis))
+    def centred(self, frames: slice) -> FloatArray:
+        """Return displacements (3, B, M, D) from their mean; 0 where a marker is not seen."""
+        seen = ~np.isnan(self.distances[frames])[..., None]
+        return np.where(seen, self.displaced(frames) - self.middle[:, None], 0.0)
 
-        return cls(along(own), along(carried), along(moved), np.linalg.norm(own, axis=2), seen)
+    def sizes(self, groups: Sequence[BoolArray]) -> list[FloatArray]:
+        """Return the RMS size of the performer's displacements of some markers each (M,).
 
-    def select(self, markers: BoolArray) -> "_Lines":
-        return _Lines(
-            self.performed[:, markers],
-            self.carried[:, markers],
-            self.moved[:, markers],
-            self.sizes[:, markers],
-            self.seen[:, markers],
-        )
+        (F,) [m] each; NaN where none is seen.
+        """
+
+        def of_groups(frames: slice) -> FloatArray:
+            squares = (self.centred(frames)[0] ** 2).sum(axis=2)
+            seen = ~np.isnan(self.distances[frames])
+            counts = np.array([seen[:, own].sum(axis=1) for own in groups])
+            sums = np.array([squares[:, own].sum(axis=1) for own in groups])
+            means = np.full(sums.shape, np.nan)
+            np.divide(sums, counts, out=means, where=counts > 0)
+            return np.asarray(np.sqrt(means).T)
+
+        if not groups:
+            return []
+        return list(by_blocks(len(self.distances), of_groups).T)
 
 
-def _travel(lines: _Lines, spread: float, noise: float) -> Travel:
-    """Return the travel of the markers of one region."""
-    count = lines.seen.sum(axis=1)
-    shown = count > 0
-    sizes = np.sqrt((lines.sizes**2).sum(axis=1)[shown] / count[shown])
-    peak = float(np.quantile(sizes, 1.0 - _RARELY)) if shown.any() else 0.0
-    a, b = lines.performed, lines.moved
-    squares = float((a**2).sum()) - int(lines.seen.sum()) * noise**2
+def _travel(
+    lines: _Lines, own: BoolArray, sizes: FloatArray, spread: float, noise: float
+) -> Travel:
+    """Return the travel of the markers `own` (M,) of one region, of sizes (F,) [m]."""
+    sizes = sizes[~np.isnan(sizes)]
+    peak = float(np.quantile(sizes, 1.0 - _RARELY)) if len(sizes) else 0.0
+    squares, both, skin, carried = lines.products[:, own].sum(axis=1).tolist()
+    seen = int((~np.isnan(lines.distances[:, own])).sum())
+    squares -= seen * noise**2
     determined = (
-        shown.sum() >= _FEWEST_FRAMES
+        len(sizes) >= _FEWEST_FRAMES
         and peak > max(_RESTS * spread, _NOISES * noise)
         and squares > 0.0
     )
+    count = int(own.sum())
     if not determined:
-        return Travel(lines.seen.shape[1], peak, np.nan, np.nan, np.nan)
-    both = float((a * b).sum())
-    sizes_of_both = float(np.sqrt(squares * (b**2).sum()))
+        return Travel(count, peak, np.nan, np.nan, np.nan)
+    sizes_of_both = float(np.sqrt(squares * skin))
     return Travel(
-        lines.seen.shape[1],
+        count,
         peak,
         both / squares,
-        float((a * lines.carried).sum()) / squares,
+        carried / squares,
         both / sizes_of_both if sizes_of_both else 0.0,
     )

@@ -76,6 +76,7 @@ __all__ = [
     "INPUTS",
     "INPUTS_UNIT",
     "LEFT_SHAPES",
+    "LIKENESS",
     "MAP_CHOICE",
     "MAP_FORM",
     "MAP_KERNEL",
@@ -258,6 +259,7 @@ FEATURE_SMOOTHING: Final = "usdface:smoothing"
 BLEND_TIME: Final = "usdface:blendTime"
 EASE: Final = "usdface:ease"
 EVIDENCE: Final = "usdface:evidence"
+LIKENESS: Final = "usdface:likeness"
 BROWS_GAIN: Final = "usdface:brows:gain"
 EYES_GAIN: Final = "usdface:eyes:gain"
 MOUTH_GAIN: Final = "usdface:mouth:gain"

@@ -17,7 +17,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-__all__ = ["content_key", "file_digest", "numbered_siblings", "program"]
+__all__ = ["content_key", "file_digest", "numbered_siblings", "program", "source_digest"]
 
 _LIBRARIES = ("numpy", "scipy", "numba", "usd-core", "OpenImageIO", "pygltflib", "trimesh")
 # Where asset paths lead may depend on these.
@@ -91,25 +91,34 @@ def numbered_siblings(files: Iterable[Path]) -> dict[str, list[str]]:
 @cache
 def program() -> dict[str, Any]:
     """Return what computes, as plain values: the same wherever the same bytes are computed."""
-    package = Path(__file__).parents[1]
-    source = hashlib.sha256()
-    for file in sorted(package.rglob("*")):
-        if file.is_file() and file.suffix != ".pyc":
-            source.update(file.relative_to(package).as_posix().encode() + b"\0")
-            source.update(file.read_bytes())
     plugged = sorted(
         f"{group} {point.name} {point.value} {_version_of(point)} {_source_of(point)}"
         for group, points in _usdface_groups().items()
         for point in points
     )
     return {
-        "source": source.hexdigest(),
+        "source": source_digest(Path(__file__).parents[1]),
         "python": platform.python_version(),
         "machine": platform.machine(),
         "libraries": {name: _version(name) for name in _LIBRARIES},
         "plugins": plugged,
         "environment": {name: os.environ.get(name, "") for name in _ENVIRONMENT},
     }
+
+
+def source_digest(package: Path) -> str:
+    """Return the SHA-256 of the files of a package.
+
+    Those in ``__pycache__`` do not count: beside Python's bytecode, numba keeps there what a first
+    run compiles.
+    """
+    source = hashlib.sha256()
+    for file in sorted(package.rglob("*")):
+        name = file.relative_to(package)
+        if file.is_file() and "__pycache__" not in name.parts:
+            source.update(name.as_posix().encode() + b"\0")
+            source.update(file.read_bytes())
+    return source.hexdigest()
 
 
 def _usdface_groups() -> dict[str, Any]:

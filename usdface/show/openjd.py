@@ -1,25 +1,27 @@
 """A sequence as an Open Job Description bundle: a job that any manager with OpenJD runs.
 
-The template follows ``jobtemplate-2023-09`` with the extension TASK_CHUNKING; the values of its
-parameters and the references to assets are as in the job bundles of AWS Deadline Cloud. A task is a
-place in the list of shots, since lists of texts end at 1,024 entries and only integers come in
-chunks.
+A task is a place in the list of shots, since lists of texts end at 1,024 entries and only integers
+come in chunks.
 """
 
-import json
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from usdface.errors import InputError
-from usdface.io.atomic import all_or_none, write_text
+from usdface.show.openjd_bundle import (
+    LONGEST_NAME,
+    USDFACE,
+    bundle_documents,
+    chunked,
+    step,
+    write_documents,
+)
 from usdface.show.plan import ShotPlan
 from usdface.show.show_file import show_json
 
 __all__ = ["common_folder", "write_bundle"]
-
-_LONGEST_NAME = 128  # characters, by the specification
 
 
 def common_folder(paths: Iterable[Path]) -> Path:
@@ -67,33 +69,16 @@ def write_bundle(
     tuple of Path
         The files, the template first.
     """
-    places = {name: folder / f"{name}.json" for name in _NAMES}
     outputs = sorted({str(plan.file.resolve().parent) for plan in plans})
-    values = {"Root": str(root.resolve()), "Chunk": chunk, "Indices": f"0-{len(plans) - 1}"}
-    documents = {
-        "template": _template(name[:_LONGEST_NAME], len(plans), chunk),
-        "parameter_values": {
-            "parameterValues": [{"name": key, "value": value} for key, value in values.items()]
-        },
-        "asset_references": {
-            "assetReferences": {
-                "inputs": {
-                    "filenames": sorted({str(path.resolve()) for path in inputs}),
-                    "directories": [],
-                },
-                "outputs": {"directories": outputs},
-                "referencedPaths": [],
-            }
-        },
+    values: dict[str, str | int] = {
+        "Root": str(root.resolve()),
+        "Chunk": chunk,
+        "Indices": f"0-{len(plans) - 1}",
     }
-    with all_or_none():
-        for key, document in documents.items():
-            write_text(places[key], json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-        write_text(places["shots"], show_json(list(plans), root))
-    return tuple(places.values())
-
-
-_NAMES = ("template", "parameter_values", "asset_references", "shots")
+    template = _template(name[:LONGEST_NAME], len(plans), chunk)
+    documents = bundle_documents(template, values, inputs, outputs)
+    documents["shots"] = show_json(list(plans), root)
+    return write_documents(folder, documents)
 
 
 def _template(name: str, count: int, chunk: int) -> dict[str, Any]:
@@ -101,12 +86,7 @@ def _template(name: str, count: int, chunk: int) -> dict[str, Any]:
     common = ["sequence", "{{Param.Shots}}", "--root", "{{Param.Root}}"]
     process = [*common, "--index", "{{Task.Param.Shot}}", "--workers", "1", "--keep-going"]
     gather = [*common, "--gather", "--table", "{{Param.Root}}/{{Param.Table}}"]
-    shots = {
-        "name": "Shot",
-        "type": "CHUNK[INT]",
-        "range": "{{Param.Indices}}",
-        "chunks": {"defaultTaskCount": "{{Param.Chunk}}", "rangeConstraint": "CONTIGUOUS"},
-    }
+    shots = chunked("Shot")
     return {
         "specificationVersion": "jobtemplate-2023-09",
         "extensions": ["TASK_CHUNKING"],
@@ -146,21 +126,10 @@ def _template(name: str, count: int, chunk: int) -> dict[str, Any]:
                 "default": "table.html",
                 "description": "The table of all shots, in Root.",
             },
-            {
-                "name": "Usdface",
-                "type": "STRING",
-                "default": "usdface",
-                "description": "The program.",
-            },
+            USDFACE,
         ],
         "steps": [
-            _step("Process", [*process, "--progress", "openjd"], [shots]),
-            _step("Table", gather, []) | {"dependencies": [{"dependsOn": "Process"}]},
+            step("Process", [*process, "--progress", "openjd"], [shots]),
+            step("Table", gather, after="Process"),
         ],
     }
-
-
-def _step(name: str, arguments: list[str], parameters: list[dict[str, Any]]) -> dict[str, Any]:
-    space = {"parameterSpace": {"taskParameterDefinitions": parameters}} if parameters else {}
-    action = {"command": "{{Param.Usdface}}", "args": arguments}
-    return {"name": name, **space, "script": {"actions": {"onRun": action}}}

@@ -53,14 +53,16 @@ ValueT = TypeVar("ValueT")
 class StageCache:
     """Stages of one shot in a folder, which other shots may share.
 
-    A file that is damaged, or none that this class wrote, is as if it were not there. What cannot
-    be written is not kept: the result does not depend on it.
+    A file that is damaged, or none that this class wrote, is as if it were not there.
 
     Parameters
     ----------
     folder : Path
     name : str
         Of the shot: the beginning of the files' names.
+    must_keep : bool
+        Another process takes the values from here, so one that cannot be kept is an error.
+        Otherwise the result does not depend on it.
 
     Attributes
     ----------
@@ -68,8 +70,9 @@ class StageCache:
         How each stage was come by.
     """
 
-    def __init__(self, folder: Path, name: str) -> None:
+    def __init__(self, folder: Path, name: str, *, must_keep: bool = False) -> None:
         self.used: dict[str, str] = {}
+        self._must_keep = must_keep
         self._folder = folder
         self._name = name
 
@@ -90,10 +93,17 @@ class StageCache:
         given : mapping of str to object
             Parts of the value that the caller has.
         compute : callable
+
+        Raises
+        ------
+        OutputError
+            If a value that must be kept cannot be.
         """
         try:
             key = content_digest((name, inputs, program()))
-        except TypeError:  # a part from outside, of a term or a format of another package
+        except TypeError as error:  # a part from outside, of a term or format of another package
+            if self._must_keep:
+                raise self._not_kept(name, str(error)) from error
             self.used[name] = "computed"
             return compute()
         place = self._folder / f"{self._name}.{name}.{key[:40]}.npz"
@@ -106,10 +116,19 @@ class StageCache:
                     return kept
         self.used[name] = "computed"
         computed = compute()
-        with suppress(OutputError, OSError, TypeError):
+        try:
             self._forget(name, place)
             write_packed(place, (key, computed), given)
+        except OutputError:
+            if self._must_keep:
+                raise
+        except (OSError, TypeError) as error:
+            if self._must_keep:
+                raise self._not_kept(name, str(error)) from error
         return computed
+
+    def _not_kept(self, name: str, why: str) -> OutputError:
+        return OutputError(f"{name} of {self._name} cannot be kept in {self._folder}: {why}")
 
     def _files(self, name: str, key: str, place: Path) -> list[Path]:
         """Return the files that may have the value: this shot's, then those of others."""

@@ -5,11 +5,19 @@ from typing import Any
 __all__ = ["explanation_text"]
 
 _RULES = 4
+# A difference of two outputs that is worth a line.
+_LEAST_SHOWN = 0.05
 
 
 def explanation_text(facts: dict[str, Any]) -> str:
     """Return a frame's explanation (`usdface.Explanation.frame`) as lines."""
     lines = [f"frame {facts['frame']}, {facts['time_s']:g} s", _values(facts["emotions"])]
+    lines += [
+        f"{name} is {rules:.2f} by its rules; the face is like "
+        f"{'this emotion' if facts['emotions'][name] > rules else 'another one'}"
+        for name, rules in facts["by_rules"].items()
+        if abs(facts["emotions"][name] - rules) >= _LEAST_SHOWN
+    ]
     if any(facts["poses_shown"].values()):
         lines.append(f"shown: {_values(facts['poses_shown'], least=0.005)}")
     lines += [

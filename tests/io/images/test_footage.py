@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,10 @@ from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.errors import InputError, OutputError
 from usdface.footage.colour_channel import Pixels
+from usdface.footage.tracks import Doubt
+from usdface.io.images import footage as footage_module
+from usdface.io.images.film import open_film
+from usdface.io.images.footage import read_footage
 from usdface.io.images.read_image import ImageHeader
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -261,3 +266,50 @@ def test_the_focal_length_of_the_camera_is_that_of_the_take(tmp_path: Path) -> N
     file.close()
     assert codes(tmp_path)[0].focal_length == pytest.approx(27 / 36 * 280)
     assert codes(tmp_path, focal_length=300.0)[0].focal_length == 300.0
+
+
+def write_many(path: Path, images: list[Pixels]) -> None:
+    """Write several images into one file."""
+    height, width, _ = images[0].shape
+    specs = [oiio.ImageSpec(width, height, 3, "uint8") for _ in images]
+    if path.suffix == ".exr":
+        specs = [oiio.ImageSpec(width, height, 3, "half") for _ in images]
+        for number, spec in enumerate(specs):
+            spec.attribute("oiio:subimagename", f"view{number}")
+    file = oiio.ImageOutput.create(str(path))
+    if path.suffix == ".exr":
+        assert file.open(str(path), specs)
+    else:
+        assert file.open(str(path), specs[0])
+    for number, image in enumerate(images):
+        if number:
+            assert file.open(str(path), specs[number], "AppendSubimage")
+        pixels = image if path.suffix != ".exr" else (image / 255.0).astype(np.float32) ** 2.2
+        assert file.write_image(pixels)
+    file.close()
+
+
+def test_parts_of_an_image_are_no_film_and_announced(tmp_path: Path) -> None:
+    places, _ = performance(3)
+    write_many(tmp_path / "face.exr", [paint(row, seed=5) for row in places])
+    take, findings = read_take(tmp_path / "face.exr")
+    assert len(take.times) == 1
+    (found,) = [f for f in findings if f.code == "FEATURE_DROPPED"]
+    assert found.values["part_count"] == 2
+
+
+def test_pages_are_a_film_which_is_said(tmp_path: Path) -> None:
+    places, _ = performance(4)
+    write_many(tmp_path / "face.tif", [paint(row, seed=5) for row in places])
+    take, findings = read_take(tmp_path / "face.tif")
+    assert len(take.times) == 4
+    assert [f.values["image_count"] for f in findings if "image_count" in f.values] == [4]
+
+
+def test_many_doubts_are_some_findings(film: tuple[Path, FloatArray]) -> None:
+    opened = open_film(film[0])
+    _, footage, _ = read_footage(film[0], TakeOptions())
+    tracks = replace(footage.tracks, doubts=tuple(Doubt(k % 20, k, k) for k in range(400)))
+    opened.unreadable.update({k: "spoilt" for k in range(50)})
+    found = [f.code for f in footage_module._found(opened, footage.model, tracks)]
+    assert found.count("TRACK_DOUBTED") == found.count("IMAGE_UNREADABLE") == 21

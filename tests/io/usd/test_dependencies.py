@@ -63,3 +63,11 @@ def test_a_package_is_one_file(folder: Path) -> None:
 def test_what_is_not_usd_names_nothing(folder: Path) -> None:
     assert not is_usd(folder / "take.csv") and is_usd(folder / "none.usdc")
     assert dependencies(folder / "lay/broken.usda") == dependencies(folder / "none.usda") == []
+
+
+def test_a_file_without_a_suffix_is_an_asset_like_any(tmp_path: Path) -> None:
+    (tmp_path / "texture").write_bytes(b"no layer")
+    (tmp_path / "a.usda").write_text(
+        '#usda 1.0\ndef "A" {\n    asset file = @./texture@\n    asset none = @./.@\n}\n'
+    )
+    assert dependencies(tmp_path / "a.usda") == [tmp_path / "texture"]

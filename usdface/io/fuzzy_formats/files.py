@@ -16,6 +16,7 @@ from usdface.io.fuzzy_formats.read_fll import read_fll
 from usdface.io.fuzzy_formats.write_fcl import fcl_text
 from usdface.io.fuzzy_formats.write_fis import fis_text
 from usdface.io.fuzzy_formats.write_fll import fll_text
+from usdface.io.usd.closed_layers import hold_layers, hold_specs
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens, write_fallback_types
@@ -71,9 +72,11 @@ def write_fuzzy_file(path: Path, system: ExpressionSystem) -> list[Finding]:
     if suffix not in USD:
         raise OutputError(f"{path}: expected one of {', '.join(SUFFIXES)}, found {suffix!r}")
     stage = Usd.Stage.CreateInMemory()
+    hold_layers(stage)
     write_fallback_types(stage.GetRootLayer())
     write_fuzzy(stage, "/Fuzzy", system)
     stage.SetDefaultPrim(stage.GetPrimAtPath("/Fuzzy"))
     with atomic_path(path) as temporary:
         stage.GetRootLayer().Export(str(temporary))
+    hold_specs(stage.GetRootLayer())
     return []

@@ -51,6 +51,7 @@ FACE_SETTINGS = (
     "blend_time",
     "ease",
     "evidence",
+    "likeness",
 )
 _EXPRESSION: dict[str, type | tuple[type, ...]] = {
     "space": str,
@@ -62,6 +63,7 @@ _EXPRESSION: dict[str, type | tuple[type, ...]] = {
     "blend_time": (int, float),
     "ease": (int, float),
     "evidence": (int, float),
+    "likeness": (int, float),
 }
 _FUZZY: dict[str, type | tuple[type, ...]] = {
     "neutral_rule": bool,

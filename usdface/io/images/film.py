@@ -1,7 +1,7 @@
 """A film as frames that are read one at a time: image files, the images of a GIF, a movie."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.util import find_spec
 from itertools import islice
@@ -15,6 +15,8 @@ from usdface.io.images.read_image import ImageHeader, exposure_of, read_header, 
 from usdface.io.images.sequence import MOVIE_SUFFIXES, ImageFile, find_images
 
 __all__ = ["Film", "open_film"]
+
+_FILMS = (".gif", ".webp", ".tif", ".tiff")  # whose images are one after the other in time
 
 
 @dataclass(slots=True)
@@ -32,6 +34,8 @@ class Film:
         Factor on linear light.
     unreadable : dict of int to str
         Frame index -> reason.
+    ignored_parts : int
+        Images beside the first one in an image file that is no film, as layers and views.
     times : list of float [s]
         Of a movie: the time of each frame that was read.
     """
@@ -40,6 +44,7 @@ class Film:
     header: ImageHeader
     files: tuple[ImageFile, ...] = ()
     exposure: float = 1.0
+    ignored_parts: int = 0
     unreadable: dict[int, str] = field(default_factory=dict)
     times: list[float] = field(default_factory=list)
 
@@ -140,7 +145,9 @@ def open_film(path: Path) -> Film:
         except InputError as error:
             reason = reason or error
             continue
-        if len(files) > 1 and header.subimages > 1:
-            header = ImageHeader(header.size, 1, header.rate, header.timecode, header.focal)
-        return Film(path, header, files, exposure)
+        parts = header.subimages
+        if len(files) > 1 or file.path.suffix.lower() not in _FILMS:
+            header = replace(header, subimages=1)
+        ignored = parts - header.subimages
+        return Film(path, header, files, exposure, ignored_parts=ignored)
     raise reason or InputError(f"{path} has no image", "FILE_UNREADABLE")

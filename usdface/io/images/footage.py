@@ -25,6 +25,7 @@ __all__ = ["Footage", "read_footage", "read_image_take"]
 
 # Images that are tried, spread over the film, for the colour of the dots: the first may be a slate.
 _TRIED = 8
+_MOST_FINDINGS = 20  # of one kind
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,10 +157,18 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
     where = str(film.path)
     message = "{dot_count} dots, by the channel {channel}"
     found = [finding("DOTS_FOUND", where, message, len(tracks.names), model.channel.name)]
+    if film.header.subimages > 1:
+        message = "the {image_count} images in this one file are taken as a film"
+        found.append(finding("DOTS_FOUND", where, message, film.header.subimages))
+    if film.ignored_parts:
+        message = "{part_count} parts (layers, views) beside the first of an image are ignored"
+        found.append(
+            finding("FEATURE_DROPPED", where, message, film.ignored_parts, feature="image_parts")
+        )
     if film.missing:
         message = "images are missing; all markers are occluded in frames {frames}"
         found.append(finding("FRAMES_DROPPED", where, message, film.missing))
-    for index in sorted(film.unreadable)[:20]:
+    for index in sorted(film.unreadable)[:_MOST_FINDINGS]:
         message = "{error}; all markers are occluded in frame {frame}"
         reason = InputError(film.unreadable[index], "FILE_UNREADABLE")
         found.append(finding("IMAGE_UNREADABLE", where, message, reason, index))
@@ -172,8 +181,17 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
     if tracks.unmatched:
         message = "no dot is near: {markers}"
         found.append(finding("DOT_UNMATCHED", where, message, list(tracks.unmatched)))
-    for doubt in tracks.doubts:
+    for doubt in tracks.doubts[:_MOST_FINDINGS]:
         message = "frames {first_frame} to {last_frame} may be of another dot"
         place = f"{where}: {tracks.names[doubt.track]}"
         found.append(finding("TRACK_DOUBTED", place, message, doubt.first, doubt.last))
+    if len(tracks.doubts) > _MOST_FINDINGS:
+        message = "{more_count} more such stretches of frames, of {markers}"
+        names = list(dict.fromkeys(tracks.names[d.track] for d in tracks.doubts[_MOST_FINDINGS:]))
+        count = len(tracks.doubts) - _MOST_FINDINGS
+        found.append(finding("TRACK_DOUBTED", where, message, count, names))
+    if len(film.unreadable) > _MOST_FINDINGS:
+        message = "{more_count} more images; all markers are occluded there"
+        count = len(film.unreadable) - _MOST_FINDINGS
+        found.append(finding("IMAGE_UNREADABLE", where, message, count))
     return found

@@ -12,6 +12,7 @@ from usdface.arrays import FloatArray
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
 from usdface.findings import Finding
+from usdface.frame_blocks import frame_blocks
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.head_motion import author_head
 from usdface.io.usd.overs import put_overs
@@ -221,8 +222,7 @@ def author(
                 anim, "blendShapes", Sdf.ValueTypeNames.TokenArray, uniform=True
             ).default = Vt.TokenArray(animation.names)
         _attribute(anim, "blendShapeWeights", Sdf.ValueTypeNames.FloatArray)
-        rows = animation.weights.astype(np.float32)
-        _samples(layer, anim, "blendShapeWeights", codes, map(Vt.FloatArray.FromNumpy, rows))
+        _array_samples(layer, anim, "blendShapeWeights", shot.codes, animation.weights)
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution, animation.regions)
         if animation.deviations:
@@ -255,9 +255,8 @@ def _author_expressions(layer: Sdf.Layer, shot: StagedShot, animation: Animation
         _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
         _samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
     if animation.firing is not None:
-        fired = animation.firing.astype(np.float32)
         _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
-        _samples(layer, system, tokens.FIRING, codes, map(Vt.FloatArray.FromNumpy, fired))
+        _array_samples(layer, system, tokens.FIRING, shot.codes, animation.firing)
     if animation.inputs is not None:
         _author_inputs(layer, system, animation.inputs, shot)
 
@@ -265,10 +264,9 @@ def _author_expressions(layer: Sdf.Layer, shot: StagedShot, animation: Animation
 def _author_inputs(
     layer: Sdf.Layer, system: Sdf.PrimSpec, inputs: Inputs, shot: StagedShot
 ) -> None:
-    rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values).astype(np.float32)
+    rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values)
     _attribute(system, tokens.INPUTS, Sdf.ValueTypeNames.FloatArray)
-    codes = shot.codes.tolist()
-    _samples(layer, system, tokens.INPUTS, codes, map(Vt.FloatArray.FromNumpy, rows))
+    _array_samples(layer, system, tokens.INPUTS, shot.codes, rows)
     unit = inputs.unit / shot.metrics.meters_per_unit
     _attribute(system, tokens.INPUTS_UNIT, Sdf.ValueTypeNames.Double, uniform=True).default = unit
 
@@ -312,6 +310,16 @@ def _samples(
         layer.SetTimeSample(path, code, value)
 
 
+def _array_samples(
+    layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: FloatArray, rows: FloatArray
+) -> None:
+    """Author a float array (F, N) or an array of vectors (F, N, 3), a sample a frame."""
+    kind = Vt.Vec3fArray if rows.ndim == 3 else Vt.FloatArray
+    for frames in frame_blocks(len(codes)):
+        values = map(kind.FromNumpy, rows[frames].astype(np.float32))
+        _samples(layer, prim, name, codes[frames].tolist(), values)
+
+
 def _floats(values: FloatArray) -> list[float]:
     # Through float32, so that the same curve always gives the same bytes.
     return [float(v) for v in values.astype(np.float32)]
@@ -336,14 +344,16 @@ def _author_solution(
     _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
     _samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
     _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
-    features = (solution.feature_points @ to_stage[:3, :3]).astype(np.float32)
-    _samples(layer, prim, tokens.FEATURE_POINTS, codes, map(Vt.Vec3fArray.FromNumpy, features))
+    for frames in frame_blocks(len(codes)):
+        features = solution.feature_points[frames] @ to_stage[:3, :3]
+        _array_samples(layer, prim, tokens.FEATURE_POINTS, shot.codes[frames], features)
     used = _attribute(prim, tokens.SOLVED_MARKERS, Sdf.ValueTypeNames.TokenArray, uniform=True)
     used.default = Vt.TokenArray(solution.markers)
     _attribute(prim, tokens.SOLVED_DISTANCES, Sdf.ValueTypeNames.FloatArray)
-    distances = np.where(np.isnan(solution.distances), OCCLUDED_DISTANCE, solution.distances / unit)
-    distances = distances.astype(np.float32)
-    _samples(layer, prim, tokens.SOLVED_DISTANCES, codes, map(Vt.FloatArray.FromNumpy, distances))
+    for frames in frame_blocks(len(codes)):
+        distances = solution.distances[frames]
+        distances = np.where(np.isnan(distances), OCCLUDED_DISTANCE, distances / unit)
+        _array_samples(layer, prim, tokens.SOLVED_DISTANCES, shot.codes[frames], distances)
 
 
 def _author_verdict(layer: Sdf.Layer, shot: StagedShot, verdict: Verdict) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pxr import Sdf, Usd, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.closed_layers import hold_layers
 from usdface.io.usd.rig import skel_roots
 from usdface.io.usd.stage import check_clocks
 
@@ -49,6 +50,7 @@ def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
                 spec = Sdf.CreatePrimInLayer(session, prim.GetPath())
                 spec.variantSelections[name] = variant
                 other = Usd.Stage.Open(stage.GetRootLayer(), session)
+                hold_layers(other)
                 check_clocks(other)
                 others.setdefault(playing_animations(other), other)
     order = sorted(others, key=lambda paths: [places.get(path, len(places)) for path in paths])

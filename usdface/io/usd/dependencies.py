@@ -6,6 +6,7 @@ from pathlib import Path
 from pxr import Ar, Sdf, Tf, UsdShade, UsdUtils
 
 from usdface.errors import InputError
+from usdface.io.usd.closed_layers import hold_specs
 from usdface.io.usd.stage import is_usd, open_stage
 from usdface.io.usd.trial import RefusedError
 
@@ -69,6 +70,7 @@ def _named_by(name: str, skipped: Collection[str]) -> Iterator[str]:
         return
     if not layer:
         return
+    hold_specs(layer)
     for asset in (*sublayers, *references, *payloads):
         try:
             if "<UDIM>" in asset:

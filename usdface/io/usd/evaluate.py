@@ -4,13 +4,15 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.certificate.joint_motion import JointMotion
 from usdface.certificate.linear_morph import LinearMorph
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
+from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix, world_transform
 from usdface.io.usd.shown_meshes import outside_meshes, shown_meshes
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import points_move
@@ -19,46 +21,6 @@ __all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
 
 _ALIKE = 1e-9  # of transforms, in stage units
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Bound:
-    """How UsdSkel binds one mesh."""
-
-    skinning: UsdSkel.SkinningQuery
-    skeleton: UsdSkel.SkeletonQuery
-
-    def weights(self, code: float) -> Vt.FloatArray | None:
-        """Return the weights of the mesh's shapes; None where nothing moves them."""
-        animation = self.skeleton.GetAnimQuery()
-        weights = animation.ComputeBlendShapeWeights(code) if animation else None
-        if weights is None or not self.skinning.HasBlendShapes():
-            return None
-        mapper = self.skinning.GetBlendShapeMapper()
-        return weights if mapper is None else mapper.Remap(weights)
-
-    def moves(self, code: float) -> Vt.Matrix4dArray | None:
-        """Return the transforms of the skeleton's joints; None where no joint moves the mesh."""
-        if not self.skinning.HasJointInfluences() or not len(self.skeleton.GetJointOrder()):
-            return None
-        return self.skeleton.ComputeSkinningTransforms(code)
-
-    def _mapped(self, moves: Vt.Matrix4dArray) -> Vt.Matrix4dArray:
-        """Return transforms in the mesh's own order of joints; UsdSkel does so for points."""
-        mapper = self.skinning.GetJointMapper()
-        return moves if mapper is None else mapper.Remap(moves)
-
-    def skin_normals(self, normals: Vt.Vec3fArray, moves: Vt.Matrix4dArray, code: float) -> None:
-        """Turn normals with the joints, in place."""
-        turns = _normal_matrix(np.array(self._mapped(moves)))
-        UsdSkel.SkinNormals(
-            self.skinning.GetSkinningMethod(),
-            _matrix3(_normal_matrix(np.array(self.skinning.GetGeomBindTransform(code)))),
-            Vt.Matrix3dArray.FromNumpy(turns),
-            *self.skinning.ComputeVaryingJointInfluences(len(normals), code),
-            self.skinning.GetNumInfluencesPerComponent(),
-            normals,
-        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,7 +39,7 @@ class UsdMesh:
     shapes: tuple[str, ...]
     used: IntArray
     _mesh: UsdGeom.Mesh
-    _bound: _Bound | None
+    _bound: UsdSkin | None
     _deformer: UsdBlendShapes
     _si: FloatArray
 
@@ -103,12 +65,19 @@ class UsdMesh:
     def linear_morph_at(self, codes: FloatArray) -> LinearMorph | None:
         """Return the mesh at `codes` (F,) as a linear morph of sub-shapes that UsdSkel computes.
 
-        None where more than blend shapes moves it, or joints turn its normals in different ways.
+        None where its points change, or the transforms of joints are not all that skins it.
         """
-        space, moves = self._space(float(codes[0]))
-        turning = self._turned_by(moves, float(codes[0])) @ _normal_matrix(space)
-        if self._moves() or not np.isfinite(turning).all():
+        held = self._mesh.GetPointsAttr(), self._mesh.GetNormalsAttr()
+        if any(attribute.ValueMightBeTimeVarying() for attribute in held):
             return None
+        space, moves = self._space(float(codes[0]))
+        turning = self._turned_by(moves, float(codes[0])) @ normal_matrix(space)
+        motion = None
+        if self._moves() or not np.isfinite(turning).all():
+            motion = self._motion(codes)
+            if motion is None:
+                return None
+            space, moves, turning = np.eye(4), None, np.eye(3)
         still = np.zeros((len(self._mesh.GetPointsAttr().Get(_START)), 3), np.float32)
 
         def shown(points: Vt.Vec3fArray) -> FloatArray:
@@ -122,14 +91,29 @@ class UsdMesh:
         for k, part in enumerate(parts):
             part[:] = shown(self._deformer.part(k, still)) - nowhere
         weights = self._deformer.weights(self.weights_at(codes))
-        points = self._points(float(codes[0]), posed=False)
+        points = self._points(float(codes[0]), posed=False, placed=motion is None)
         if not self._deformer.turns_normals:
-            return LinearMorph(weights, points, parts)
+            return LinearMorph(weights, points, parts, motion=motion)
         turns = np.zeros_like(parts)
         for k, turn in enumerate(turns):
             turn[:] = np.array(self._deformer.part(k, still, turning=True))[self.used] @ turning
         normals = np.array(self._mesh.GetNormalsAttr().Get(_START), np.float64)[self.used]
-        return LinearMorph(weights, points, parts, normals @ turning, turns)
+        return LinearMorph(weights, points, parts, normals @ turning, turns, motion)
+
+    def _motion(self, codes: FloatArray) -> JointMotion | None:
+        """Return the motion of the used points by joints, or by one transform."""
+        bound = self._bound
+        if (
+            bound is not None
+            and bound.moves(float(codes[0])) is not None
+            and not bound.skinning.IsRigidlyDeformed()
+        ):
+            count = len(self._mesh.GetPointsAttr().Get(_START))
+            return bound.joint_motion(codes, self._si, count, self.used)
+        spaces = np.stack([self._space(float(code))[0] for code in codes])
+        return JointMotion.rigid(
+            spaces.swapaxes(1, 2)[:, :3], normal_matrix(spaces).swapaxes(1, 2), len(self.used)
+        )
 
     def _turned_by(self, moves: Vt.Matrix4dArray | None, code: float) -> FloatArray:
         """Return the matrix (3, 3) by which a skin turns all normals; NaN where there is none."""
@@ -139,7 +123,7 @@ class UsdMesh:
         if np.ptp(joints, axis=0).max() > _ALIKE:
             return np.full((3, 3), np.nan)
         bound = np.array(self._bound.skinning.GetGeomBindTransform(code))
-        return _normal_matrix(bound) @ _normal_matrix(joints[0])
+        return normal_matrix(bound) @ normal_matrix(joints[0])
 
     def _moves(self) -> bool:
         """Whether anything but blend shapes may move the mesh."""
@@ -155,12 +139,7 @@ class UsdMesh:
                 and animation.JointTransformsMightBeTimeVarying()
             )
         placed = (UsdGeom.Xformable(prim) for prim in prims)
-        held = mesh.GetPointsAttr(), mesh.GetNormalsAttr()
-        return (
-            joints
-            or any(xform and xform.TransformMightBeTimeVarying() for xform in placed)
-            or any(attribute.ValueMightBeTimeVarying() for attribute in held)
-        )
+        return joints or any(xform and xform.TransformMightBeTimeVarying() for xform in placed)
 
     def _weights(self, code: float) -> Vt.FloatArray:
         weights = self._bound.weights(code) if self._bound else None
@@ -170,7 +149,7 @@ class UsdMesh:
         """Return the space (4, 4) of the points, and the transforms of joints that skin them."""
         moves = self._bound.moves(code) if self._bound else None
         stands = self._mesh if self._bound is None or moves is None else self._bound.skeleton
-        space = _world(stands.GetPrim(), code) @ self._si
+        space = world_transform(stands.GetPrim(), code) @ self._si
         if (
             self._bound is not None
             and moves is not None
@@ -179,8 +158,10 @@ class UsdMesh:
             return np.array(self._bound.skinning.ComputeSkinnedTransform(moves, code)) @ space, None
         return space, moves
 
-    def _points(self, code: float, posed: bool = True) -> FloatArray:
+    def _points(self, code: float, posed: bool = True, placed: bool = True) -> FloatArray:
         points = self._mesh.GetPointsAttr().Get(code)
+        if not placed:
+            return np.array(points, np.float64)[self.used]
         if posed:
             self._deformer.move(points, self._weights(code))
         space, moves = self._space(code)
@@ -194,26 +175,11 @@ class UsdMesh:
         space, moves = self._space(code)
         if self._bound is not None and moves is not None:
             self._bound.skin_normals(normals, moves, code)
-        turned = np.array(normals, np.float64)[self.used] @ _normal_matrix(space)
+        turned = np.array(normals, np.float64)[self.used] @ normal_matrix(space)
         return unit_or_zero(turned)
 
 
-def _world(prim: Usd.Prim, code: float) -> FloatArray:
-    return np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(prim), np.float64)
-
-
-def _matrix3(matrix: FloatArray) -> Gf.Matrix3d:
-    return Gf.Matrix3d(*matrix.ravel().tolist())
-
-
 _START = Usd.TimeCode.EarliestTime()
-
-
-def _normal_matrix(matrix: FloatArray) -> FloatArray:
-    linear = matrix[..., :3, :3]
-    flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to nothing: there is no normal to see
-    turns = np.linalg.inv(np.where(flat[..., None, None], np.eye(3), linear)).swapaxes(-1, -2)
-    return np.ascontiguousarray(turns, np.float64)
 
 
 def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdMesh, ...]:
@@ -228,14 +194,14 @@ def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdM
     """
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         cache = UsdSkel.Cache()
-        bound: dict[Usd.Prim, _Bound] = {}
+        bound: dict[Usd.Prim, UsdSkin] = {}
         prims: dict[Usd.Prim, None] = {}
         for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
             cache.Populate(UsdSkel.Root(root), _ALL)
             prims |= dict.fromkeys(p for p in Usd.PrimRange(root, _ALL) if UsdGeom.Mesh(p))
             for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
                 query = cache.GetSkelQuery(binding.GetSkeleton())
-                bound |= {t.GetPrim(): _Bound(t, query) for t in binding.GetSkinningTargets()}
+                bound |= {t.GetPrim(): UsdSkin(t, query) for t in binding.GetSkinningTargets()}
         prims |= dict.fromkeys(outside_meshes(stage))
         si = to_si(metrics_of(stage))
         meshes = []

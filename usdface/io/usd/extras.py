@@ -6,6 +6,7 @@ from typing import Any
 from pxr import Sdf, Usd, Vt
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.closed_layers import hold
 from usdface.io.usd.conversion_metadata import KEY
 from usdface.scene import Extras
 
@@ -78,7 +79,9 @@ def _usd_value(value: Any, path: str, lost: list[str], depth: int) -> Any:
 def read_extras(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:
     """Return a prim's customData as JSON values, without metadata of conversions and of schemas."""
     authored: dict[str, Any] = {}
-    for spec in reversed(prim.GetPrimStack()):  # the composed value has the schema's own in it
+    specs = prim.GetPrimStack()
+    hold(specs)
+    for spec in reversed(specs):  # the composed value has the schema's own in it
         authored |= dict(spec.customData)
     return _read(prim, authored, (KEY,))
 

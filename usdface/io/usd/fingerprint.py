@@ -9,6 +9,7 @@ from pathlib import Path
 from pxr import Sdf
 
 from usdface.errors import InputError, OutputError
+from usdface.io.usd.closed_layers import hold_specs
 from usdface.io.usd.conversion_metadata import KEY
 from usdface.io.usd.stage import is_usd, open_layer
 
@@ -56,4 +57,6 @@ def _digest(layer: Sdf.Layer) -> str:
     data = dict(copy.customLayerData)
     mine = {name: value for name, value in data.pop(KEY, {}).items() if name != _FINGERPRINT}
     copy.customLayerData = {**data, **({KEY: mine} if mine else {})}
-    return hashlib.sha256(copy.ExportToString().encode()).hexdigest()
+    text = copy.ExportToString()
+    hold_specs(copy)
+    return hashlib.sha256(text.encode()).hexdigest()

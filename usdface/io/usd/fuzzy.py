@@ -45,6 +45,7 @@ _NUMBERS = {
     tokens.BLEND_TIME: "blend_time",
     tokens.EASE: "ease",
     tokens.EVIDENCE: "evidence",
+    tokens.LIKENESS: "likeness",
 }
 _DEFAULT = FuzzySystem((), (), normalisation="all_rules", else_rule=True)
 _INPUT = {

@@ -26,7 +26,7 @@ from usdface.io.usd.stage import (
     new_layer,
     open_stage,
     relative_asset,
-    save_layers,
+    save_layer,
 )
 from usdface.schemas import write_fallback_types
 from usdface.shot import ShotResult
@@ -82,37 +82,45 @@ def write_layers(
     span = (float(shot.codes[0]), float(shot.codes[-1]))
     clock = shot.metrics.time_codes_per_second, shot.metrics.frames_per_second
     metrics = Metrics(shot.metrics.meters_per_unit, shot.metrics.up_axis, *clock, *span)
-    layers: list[tuple[Path, Sdf.Layer]] = []
     contents = (
         (paths.solve, solve_animation(result, deviations, verdict)),
         (paths.express, express_animation(result)),
         (paths.closure, closure_animation(result)),
     )
-    for path, animation in contents:
-        if animation is not None:
-            overs = new_layer(metrics)
-            author(overs, stage, shot, animation)
-            layers.append((path, overs))
-    stronger_first = [path for path, _ in reversed(layers)]
-    if not in_place:
-        layers.append((paths.root, _root_layer(stage, metrics, paths, shot_path, stronger_first)))
-    for _, layer in layers:
-        mark_generation(layer, generation)
-    if in_place:
-        top = Sdf.Layer.CreateAnonymous(".usda")
-        top.TransferContent(stage.GetRootLayer())
-        added = [relative_asset(path, shot_path) for path in stronger_first]
-        previous = {relative_asset(path, shot_path) for path in paths.layers}
-        top.subLayerPaths = added + [p for p in top.subLayerPaths if p not in previous]
-        if is_unedited(stage.GetRootLayer()):
-            sign(top)
-        layers.append((shot_path, top))
+    stronger_first = [path for path, animation in reversed(contents) if animation is not None]
     with all_or_none():
-        save_layers(layers)
+        for path, animation in contents:
+            if animation is not None:  # one after the other: each takes kilobytes a frame
+                overs = new_layer(metrics)
+                author(overs, stage, shot, animation)
+                mark_generation(overs, generation)
+                save_layer(overs, path, names_files=False)
+                del overs
+        if in_place:
+            top = _top_layer(stage, paths, shot_path, stronger_first)
+            save_layer(top, shot_path)
+        else:
+            root_layer = _root_layer(stage, metrics, paths, shot_path, stronger_first)
+            mark_generation(root_layer, generation)
+            save_layer(root_layer, paths.root)
         for path in paths.layers:  # of an earlier run that had one more
             if path not in stronger_first:
                 remove_when_written(path)
-    return [layers[-1][0], *stronger_first]
+    return [shot_path if in_place else paths.root, *stronger_first]
+
+
+def _top_layer(
+    stage: Usd.Stage, paths: LayerPaths, shot: Path, stronger_first: list[Path]
+) -> Sdf.Layer:
+    """Return the shot's own layer with these as its strongest sublayers."""
+    top = Sdf.Layer.CreateAnonymous(".usda")
+    top.TransferContent(stage.GetRootLayer())
+    added = [relative_asset(path, shot) for path in stronger_first]
+    previous = {relative_asset(path, shot) for path in paths.layers}
+    top.subLayerPaths = added + [p for p in top.subLayerPaths if p not in previous]
+    if is_unedited(stage.GetRootLayer()):
+        sign(top)
+    return top
 
 
 def _root_layer(

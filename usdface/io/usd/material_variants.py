@@ -10,6 +10,7 @@ from dataclasses import replace
 from pxr import Sdf, Usd, UsdShade
 
 from usdface.io.prim_names import prim_names
+from usdface.io.usd.closed_layers import hold_layers
 from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
 from usdface.io.usd.mesh import bound_material
 from usdface.io.usd.stage import check_clocks
@@ -35,6 +36,7 @@ def read_material_variants(stage: Usd.Stage, meshes: Sequence[Mesh]) -> tuple[Me
         session.TransferContent(stage.GetSessionLayer())
         Sdf.CreatePrimInLayer(session, top.GetPath()).variantSelections[_SET] = variant
         other = Usd.Stage.Open(stage.GetRootLayer(), session)
+        hold_layers(other)
         check_clocks(other)
         looks = [_changed(stage, other, mesh) for mesh in meshes]
         if variant == _DEFAULT and not any(looks):

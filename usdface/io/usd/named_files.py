@@ -9,6 +9,8 @@ from pathlib import Path
 
 from pxr import Ar, Tf, UsdUtils
 
+from usdface.io.usd.closed_layers import hold_specs
+
 __all__ = ["named_files"]
 
 
@@ -35,6 +37,8 @@ def named_files(path: Path) -> tuple[list[Path], list[Path]]:
         return [], []
     finally:
         del delegate
+    for layer in layers:
+        hold_specs(layer)
     names = [layer.realPath for layer in layers] + [str(asset) for asset in assets]
     outer = (Ar.SplitPackageRelativePathOuter(name)[0] for name in names if name)
     found = list(dict.fromkeys(Path(os.path.abspath(name)) for name in outer))  # noqa: PTH100

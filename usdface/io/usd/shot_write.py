@@ -9,12 +9,12 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding
 from usdface.io.usd.animation import editable_layer
+from usdface.io.usd.closed_layers import hold_specs
 from usdface.io.usd.face_layout import write_layout
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.io.usd.retarget_setup import write_expressions, write_setup
 from usdface.io.usd.shared_layers import SharedLayers, share
-from usdface.io.usd.spec_handles import hold_specs
 from usdface.io.usd.stage import (
     Metrics,
     default_prim,
@@ -140,6 +140,7 @@ def author_shot(
             spec = layer.GetPrimAtPath(target.MapToSpecPath(parent))
             spec.specifier, spec.typeName = Sdf.SpecifierDef, "Scope"
         Sdf.CopySpec(beside.GetRootLayer(), place, layer, target.MapToSpecPath(place))
+    hold_specs(beside.GetRootLayer())
 
 
 def _define_setup(stage: Usd.Stage, scope: str, shot: Shot, targets: dict[str, list[str]]) -> None:

@@ -22,8 +22,8 @@ from usdface.io.atomic import (
     write_bridge,
 )
 from usdface.io.staging import finish_dead_runs
+from usdface.io.usd.closed_layers import hold_layers, hold_specs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
-from usdface.io.usd.spec_handles import hold_specs
 from usdface.io.usd.trial import try_to_open
 from usdface.plain_text import plain
 
@@ -97,6 +97,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     left_out = {str(layer.resolve()) for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
+        hold_layers(stage)
         broken = [one_line(str(error)) for error in stage.GetCompositionErrors()]
         for layer in stage.GetUsedLayers():
             if layer.realPath in left_out:
@@ -130,7 +131,8 @@ def check_clocks(stage: Usd.Stage) -> None:
 
 def is_usd(path: Path) -> bool:
     """Return whether USD reads files of this name."""
-    return Sdf.FileFormat.FindByExtension(plain(path.suffix, 20)) is not None
+    suffix = plain(path.suffix, 20)  # USD takes it for an error that there is none
+    return bool(suffix) and Sdf.FileFormat.FindByExtension(suffix) is not None
 
 
 def open_layer(path: Path) -> Sdf.Layer:
@@ -169,6 +171,7 @@ def default_prim(stage: Usd.Stage, path: Path) -> Usd.Prim:
 def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
     """Make an empty stage in memory whose root layer carries all of `metrics`."""
     stage = Usd.Stage.CreateInMemory()
+    hold_layers(stage)
     author_metrics(stage, metrics)
     if default_prim:
         stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{default_prim}").GetPrim())
@@ -299,18 +302,21 @@ def matrices(values: ArrayLike) -> Vt.Matrix4dArray:
     return Vt.Matrix4dArray([Gf.Matrix4d(*m.ravel().tolist()) for m in array])
 
 
-def save_layer(layer: Sdf.Layer, path: Path) -> None:
+def save_layer(layer: Sdf.Layer, path: Path, *, names_files: bool = True) -> None:
     """Write a layer to `path` atomically; `.usda`, `.usdc` and `.usd` give the format.
+
+    A layer that is known to name no other files is not searched for them, which takes as much
+    memory again.
 
     Raises
     ------
     OutputError
         If it cannot be written.
     """
-    save_layers([(path, layer)])
+    save_layers([(path, layer)], names_files=names_files)
 
 
-def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
+def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]], *, names_files: bool = True) -> None:
     """Write several layers, all of them or none; layers that are open are reloaded.
 
     Raises
@@ -323,7 +329,7 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]]) -> None:
             raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
     with all_or_none():
         for path, layer in layers:
-            bridge = _bridge(layer, path)
+            bridge = _bridge(layer, path) if names_files else None
             with atomic_path(path) as temporary:
                 _export(layer, temporary, path)
             hold_specs(layer)

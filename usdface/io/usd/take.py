@@ -1,5 +1,6 @@
 """Takes in USD: markers as UsdFaceMarkerTake (a UsdGeomPoints), weights as a SkelAnimation."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
+from usdface.frame_blocks import frame_blocks
 from usdface.io.usd.attributes import author
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import (
@@ -91,22 +93,19 @@ def _define_markers(
         author(prim, tokens.FOCAL_LENGTH, names.Double, take.focal_length)
     if take.first_frame:
         author(prim, tokens.FIRST_FRAME, names.Int, take.first_frame)
-    native = np.zeros((*take.positions.shape[:2], 3))
-    native[..., : take.dimension] = _last_seen(take.positions)
-    if take.dimension == 3:
-        native = native @ np.linalg.inv(to_si(metrics)[:3, :3])
-    low, high = native.min(axis=1), native.max(axis=1)
     width = _MARKER_WIDTH / metrics.meters_per_unit
     if take.dimension == 2:
-        width = float(np.max(high - low)) / 100.0
+        width = max(float(np.max(np.ptp(at, axis=1))) for _, at in _native(take, metrics)) / 100.0
     points = prim.CreateAttribute(tokens.POINTS, names.Point3fArray, False)
     extent = prim.CreateAttribute("extent", names.Float3Array, False)
     prim.CreateAttribute("widths", names.FloatArray, False).Set(
         Vt.FloatArray([width] * len(take.names))
     )
-    for frame, code in enumerate(codes.tolist()):
-        points.Set(vec3f_array(native[frame]), code)
-        extent.Set(vec3f_array([low[frame] - width / 2, high[frame] + width / 2]), code)
+    for block, native in _native(take, metrics):
+        low, high = native.min(axis=1) - width / 2, native.max(axis=1) + width / 2
+        for frame, code in enumerate(codes[block].tolist()):
+            points.Set(vec3f_array(native[frame]), code)
+            extent.Set(vec3f_array([low[frame], high[frame]]), code)
     visible = take.visible
     seen = prim.CreateAttribute(tokens.MARKERS_VISIBLE, names.BoolArray, False)
     # Held between samples, so a sample is needed only where something changes.
@@ -116,14 +115,31 @@ def _define_markers(
     return prim
 
 
-def _last_seen(positions: FloatArray) -> FloatArray:
-    """Fill occluded markers (F, M, D) with their last place, or their first one to come."""
-    seen = ~np.isnan(positions[..., 0])
-    frames = np.arange(len(positions))[:, None]
-    last = np.maximum.accumulate(np.where(seen, frames, -1), axis=0)
-    first = np.where(seen.any(axis=0), np.argmax(seen, axis=0), 0)
-    filled = positions[np.where(last >= 0, last, first), np.arange(positions.shape[1])]
-    return np.nan_to_num(filled)
+def _native(take: MarkerTake, metrics: Metrics) -> Iterator[tuple[slice, FloatArray]]:
+    """Yield blocks of frames and their markers (B, M, 3) in the units of a stage.
+
+    Occluded markers have their last place, or their first one to come.
+    """
+    turn = np.linalg.inv(to_si(metrics)[:3, :3])
+    last = _first_seen(take.positions)
+    for block in frame_blocks(len(take.times)):
+        own = np.concatenate([last[None], take.positions[block]])
+        frames = np.arange(len(own))[:, None]
+        seen = np.where(~np.isnan(own[..., 0]), frames, 0)
+        filled = own[np.maximum.accumulate(seen, axis=0), np.arange(own.shape[1])][1:]
+        last = filled[-1] if len(filled) else last
+        native = np.zeros((*filled.shape[:2], 3))
+        native[..., : take.dimension] = filled
+        yield block, native @ turn if take.dimension == 3 else native
+
+
+def _first_seen(positions: FloatArray) -> FloatArray:
+    """Return where each marker (F, M, D) is seen first: (M, D); 0 where it never is."""
+    first = np.zeros(positions.shape[1:])
+    for marker in range(positions.shape[1]):
+        at = np.flatnonzero(~np.isnan(positions[:, marker, 0]))[:1]
+        first[marker] = positions[at, marker] if len(at) else 0.0
+    return first
 
 
 def _define_weights(stage: Usd.Stage, path: str, take: WeightsTake, codes: FloatArray) -> Usd.Prim:
@@ -191,8 +207,10 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
     else:
         world = UsdGeom.XformCache().GetLocalToWorldTransform(prim)
         matrix = np.array(world) @ to_si(metrics)
-        positions = positions @ matrix[:3, :3] + matrix[3, :3]
+        for block in frame_blocks(len(codes)):  # in place
+            positions[block] = positions[block] @ matrix[:3, :3] + matrix[3, :3]
     positions[~_visibility(prim, codes, len(names))] = np.nan
+    positions.setflags(write=False)  # so it is not copied
     size = prim.GetAttribute(tokens.IMAGE_SIZE).Get()
     return (
         MarkerTake(

@@ -17,6 +17,7 @@ from usdface.findings import Finding, finding
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import udim_tiles
 from usdface.io.usd.assets import folders_of, outer_file, read_asset
+from usdface.io.usd.closed_layers import hold
 from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.materials import ColourSpace, Placement, Texture, Wrap
 
@@ -87,6 +88,7 @@ def read_texture(
 def _folders(attribute: Usd.Attribute) -> list[Path]:
     """Return the folders of the layer that gives an attribute its value, and of the root layer."""
     specs = attribute.GetPropertyStack(Usd.TimeCode.Default())
+    hold(specs)
     naming = next((spec.layer for spec in specs if spec.HasDefaultValue()), None)
     return [
         *(folders_of(naming) if naming else ()),

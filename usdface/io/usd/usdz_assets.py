@@ -14,6 +14,7 @@ from usdface.findings import Finding, finding
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import is_udim, udim_tiles
 from usdface.io.usd.assets import folders_of, outer_file, read_asset
+from usdface.io.usd.closed_layers import hold_specs
 from usdface.materials import Texture
 
 __all__ = ["localise"]
@@ -87,7 +88,9 @@ def _allowed(stage: Usd.Stage) -> dict[str, list[Path]]:
     allowed: dict[str, list[Path]] = defaultdict(list)
     for layer in stage.GetUsedLayers():
         if layer.realPath:
-            for asset in UsdUtils.ExtractExternalReferences(layer.realPath)[1]:
+            assets = UsdUtils.ExtractExternalReferences(layer.realPath)[1]
+            hold_specs(layer)
+            for asset in assets:
                 absolute = Sdf.ComputeAssetPathRelativeToLayer(layer, asset)
                 allowed[absolute] += folders_of(layer)
     return allowed

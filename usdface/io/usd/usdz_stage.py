@@ -8,6 +8,7 @@ Source: OpenUSD, "Usdz File Format Specification"; its ARKit checks (upAxis Y).
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.closed_layers import hold_layers
 
 __all__ = ["complete_stage"]
 
@@ -23,6 +24,7 @@ def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
         UNITS_ASSUMED and DEFAULT_PRIM_CHOSEN where a value had to be chosen.
     """
     stage = Usd.Stage.Open(layer)
+    hold_layers(stage)
     found = []
     if not stage.GetDefaultPrim():
         chosen = _main_prim(stage)

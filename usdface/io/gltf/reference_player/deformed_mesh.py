@@ -6,6 +6,7 @@ Source: glTF 2.0 specification, sections 3.7.2 (morph targets), 3.7.3 (skins), a
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 from usdface.arrays import FloatArray
 from usdface.certificate.linear_morph import LinearMorph
 from usdface.io.gltf.reference_player.morph_targets import PlayerTargets
+
+if TYPE_CHECKING:
+    from usdface.io.gltf.reference_player.node_motion import Space
 
 __all__ = ["PlayerMesh", "Sampled"]
 
@@ -92,10 +96,7 @@ class PlayerMesh:
     weights : Sampled
     inbetweens : tuple of (int, int, float)
         Targets that our extras call inbetweens: the target's place, its shape's, its weight.
-    space : function from times (F,) to two arrays
-        Transforms of points to the scene, (4, 4), (N, 4, 4), (F, 1, 4, 4) or (F, N, 4, 4), for
-        column vectors; and the same for normals, (3, 3), ...; a skin blends the
-        normals of its joints.
+    space : Space
     """
 
     name: str
@@ -106,7 +107,7 @@ class PlayerMesh:
     turns: PlayerTargets
     weights: Sampled
     inbetweens: tuple[tuple[int, int, float], ...]
-    space: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    space: "Space"
 
     def weights_at(self, times: FloatArray) -> FloatArray:
         """Return the weights (F, T) at `times` (F,) [s]."""
@@ -133,16 +134,22 @@ class PlayerMesh:
         return self._in_blocks(times, lambda block: self._turned(normals, block))
 
     def linear_morph_at(self, times: FloatArray) -> LinearMorph | None:
-        """Return the mesh at `times` (F,) [s] as sums; None where nodes move it."""
-        place, turning = self.space(times[:1])
-        if place.ndim > 3:
-            return None
-        points = _times(place[..., :3, :3], self.points[None])[0] + place[..., :3, 3]
-        moves = _times(place[..., :3, :3], self.moves.dense().astype(np.float64)).astype(np.float32)
+        """Return the mesh at `times` (F,) [s] as sums; None where too many joints move it."""
+        place, turning = self.space.at(times[:1])
         weights = self.weights_at(times)
+        moves, turns = self.moves.dense(), self.turns.dense()
+        if place.ndim > 3:
+            motion = self.space.motion(times, len(self.points))
+            if motion is None:
+                return None
+            if self.normals is None:
+                return LinearMorph(weights, self.points, moves, motion=motion)
+            return LinearMorph(weights, self.points, moves, self.normals, turns, motion)
+        points = _times(place[..., :3, :3], self.points[None])[0] + place[..., :3, 3]
+        moves = _times(place[..., :3, :3], moves.astype(np.float64)).astype(np.float32)
         if self.normals is None:
             return LinearMorph(weights, points, moves)
-        turns = _times(turning, self.turns.dense().astype(np.float64)).astype(np.float32)
+        turns = _times(turning, turns.astype(np.float64)).astype(np.float32)
         return LinearMorph(weights, points, moves, _times(turning, self.normals[None])[0], turns)
 
     def _in_blocks(self, times: FloatArray, part: Callable[[FloatArray], FloatArray]) -> FloatArray:
@@ -153,12 +160,12 @@ class PlayerMesh:
 
     def _points(self, times: FloatArray) -> FloatArray:
         posed = self.points + self.moves.added(self.weights_at(times))
-        matrices, _ = self.space(times)
+        matrices, _ = self.space.at(times)
         return _times(matrices[..., :3, :3], posed) + matrices[..., :3, 3]
 
     def _turned(self, normals: FloatArray, times: FloatArray) -> FloatArray:
         posed = normals + self.turns.added(self.weights_at(times))
-        turned = _times(self.space(times)[1], posed)
+        turned = _times(self.space.at(times)[1], posed)
         length = np.sqrt(np.einsum("fvi,fvi->fv", turned, turned))[..., None]
         return np.asarray(turned / np.where(length > 0, length, 1.0))
 

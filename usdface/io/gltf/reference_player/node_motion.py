@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
+from usdface.certificate.joint_motion import JointMotion
 from usdface.io.gltf.reference_player.deformed_mesh import Sampled
 
 if TYPE_CHECKING:
@@ -17,7 +18,23 @@ if TYPE_CHECKING:
 
 __all__ = ["PlayerNodes", "Space"]
 
-Space = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Space:
+    """What nodes make of the points and the normals of a mesh.
+
+    Attributes
+    ----------
+    at : function from times (F,) to two arrays
+        Transforms of points to the scene, (4, 4), (N, 4, 4), (F, 1, 4, 4) or (F, N, 4, 4), for
+        column vectors; and the same for normals, (3, 3), ...; a skin blends the
+        normals of its joints.
+    motion : function from times (F,) and N to JointMotion or None
+        The same by joints, where they move.
+    """
+
+    at: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    motion: Callable[[FloatArray, int], JointMotion | None] = lambda times, count: None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,10 +106,14 @@ class PlayerNodes:
             world = self.worlds([node], times)[0]
             return (world[:, None], _normal_matrix(world)[:, None]) if moving else (still, turned)
 
+        def motion(times: FloatArray, count: int) -> JointMotion:
+            world = self.worlds([node], times)[0]
+            return JointMotion.rigid(world[:, :3], _normal_matrix(world), count)
+
         moving = self.moves(node)
         still = self.worlds([node], np.zeros(1))[0, 0]
         turned = _normal_matrix(still)
-        return space
+        return Space(space, motion)
 
     def of_skin(self, joints: Sequence[int], inverse: FloatArray, weights: "csr_array") -> Space:
         """Return the transforms of points and normals of a skinned mesh to the scene.
@@ -104,10 +125,25 @@ class PlayerNodes:
             moves = self.worlds(joints, times) @ inverse[:, None]
             return _blend(weights, moves), _blend(weights, _normal_matrix(moves))
 
+        def motion(times: FloatArray, count: int) -> JointMotion | None:
+            moves = (self.worlds(joints, times) @ inverse[:, None]).swapaxes(0, 1)
+            return JointMotion.of(moves[..., :3, :], _normal_matrix(moves), *_side_by_side(weights))
+
         if any(self.moves(joint) for joint in joints):
-            return blended
+            return Space(blended, motion)
         points, normals = (part[0] for part in blended(np.zeros(1)))
-        return lambda times: (points, normals)
+        return Space(lambda times: (points, normals))
+
+
+def _side_by_side(weights: "csr_array") -> tuple[IntArray, FloatArray]:
+    """Return the joints (N, K) and weights (N, K) of each vertex; those that lack some weigh 0."""
+    counts = np.diff(weights.indptr)
+    row = np.repeat(np.arange(len(counts)), counts)
+    place = np.arange(len(row)) - np.repeat(weights.indptr[:-1], counts)
+    joints = np.zeros((len(counts), counts.max(initial=0)), np.int64)
+    values = np.zeros(joints.shape)
+    joints[row, place], values[row, place] = weights.indices, weights.data
+    return joints, values
 
 
 def _blend(weights: "csr_array", matrices: FloatArray) -> FloatArray:

@@ -1,0 +1,141 @@
+"""Likeness: variants of an expression are heard, what is as like another emotion is not."""
+
+import numpy as np
+import pytest
+from marker_face import marker_face
+
+from usdface.correction.likeness import ExpressionLikeness, Likeness, performers_outputs
+from usdface.face.bound_face import BoundFace
+from usdface.face.expression_poses import expressions_for
+
+# Marker (0 nose, 1 to 4 brows and lids, 5 to 8 mouth) and direction of each blend shape [m].
+MOVES = {
+    "browInnerUp": {1: (0, 8, 0), 2: (0, 3, 0)},
+    "browOuterUpLeft": {2: (0, 8, 0)},
+    "browOuterUpRight": {3: (0, 8, 0)},
+    "browDownLeft": {1: (-3, -7, 0), 2: (0, -4, 0)},
+    "browDownRight": {3: (3, -7, 0)},
+    "eyeWideLeft": {4: (0, 3, 0)},
+    "eyeWideRight": {4: (0, 3, 0)},
+    "cheekSquintLeft": {4: (0, 2, 2)},
+    "cheekSquintRight": {4: (0, 2, 2)},
+    "noseSneerLeft": {7: (0, 6, 0), 1: (0, -3, 0)},
+    "noseSneerRight": {7: (0, 6, 0), 3: (0, -3, 0)},
+    "mouthSmileLeft": {5: (8, 9, -6)},
+    "mouthSmileRight": {6: (-8, 9, -6)},
+    "mouthFrownLeft": {5: (2, -8, 0)},
+    "mouthFrownRight": {6: (-2, -8, 0)},
+    "mouthStretchLeft": {5: (9, -3, -4)},
+    "mouthStretchRight": {6: (-9, -3, -4)},
+    "mouthPressLeft": {8: (0, 5, 2)},
+    "mouthPressRight": {8: (0, 5, 2)},
+    "mouthLowerDownLeft": {8: (0, -6, 1)},
+    "mouthLowerDownRight": {8: (0, -6, 1)},
+    "jawOpen": {8: (0, -25, -10), 5: (0, -5, 0), 6: (0, -5, 0)},
+}
+NAMES = tuple(MOVES)
+EMOTIONS = ("joy", "sadness", "anger", "fear", "disgust", "surprise")
+
+
+@pytest.fixture(scope="module")
+def face() -> BoundFace:
+    basis = np.zeros((len(MOVES), 9, 3))
+    for row, moved in enumerate(MOVES.values()):
+        for marker, offset in moved.items():
+            basis[row, marker] = 0.001 * np.array(offset)
+    places = [(0, 0), (10, 30), (30, 32), (-20, 31), (20, 20), (25, -30), (-25, -30), (0, -20)]
+    neutral = np.array([*places, (0, -40)]) * 0.001
+    return marker_face(tuple("nabcdefgh"), np.c_[neutral, np.zeros(9)], basis, NAMES, "n")
+
+
+@pytest.fixture(scope="module")
+def judge(face: BoundFace) -> ExpressionLikeness:
+    return ExpressionLikeness(face, expressions_for(NAMES)[0])
+
+
+def moved(face: BoundFace, **weights: float) -> np.ndarray:
+    row = [max((w for part, w in weights.items() if n.startswith(part)), default=0) for n in NAMES]
+    return face.displacements(np.array([row], dtype=float))
+
+
+def shown(judge: ExpressionLikeness, motion: np.ndarray) -> dict[str, float]:
+    return dict(zip(EMOTIONS, judge.of(motion).shown[0], strict=True))
+
+
+def test_every_pose_is_heard_as_large_as_it_is(face: BoundFace, judge: ExpressionLikeness) -> None:
+    poses = np.array([e.pose(NAMES) for e in expressions_for(NAMES)[0]])
+    for amount in (0.2, 0.5, 1.0):
+        found = judge.of(face.displacements(amount * poses))
+        np.testing.assert_allclose(np.diag(found.shown), amount, atol=0.06)
+        assert (found.shown - np.diag(np.diag(found.shown))).max() < 0.01
+        assert np.diag(found.contrary).max() == 0
+
+
+def test_a_variant_in_other_directions_is_heard(face: BoundFace, judge: ExpressionLikeness) -> None:
+    smile = moved(face, mouthSmile=0.7, jawOpen=0.1)
+    turned = smile * [0.7, 1.3, 0.6]
+    found = shown(judge, turned)
+    assert found["joy"] > 0.35 and max(v for n, v in found.items() if n != "joy") == 0
+
+
+def test_speech_and_what_is_as_like_another_emotion_are_not_heard(
+    face: BoundFace, judge: ExpressionLikeness
+) -> None:
+    for motion in (
+        moved(face, jawOpen=0.6),
+        moved(face, jawOpen=0.3, mouthLowerDown=0.4),
+        moved(face, browDown=0.8),
+        moved(face, browDown=0.8, mouthSmile=0.3),
+    ):
+        assert max(shown(judge, motion).values()) < 0.15
+
+
+def test_noise_on_a_still_face_is_not_heard(face: BoundFace, judge: ExpressionLikeness) -> None:
+    jitter = 0.0002 * np.random.default_rng(0).standard_normal((400, 9, 3))
+    assert judge.of(jitter).shown.max() < 0.05
+
+
+def test_it_is_a_continuous_function_of_the_markers(
+    face: BoundFace, judge: ExpressionLikeness
+) -> None:
+    rng = np.random.default_rng(0)
+    motions = face.displacements(rng.uniform(0, 0.6, size=(200, len(NAMES))))
+    near = motions + 1e-7 * rng.standard_normal(motions.shape)
+    for one, two in zip(_both(judge, motions), _both(judge, near), strict=True):
+        assert np.abs(one - two).max() < 1e-3
+
+
+def _both(judge: ExpressionLikeness, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    found = judge.of(motions)
+    return found.shown, found.contrary
+
+
+def likeness_of(size: np.ndarray, contrary: np.ndarray, certain: float = 1.0) -> Likeness:
+    return Likeness(np.full(size.shape, certain), size, contrary)
+
+
+def test_rules_are_raised_by_likeness_and_silenced_by_that_of_another_emotion() -> None:
+    rules = np.array([[0.9, 0.1], [0.1, 0.6], [0.0, 0.0]])
+    sizes, contrary = np.zeros((2, 3, 2))
+    sizes[:2, 0], contrary[1, 1] = (0.9, 0.3), 1
+    likeness = likeness_of(sizes, contrary)
+    heard = performers_outputs(rules, likeness, np.ones(2), np.array([0.9, 0]))
+    np.testing.assert_allclose(heard, [[0.9, 0.1], [0.3, 0], [0, 0]])
+    alone = performers_outputs(rules, likeness, np.zeros(2), np.array([0.9, 0]))
+    np.testing.assert_allclose(alone, rules)
+
+
+def test_a_performer_who_shows_less_is_read_in_proportion_to_that() -> None:
+    course = np.linspace(0, 0.3, 7)[:, None]
+    likeness = likeness_of(course, np.zeros((7, 1)))
+    heard = performers_outputs(np.zeros((7, 1)), likeness, np.ones(1), np.array([0.3]))
+    np.testing.assert_allclose(heard[:, 0], np.linspace(0, 0.5, 7))
+    little = likeness_of(course / 10, np.zeros((7, 1)))
+    faint = performers_outputs(np.zeros((7, 1)), little, np.ones(1), np.array([0.03]))
+    np.testing.assert_allclose(faint[:, 0], np.linspace(0, 0.06, 7))
+
+
+def test_a_doubtful_likeness_is_no_more_certain_for_a_weak_performer() -> None:
+    doubtful = likeness_of(np.full((3, 1), 0.9), np.zeros((3, 1)), certain=0.2)
+    heard = performers_outputs(np.zeros((3, 1)), doubtful, np.ones(1), doubtful.shown.max(axis=0))
+    np.testing.assert_allclose(heard, 0.2)

@@ -1,0 +1,158 @@
+"""Likeness: how far the motion of a face is that of an expression or of one of its variants.
+
+Rules hear an emotion by a few markers, as far as they move as in the character's own pose. Another
+person's brows and lips go elsewhere: the right rule is mostly the strongest, but weak. So all
+markers together are compared with the variants of every expression that the character can show
+(`usdface.face.expression_variants`): where they are like one, and clearly less like those of any
+other emotion or like a movement that means none, they show it; where they are like those of
+another emotion, the rule is not believed. Both are continuous in the markers.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.face.bound_face import BoundFace
+from usdface.face.expression_variants import expression_variants
+from usdface.retarget_setup import Expression
+from usdface.rule_design.movements import single_movements
+
+__all__ = ["ExpressionLikeness", "Likeness", "performers_outputs"]
+
+# Tuned by hand on variants of FACS that ICT, MakeHuman and the example show to one another's
+# layouts of markers; see docs/constants.md.
+# Likeness (cosine) from which a variant begins to count and counts whole, by how much more it has
+# to be than that of any rival, and by how much less than another emotion's silences a rule.
+_LIKE = (0.6, 0.75)
+_MARGIN = (0.0, 0.08)
+_CONTRARY = (0.03, 0.08)
+# Either half of the face in which a variant moves by this share has to be like it, too.
+_HALF_MOVES, _HALF_LIKE = 0.3, (0.4, 0.6)
+# A movement alone that is as like a pose as this is no rival of it: a smile is joy.
+_SAME = 0.85
+# Likeness alone is an output of at most a half. A performer who shows less than that is heard so
+# many times as strong, at most.
+_MOST, _WEAKEST = 0.5, 2.0
+# RMS displacement of a coordinate [m] below which motion is noise.
+_STILL = 0.00014
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Likeness:
+    """How far each emotion is shown over a take.
+
+    Attributes
+    ----------
+    certain : (F, E) float64
+        How far the face is like a variant, and like no other emotion's, 0 to 1.
+    size : (F, E) float64
+        How far it moves along this variant, by the size of the pose, 0 to 1.
+    contrary : (F, E) float64
+        How far the face is more like another emotion, 0 to 1.
+    """
+
+    certain: FloatArray
+    size: FloatArray
+    contrary: FloatArray
+
+    @property
+    def shown(self) -> FloatArray:
+        """The size of each expression as far as it is certain: (F, E)."""
+        return self.certain * self.size
+
+
+class ExpressionLikeness:
+    """Judges motion by the variants of some expressions on a face with M markers."""
+
+    def __init__(self, face: BoundFace, expressions: Sequence[Expression]) -> None:
+        variants = expression_variants(expressions, face.shape_names)
+        names = [expression.name for expression in expressions]
+        self._emotion: IntArray = np.array([names.index(v.emotion) for v in variants])
+        self._heard: BoolArray = np.array([v.heard for v in variants])
+        self._count, self._nose = len(names), face.nose
+        moved = self._relative(face.displacements(np.array([v.weights for v in variants])))
+        upper = np.repeat(face.neutral[:, 1] > face.neutral[self._nose, 1], 3)
+        self._sizes = _lengths(moved)
+        self._halves = []
+        for half in (upper, ~upper):
+            sizes = _lengths(moved[:, half])
+            self._halves.append((half, moved[:, half].T, sizes, sizes >= _HALF_MOVES * self._sizes))
+        alone = self._relative(face.displacements(single_movements(face.shape_names)))
+        alone = alone[_lengths(alone) > _still(alone.shape[1])]
+        self._alone = (alone / _lengths(alone)[:, None]).T
+        poses = moved[: self._count] / self._sizes[: self._count, None]
+        self._rivals = poses @ self._alone < _SAME
+
+    def _relative(self, moved: FloatArray) -> FloatArray:
+        """Return displacements (F, M, 3) against the nose tip: (F, 3 M)."""
+        against = moved - moved[:, self._nose, None]
+        return np.asarray(np.nan_to_num(against).reshape(len(moved), -1))
+
+    def of(self, moved: FloatArray) -> Likeness:
+        """Judge displacements (F, M, 3) [m]."""
+        return Likeness(*self._judge(self._relative(moved)))
+
+    def _judge(self, faces: FloatArray) -> FloatArray:
+        """Judge coordinates (F, 3 M): the fields of `Likeness`, (3, F, E)."""
+        length = np.sqrt(_lengths(faces) ** 2 + _still(faces.shape[1]) ** 2)[:, None]
+        along, there = np.zeros((2, len(faces), len(self._sizes)))
+        there += 1.0
+        for half, variants, sizes, moves in self._halves:
+            own = faces[:, half]
+            common = own @ variants
+            reach = np.sqrt(_lengths(own) ** 2 + _still(own.shape[1]) ** 2)[:, None]
+            likeness = common / (reach * sizes)
+            there *= np.where(moves, _ramp(likeness, _HALF_LIKE), 1.0)
+            along += common / self._sizes
+        like, alone = along / length, faces @ self._alone / length
+        certain = _ramp(like, _LIKE) * there
+        best = np.array([like[:, self._emotion == e].max(axis=1) for e in range(self._count)]).T
+        found, rows = np.zeros((3, len(faces), self._count)), np.arange(len(faces))
+        for e in range(self._count):
+            other = np.delete(best, e, axis=1).max(axis=1, initial=0.0)
+            rival = np.maximum(other, alone[:, self._rivals[e]].max(axis=1, initial=0.0))
+            own_variants = (self._emotion == e) & self._heard
+            ahead = _ramp(like[:, own_variants] - rival[:, None], _MARGIN)
+            share = np.clip(along[:, own_variants] / self._sizes[e], 0.0, 1.0)
+            ahead *= certain[:, own_variants]
+            chosen = (ahead * share).argmax(axis=1)
+            contrary = _ramp(other - best[:, e], _CONTRARY)
+            found[:, :, e] = ahead[rows, chosen], share[rows, chosen], contrary
+        return found
+
+
+def performers_outputs(
+    outputs: FloatArray, likeness: Likeness, weights: FloatArray, strength: FloatArray
+) -> FloatArray:
+    """Return the outputs (F, E) of rules together with the likeness of the face.
+
+    Parameters
+    ----------
+    outputs : (F, E) float64
+    likeness : Likeness
+    weights : (E,) float64
+        How far likeness counts for each emotion, 0 to 1.
+    strength : (E,) float64
+        The largest `Likeness.shown` of each emotion over the take: a performer who shows less than
+        a half of the character's pose is read in proportion to that. Sizes are larger then, no
+        likeness is more certain.
+    """
+    gain = np.clip(_MOST / np.maximum(strength, 1e-12), 1.0, _WEAKEST)
+    shown = np.minimum(likeness.certain * np.minimum(gain * likeness.size, 1.0), _MOST)
+    return np.maximum(outputs * (1.0 - weights * likeness.contrary), weights * shown)
+
+
+def _lengths(rows: FloatArray) -> FloatArray:
+    """Return the lengths of rows (N, I), at least a numerical trace: (N,)."""
+    return np.asarray(np.maximum(np.linalg.norm(rows, axis=1), 1e-12))
+
+
+def _still(coordinates: int) -> float:
+    """Return the length of the noise of so many coordinates [m]."""
+    return float(_STILL * np.sqrt(coordinates))
+
+
+def _ramp(x: FloatArray, ends: tuple[float, float]) -> FloatArray:
+    return np.asarray(np.clip((x - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0))

@@ -1,0 +1,39 @@
+"""Frames in blocks: where values of all markers of a long take at once would not fit in memory."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+
+__all__ = ["BLOCK", "by_blocks", "frame_blocks"]
+
+# Frames: an array of 68 markers has 7 MB. Results do not depend on it.
+BLOCK = 4096
+
+
+def frame_blocks(frames: int) -> Iterator[slice]:
+    """Yield consecutive blocks that cover so many frames; one, empty, for none."""
+    for first in range(0, max(frames, 1), BLOCK):
+        yield slice(first, min(first + BLOCK, frames))
+
+
+def by_blocks(frames: int, compute: Callable[[slice], FloatArray]) -> FloatArray:
+    """Return the values (F, ...) of all frames, computed block by block.
+
+    Parameters
+    ----------
+    frames : int
+    compute : callable
+        Returns the values of a block, each frame's by that frame alone.
+    """
+    result: FloatArray | None = None
+    for block in frame_blocks(frames):
+        part = compute(block)
+        if block.stop - block.start == frames:
+            return part
+        if result is None:
+            result = np.empty((frames, *part.shape[1:]))
+        result[block] = part
+    assert result is not None
+    return result
