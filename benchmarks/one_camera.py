@@ -20,7 +20,7 @@ from benchmarks.solve.faces import Face, bent, example, has_real_data, ict
 from usdface.arrays import FloatArray
 from usdface.face.bound_face import bound_face
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.one_camera import Camera
+from usdface.retarget.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_take import solve
@@ -79,7 +79,7 @@ def film(face: Face, performer: Face, angle: float, part: Part) -> tuple[MarkerT
     before = motion.to_take(performer.neutral + moved - centre) - np.array(
         [0.0, 0.0, part.distance]
     )
-    image = Camera(part.focal_length, 0.5 * np.array(SIZE) * [1, -1]).image(before)
+    image = PinholeCamera(part.focal_length, 0.5 * np.array(SIZE) * [1, -1]).image(before)
     image += NOISE * np.random.default_rng(0).standard_normal(image.shape)
     return MarkerTake(face.names, times, image, face.rate, image_size=SIZE), motion
 

@@ -9,7 +9,7 @@ from worlds import World, make_world
 
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.filmed_head import FilmedHead, film_head
-from usdface.retarget.one_camera import Camera
+from usdface.retarget.one_camera import PinholeCamera
 from usdface.takes import MarkerTake
 
 WORLD = make_world(head_moves=False)
@@ -29,7 +29,7 @@ def filmed(world: World, degrees: float, focal: float = FOCAL) -> tuple[MarkerTa
     shift = 0.03 * np.sin(np.linspace(0, 3, COUNT))[:, None] * [1.0, 0.5, -1.0]
     motion = Pose(turn, shift)
     placed = motion.to_take(world.take.positions) + np.array([0.02, 0.01, -0.5])
-    camera = Camera(focal, 0.5 * np.array(SIZE) * [1, -1])
+    camera = PinholeCamera(focal, 0.5 * np.array(SIZE) * [1, -1])
     take = replace(world.take, positions=camera.image(placed), image_size=SIZE)
     return take, motion
 

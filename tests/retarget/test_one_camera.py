@@ -6,9 +6,9 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.one_camera import Camera, fit_pose, pose_columns, start_pose
+from usdface.retarget.one_camera import PinholeCamera, fit_pose, pose_columns, start_pose
 
-CAMERA = Camera(900.0, np.array([640.0, -480.0]))
+CAMERA = PinholeCamera(900.0, np.array([640.0, -480.0]))
 FACE = np.random.default_rng(2).uniform(-1, 1, (20, 3)) * [0.07, 0.09, 0.04]
 BEFORE = np.array([0.05, -0.02, -0.6])
 

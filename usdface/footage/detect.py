@@ -217,25 +217,29 @@ def _components(above: FloatArray, threshold: float, area: float) -> tuple[IntAr
     labels, count = ndimage.label(above > threshold, _NEIGHBOURS)
     if not count:
         return labels, 0
-    flat = np.flatnonzero(labels)
     peaks = _peaks(above, labels, count)
-    if area:
-        faint = peaks < _FAINT[1] * threshold
-        bright = np.concatenate([[False], ~faint])[labels]
-        low = (above > _FAINT[0] * threshold) & ~ndimage.binary_dilation(bright, _NEIGHBOURS, _EDGE)
-        lower, _ = ndimage.label(low, _NEIGHBOURS)
-        seeded = np.unique(lower[(labels > 0) & low])
-        labels = np.where(np.isin(lower, seeded[seeded > 0]), lower + count, labels * bright)
-        flat = np.flatnonzero(labels)
-        count += int(lower.max())
+    faint = peaks < _FAINT[1] * threshold
+    if area and faint.any():
+        labels, count = _cut_out_lower(above, labels, faint, _FAINT[0] * threshold)
         peaks = _peaks(above, labels, count)
+    flat = np.flatnonzero(labels)
     owner = labels.ravel()[flat]
     labels.ravel()[flat[above.ravel()[flat] < _HALF * peaks[owner - 1]]] = 0
     whole: tuple[IntArray, int] = ndimage.label(labels, _NEIGHBOURS)
-    if area:
-        for cut in _CUTS_APART:
-            whole = _cut_apart(above, *whole, cut, area)
-    return whole
+    return _cut_apart(above, *whole, area) if area else whole
+
+
+def _cut_out_lower(
+    above: FloatArray, labels: IntArray, faint: BoolArray, threshold: float
+) -> tuple[IntArray, int]:
+    """Cut the faint components out at a lower threshold, as far as no other is near."""
+    count = len(faint)
+    others = np.concatenate([[False], ~faint])[labels]
+    near = ndimage.maximum_filter(others.view(np.uint8), 2 * _EDGE + 1, mode="constant")
+    lower, number = ndimage.label((above > threshold) & (near == 0), _NEIGHBOURS)
+    seeded = np.bincount(lower[labels > 0], minlength=number + 1) > 0
+    seeded[0] = False
+    return np.where(seeded[lower], lower + count, np.where(others, labels, 0)), count + number
 
 
 def _peaks(above: FloatArray, labels: IntArray, count: int) -> FloatArray:
@@ -249,40 +253,29 @@ def _peaks(above: FloatArray, labels: IntArray, count: int) -> FloatArray:
 
 
 def _cut_apart(
-    above: FloatArray, labels: IntArray, count: int, cut: float, area: float
+    above: FloatArray, labels: IntArray, count: int, area: float
 ) -> tuple[IntArray, int]:
     """Part the components that are larger than a dot and are several above a share of height."""
-    flat = np.flatnonzero(labels)
-    owner = labels.ravel()[flat] - 1
-    sizes = np.bincount(owner, minlength=count)
-    large = sizes > _LARGE * area
+    large = np.bincount(labels.ravel(), minlength=count + 1)[1:] > _LARGE * area
     if not large.any():
         return labels, count
-    tall = large[owner] & (above.ravel()[flat] > cut * _peaks(above, labels, count)[owner])
-    top = np.zeros(labels.shape, dtype=bool)
-    top.ravel()[flat[tall]] = True
-    parts, number = ndimage.label(top, _NEIGHBOURS)
-    if not number:
-        return labels, count
-    mine = np.flatnonzero(parts)
-    part = parts.ravel()[mine] - 1
-    parent = np.zeros(number, dtype=np.int64)
-    parent[part] = labels.ravel()[mine] - 1
-    whole = np.bincount(part, minlength=number) > _PIECE * area
-    several = np.bincount(parent[whole], minlength=count) > 1
-    kept = whole & several[parent]
-    result = np.where(np.concatenate([[False], several])[labels], 0, labels)
-    result.ravel()[mine[kept[part]]] = count + 1 + part[kept[part]]
-    return _renumbered(result)
-
-
-def _renumbered(labels: IntArray) -> tuple[IntArray, int]:
-    """Return labels without numbers that no pixel has, and how many there are."""
-    flat = np.flatnonzero(labels)
-    numbers, own = np.unique(labels.ravel()[flat], return_inverse=True)
-    result = np.zeros_like(labels)
-    result.ravel()[flat] = own + 1
-    return result, len(numbers)
+    windows = ndimage.find_objects(labels)
+    for own in (np.flatnonzero(large) + 1).tolist():
+        window = windows[own - 1]
+        mine, heights = labels[window] == own, above[window]
+        peak = float(np.percentile(heights[mine], 75))
+        for cut in _CUTS_APART:
+            pieces, number = ndimage.label(mine & (heights > cut * peak), _NEIGHBOURS)
+            sizes = np.bincount(pieces.ravel(), minlength=number + 1)[1:]
+            whole = np.flatnonzero(sizes > _PIECE * area) + 1
+            if len(whole) > 1:
+                labels[window][mine] = 0
+                numbers = own, *range(count + 1, count + len(whole))
+                for name, piece in zip(numbers, whole.tolist(), strict=True):
+                    labels[window][pieces == piece] = name
+                count += len(whole) - 1
+                break
+    return labels, count
 
 
 def _measured(

@@ -17,7 +17,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.one_camera import Camera, fit_pose, pose_columns, start_pose
+from usdface.retarget.one_camera import PinholeCamera, fit_pose, pose_columns, start_pose
 from usdface.takes import MarkerTake, visible
 
 __all__ = ["Displacements", "FilmedHead", "film_head"]
@@ -61,7 +61,7 @@ class FilmedHead:
     Attributes
     ----------
     markers : tuple of str, length M
-    camera : Camera
+    camera : PinholeCamera
     pose : Pose
         Of the head in camera space. Head space is that of the character at rest.
     depths : (F, M) float64 [m]
@@ -73,7 +73,7 @@ class FilmedHead:
     """
 
     markers: tuple[str, ...]
-    camera: Camera
+    camera: PinholeCamera
     pose: Pose
     depths: FloatArray
     rest: FloatArray
@@ -186,7 +186,7 @@ def film_head(
     return _in_turn(film, camera, displacements, _LAST_ROUNDS, head.rest[:, 2], there)[0], findings
 
 
-def _camera(film: _Film, displacements: Displacements) -> tuple[Camera, list[Finding]]:
+def _camera(film: _Film, displacements: Displacements) -> tuple[PinholeCamera, list[Finding]]:
     """Return the camera, as the take gives it or as its motion shows it."""
     take, findings = film.take, list[Finding]()
     if take.image_size:
@@ -197,12 +197,12 @@ def _camera(film: _Film, displacements: Displacements) -> tuple[Camera, list[Fin
         centre = film.rest.mean(axis=0)
         findings.append(finding("IMAGE_SIZE_ASSUMED", take.source))
     if take.focal_length:
-        return Camera(take.focal_length, centre), findings
+        return PinholeCamera(take.focal_length, centre), findings
     some = film.part(_TRIAL_FRAMES)
     lengths = _FOCAL_LENGTHS * diagonal
     errors = np.array(
         [
-            _in_turn(some, Camera(length, centre), displacements, _TRIAL_ROUNDS)[2]
+            _in_turn(some, PinholeCamera(length, centre), displacements, _TRIAL_ROUNDS)[2]
             for length in lengths
         ]
     )
@@ -210,7 +210,7 @@ def _camera(film: _Film, displacements: Displacements) -> tuple[Camera, list[Fin
     length = _lowest(lengths, errors) if shown else _USUAL * diagonal
     code = "FOCAL_LENGTH_FOUND" if shown else "FOCAL_LENGTH_ASSUMED"
     findings.append(finding(code, take.source, "{focal_length_px:.0f} px", length))
-    return Camera(length, centre), findings
+    return PinholeCamera(length, centre), findings
 
 
 def _lowest(lengths: FloatArray, errors: FloatArray) -> float:
@@ -226,7 +226,7 @@ def _lowest(lengths: FloatArray, errors: FloatArray) -> float:
 
 def _in_turn(
     film: _Film,
-    camera: Camera,
+    camera: PinholeCamera,
     displacements: Displacements,
     rounds: int,
     depths: FloatArray | None = None,
@@ -284,7 +284,7 @@ def _at_times(values: FloatArray, known: FloatArray, times: FloatArray) -> Float
 
 def _refined_depths(
     film: _Film,
-    camera: Camera,
+    camera: PinholeCamera,
     look: Pose,
     pose: Pose,
     rest: FloatArray,

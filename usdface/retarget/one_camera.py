@@ -16,7 +16,7 @@ from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.geometry.rigid_fit import Pose
 from usdface.takes import visible
 
-__all__ = ["Camera", "fit_pose", "pose_columns", "start_pose"]
+__all__ = ["PinholeCamera", "fit_pose", "pose_columns", "start_pose"]
 
 # Markers that determine a pose in a frame, with one to spare. Steps of a fit, which converges in
 # four to six from a face that looks at the camera; and the change of a step at which it ends, of an
@@ -31,8 +31,10 @@ _NEAREST = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Camera:
-    """A camera without distortion, with square pixels.
+class PinholeCamera:
+    """A camera without distortion, with square pixels, in the axes of USD: y up, looking along -z.
+
+    `usdface.geometry.camera.Camera` has those of OpenCV, and lens distortion.
 
     Attributes
     ----------
@@ -82,7 +84,7 @@ class Camera:
         return np.asarray(start + along[..., None] * ways)
 
 
-def start_pose(points: FloatArray, image: FloatArray, camera: Camera) -> Pose:
+def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> Pose:
     """Return the pose of a face that looks at the camera, by its place and size in the image.
 
     Parameters
@@ -107,7 +109,7 @@ def start_pose(points: FloatArray, image: FloatArray, camera: Camera) -> Pose:
 
 
 def fit_pose(
-    points: FloatArray, image: FloatArray, camera: Camera, start: Pose
+    points: FloatArray, image: FloatArray, camera: PinholeCamera, start: Pose
 ) -> tuple[Pose, BoolArray]:
     """Fit the pose of a head in every frame, by least squares on the image.
 
@@ -117,7 +119,7 @@ def fit_pose(
         In head space.
     image : (F, M, 2) float64 [px]
         NaN where hidden.
-    camera : Camera
+    camera : PinholeCamera
     start : Pose
         A first guess.
 
@@ -152,7 +154,7 @@ def fit_pose(
     return Pose(rotations, translations).bridged(usable), usable
 
 
-def pose_columns(points: FloatArray, pose: Pose, camera: Camera) -> FloatArray:
+def pose_columns(points: FloatArray, pose: Pose, camera: PinholeCamera) -> FloatArray:
     """Return the image's derivative by three rotations and translations: (F, M, 2, 6).
 
     Rotations [px/rad] are about the head's origin, along the axes of camera space.
