@@ -712,4 +712,9 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "advice could not be given; the result does not depend on it",
     ),
+    "CACHE_NOT_KEPT": (
+        "info",
+        "nothing",
+        "a stage could not be kept in the cache, and is computed again by the next run",
+    ),
 }

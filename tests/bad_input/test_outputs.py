@@ -79,6 +79,16 @@ def test_a_name_that_the_system_refuses(place: Place, refused: Refused) -> None:
     assert main([*map(str, place.process), "-o", str(place / f"{245 * 'a'}.usda")]) == 0
 
 
+def test_a_name_that_is_not_utf_8(place: Place, refused: Refused) -> None:
+    """USD writes such a file, and then cannot open it."""
+    name = os.fsdecode(b"\xff.usda")
+    for command in (place.shot[:-1], [*place.process, "-o"]):
+        said = refused([*command, place / name])
+        assert "\\udcff.usda: the name is not UTF-8, as USD wants it" in said
+    csv = wide_csv(place, ["0,1,2,3,4,5,6", "0.1,1,2,3,4,5,6"])
+    assert "is not UTF-8" in refused(["take", csv, "-o", place / os.fsdecode(b"\xff") / "a.usda"])
+
+
 @pytest.mark.parametrize("name", [".", "/", ""])
 def test_a_shot_without_a_name(refused: Refused, name: str) -> None:
     assert "is no USD file" in refused(["process", name])

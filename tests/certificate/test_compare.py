@@ -74,6 +74,15 @@ def test_names_are_mapped_and_losses_named() -> None:
     assert [f.code for f in certificate.findings("x")] == ["CONVERSION_INEXACT"]
 
 
+def test_rounding_of_a_mesh_without_size_is_no_loss() -> None:
+    """As of one that is scaled to nothing at rest."""
+    nowhere = certify([mesh(0 * ANIMATED)], [mesh(0 * ANIMATED)], FRAMES)
+    assert nowhere.diagonal == 0
+    assert replace(nowhere, vertex_largest=3.7e-9).findings("x") == []
+    (found,) = replace(nowhere, vertex_largest=1e-6).findings("x")
+    assert found.code == "CONVERSION_INEXACT"
+
+
 def test_names_count_before_places() -> None:
     pair = [mesh(ANIMATED), mesh(ANIMATED + 1, name="n")]
     certificate = certify(pair, pair[::-1], FRAMES)

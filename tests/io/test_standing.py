@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from usdface.clips import Clip, JointsTake
 from usdface.io.gltf.write import write_gltf
@@ -72,3 +73,80 @@ def test_a_skeleton_at_rest_stays_there(tmp_path: Path, skinned_rig: Rig) -> Non
 
     write_rig(skinned_rig, tmp_path / "a.usda")
     assert animated_rig(open_stage(tmp_path / "a.usda"))[1] == ()
+
+
+def one_joint(path: Path) -> Usd.Stage:
+    """A square on a joint that stays at the identity, as writers add it for programs that want one.
+
+    Its shape moves.
+    """
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetDefaultPrim(UsdSkel.Root.Define(stage, "/Asset").GetPrim())
+    skeleton = UsdSkel.Skeleton.Define(stage, "/Asset/Skel")
+    skeleton.CreateJointsAttr(["head"])
+    skeleton.CreateBindTransformsAttr([Gf.Matrix4d(1)])
+    skeleton.CreateRestTransformsAttr([Gf.Matrix4d(1)])
+    mesh = UsdGeom.Mesh.Define(stage, "/Asset/Face")
+    mesh.CreatePointsAttr([(0, 0, 0), (0.1, 0, 0), (0.1, 0.1, 0), (0, 0.1, 0)])
+    mesh.CreateFaceVertexCountsAttr([4])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    skin = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    skin.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+    skin.CreateJointIndicesPrimvar(False, 1).Set([0] * 4)
+    skin.CreateJointWeightsPrimvar(False, 1).Set([1.0] * 4)
+    shape = UsdSkel.BlendShape.Define(stage, "/Asset/Face/jawOpen")
+    shape.CreateOffsetsAttr([(0, 0, 0.02)])
+    shape.CreatePointIndicesAttr([1])
+    skin.CreateBlendShapesAttr(["jawOpen"])
+    skin.CreateBlendShapeTargetsRel().SetTargets([shape.GetPath()])
+    clip = UsdSkel.Animation.Define(stage, "/Asset/Anim")
+    clip.CreateBlendShapesAttr(["jawOpen"])
+    for code in (0, 12):
+        clip.CreateBlendShapeWeightsAttr().Set([code / 12], code)
+    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets(
+        [clip.GetPath()]
+    )
+    return stage
+
+
+def exact(stage: Usd.Stage, folder: Path) -> bool:
+    stage.Save()
+    done = export_scene(folder / "a.usda", folder / "a.glb", every_frame=True)
+    return done.summary["clips"] == 1 and done.summary["vertex_error_max_mm"] < 1e-4
+
+
+@pytest.mark.parametrize("samples", [0, 1])
+def test_the_pose_of_a_joint_at_the_identity_is_shown(tmp_path: Path, samples: int) -> None:
+    stage = one_joint(tmp_path / "a.usda")
+    clip = UsdSkel.Animation(stage.GetPrimAtPath("/Asset/Anim"))
+    code = 0.0 if samples else Usd.TimeCode.Default()
+    clip.CreateJointsAttr(["head"])
+    clip.CreateTranslationsAttr().Set([(0, 0.5, 0)], code)
+    clip.CreateRotationsAttr().Set([Gf.Quatf(0.6, 0.8, 0, 0)], code)
+    clip.CreateScalesAttr().Set([Gf.Vec3h(1, 1, 1)], code)
+    assert exact(stage, tmp_path)
+
+
+def test_the_transform_of_a_skinned_mesh_does_not_count(tmp_path: Path) -> None:
+    """Nor does that of one whose only joint moves nothing; that of its skeleton does."""
+    stage = one_joint(tmp_path / "a.usda")
+    assert exact(stage, tmp_path)
+    turn = UsdGeom.Xformable(stage.GetPrimAtPath("/Asset/Face")).AddRotateXYZOp()
+    turn.Set((0, 0, 0), 0)
+    turn.Set((170, 80, 300), 24)
+    assert exact(stage, tmp_path)
+    move = UsdGeom.Xformable(stage.GetPrimAtPath("/Asset/Skel")).AddTranslateOp()
+    move.Set((0, 0, 0), 0)
+    move.Set((1, 0, 0), 24)
+    assert exact(stage, tmp_path)
+    assert "translation" in str(document(tmp_path / "a.glb")["animations"])
+
+
+def test_a_bind_transform_that_cannot_be_inverted_is_announced(tmp_path: Path) -> None:
+    stage = one_joint(tmp_path / "a.usda")
+    skeleton = UsdSkel.Skeleton(stage.GetPrimAtPath("/Asset/Skel"))
+    skeleton.GetBindTransformsAttr().Set([Gf.Matrix4d().SetScale(0.0)])
+    stage.Save()
+    found = export_scene(tmp_path / "a.usda", tmp_path / "a.glb").findings
+    assert ("FEATURE_DROPPED", "/Asset/Skel") in {(f.code, f.where) for f in found}

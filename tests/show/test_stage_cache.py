@@ -1,5 +1,6 @@
 """The stages of a shot: exactly those run again that depend on a change, with the same bytes."""
 
+import errno
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from worlds import make_world
 
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
+from usdface.show import stage_cache
 
 PACE = "double usdface:solve:pace = 8"
 CALIBRATION = """uniform token[] usdface:calibration:shapes = ["jawOpen"]
@@ -153,3 +155,23 @@ def test_an_explanation_with_its_memberships_is_not_kept(place: Path) -> None:
     assert result.summary["stages"] == {"solve": "cached"}
     assert result.value.trace is not None
     assert result.value.trace.sides["both"].evaluation.memberships
+
+
+@pytest.mark.parametrize("blocked", ["a file", "a full disk"])
+def test_a_stage_that_cannot_be_kept_is_announced(
+    place: Path, monkeypatch: pytest.MonkeyPatch, blocked: str
+) -> None:
+    shutil.rmtree(place / "cache")
+    if blocked == "a file":
+        (place / "cache").write_text("")
+    else:
+
+        def full(*_: object) -> None:
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+        monkeypatch.setattr(stage_cache, "write_packed", full)
+    result = process(place / "shot.usda", cache=place / "cache")
+    found = [f for f in result.findings if f.code == "CACHE_NOT_KEPT"]
+    assert [f.where for f in found] == list(result.summary["stages"])
+    reason = "Not a directory" if blocked == "a file" else "No space left"
+    assert found and all(reason in f.message for f in found)

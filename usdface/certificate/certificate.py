@@ -18,6 +18,7 @@ _SUMMARY = (
 
 FLOAT32 = 2.0**-23  # relative spacing of float32 numbers (IEEE 754)
 _EXACT = 1e-5  # of the bounding diagonal, a weight, a second: 84 float32 roundings
+_SMALLEST = 1e-3  # m, of a diagonal: a mesh that is scaled to nothing at rest has none
 _STRAIGHT = 0.5  # degrees: turns a shade by sin(0.5°) at most, 2 of 255 steps
 
 
@@ -98,7 +99,7 @@ class Certificate:
 
     def findings(self, where: str) -> list[Finding]:
         """Return a warning for differences beyond the rounding of float32."""
-        limit = _EXACT * self.diagonal
+        limit = _EXACT * max(self.diagonal, _SMALLEST)
         weight = max(self.weights.values(), default=0.0)
         turned = self.normal_largest or 0.0
         drifts = self.time_drift > max(_EXACT, FLOAT32 * self.duration)

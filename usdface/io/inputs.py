@@ -72,8 +72,8 @@ def check_outputs(places: Iterable[Path | None], read: Mapping[Path, Path]) -> N
     Raises
     ------
     OutputError
-        If an output is one of the files that are read, two are one file, one is a folder, or a
-        folder cannot be written to.
+        If an output is one of the files that are read, two are one file, one is a folder, a
+        folder cannot be written to, or USD could not open the result by its name.
     """
     readers = {_identity(file): source for file, source in read.items()}
     taken: dict[object, Path] = {}
@@ -85,6 +85,7 @@ def check_outputs(places: Iterable[Path | None], read: Mapping[Path, Path]) -> N
             reason = "is an input" if same else f"is read by {source}"
             raise OutputError(f"{place} {reason} and would be overwritten; choose another place")
         check_place(place)
+        _check_name(place)
         finish_dead_runs(place.parent)
         other = taken.setdefault(identity or place.resolve(), place)
         if other is not place:
@@ -123,6 +124,20 @@ def _identity(path: Path) -> tuple[int, int] | None:
     except (OSError, ValueError):  # ValueError: a name that no file can have
         return None
     return status.st_dev, status.st_ino
+
+
+def _check_name(place: Path) -> None:
+    """Refuse a name for USD that is not UTF-8: it would write the file, and then not open it."""
+    try:
+        str(place.absolute()).encode()
+    except UnicodeEncodeError as error:
+        from usdface.io.usd.stage import is_usd  # loads USD only here
+
+        if not is_usd(place):
+            return
+        raise OutputError(
+            f"cannot write {place}: the name is not UTF-8, as USD wants it; choose another"
+        ) from error
 
 
 def _with_binary(place: Path) -> tuple[Path, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 from usdface.arrays import IntArray
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import ERROR_CODES, InputError, SolveError
+from usdface.findings import Finding
 from usdface.hooks import Hook
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, check_place
@@ -292,6 +293,11 @@ class PiecedStages:
         self._pieces = KeptPieces(shot, folder, options, asset_root)
         self._others = others
         self._folder = folder
+
+    @property
+    def not_kept(self) -> list[Finding]:
+        """CACHE_NOT_KEPT for stages other than the solve; a piece that is not kept is an error."""
+        return [] if self._others is None else self._others.not_kept
 
     def stage(
         self,

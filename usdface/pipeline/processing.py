@@ -13,6 +13,7 @@ from usdface.clips import Clip
 from usdface.correct_shot import correct
 from usdface.errors import InputError
 from usdface.face.head_size import report_size
+from usdface.face.stray_vertices import report_stray
 from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
@@ -305,7 +306,10 @@ def _retarget(
     if cache is not None:
         summary["stages"] = dict(cache.used)
     details = report.details | hook_report(hooks)
-    found = (*findings, *report_size(staged.shot.rig), *solved.findings, *report.findings)
+    rig = staged.shot.rig
+    unusual = (*report_size(rig), *report_stray(rig))
+    not_kept = cache.not_kept if cache is not None else ()
+    found = (*findings, *unusual, *solved.findings, *report.findings, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
+from usdface.face.stray_vertices import report_stray
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.rigs.files import read_rig_file
@@ -58,7 +59,7 @@ def make_rig(
     check_outputs([output], read)
     with progress.step("read"):
         rig, findings = read_rig_file(source, options)
-        findings += report_size(rig)
+        findings += report_size(rig) + report_stray(rig)
     with progress.step("write"):
         findings += write_rig(rig, output, read=read)
         written = files_written(output, read)

@@ -9,6 +9,7 @@ from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.face.expression_poses import ActionPose
 from usdface.face.head_size import report_size
+from usdface.face.stray_vertices import report_stray
 from usdface.io.atomic import StrPath
 from usdface.io.bind_file import read_bind
 from usdface.io.usd.rig import rig_of_stage
@@ -95,7 +96,7 @@ def set_up(
     with progress.step("read"):
         _refuse_other_setups(stage, scope)
         character, findings = rig_of_stage(stage, rig, joints=True)
-        findings += report_size(character)
+        findings += report_size(character) + report_stray(character)
         recorded = _take_at(stage, take) if isinstance(take, str) else take
         if bind is None or isinstance(bind, RetargetSetup):
             setup = bind

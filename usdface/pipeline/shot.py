@@ -7,6 +7,7 @@ from typing import Any
 from usdface.binding.resolve_binding import UnsureBindingError, proposal_summary
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
+from usdface.face.stray_vertices import report_stray
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind
 from usdface.io.calibration_file import read_calibration_file
@@ -122,7 +123,7 @@ def make_shot(
         check_picture(Path(figure))
     with progress.step("read"):
         character, findings = read_rig(rig)
-        findings += report_size(character)
+        findings += report_size(character) + report_stray(character)
         take_stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(take_stage, take))
         setup, new_findings = read_bind(Path(bind)) if bind else (None, [])

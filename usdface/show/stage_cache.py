@@ -13,7 +13,7 @@ from usdface.closure.closure_layer import Closure
 from usdface.closure.lid_gaps import LidGaps
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import OutputError
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation
 from usdface.geometry.rigid_fit import Pose
 from usdface.inbetween_path import InbetweenPath
@@ -68,10 +68,13 @@ class StageCache:
     ----------
     used : dict of str to {"cached", "computed"}
         How each stage was come by.
+    not_kept : list of Finding
+        CACHE_NOT_KEPT for each stage that the next run will compute again.
     """
 
     def __init__(self, folder: Path, name: str, *, must_keep: bool = False) -> None:
         self.used: dict[str, str] = {}
+        self.not_kept: list[Finding] = []
         self._must_keep = must_keep
         self._folder = folder
         self._name = name
@@ -102,8 +105,7 @@ class StageCache:
         try:
             key = content_digest((name, inputs, program()))
         except TypeError as error:  # a part from outside, of a term or format of another package
-            if self._must_keep:
-                raise self._not_kept(name, str(error)) from error
+            self._leave_out(name, error)
             self.used[name] = "computed"
             return compute()
         place = self._folder / f"{self._name}.{name}.{key[:40]}.npz"
@@ -119,16 +121,19 @@ class StageCache:
         try:
             self._forget(name, place)
             write_packed(place, (key, computed), given)
-        except OutputError:
-            if self._must_keep:
-                raise
-        except (OSError, TypeError) as error:
-            if self._must_keep:
-                raise self._not_kept(name, str(error)) from error
+        except (OutputError, OSError, TypeError) as error:
+            self._leave_out(name, error)
         return computed
 
-    def _not_kept(self, name: str, why: str) -> OutputError:
-        return OutputError(f"{name} of {self._name} cannot be kept in {self._folder}: {why}")
+    def _leave_out(self, name: str, error: Exception) -> None:
+        """Announce that a stage is not kept, which is an error where it must be."""
+        if not self._must_keep:
+            self.not_kept.append(finding("CACHE_NOT_KEPT", name, "{error}", error))
+        elif isinstance(error, OutputError):
+            raise error
+        else:
+            message = f"{name} of {self._name} cannot be kept in {self._folder}: {error}"
+            raise OutputError(message) from error
 
     def _files(self, name: str, key: str, place: Path) -> list[Path]:
         """Return the files that may have the value: this shot's, then those of others."""

@@ -92,6 +92,25 @@ def test_without_inverse_bind_matrices_meshes_are_bound_at_their_joints(
     assert rig.skeleton.joints == ("joint_1", "joint_1/joint_2")
 
 
+@pytest.mark.parametrize("flat", [{1}, {1, 2}])
+def test_joints_that_are_scaled_to_nothing_at_rest_keep_their_mesh(
+    write_glb, tmp_path: Path, flat: set[int]
+) -> None:
+    """It is not seen at rest, and grows when a clip scales them."""
+    nodes: list[dict[str, Any]] = [{"children": [1, 2, 3]}, {}, {}, {"mesh": 0, "skin": 0}]
+    for joint in flat:
+        nodes[joint]["scale"] = [0, 0, 0]
+    document = world(nodes) | {"skins": [{"joints": [1, 2]}]}
+    rig, _, _ = read_gltf(
+        write_glb(tmp_path / "a.glb", document, [POINTS, JOINTS, WEIGHTS.astype("<f4")])
+    )
+    np.testing.assert_array_equal(rig.meshes[0].points, POINTS)
+    assert rig.skeleton is not None
+    np.testing.assert_allclose(rig.skeleton.bind, [np.eye(4)] * 2)
+    shown = skinned(rig, rig.meshes[0])
+    np.testing.assert_allclose(shown, POINTS * (WEIGHTS[:, 1:2] if flat == {1} else 0), atol=1e-6)
+
+
 def test_two_skins_in_spaces_of_their_own_become_one_skeleton(write_glb, tmp_path: Path) -> None:
     binds = np.stack([transform(1)[0], transform(2)[0]])
     first = np.linalg.inv(binds)

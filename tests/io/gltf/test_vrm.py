@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pygltflib import GLTF2
 
 from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.vrm import vrm_extension
 from usdface.pipeline import export_scene, import_scene
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
@@ -129,6 +131,27 @@ def test_what_else_an_avatar_holds_is_announced(write_glb, tmp_path: Path) -> No
     found = {f.where: f.message for f in read_gltf(path)[2] if f.code == "EXTENSION_DROPPED"}
     assert "hats" in found["VRMC_vrm"]
     assert found["VRMC_hats"] == "its data are left out: the file"
+
+
+@pytest.mark.parametrize("name", ["VRM", "VRMC_vrm"])
+def test_a_bone_that_is_no_joint_is_announced(write_glb, tmp_path: Path, name: str) -> None:
+    bones = {"hips": {"node": 0}, "head": {"node": 2}}  # which carries the mesh
+    listed = [{"bone": bone, **node} for bone, node in bones.items()]
+    more = {"humanoid": {"humanBones": listed if name == "VRM" else bones}}
+    path = write(write_glb, tmp_path / "a.vrm", {name: (ONE | ZERO)[name] | more})
+    rig, _, found = read_gltf(path)
+    assert rig.asset["vrm"]["humanoid"] == {"hips": "Hips"}
+    told = [f.message for f in found if f.where == name]
+    assert any(m.startswith(f"head of {name} are left out: the bones are no joints") for m in told)
+
+
+def test_bones_whose_joints_are_not_written_are_announced() -> None:
+    avatar = {"version": "1.0", "humanoid": {"hips": "Hips", "head": "Hips/Head"}}
+    name, content, found = vrm_extension(avatar, [], {"Hips": 3}, GLTF2())
+    assert content["humanoid"] == {"humanBones": {"hips": {"node": 3}}}
+    assert [(f.code, f.where, f.values["parts"]) for f in found] == [
+        ("EXTENSION_DROPPED", name, ["head"])
+    ]
 
 
 def test_springs_of_what_is_no_avatar_are_announced(write_glb, tmp_path: Path) -> None:

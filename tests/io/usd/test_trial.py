@@ -86,6 +86,24 @@ def test_a_file_is_tried_once(tmp_path: Path, asked: list[str]) -> None:
     assert asked == ["root.usda", "root.usda"]
 
 
+def test_a_refused_file_is_not_tried_again_at_once(
+    tmp_path: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "deep.usda"
+    path.write_text(DEEP)
+    assert main(["export", str(path), "-o", str(tmp_path / "a.glb")]) == 1
+    assert asked == ["deep.usda"]  # which is looked at for what it reads, and then read
+    path.write_text("#usda 1.0\n")
+    open_stage(path)
+    path.write_text(DEEP)
+    with pytest.raises(InputError):
+        open_stage(path)
+    monkeypatch.setattr(trial, "_REFUSED_FOR", 0.0)
+    with pytest.raises(InputError):
+        open_stage(path)
+    assert asked == 4 * ["deep.usda"]
+
+
 def test_trusted_files_are_opened_at_once(
     tmp_path: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -59,9 +59,10 @@ def armature_of(
 
     A glTF skin binds its meshes in a space of its own. With B the bind transform of a joint
     in the rig's space, a skin's inverse bind matrix is G B^-1 for a fixed G (row vectors);
-    G is chosen so that the first joint is bound where its node stands, or that joints
-    shared with an earlier skin agree, and is then baked into the meshes. This changes no
-    skinned position, and gives metres under any scale of the armature.
+    G is chosen so that the first joint is bound where its node stands (the first that does
+    not have scale 0 there), or that joints shared with an earlier skin agree, and is then baked
+    into the meshes. This changes no skinned position, and gives metres under any scale of the
+    armature.
 
     Raises
     ------
@@ -79,8 +80,15 @@ def armature_of(
         if not joints or len(set(joints)) != len(joints):
             raise InputError(f"skin {number} has no joints, or one of them twice")
         inverse = _inverse_binds(skin.inverseBindMatrices, len(joints), number, reader)
-        anchor = next((k for k, joint in enumerate(joints) if joint in bind), 0)
-        space = inverse[anchor] @ bind.get(joints[anchor], tree.worlds[joints[anchor]])
+        stand = bind | {
+            joint: tree.worlds[joint]
+            for joint in joints
+            if joint not in bind and _has_size(tree.worlds[joint])
+        }
+        anchor = next((k for k, joint in enumerate(joints) if joint in bind), None)
+        if anchor is None:
+            anchor = next((k for k, joint in enumerate(joints) if joint in stand), None)
+        space = np.eye(4) if anchor is None else inverse[anchor] @ stand[joints[anchor]]
         geometry.append(space)
         for joint, own in zip(joints, np.linalg.inv(inverse) @ space, strict=True):
             known = bind.setdefault(joint, own)
@@ -97,12 +105,16 @@ def armature_of(
     for node in moved:
         world = tree.worlds[node]
         # A joint with scale 0 at rest cannot be bound there.
-        bind.setdefault(node, world if abs(np.linalg.det(world)) > _FLAT else np.eye(4))
+        bind.setdefault(node, world if _has_size(world) else np.eye(4))
     order = [node for node in tree.order if node in bind]
     nodes = {node: place for place, node in enumerate(order)}
     places = tuple(np.array([nodes[j] for j in skin.joints], np.int64) for skin in skins)
     skeleton = _skeleton(document, tree, order, bind) if order else None
     return Armature(skeleton, places, tuple(geometry), nodes), found
+
+
+def _has_size(world: FloatArray) -> bool:
+    return bool(abs(np.linalg.det(world)) > _FLAT)
 
 
 def _inverse_binds(

@@ -59,6 +59,7 @@ def read_vrm(
         lost += sorted(set(source["meta"]) & _IMAGES)
     bones = dict(_bones(source.get("humanoid")))
     made["humanoid"] = {bone: joints[node] for bone, node in bones.items() if node in joints}
+    found = _lost_bones(name, bones, made["humanoid"])
     expressions = {}
     for label, expression, binds in _expressions(source, document):
         weights: dict[str, dict[str, float]] = {}
@@ -70,9 +71,16 @@ def read_vrm(
     if expressions:
         made["expressions"] = expressions
     if not lost:
-        return made, []
+        return made, found
     message = "{parts} of {extension} are left out; expressions, bones and meta are kept"
-    return made, [finding("EXTENSION_DROPPED", name, message, lost, name)]
+    return made, [*found, finding("EXTENSION_DROPPED", name, message, lost, name)]
+
+
+def _lost_bones(name: str, bones: Mapping[str, Any], kept: Mapping[str, Any]) -> list[Finding]:
+    """Return EXTENSION_DROPPED for bones of an avatar whose node is no joint."""
+    lost = sorted(set(bones) - set(kept))
+    message = "{parts} of {extension} are left out: the bones are no joints that move a mesh"
+    return [finding("EXTENSION_DROPPED", name, message, lost, name)] if lost else []
 
 
 _IMAGES = {"thumbnailImage", "texture"}  # numbers of images, which mean nothing elsewhere
@@ -116,8 +124,10 @@ def vrm_extension(
     carriers: Sequence[tuple[int, Mesh]],
     joints: Mapping[str, int],
     document: GLTF2,
-) -> tuple[str, dict[str, Any]]:
+) -> tuple[str, dict[str, Any], list[Finding]]:
     """Return the extension's name and content for the nodes of a new document.
+
+    Bones whose joint is not there are left out (EXTENSION_DROPPED).
 
     Parameters
     ----------
@@ -130,9 +140,9 @@ def vrm_extension(
     document : pygltflib.GLTF2
     """
     old = str(avatar.get("version", "1.0")).startswith("0")
-    bones = {
-        bone: joints[path] for bone, path in _dict(avatar, "humanoid").items() if path in joints
-    }
+    named = _dict(avatar, "humanoid")
+    bones = {bone: joints[path] for bone, path in named.items() if path in joints}
+    found = _lost_bones("VRM" if old else "VRMC_vrm", named, bones)
     groups = []
     for name, expression in _dict(avatar, "expressions").items():
         binds = []
@@ -145,7 +155,7 @@ def vrm_extension(
         groups.append((name, str(expression.get("preset", "")), kept, binds))
     meta = dict(_dict(avatar, "meta"))
     if old:
-        return "VRM", {
+        content = {
             "specVersion": "0.0",
             "meta": meta,
             "humanoid": {"humanBones": [{"bone": b, "node": n} for b, n in bones.items()]},
@@ -158,6 +168,7 @@ def vrm_extension(
                 ]
             },
         }
+        return "VRM", content, found
     kinds: dict[str, dict[str, Any]] = {}
     for name, preset, kept, binds in groups:
         rows = [{"node": node, "index": place, "weight": w} for node, place, w in binds]
@@ -168,7 +179,7 @@ def vrm_extension(
         "meta": meta,
         "humanoid": {"humanBones": {bone: {"node": node} for bone, node in bones.items()}},
     }
-    return "VRMC_vrm", made | ({"expressions": kinds} if kinds else {})
+    return "VRMC_vrm", made | ({"expressions": kinds} if kinds else {}), found
 
 
 def _old_bind(document: GLTF2, node: int, place: int, weight: float) -> dict[str, Any]:

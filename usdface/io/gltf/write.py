@@ -138,7 +138,8 @@ def write_gltf(
     found += new_findings
     avatar = rig.asset.get(VRM)
     if isinstance(avatar, Mapping):
-        name, content = vrm_extension(avatar, carriers, nodes, document)
+        name, content, new_findings = vrm_extension(avatar, carriers, nodes, document)
+        found += new_findings
         document.extensions[name] = content
         document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
         named = NamedNodes({"joint": nodes, "group": group_nodes, "mesh": _by_name(carriers)})

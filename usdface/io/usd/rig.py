@@ -30,6 +30,7 @@ __all__ = [
     "rig_of_stage",
     "skel_roots",
     "skeleton_of_meshes",
+    "skinned_by",
     "spaces_of_meshes",
     "staged_skeletons",
 ]
@@ -232,6 +233,16 @@ def staged_skeletons(stage: Usd.Stage, root: str = "") -> tuple[StagedSkeleton, 
     return join_skeletons(given)[1]
 
 
+def skinned_by(stage: Usd.Stage) -> dict[str, Usd.Prim]:
+    """Return the skeleton of each mesh that has a skin, by the mesh's path.
+
+    Also one that the rig is without because it moves nothing: the transform of the mesh does not
+    count all the same.
+    """
+    bound, _ = _bindings(skel_roots(stage))
+    return {str(path): binding.skeleton for path, binding in bound.items() if binding.skinned}
+
+
 def skeleton_of_meshes(stage: Usd.Stage) -> dict[str, Sdf.Path]:
     """Return the skeleton that each mesh is bound to, by the mesh's path."""
     bound, _ = _bindings(skel_roots(stage))
@@ -282,6 +293,8 @@ def _is_moved(skeleton: Usd.Prim) -> bool:
         if animation and joints & set(animation.GetJointsAttr().Get() or ()):
             moves = animation.GetTranslationsAttr(), animation.GetRotationsAttr()
             if any(a.GetNumTimeSamples() > 1 for a in (*moves, animation.GetScalesAttr())):
+                return True
+            if any(not np.allclose(m, np.eye(4)) for m in animation.GetTransforms(_START) or ()):
                 return True
     return False
 

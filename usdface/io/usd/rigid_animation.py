@@ -4,13 +4,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom
 
 from usdface.arrays import FloatArray
 from usdface.clips import JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import along
 from usdface.io.usd.motion_keys import motion_keys
+from usdface.io.usd.rig import skinned_by
 from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
@@ -68,20 +69,23 @@ def find_rigid_motions(stage: Usd.Stage, rig: Rig) -> tuple[RigidMotion, ...]:
 
     A mesh with a skin moves with its skeleton. Prims with equal motion share one.
     """
-    prims = [stage.GetPrimAtPath(m.path) for m in rig.meshes if m.skin is None]
-    skeletons = dict.fromkeys(
-        str(prim.GetPath()) for prim in map(_skeleton_of, _skinned(stage, rig))
-    )
-    prims += [stage.GetPrimAtPath(path) for path in skeletons]
+    skeletons = skinned_by(stage)
+    carriers = {
+        mesh.path: skeletons.get(mesh.path) or stage.GetPrimAtPath(mesh.path)
+        for mesh in rig.meshes
+        if mesh.skin is None
+    }
+    with_skins = (mesh.path for mesh in rig.meshes if mesh.skin is not None)
+    moving = (skeletons[path] for path in with_skins if path in skeletons)
+    carriers |= {str(skeleton.GetPath()): skeleton for skeleton in moving}
     motions: list[RigidMotion] = []
-    for prim in prims:
+    for path, prim in carriers.items():
         keys = transform_time_codes(prim)
         if not keys:
             continue
         motion = _motion_since_start(prim)
         codes = motion_keys(motion, np.unique(np.concatenate([np.array(k) for k in keys.values()])))
         matrices = np.array([motion(code) for code in codes.tolist()])
-        path = str(prim.GetPath())
         same = [m for m in motions if _same_motion(m, codes, matrices)]
         if same:
             place = motions.index(same[0])
@@ -91,14 +95,6 @@ def find_rigid_motions(stage: Usd.Stage, rig: Rig) -> tuple[RigidMotion, ...]:
     used_names = rig.skeleton.joints if rig.skeleton else ()
     names = prim_names((motion.name for motion in motions), (j for j in used_names if "/" not in j))
     return tuple(replace(m, joint=name) for m, name in zip(motions, names, strict=True))
-
-
-def _skinned(stage: Usd.Stage, rig: Rig) -> list[Usd.Prim]:
-    return [stage.GetPrimAtPath(mesh.path) for mesh in rig.meshes if mesh.skin is not None]
-
-
-def _skeleton_of(mesh: Usd.Prim) -> Usd.Prim:
-    return UsdSkel.BindingAPI(mesh).GetInheritedSkeleton().GetPrim()
 
 
 def _same_motion(motion: RigidMotion, codes: FloatArray, matrices: FloatArray) -> bool:

@@ -44,6 +44,9 @@ def read_skeleton(
     if not (np.isfinite(bind).all() and np.isfinite(rest).all()):
         message = "the skeleton is left out: its transforms are not finite numbers"
         return None, [finding("FEATURE_DROPPED", where, message, feature="skeleton")]
+    if not np.linalg.det(bind).all():
+        message = "the skeleton is left out: a bind transform is singular"
+        return None, [finding("FEATURE_DROPPED", where, message, feature="skeleton")]
     if count == 1 and not moved and np.allclose(bind, np.eye(4)) and np.allclose(rest, np.eye(4)):
         return None, []
     scale, below = parent_frames(joints, to_rig)

@@ -11,6 +11,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,6 +26,10 @@ _WORKER = Path(__file__).with_name("trial_worker.py")
 _TIMEOUT, _PER_BYTE = 60.0, 1 / 1e6  # s, for a file that waits for something; other limits: there
 _LONGEST = 300  # characters of a worker's word
 _MOST_KNOWN = 4096  # files of the folder that remembers
+# s for which a refused file is not tried again: a command opens it several times, for what it reads
+# and then to read it. No longer, for another layer of it may be mended meanwhile.
+_REFUSED_FOR = 10.0
+_refused: dict[str, tuple[float, list[int], str, str]] = {}  # when, its state, word, code
 
 
 class RefusedError(InputError):
@@ -47,13 +52,26 @@ def try_to_open(path: Path) -> None:
     memory = _memory_of(path)
     if memory is not None and _known(memory):
         return
+    if refusal := _refused_lately(path):
+        raise refusal
     answer = _ask(python, path)
     if refused := answer.get("refused"):
-        raise RefusedError(
-            f"{path} {str(refused)[:_LONGEST]}", str(answer.get("code", "TOO_LARGE"))
-        )
+        word, code = str(refused)[:_LONGEST], str(answer.get("code", "TOO_LARGE"))
+        _refused[str(path.absolute())] = time.monotonic(), _state(str(path)), word, code
+        raise RefusedError(f"{path} {word}", code)
     if memory is not None:
         _remember(memory, [str(name) for name in answer.get("files", ())])
+
+
+def _refused_lately(path: Path) -> RefusedError | None:
+    """Return the refusal of a file that has not changed since it was refused, a moment ago."""
+    now = time.monotonic()
+    for name in [name for name, held in _refused.items() if now - held[0] > _REFUSED_FOR]:
+        _refused.pop(name, None)
+    held = _refused.get(str(path.absolute()))
+    if held is None or held[1] != _state(str(path)):
+        return None
+    return RefusedError(f"{path} {held[2]}", held[3])
 
 
 def _python() -> str | None:
