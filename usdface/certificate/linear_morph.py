@@ -53,6 +53,24 @@ class LinearMorph:
         matrices = self.motion.of_points(np.array([frame]), self.motion.groups)
         return np.asarray(placed(matrices[..., :3], shown[None])[0] + matrices[0, ..., 3])
 
+    def mixed(self, shares: FloatArray) -> FloatArray | None:
+        """Return sums of all frames' points with shares (K, F): (K, N, 3) [m].
+
+        None where vertices are placed by more than one transform.
+        """
+        weights = self.weights.astype(np.float64)
+        if self.motion is None:
+            whole = shares.sum(axis=1)[:, None, None] * self.points
+            return np.asarray(whole + np.tensordot(shares @ weights, self.moves, 1))
+        if len(self.motion.weights) > 1:
+            return None
+        matrices = self.motion.of_points(np.arange(len(weights)), np.zeros(1, np.int64))[:, 0]
+        whole = np.tensordot(shares, matrices, 1)
+        parts = np.einsum("kf,fb,fij->kbij", shares, weights, matrices[..., :3], optimize=True)
+        moved = np.stack([np.tensordot(self.moves, part, ([0, 2], [0, 2])) for part in parts])
+        at_rest = self.points @ whole[..., :3].swapaxes(1, 2) + whole[:, None, :, 3]
+        return np.asarray(at_rest + moved)
+
     def normals_at(self, frame: int) -> FloatArray | None:
         """Return unit normals (N, 3) of one frame."""
         if self.normals is None or self.normal_moves is None:
@@ -70,8 +88,9 @@ def point_distances(
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the distances [m] of paired vertices at `frames` (f,): (f, n) in blocks of pairs.
 
-    Differences are taken before they are summed and placed, so that 32 bits are enough: where A
-    places p and C places q, Ap - Cq = A(p - q) + (A - C)q.
+    Of pairs that nothing moves there is one row for all frames. Differences are taken before they
+    are summed and placed, so that 32 bits are enough: where A places p and C places q,
+    Ap - Cq = A(p - q) + (A - C)q.
     """
     mine, its = _used_shapes(one.weights[frames], other.weights[frames])
     theirs = other.weights[frames][:, its].astype(np.float32)
@@ -80,6 +99,9 @@ def point_distances(
         rest = (one.points[here] - other.points[there]).astype(np.float32)
         moves = other.moves[np.ix_(its, there)]
         both = np.concatenate([one.moves[np.ix_(mine, here)], moves])
+        if one.motion is None and other.motion is None and not both.any():
+            yield _lengths(rest[None])
+            continue
         apart = _deformed(weights, rest, both)
         if one.motion is not None or other.motion is not None:
             matrices = _transforms(one.motion, here, frames)
@@ -104,11 +126,17 @@ def normal_distances(
     mine, its = _used_shapes(one.weights[frames], other.weights[frames])
     for here, there in _blocks(one, other, pairs, len(frames)):
         sides = []
-        for side, used, at in ((one, mine, here), (other, its, there)):
-            assert side.normals is not None and side.normal_moves is not None
-            weights = side.weights[frames][:, used].astype(np.float32)
+        parts = one.normal_moves[np.ix_(mine, here)], other.normal_moves[np.ix_(its, there)]
+        placed_by = one.motion, other.motion
+        moved = parts[0].any() or parts[1].any() or any(m is not None for m in placed_by)
+        at_once = frames if moved else frames[:1]
+        for side, used, at, moves in zip(
+            (one, other), (mine, its), (here, there), parts, strict=True
+        ):
+            assert side.normals is not None
+            weights = side.weights[at_once][:, used].astype(np.float32)
             rest = side.normals[at].astype(np.float32)
-            shown = _deformed(weights, rest, side.normal_moves[np.ix_(used, at)])
+            shown = _deformed(weights, rest, moves)
             if side.motion is not None:
                 turns = side.motion.of_normals(frames, _one_or_each(side.motion.groups[at]))
                 shown = placed(turns.astype(np.float32), shown)
