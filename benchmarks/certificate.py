@@ -2,7 +2,8 @@
 
 `python benchmarks/certificate.py`: the processed example, whose head moves (once more with
 `--no-head`), and a sheet of 100,000 vertices with 200 sparse shapes, on a head that stands
-still and on one that moves, and once with discs of a tenth of the radius. Each export is a process of its own. See README.md.
+still and on one that moves, and once with discs of a tenth of the radius. Each export is a
+process of its own. See README.md.
 """
 
 import argparse
