@@ -2,7 +2,8 @@
 
 `python benchmarks/certificate.py`: the processed example, whose head moves (once more with
 `--no-head`), and a sheet of 100,000 vertices with 200 sparse shapes, on a head that stands
-still and on one that moves. Each export is a process of its own. See README.md.
+still and on one that moves, and once with discs of a tenth of the radius. Each export is a
+process of its own. See README.md.
 """
 
 import argparse
@@ -26,8 +27,8 @@ ROOT = Path(__file__).resolve().parents[1]
 SIDE, SHAPES, RATE = 316, 200, 30.0
 
 
-def sheet(path: Path, frames: int, moving: bool) -> None:
-    """Write a curved sheet, each of whose shapes moves a small disc, on one joint."""
+def sheet(path: Path, frames: int, moving: bool, radius: float = 0.02) -> None:
+    """Write a curved sheet, each of whose shapes moves a disc, on one joint."""
     rng = np.random.default_rng(0)
     axis = np.linspace(-0.1, 0.1, SIDE)
     flat = np.stack(np.meshgrid(axis, axis), -1).reshape(-1, 2)
@@ -37,9 +38,9 @@ def sheet(path: Path, frames: int, moving: bool) -> None:
     shapes = []
     for number, centre in enumerate(rng.choice(flat, SHAPES)):
         away = np.linalg.norm(flat - centre, axis=1)
-        inside = np.flatnonzero(away < 0.02)
+        inside = np.flatnonzero(away < radius)
         offsets = np.zeros((len(inside), 3))
-        offsets[:, 2] = 0.005 * (1 - (away[inside] / 0.02) ** 2)
+        offsets[:, 2] = 0.005 * (1 - (away[inside] / radius) ** 2)
         shapes.append(BlendShape(f"shape{number}", inside, offsets))
     held = Skin(np.zeros((len(points), 1), np.int64), np.ones((len(points), 1)))
     faces = np.full(quads.size // 4, 4)
@@ -86,6 +87,8 @@ def main() -> None:
         for case in ("still", "moves"):
             cases[f"sheet, head {case}"] = folder / f"sheet_{case}.usdc"
             sheet(cases[f"sheet, head {case}"], frames, case == "moves")
+        cases["sheet, 6 % moves"] = folder / "sheet_little.usdc"
+        sheet(cases["sheet, 6 % moves"], frames, False, 0.002)
         for case, source in cases.items():
             result = folder / "result.glb"
             alone = cpu_seconds("export", source, "-o", result)

@@ -105,6 +105,11 @@ CASES = [
         figure=SHOWN,
     ),
     case("bench solve --data heads", HEADS),
+    case(
+        "bench papers --images face_textures/0.png --rig lay/rig.usda --bind bind.json "
+        "--reference take.usda --names labels.csv",
+        ["face_textures/0.png", "take.usda", "labels.csv", *RIG, *BIND],
+    ),
 ]
 OUTPUTS = [
     pytest.param(c, option, suffix, id=f"{'_'.join(c.command[:3])} {option}{suffix}")

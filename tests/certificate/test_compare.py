@@ -4,6 +4,7 @@ import numpy as np
 
 from usdface.certificate.compare import EvaluatedMesh, certify, sample_frames
 from usdface.certificate.linear_morph import LinearMorph
+from usdface.certificate.vertex_offsets import VertexOffsets
 
 RNG = np.random.default_rng(3)
 FRAMES = np.arange(8)
@@ -133,7 +134,7 @@ def summed(moves: np.ndarray = MOVES, frames: int = 120) -> EvaluatedMesh:
         weights,
         lambda f: points[f],
         lambda f: None,
-        lambda f: LinearMorph(weights[f], POINTS, moved),
+        lambda f: LinearMorph(weights[f], POINTS, VertexOffsets.dense(moved)),
     )
 
 

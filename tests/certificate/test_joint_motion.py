@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from usdface.certificate import joint_motion, linear_morph
 from usdface.certificate.joint_motion import JointMotion
 from usdface.certificate.linear_morph import LinearMorph, normal_distances, point_distances
+from usdface.certificate.vertex_offsets import VertexOffsets
 
 RNG = np.random.default_rng(11)
 FRAMES = np.array([0, 2, 3, 4])
@@ -37,7 +38,8 @@ def morph(count: int, motion: JointMotion | None) -> LinearMorph:
     moves, turns = RNG.normal(size=(2, 4, count, 3)).astype(np.float32)
     moves[:, ::3] = turns[:, ::3] = 0  # vertices that no shape moves
     rest, normals = RNG.normal(size=(2, count, 3))
-    return LinearMorph(RNG.normal(size=(6, 4)), rest, moves, normals, turns, motion)
+    offsets, turned = map(VertexOffsets.dense, (moves, turns))
+    return LinearMorph(RNG.normal(size=(6, 4)), rest, offsets, normals, turned, motion)
 
 
 def test_a_vertex_goes_where_its_joints_take_it() -> None:
@@ -103,3 +105,12 @@ def test_what_moves_alike_is_alike_far_from_the_origin() -> None:
     matrix = motion.of_points(FRAMES, np.zeros(1, int))[..., :3, 0]
     expected = 1e-6 * np.linalg.norm(matrix, axis=-1)
     np.testing.assert_allclose(apart, np.broadcast_to(expected, apart.shape), rtol=1e-3)
+
+
+def test_mixtures_by_one_transform_are_sums_of_frames() -> None:
+    one, shares = morph(30, skinned(30, 1)[0]), RNG.normal(size=(2, 6))
+    mixed = one.mixed(shares)
+    assert mixed is not None
+    expected = np.einsum("kf,fnd->knd", shares, [one.points_at(f) for f in range(6)])
+    np.testing.assert_allclose(mixed, expected, atol=1e-4)
+    assert morph(30, skinned(30, 9)[0]).mixed(shares) is None

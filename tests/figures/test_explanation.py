@@ -29,7 +29,8 @@ def explanation(
     rise = np.linspace(0, 1, frames)[:, None]
     inputs = rise.copy()
     inputs[0] = np.nan  # occluded
-    whole = SideTrace(inputs, evaluate(system.fuzzy, inputs, memberships=True), rise, {})
+    evaluation = evaluate(system.fuzzy, inputs, memberships=True)
+    whole = SideTrace(inputs, evaluation, rise, {}, evaluation.outputs)
     trace = ExpressionTrace(system, ("lip",), 0.05, np.array([[1.0, 0.0]]), {"both": whole})
     solved = WeightsTake(
         ("a", "b"), np.arange(frames) / 30, 0.5 * rise @ np.ones((1, 2)), rate=30.0

@@ -75,7 +75,8 @@ def test_another_rule_text_gives_another_expression(
     text = stage.GetPrimAtPath(f"/Shot/Fuzzy/{rule}").GetAttribute("usdface:text").Get()
     swapped = text.replace("THEN joy", "THEN surprise")
     root = own_stage(
-        f'uniform double usdface:evidence = 0\nover "{rule}" {{\nuniform string usdface:text = '
+        "uniform double usdface:evidence = 0\nuniform double usdface:likeness = 0\n"
+        f'over "{rule}" {{\nuniform string usdface:text = '
         f'"{swapped}"\n}}'
     )
     jaw = done.world.rig.shape_names.index("jawOpen")

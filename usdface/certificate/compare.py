@@ -155,10 +155,11 @@ class _Errors:
     def __init__(self) -> None:
         self.largest, self.total, self.count = 0.0, 0.0, 0
 
-    def add(self, values: NDArray[Any]) -> None:
+    def add(self, values: NDArray[Any], times: int = 1) -> None:
+        """Add numbers, each so many times."""
         self.largest = max(self.largest, float(values.max(initial=0.0)))
-        self.total += float(values.sum())
-        self.count += values.size
+        self.total += times * float(values.sum())
+        self.count += times * values.size
 
     @property
     def mean(self) -> float:
@@ -168,16 +169,16 @@ class _Errors:
 def _compare(
     one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
 ) -> None:
-    here, there = pairs = _vertex_pairs(one, other, frames)
     shown = sample_frames(len(frames), 1, _VERIFIED_FRAMES)
     few = len(frames) < _SUMMED_FRAMES
     sums = None if few else _linear_morphs(one, other, frames, shown)
+    here, there = pairs = _vertex_pairs(one, other, frames, sums)
     if sums is not None:
         summed = np.setdiff1d(np.arange(len(frames)), shown)
         for apart in point_distances(*sums, pairs, summed):
-            vertex.add(apart)
+            vertex.add(apart, len(summed) // max(len(apart), 1))
         for turned in normal_distances(*sums, pairs, summed):
-            normal.add(_degrees(turned))
+            normal.add(_degrees(turned), len(summed) // max(len(turned), 1))
         frames = frames[shown]
     for part in _blocks(len(frames), 3 * len(here)):
         block = frames[part]
@@ -219,27 +220,56 @@ def _distances(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def _vertex_pairs(
-    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
+    one: EvaluatedMesh,
+    other: EvaluatedMesh,
+    frames: IntArray,
+    sums: tuple[LinearMorph, LinearMorph] | None,
 ) -> tuple[IntArray, IntArray]:
     """Return pairs of vertices that move alike.
 
-    They are told apart at the first of `frames` and in mixtures of those in which some channel
-    is strongest.
+    They are told apart at the first of `frames` and in mixtures of all frames; where these are no
+    cheap sums, of those frames in which some channel is strongest.
     """
-    strongest = np.abs(one.weights[frames]).argmax(axis=0) if one.weights.size else []
-    chosen = frames[np.unique(np.concatenate([[0], strongest]).astype(np.int64))]
-    mix = np.random.default_rng(0).normal(size=(3, len(chosen))) / np.sqrt(len(chosen))
+    mixtures = _summed_mixtures(*sums) if sums is not None else None
+    if mixtures is None:
+        mixtures = _evaluated_mixtures(one, other, frames)
 
-    def traits(mesh: EvaluatedMesh) -> VertexTraits:
-        rest = mesh.points_at(chosen[:1])[0]
-        mixed = np.zeros((3, *rest.shape))
-        for block in _blocks(len(chosen), rest.size):
-            mixed += np.tensordot(mix[:, block], mesh.points_at(chosen[block]), 1)
-        normals = mesh.normals_at(chosen[:1])
-        places = np.concatenate([rest, *mixed], 1)
+    def traits(mesh: EvaluatedMesh, mixed: FloatArray) -> VertexTraits:
+        normals = mesh.normals_at(frames[:1])
+        places = np.concatenate([mesh.points_at(frames[:1])[0], *mixed], 1)
         return VertexTraits(places, None if normals is None else normals[0])
 
-    return match_vertices(traits(one), traits(other))
+    return match_vertices(traits(one, mixtures[0]), traits(other, mixtures[1]))
+
+
+def _summed_mixtures(one: LinearMorph, other: LinearMorph) -> tuple[FloatArray, FloatArray] | None:
+    """Return mixtures (K, N, 3) of all frames of both; None where one side has no sums of them."""
+    shares = _shares(len(one.weights))
+    mine, its = one.mixed(shares), other.mixed(shares)
+    return None if mine is None or its is None else (mine, its)
+
+
+def _evaluated_mixtures(
+    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return mixtures (K, N, 3) of the frames in which some channel of the source is strongest."""
+    strongest = np.abs(one.weights[frames]).argmax(axis=0) if one.weights.size else []
+    chosen = frames[np.unique(np.concatenate([[0], strongest]).astype(np.int64))]
+    shares = _shares(len(chosen))
+
+    def mixed(mesh: EvaluatedMesh) -> FloatArray:
+        count = mesh.points_at(chosen[:1])[0].size // 3
+        total = np.zeros((len(shares), count, 3))
+        for block in _blocks(len(chosen), 3 * count):
+            total += np.tensordot(shares[:, block], mesh.points_at(chosen[block]), 1)
+        return total
+
+    return mixed(one), mixed(other)
+
+
+def _shares(frames: int) -> FloatArray:
+    """Return the shares of frames in three mixtures."""
+    return np.asarray(np.random.default_rng(0).normal(size=(3, frames)) / np.sqrt(frames))
 
 
 def _blocks(frames: int, numbers: int) -> list[slice]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.joint_motion import JointMotion, placed
+from usdface.certificate.vertex_offsets import VertexOffsets
 
 __all__ = ["LinearMorph", "normal_distances", "point_distances"]
 
@@ -31,8 +32,8 @@ class LinearMorph:
     ----------
     weights : (F, B) float64
     points : (N, 3) float64 [m]
-    moves : (B, N, 3) float32 [m]
-    normals, normal_moves : (N, 3) float64 and (B, N, 3) float32, or None
+    moves : VertexOffsets [m]
+    normals, normal_moves : (N, 3) float64 and VertexOffsets, or None
         Of any length.
     motion : JointMotion or None
         None where nothing else moves the mesh.
@@ -40,24 +41,42 @@ class LinearMorph:
 
     weights: FloatArray
     points: FloatArray
-    moves: Parts
+    moves: VertexOffsets
     normals: FloatArray | None = None
-    normal_moves: Parts | None = None
+    normal_moves: VertexOffsets | None = None
     motion: JointMotion | None = None
 
     def points_at(self, frame: int) -> FloatArray:
         """Return the points (N, 3) [m] of one frame."""
-        shown = np.asarray(self.points + _weighted_sum(self.weights[frame], self.moves))
+        shown = np.asarray(self.points + self.moves.summed(self.weights[frame : frame + 1])[0])
         if self.motion is None:
             return shown
         matrices = self.motion.of_points(np.array([frame]), self.motion.groups)
         return np.asarray(placed(matrices[..., :3], shown[None])[0] + matrices[0, ..., 3])
 
+    def mixed(self, shares: FloatArray) -> FloatArray | None:
+        """Return sums of all frames' points with shares (K, F): (K, N, 3) [m].
+
+        None where vertices are placed by more than one transform.
+        """
+        weights = self.weights.astype(np.float64)
+        if self.motion is None:
+            whole = shares.sum(axis=1)[:, None, None] * self.points
+            return np.asarray(whole + self.moves.summed(shares @ weights))
+        if len(self.motion.weights) > 1:
+            return None
+        matrices = self.motion.of_points(np.arange(len(weights)), np.zeros(1, np.int64))[:, 0]
+        whole = np.tensordot(shares, matrices, 1)
+        parts = np.einsum("kf,fb,fij->kbij", shares, weights, matrices[..., :3], optimize=True)
+        moved = np.stack([self.moves.transformed(part) for part in parts])
+        at_rest = self.points @ whole[..., :3].swapaxes(1, 2) + whole[:, None, :, 3]
+        return np.asarray(at_rest + moved)
+
     def normals_at(self, frame: int) -> FloatArray | None:
         """Return unit normals (N, 3) of one frame."""
         if self.normals is None or self.normal_moves is None:
             return None
-        shown = np.asarray(self.normals + _weighted_sum(self.weights[frame], self.normal_moves))
+        shown = self.normals + self.normal_moves.summed(self.weights[frame : frame + 1])[0]
         if self.motion is not None:
             matrices = self.motion.of_normals(np.array([frame]), self.motion.groups)
             shown = placed(matrices, shown[None])[0]
@@ -70,16 +89,20 @@ def point_distances(
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the distances [m] of paired vertices at `frames` (f,): (f, n) in blocks of pairs.
 
-    Differences are taken before they are summed and placed, so that 32 bits are enough: where A
-    places p and C places q, Ap - Cq = A(p - q) + (A - C)q.
+    Of pairs that nothing moves there is one row for all frames. Differences are taken before they
+    are summed and placed, so that 32 bits are enough: where A places p and C places q,
+    Ap - Cq = A(p - q) + (A - C)q.
     """
     mine, its = _used_shapes(one.weights[frames], other.weights[frames])
     theirs = other.weights[frames][:, its].astype(np.float32)
     weights = np.concatenate([one.weights[frames][:, mine].astype(np.float32), -theirs], 1)
     for here, there in _blocks(one, other, pairs, len(frames)):
         rest = (one.points[here] - other.points[there]).astype(np.float32)
-        moves = other.moves[np.ix_(its, there)]
-        both = np.concatenate([one.moves[np.ix_(mine, here)], moves])
+        moves = other.moves.at(its, there)
+        both = np.concatenate([one.moves.at(mine, here), moves])
+        if one.motion is None and other.motion is None and not both.any():
+            yield _lengths(rest[None])
+            continue
         apart = _deformed(weights, rest, both)
         if one.motion is not None or other.motion is not None:
             matrices = _transforms(one.motion, here, frames)
@@ -104,21 +127,23 @@ def normal_distances(
     mine, its = _used_shapes(one.weights[frames], other.weights[frames])
     for here, there in _blocks(one, other, pairs, len(frames)):
         sides = []
-        for side, used, at in ((one, mine, here), (other, its, there)):
-            assert side.normals is not None and side.normal_moves is not None
-            weights = side.weights[frames][:, used].astype(np.float32)
+        parts = one.normal_moves.at(mine, here), other.normal_moves.at(its, there)
+        placed_by = one.motion, other.motion
+        moved = parts[0].any() or parts[1].any() or any(m is not None for m in placed_by)
+        at_once = frames if moved else frames[:1]
+        for side, used, at, moves in zip(
+            (one, other), (mine, its), (here, there), parts, strict=True
+        ):
+            assert side.normals is not None
+            weights = side.weights[at_once][:, used].astype(np.float32)
             rest = side.normals[at].astype(np.float32)
-            shown = _deformed(weights, rest, side.normal_moves[np.ix_(used, at)])
+            shown = _deformed(weights, rest, moves)
             if side.motion is not None:
                 turns = side.motion.of_normals(frames, _one_or_each(side.motion.groups[at]))
                 shown = placed(turns.astype(np.float32), shown)
             length = _lengths(shown)[..., None]
             sides.append(np.asarray(shown / np.where(length > 0, length, 1), np.float32))
         yield _lengths(np.asarray(sides[0] - sides[1], np.float32))
-
-
-def _weighted_sum(weights: FloatArray, moves: Parts) -> Parts:
-    return np.asarray(np.tensordot(weights.astype(np.float32), moves, 1))
 
 
 def _used_shapes(one: FloatArray, other: FloatArray) -> tuple[IntArray, IntArray]:
@@ -143,7 +168,7 @@ def _blocks(one: LinearMorph, other: LinearMorph, pairs: Pairs, frames: int) -> 
     for side, at in zip((one, other), pairs, strict=True):
         if side.motion is not None:
             group = group * len(side.motion.weights) + side.motion.groups[at]
-    order = np.lexsort((_signatures(one.moves)[pairs[0]], group))
+    order = np.lexsort((one.moves.signatures()[pairs[0]], group))
     here, there, group = pairs[0][order], pairs[1][order], group[order]
     starts = np.flatnonzero(np.diff(group, prepend=-1))
     counts = np.diff(np.append(starts, len(group)))
@@ -156,15 +181,6 @@ def _blocks(one: LinearMorph, other: LinearMorph, pairs: Pairs, frames: int) -> 
     for first in range(0, len(left), step):
         rest = left[first : first + step]
         yield here[rest], there[rest]
-
-
-def _signatures(moves: Parts) -> IntArray:
-    """Return a number for each vertex; vertices that the same shapes move have the same."""
-    moved = np.packbits(moves.any(axis=2), axis=0).T
-    if not moved.shape[1]:
-        return np.zeros(len(moved), np.int64)
-    rows = np.ascontiguousarray(moved).view(f"V{moved.shape[1]}").ravel()
-    return np.unique(rows, return_inverse=True)[1].astype(np.int64)
 
 
 def _deformed(weights: Parts, rest: Parts, moves: Parts) -> Parts:

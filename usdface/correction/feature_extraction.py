@@ -106,9 +106,7 @@ def sided_features(
     width = noise * system.smoothing
     inputs: dict[Side, FloatArray] = {}
     likeness: dict[Side, Likeness] = {}
-    judge = None
-    if system.likeness and system.space == "character" and expressions and face.nose_tip in names:
-        judge = ExpressionLikeness(face, expressions)
+    whole_face = system.space == "character" and face.nose_tip in names
     for side, positions in by_side.items():
 
         def measured(frames: slice, positions: _Positions = positions) -> FloatArray:
@@ -118,7 +116,8 @@ def sided_features(
             )
 
         inputs[side] = smooth(by_blocks(len(take.times), measured), take.times, width)
-        if judge is not None:
+        if system.likeness and expressions and whole_face:
+            judge = ExpressionLikeness(face, expressions, side)
             likeness[side] = _likeness(judge, positions, neutral, take.times, width)
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
     return Features(inputs, markers, unit, likeness)

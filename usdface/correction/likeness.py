@@ -16,6 +16,8 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.expression_variants import expression_variants
+from usdface.face.mirror import Side, half_weights
+from usdface.face.symmetry import symmetric_pairs
 from usdface.retarget_setup import Expression
 from usdface.rule_design.movements import single_movements
 
@@ -64,22 +66,34 @@ class Likeness:
 
 
 class ExpressionLikeness:
-    """Judges motion by the variants of some expressions on a face with M markers."""
+    """Judges motion by the variants of some expressions on a face with M markers.
 
-    def __init__(self, face: BoundFace, expressions: Sequence[Expression]) -> None:
+    That of one side, mirrored to the other, is judged by variants that are mirrored, too: contempt,
+    a pose of one half, is like itself then.
+    """
+
+    def __init__(
+        self, face: BoundFace, expressions: Sequence[Expression], side: Side = "both"
+    ) -> None:
         variants = expression_variants(expressions, face.shape_names)
+        pairs = symmetric_pairs(face.shape_names)
+
+        def shown(weights: FloatArray) -> FloatArray:
+            own = weights if side == "both" else half_weights(weights, pairs, side)
+            return self._relative(face.displacements(own))
+
         names = [expression.name for expression in expressions]
         self._emotion: IntArray = np.array([names.index(v.emotion) for v in variants])
         self._heard: BoolArray = np.array([v.heard for v in variants])
         self._count, self._nose = len(names), face.nose
-        moved = self._relative(face.displacements(np.array([v.weights for v in variants])))
+        moved = shown(np.array([v.weights for v in variants]))
         upper = np.repeat(face.neutral[:, 1] > face.neutral[self._nose, 1], 3)
         self._sizes = _lengths(moved)
         self._halves = []
         for half in (upper, ~upper):
             sizes = _lengths(moved[:, half])
             self._halves.append((half, moved[:, half].T, sizes, sizes >= _HALF_MOVES * self._sizes))
-        alone = self._relative(face.displacements(single_movements(face.shape_names)))
+        alone = shown(single_movements(face.shape_names))
         alone = alone[_lengths(alone) > _still(alone.shape[1])]
         self._alone = (alone / _lengths(alone)[:, None]).T
         poses = moved[: self._count] / self._sizes[: self._count, None]

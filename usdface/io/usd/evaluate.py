@@ -1,6 +1,6 @@
 """Deformed meshes of a stage, computed by UsdSkel itself."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,7 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.joint_motion import JointMotion
 from usdface.certificate.linear_morph import LinearMorph
+from usdface.certificate.vertex_offsets import VertexOffsets, moved_part
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
@@ -87,18 +88,21 @@ class UsdMesh:
 
         nowhere = shown(Vt.Vec3fArray.FromNumpy(still))
         count = self._deformer.count
-        parts = np.zeros((count, len(self.used), 3), np.float32)
-        for k, part in enumerate(parts):
-            part[:] = shown(self._deformer.part(k, still)) - nowhere
+        parts = self._offsets(shown(self._deformer.part(k, still)) - nowhere for k in range(count))
         weights = self._deformer.weights(self.weights_at(codes))
         points = self._points(float(codes[0]), posed=False, placed=motion is None)
         if not self._deformer.turns_normals:
             return LinearMorph(weights, points, parts, motion=motion)
-        turns = np.zeros_like(parts)
-        for k, turn in enumerate(turns):
-            turn[:] = np.array(self._deformer.part(k, still, turning=True))[self.used] @ turning
+        turns = self._offsets(
+            np.array(self._deformer.part(k, still, turning=True))[self.used] @ turning
+            for k in range(count)
+        )
         normals = np.array(self._mesh.GetNormalsAttr().Get(_START), np.float64)[self.used]
         return LinearMorph(weights, points, parts, normals @ turning, turns, motion)
+
+    def _offsets(self, shapes: Iterable[FloatArray]) -> VertexOffsets:
+        """Keep the rows of offsets (N, 3) of each shape that are not zero."""
+        return VertexOffsets.of(len(self.used), map(moved_part, shapes))
 
     def _motion(self, codes: FloatArray) -> JointMotion | None:
         """Return the motion of the used points by joints, or by one transform."""

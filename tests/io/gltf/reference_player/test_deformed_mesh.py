@@ -5,6 +5,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh, Sampled
 from usdface.io.gltf.reference_player.morph_targets import PlayerTargets
+from usdface.io.gltf.reference_player.node_motion import Space
 
 RNG = np.random.default_rng(9)
 TIMES = np.array([0.5, 1.0, 3.0])
@@ -15,7 +16,7 @@ def shown(weights: np.ndarray, interpolation: str, **more: object) -> PlayerMesh
     points = RNG.normal(size=(4, 3))
     normals = points / np.linalg.norm(points, axis=1, keepdims=True)
     moves, turns = RNG.normal(size=(2, count, 4, 3)).astype(np.float32)
-    given = {"inbetweens": (), "space": lambda times: (np.eye(4), np.eye(3))} | more
+    given = {"inbetweens": (), "space": Space(lambda times: (np.eye(4), np.eye(3)))} | more
     names = tuple(f"t{k}" for k in range(count))
     return PlayerMesh(
         "m",
@@ -53,13 +54,13 @@ def test_matrices_for_all_or_for_each_vertex_and_time() -> None:
     matrix[:3] = RNG.normal(size=(3, 4))
     turning = np.linalg.inv(matrix[:3, :3]).T
     weights = RNG.normal(size=(3, 2))
-    one = shown(weights, "LINEAR", space=lambda times: (matrix, turning))
+    one = shown(weights, "LINEAR", space=Space(lambda times: (matrix, turning)))
     normals = one.normals_at(TIMES)
     assert normals is not None
     np.testing.assert_allclose(np.linalg.norm(normals, axis=2), 1)
     for shape in ((4, 1, 1), (3, 1, 1, 1), (3, 4, 1, 1)):
         each = np.tile(matrix, shape), np.tile(turning, shape)
-        other = replace(one, space=lambda times, each=each: each)
+        other = replace(one, space=Space(lambda times, each=each: each))
         np.testing.assert_allclose(one.points_at(TIMES), other.points_at(TIMES), atol=1e-12)
         theirs = other.normals_at(TIMES)
         assert theirs is not None

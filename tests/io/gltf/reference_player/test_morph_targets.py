@@ -15,7 +15,7 @@ def test_what_is_kept_is_what_was_given() -> None:
     values = scattered(5, 40)
     values[3] = 0
     kept = PlayerTargets.of(values)
-    np.testing.assert_array_equal(kept.dense(), values)
+    np.testing.assert_array_equal(kept.offsets().summed(np.eye(5)), values)
     assert sum(len(target.places) for target in kept.targets) == values.any(axis=2).sum()
 
 
@@ -33,4 +33,12 @@ def test_meshes_side_by_side() -> None:
     joined = PlayerTargets.side_by_side([PlayerTargets.of(one), PlayerTargets.of(other)], 3)
     missing = np.zeros((1, 5, 3))
     expected = np.concatenate([one, np.concatenate([other, missing])], 1)
-    np.testing.assert_array_equal(joined.dense(), expected)
+    np.testing.assert_array_equal(joined.offsets().summed(np.eye(3)), expected)
+
+
+def test_offsets_are_placed_by_one_matrix_or_each_vertex_by_its_own() -> None:
+    values, matrix = scattered(5, 40), RNG.normal(size=(3, 3))
+    expected = values @ matrix.T
+    for matrices in (matrix, np.tile(matrix, (40, 1, 1))):
+        placed = PlayerTargets.of(values).offsets(matrices).summed(np.eye(5))
+        np.testing.assert_allclose(placed, expected, atol=1e-5)

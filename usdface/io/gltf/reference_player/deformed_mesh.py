@@ -137,8 +137,8 @@ class PlayerMesh:
         """Return the mesh at `times` (F,) [s] as sums; None where too many joints move it."""
         place, turning = self.space.at(times[:1])
         weights = self.weights_at(times)
-        moves, turns = self.moves.dense(), self.turns.dense()
         if place.ndim > 3:
+            moves, turns = self.moves.offsets(), self.turns.offsets()
             motion = self.space.motion(times, len(self.points))
             if motion is None:
                 return None
@@ -146,11 +146,11 @@ class PlayerMesh:
                 return LinearMorph(weights, self.points, moves, motion=motion)
             return LinearMorph(weights, self.points, moves, self.normals, turns, motion)
         points = _times(place[..., :3, :3], self.points[None])[0] + place[..., :3, 3]
-        moves = _times(place[..., :3, :3], moves.astype(np.float64)).astype(np.float32)
+        moves = self.moves.offsets(place[..., :3, :3])
         if self.normals is None:
             return LinearMorph(weights, points, moves)
-        turns = _times(turning, turns.astype(np.float64)).astype(np.float32)
-        return LinearMorph(weights, points, moves, _times(turning, self.normals[None])[0], turns)
+        turned = _times(turning, self.normals[None])[0]
+        return LinearMorph(weights, points, moves, turned, self.turns.offsets(turning))
 
     def _in_blocks(self, times: FloatArray, part: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """Skins that move have a matrix for each vertex and time."""

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray
+from usdface.certificate.vertex_offsets import VertexOffsets, moved_part
 
 __all__ = ["PlayerTargets", "Target"]
 
@@ -21,8 +22,8 @@ class Target:
     @classmethod
     def of(cls, values: NDArray[np.float32]) -> "Target":
         """Make a target of the rows of values (N, 3) that are not zero."""
-        places = np.flatnonzero(values.any(axis=1)).astype(np.int32)
-        return cls(places, values[places])
+        places, moved = moved_part(values)
+        return cls(places.astype(np.int32), moved)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,12 +64,18 @@ class PlayerTargets:
         )
         return cls(start, tuple(joined))
 
-    def dense(self) -> NDArray[np.float32]:
-        """Return the values of all vertices: (T, N, 3)."""
-        result = np.zeros((len(self.targets), self.count, 3), np.float32)
-        for row, target in zip(result, self.targets, strict=True):
-            row[target.places] = target.values
-        return result
+    def offsets(self, matrices: FloatArray | None = None) -> VertexOffsets:
+        """Return the values, by a matrix (3, 3), or by those (N, 3, 3) of each vertex."""
+
+        def placed(target: Target) -> NDArray[np.float32]:
+            if matrices is None:
+                return target.values
+            if matrices.ndim == 2:
+                return np.asarray(target.values @ matrices.T, np.float32)
+            own = matrices[target.places]
+            return np.asarray(np.einsum("nij,nj->ni", own, target.values), np.float32)
+
+        return VertexOffsets.of(self.count, ((t.places, placed(t)) for t in self.targets))
 
     def added(self, weights: FloatArray) -> FloatArray:
         """Return the weighted sum of the targets for `weights` (F, T): (F, N, 3).
