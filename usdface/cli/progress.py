@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from usdface.signals import was_stopped
+
 if TYPE_CHECKING:
     from usdface.progress import OnProgress, Step
 
@@ -21,6 +23,23 @@ _STEPS = 10
 @contextmanager
 def progress(parsed: argparse.Namespace) -> "Iterator[OnProgress]":
     """Show the running step on standard error; yield the callback for it.
+
+    It also ends the command where a signal came whose exception was lost, as in the callbacks of
+    libraries from C.
+    """
+    with _shown(parsed) as show:
+
+        def shown(step: "Step") -> None:
+            if was_stopped():
+                raise KeyboardInterrupt
+            show(step)
+
+        yield shown
+
+
+@contextmanager
+def _shown(parsed: argparse.Namespace) -> "Iterator[OnProgress]":
+    """Yield what shows the running step.
 
     Of the forms of ``--progress``, "auto" is a bar on a terminal, unless the report is JSON.
     Elsewhere it only names the compilation of the solver, which delays the first command.
