@@ -145,9 +145,17 @@ def test_another_character_shares_the_cleaned_take_with_the_bytes_of_its_own_cle
     assert stages(folder).startswith("solve clean")
 
 
-@pytest.mark.parametrize("step", ["swaps", "spikes", "gaps"])
-def test_each_step_of_the_clean_up_counts(place: Path, step: str) -> None:
-    changed(place / "shot.usda", f"usdface:clean:{step} = 1", f"usdface:clean:{step} = 0")
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("usdface:clean:swaps = 1", "usdface:clean:swaps = 0"),
+        ("usdface:clean:spikes = 1", "usdface:clean:spikes = 0"),
+        ("usdface:clean:gaps = 1", "usdface:clean:gaps = 0"),
+        ('usdface:head:mode = "solve"', 'usdface:head:mode = "stabilised"'),
+    ],
+)
+def test_each_setting_of_the_clean_up_counts(place: Path, old: str, new: str) -> None:
+    changed(place / "shot.usda", old, new)
     assert stages(place).startswith("solve clean")
 
 
