@@ -9,6 +9,7 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
+from usdface.cleanup.clean import Cleaned
 from usdface.cleanup.repairs import Repair
 from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
 from usdface.closure.mistracked_lids import without_mistracked_lids
@@ -25,7 +26,7 @@ from usdface.retarget.head_motion import head_motion
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
-from usdface.retarget_take import clean, solve
+from usdface.retarget_take import clean, clean_inputs, solve
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
@@ -160,13 +161,14 @@ def retarget_in_stages(
         With any, all is computed: there is no telling what they depend on.
     progress : Progress
     stages : Stages
-        Returns the value of "solve" and of "express", kept or computed.
+        Returns the value of "solve" and of "express", kept or computed, and within the first that
+        of "clean", which other characters may share.
     """
     shot = with_overrides(shot, options)
     if hooks:
         stages = _Uncached()
     solved = stages.stage(
-        "solve", solve_inputs(shot), {}, lambda: _solve_shot(shot, hooks, progress)
+        "solve", solve_inputs(shot), {}, lambda: _solve_shot(shot, hooks, progress, stages)
     )
     shot = with_gains(replace(shot, take=solved.take), options.gains)
     options = replace(options, gains={})
@@ -196,12 +198,14 @@ def _express_inputs(shot: Shot) -> object:
     return shot.mesh, shot.rig.shape_names, shot.setup, system, shot.base, shot.factors
 
 
-def _solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress) -> SolvedShot:
+def _solve_shot(
+    shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: Stages
+) -> SolvedShot:
     take, findings = run_hooks(hooks, "take_read", shot.take, shot)
     shot = replace(shot, take=take)
     face = shot.face
     with progress.step("clean"):
-        take, cleaned, new_findings = clean(shot.take, shot.setup)
+        take, cleaned, new_findings = _clean(shot, stages)
     findings += new_findings
     with progress.step("solve"):
         weights, solution, new_findings = solve(
@@ -216,6 +220,22 @@ def _solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress) -> Solved
             new_findings = [*doubts, *new_findings]
     repairs = cleaned.repairs if cleaned else ()
     return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings), lids)
+
+
+def _clean(
+    shot: Shot, stages: Stages
+) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
+    """Clean the markers of a shot, or take them from an earlier run, of any character."""
+    take, setup = shot.take, shot.setup
+    if isinstance(take, WeightsTake):
+        return clean(take, setup)
+
+    def compute() -> tuple[Cleaned | None, list[Finding]]:
+        _, cleaned, findings = clean(take, setup)
+        return cleaned, findings
+
+    cleaned, findings = stages.stage("clean", clean_inputs(take, setup), {"take": take}, compute)
+    return cleaned.take if cleaned else take, cleaned, findings
 
 
 def _believable(

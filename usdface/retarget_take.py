@@ -27,7 +27,7 @@ from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import RetargetSetup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["calibrate", "clean", "retarget", "solve", "solver_input"]
+__all__ = ["calibrate", "clean", "clean_inputs", "retarget", "solve", "solver_input"]
 
 
 @one_blas_thread()
@@ -76,6 +76,16 @@ def clean(
     moving = setup.head != "stabilised"
     cleaned, findings = clean_take(take, face_markers, setup.clean, moving=moving)
     return cleaned.take, cleaned, findings
+
+
+def clean_inputs(take: MarkerTake, setup: RetargetSetup) -> object:
+    """Return all that `clean` depends on: the labels that are bound, and nothing else of the rig.
+
+    In the order of the take, which is the order that the clean-up takes them in.
+    """
+    face_markers = {*setup.binding.markers, *setup.head_markers}
+    chosen = tuple(name in face_markers for name in take.names)
+    return take, chosen, setup.clean, setup.head != "stabilised"
 
 
 @one_blas_thread()

@@ -2,7 +2,7 @@
 
 ``speed``: beside single commands, a second run, a changed gain. ``kills``: workers and the parent
 at random moments. ``simulate``: 1,000 and 100,000 shots on 1, 10 and 100 workers. ``long``: a
-million frames in pieces.
+million frames in pieces. ``characters``: one take on three of them, which share its clean-up.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.sequence.characters import run_characters
 from benchmarks.sequence.kills import run_kills
 from benchmarks.sequence.long_take import run_long
 from benchmarks.sequence.show import make_show
@@ -106,7 +107,7 @@ def speed(shots: int, frames: int, workers: int, singles: int) -> None:
 def main() -> None:
     """Run a part."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("part", choices=("speed", "kills", "simulate", "long"))
+    parser.add_argument("part", choices=("speed", "kills", "simulate", "long", "characters"))
     parser.add_argument("--shots", type=int, default=60)
     parser.add_argument("--frames", type=int, help="of a shot (120), of the long take (a million)")
     parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
@@ -120,6 +121,9 @@ def main() -> None:
     elif parsed.part == "long":
         with tempfile.TemporaryDirectory() as name:
             run_long(Path(name), parsed.frames or 1_000_000, parsed.workers)
+    elif parsed.part == "characters":
+        with tempfile.TemporaryDirectory() as name:
+            run_characters(Path(name), parsed.frames or 600, parsed.workers)
     elif parsed.part == "kills":
         folder = Path(tempfile.mkdtemp())
         try:

@@ -79,7 +79,7 @@ def add_process(commands: Any, summary: str) -> None:
         "--cache",
         default="",
         metavar="DIR",
-        help="keep the arrays of solve and correction, and compute only those that changed",
+        help="keep the arrays of each stage, and compute only those that changed",
     )
     _add_pieces(command)
     add_asset_root(command)

@@ -71,7 +71,7 @@ def add_sequence(commands: Any, summary: str) -> None:
         "--cache",
         default="",
         metavar="DIR",
-        help="folder for the arrays of solve and correction (default: beside each result)",
+        help="folder for the arrays of each stage (default: beside each result)",
     )
     kept.add_argument("--no-cache", action="store_true", help="keep no arrays")
     command.add_argument(

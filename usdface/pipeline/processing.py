@@ -93,7 +93,7 @@ def process(
     strict : bool
         Refuse a result whose verdict is "not usable": write nothing.
     cache : path, optional
-        A folder in which the arrays of the solve and of the correction are kept, and taken from
+        A folder in which the arrays of clean-up, solve and correction are kept, and taken from
         where nothing that they depend on has changed. The result is the same without it. Nothing
         is kept where hooks run.
     pieces : path, optional

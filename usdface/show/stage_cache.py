@@ -1,4 +1,4 @@
-"""The cache of a shot's stages: solve and correction, by the content that they depend on."""
+"""The cache of a shot's stages, clean-up, solve and correction, by what they depend on."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, CombinationWeight
+from usdface.cleanup.clean import Cleaned
 from usdface.cleanup.repairs import Repair
 from usdface.closure.blinks import EyeClosing
 from usdface.closure.closed_eyes import CompletedClosing
@@ -35,6 +36,7 @@ _CLASSES = (
     *(BlendShapeEvaluator, Closure, CombinationWeight, CompletedClosing, Evaluation, EyeClosing),
     *(ExpressionTrace, Finding, InbetweenPath, MapChoice, MarkerTake, Pose, Repair, ShotResult),
     *(
+        Cleaned,
         LidGaps,
         SideTrace,
         Solution,

@@ -82,3 +82,8 @@ def test_one_frame_has_no_rate_of_its_own():
 def test_times_that_cannot_be(arguments, says):
     with pytest.raises(InputError, match=f"take.csv: .*{says}"):
         take_times(FILE, **arguments)
+
+
+def test_frames_closer_than_a_microsecond_are_in_another_unit():
+    with pytest.raises(InputError, match="another unit than seconds"):
+        take_times(FILE, 3, seconds=np.array([0, 1e-9, 2e-9]))

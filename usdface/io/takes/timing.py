@@ -60,7 +60,7 @@ def take_times(
     Raises
     ------
     InputError
-        If there is no frame, or times do not increase from frame to frame.
+        If there is no frame, or times do not increase by a microsecond or more.
     """
     if count == 0:
         raise InputError(
@@ -73,7 +73,14 @@ def take_times(
     rate = rate if _SLOWEST <= rate <= _FASTEST else 0.0
     if seconds is not None:
         seconds = _from_zero(path, seconds, "time")
-        rate = rate or nominal_rate(seconds) or (override or 0.0)
+        own = nominal_rate(seconds)
+        if own > _FASTEST:
+            raise InputError(
+                f"{path}: frames follow each other after {1 / own:.3g} s; expected a microsecond "
+                "or more, so the times are in another unit than seconds",
+                "TIMES_WRONG",
+            )
+        rate = rate or own or (override or 0.0)
         findings: list[Finding] = []
     else:
         if rate or override:
