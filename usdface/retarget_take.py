@@ -78,6 +78,7 @@ def clean(
     return cleaned.take, cleaned, findings
 
 
+@one_blas_thread()
 def clean_inputs(take: MarkerTake, setup: RetargetSetup) -> object:
     """Return all that `clean` depends on: the labels that are bound, and nothing else of the rig.
 
