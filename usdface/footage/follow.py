@@ -15,6 +15,8 @@ __all__ = ["HIDDEN", "Followed", "follow", "nearest_distances"]
 HIDDEN = -1
 
 # Share of the distance between neighbouring dots within which a dot is looked for: at 30 images a
+# Where tracks are put that have not begun [px].
+_AWAY = 1e6
 # second the fastest dot of a face moves by less than half of it, the head's motion apart.
 _GATE = 0.4
 # A hidden dot may come back farther away, from frame to frame, up to a limit.
@@ -175,7 +177,8 @@ class _Tracks:
             weight = 1.0 / (apart**2 + (0.5 * spacing[~whole][:, None]) ** 2)
             around = weight @ change[whole] / weight.sum(axis=1, keepdims=True)
             change[~whole] = around
-        self.places = moved + change
+        # One that has not begun is as far away as this; motions of others must not add up there.
+        self.places = np.clip(moved + change, -_AWAY, _AWAY)
         self.areas[whole] *= ratio[whole] ** _ADAPT
         higher = dots.heights[pairs[whole]] / self.heights[whole]
         self.heights[whole] *= higher**_ADAPT
