@@ -610,6 +610,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "markers sit elsewhere than in the take that the performer's file was made of",
     ),
+    "GAIN_FOUND": (
+        "info",
+        "calibrate",
+        "movements go beyond the character's blend shapes and are taken to be larger in the whole "
+        "take",
+    ),
     "GAIN_UNSEEN": (
         "info",
         "calibrate",

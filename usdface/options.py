@@ -49,6 +49,7 @@ __all__ = [
     "ProcessOptions",
     "RigOptions",
     "Setting",
+    "SolveGains",
     "SolveLimits",
     "SolveMode",
     "SolveOptions",
@@ -69,6 +70,7 @@ MapChoosing = Literal["auto", "fixed"]
 SolveMode = Literal["take", "frame"]
 SolveLimits = Literal["declared", "known"]
 SolvePlaces = Literal["found", "bound"]
+SolveGains = Literal["found", "given"]
 SolvePrior = Literal["learned", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
@@ -351,6 +353,9 @@ class SolveOptions:
     places : {"found", "bound"}
         "found": markers sit where the resting face and the take show, some millimetres along the
         skin from their vertices. "bound": on their vertices.
+    gains : {"found", "given"}
+        "found": a movement that surely goes beyond the character's is taken to be larger in the
+        whole take, so that its peak is not cut off. "given": as the performer's file has it.
     symmetry : float [1]
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
@@ -433,6 +438,14 @@ class SolveOptions:
         metadata=_row(
             "found: markers sit where rest and motion show, beside their vertices. bound: on them.",
             choices=SolvePlaces,
+        ),
+    )
+    gains: SolveGains = field(
+        default="found",
+        metadata=_row(
+            "found: movements that go beyond the character's are larger in the whole take. given: "
+            "as the performer's file has it.",
+            choices=SolveGains,
         ),
     )
     symmetry: float = field(

@@ -75,11 +75,30 @@ def test_lips_close_over_an_open_jaw_where_the_rig_can() -> None:
 
 
 def test_only_markers_that_contradict_the_solve_count() -> None:
-    apart = np.array([[0.0, 0.001, 0.004]])
-    agreeing = largest_gaps(LipDistances(apart, apart, 1e-5), TOLERANCE)
+    apart, now = np.array([[0.0, 0.001, 0.004]]), np.zeros(1)
+    agreeing = largest_gaps(LipDistances(apart, apart, 1e-5), TOLERANCE, now)
     assert np.isinf(agreeing).all()
-    sure = largest_gaps(LipDistances(apart, apart + 0.003, 1e-5), TOLERANCE)[0]
+    sure = largest_gaps(LipDistances(apart, apart + 0.003, 1e-5), TOLERANCE, now)[0]
     assert sure[0] == TOLERANCE
     assert (np.diff(sure) > 0).all() and sure[2] > 0.01
-    noisy = largest_gaps(LipDistances(apart, apart + 0.003, 0.002), TOLERANCE)
+    noisy = largest_gaps(LipDistances(apart, apart + 0.003, 0.002), TOLERANCE, now)
     assert np.isinf(noisy).all()
+
+
+def test_lips_that_rest_on_each_other_do_not_chatter() -> None:
+    """A contradiction that comes and goes within half a second holds; a longer pause ends it."""
+    times = np.arange(240) / 60
+    seen = np.zeros((240, 1))
+    shown = np.full((240, 1), 0.003)
+    shown[60:80] = shown[150:210] = 0.0
+    largest = largest_gaps(LipDistances(seen, shown, 1e-5), TOLERANCE, times)[:, 0]
+    np.testing.assert_allclose(largest[:140], TOLERANCE)
+    assert np.isinf(largest[170:190]).all()
+
+
+def test_lips_that_the_markers_show_apart_open_within_a_held_contact() -> None:
+    times = np.arange(240) / 60
+    seen, shown = np.zeros((240, 1)), np.full((240, 1), 0.003)
+    seen[60:72] = shown[60:72] = 0.006
+    largest = largest_gaps(LipDistances(seen, shown, 1e-5), TOLERANCE, times)[:, 0]
+    assert (largest[60:72] > 0.03).all()

@@ -7,11 +7,12 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget_setup import Calibration, RetargetSetup
 
-__all__ = ["as_large", "as_performed", "performed"]
+__all__ = ["as_large", "as_performed", "enlarged", "performed"]
 
 
 def performed(
@@ -70,3 +71,14 @@ def as_large(
     if setup.calibration is None:
         return model
     return performed(model, shape_names, setup.calibration)[0]
+
+
+def enlarged(
+    calibration: Calibration | None, names: tuple[str, ...], gains: FloatArray
+) -> Calibration:
+    """Return a calibration with amplitudes that are larger by `gains` (S,) of shapes `names`."""
+    amplitudes, offsets = np.ones(len(names)), np.zeros(len(names))
+    if calibration is not None:
+        amplitudes, offsets = calibration.of(names)
+    larger = np.clip(gains * amplitudes, *AMPLITUDE_RANGE)
+    return Calibration(names, larger, offsets, calibration.face if calibration else None)

@@ -19,7 +19,6 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_modes import motion_basis
 from usdface.options import (
     AMPLITUDE_RANGE,
     AMPLITUDE_SPREAD,
@@ -29,12 +28,11 @@ from usdface.options import (
 )
 from usdface.performer_face import PerformerFace
 from usdface.retarget.amplitude_posterior import amplitude_posterior
-from usdface.retarget.bounds import Bounds
-from usdface.retarget.confidence import weight_deviations
+from usdface.retarget.loose_weights import held_peaks, loose_weights
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
-from usdface.retarget.solve import FEWEST_FRAMES, solve_weights, with_learned_covariance
+from usdface.retarget.solve import FEWEST_FRAMES
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Calibration, RetargetSetup
 from usdface.takes import MarkerTake
@@ -45,8 +43,6 @@ __all__ = ["Calibrated", "calibrate_take"]
 _AT_REST = 0.05
 # Noise alone goes so many standard deviations below rest there: the normal quantile.
 _BY_NOISE = -float(ndtri(_AT_REST))
-# An extreme counts if it is held for so long [s]: three frames at 30 Hz, a spike has one or two.
-_HELD = 0.1
 # An amplitude is known if the take leaves less than this share of the prior's deviation: a quarter
 # of its variance.
 _KNOWN = 0.5
@@ -130,6 +126,7 @@ def calibrate_take(
             "TAKE_SHORT",
         )
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
+    setup = replace(setup, solve=replace(setup.solve, gains="given"))
     uncalibrated = replace(setup, calibration=None)
     solution, findings = solve_take(
         take,
@@ -144,9 +141,7 @@ def calibrate_take(
     free = model.free
     names = tuple(shape_names[s] for s in free)
     loose, deviations = _loose_weights(solution, free, setup)
-    held = min(max(round(_HELD * take.rate), 1), len(loose) // 4)
-    ordered = np.sort(loose, axis=0)
-    low, high = np.quantile(loose, _AT_REST, axis=0), ordered[-held]
+    low, high = np.quantile(loose, _AT_REST, axis=0), held_peaks(loose, take.times)
     shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
     rest = np.clip((-low - _BY_NOISE * deviations) * shrunk, 0.0, LARGEST_OFFSET)
     if setup.neutral is None:  # measured from the rig's own neutral, which is at rest
@@ -200,19 +195,15 @@ def _loose_weights(
     assert solution.model is not None
     axes = 3 if solution.in_space else 2
     offsets = solution.model.offsets[free].reshape(len(free), -1, 3)
-    shapes = offsets[..., :axes].reshape(len(offsets), -1)
-    if setup.head == "solve":
-        rigid = motion_basis(solution.rest, axes)
-        shapes = shapes - (shapes @ rigid) @ rigid.T
-    observed = solution.displacements[..., :axes].reshape(len(solution.residual), -1)
-    normal, right = shapes @ shapes.T, observed @ shapes.T
-    times = solution.weights.times
-    step = float(np.median(np.diff(times)))
-    plain = Regularisation(solution.noise, solution.misfit, setup.solve)
-    learned = with_learned_covariance(normal, right, times, plain)
-    bounds = Bounds(np.asarray(-LARGEST_OFFSET), np.asarray(AMPLITUDE_RANGE[1]))
-    loose = solve_weights(normal, right, times, learned, bounds=bounds)
-    return loose.weights, weight_deviations(normal, step, plain)
+    return loose_weights(
+        solution.displacements[..., :axes],
+        solution.rest,
+        offsets[..., :axes],
+        solution.weights.times,
+        Regularisation(solution.noise, solution.misfit, setup.solve),
+        moving_head=setup.head == "solve",
+        within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
+    )
 
 
 def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> list[Finding]:

@@ -158,6 +158,7 @@ def weight_deviations(
     With a learned covariance M, N + R and M^-1 are diagonal in the same vectors, and k is
     the inverse of the spectrum that weights are taken to have. Misfit is taken to move as they do.
     """
+    regularisation = replace(regularisation, noise=max(regularisation.noise, _FINEST))
     options, frequencies = regularisation.options, _frequencies()
     believed = replace(regularisation, options=replace(options, smoothness=1.0))
     used, prior = (held.spectrum(frequencies, step) for held in (regularisation, believed))

@@ -1,6 +1,6 @@
 """A take laid over a face and solved: usable markers, neutral, places, space map, weights."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,16 +12,19 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
+from usdface.options import AMPLITUDE_RANGE
 from usdface.progress import Progress
-from usdface.retarget.calibrated_shapes import as_large, as_performed
+from usdface.retarget.calibrated_shapes import as_large, as_performed, enlarged
 from usdface.retarget.face_fit import FaceFit, fit_face, refine_places
 from usdface.retarget.first_pose import first_pose
+from usdface.retarget.loose_weights import held_peaks, loose_weights
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
 from usdface.retarget.performed_face import fit_known_face, wear
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.solve import FEWEST_FRAMES
+from usdface.retarget.take_amplitudes import take_amplitudes
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget.usable_markers import (
     determined,
@@ -55,7 +58,7 @@ class FittedTake:
     fit : FaceFit
     joint : PoseAndWeights
     setup : RetargetSetup
-        Without head markers that do not determine a pose.
+        Without head markers that do not determine a pose, and with the gains that the take shows.
     head_neutral : (H, D) float64
         Where the head markers rest.
     """
@@ -134,7 +137,13 @@ def fit_take(
     else:
         fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
-    def solved(fit: FaceFit, frames: IntArray | slice = _ALL, **settings: Any) -> PoseAndWeights:
+    def solved(
+        fit: FaceFit,
+        frames: IntArray | slice = _ALL,
+        setup: RetargetSetup = setup,
+        pose: Pose = pose,
+        **settings: Any,
+    ) -> PoseAndWeights:
         model, space = as_performed(fit, shape_names, setup)
         return solve_pose_and_weights(
             take.times[frames], positions[frames], fit.points, model, space,
@@ -150,7 +159,12 @@ def fit_take(
             sized=lambda shapes: as_large(shapes, shape_names, setup),
             head_moves=setup.head == "solve",
         )  # fmt: skip
-    joint = solved(fit, neutral_frames=frames if correct_neutral else None)
+    noisy = frames if correct_neutral else None
+    joint = solved(fit, neutral_frames=noisy)
+    own, notes = _with_own_gains(setup, fit, joint, shape_names, take)
+    if own is not setup:
+        setup, joint = own, solved(fit, setup=own, pose=joint.pose, neutral_frames=noisy)
+        findings += notes
     findings += _beside(fit, names, take.source)
     return FittedTake(names, neutral, fit, joint, setup, head_neutral), findings
 
@@ -175,6 +189,44 @@ def _without_neutral_weights(
     weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
     shown = model.displacements(model.combined(weights)).reshape(target.shape)
     return without_weights(neutral, target, shown)
+
+
+def _with_own_gains(
+    setup: RetargetSetup,
+    fit: FaceFit,
+    joint: PoseAndWeights,
+    shape_names: tuple[str, ...],
+    take: MarkerTake,
+) -> tuple[RetargetSetup, list[Finding]]:
+    """Return the setup with the gains of movements that go beyond the character's; it, if none."""
+    model, _ = as_performed(fit, shape_names, setup)
+    wanted = setup.solve.gains == "found" and setup.map.form != "paper"
+    # Weights beyond 1 are a straight continuation, which paths and combinations have not.
+    if not (wanted and model.linear and take.dimension == 3 and len(take.times) >= FEWEST_FRAMES):
+        return setup, []
+    shown = model.displacements(joint.weights).reshape(joint.displaced.shape)
+    loose, deviations = loose_weights(
+        np.where(np.isnan(joint.displaced), shown, joint.displaced),
+        fit.points,
+        model.offsets[model.free].reshape(-1, *fit.points.shape),
+        take.times,
+        joint.regularisation,
+        moving_head=setup.head == "solve",
+        within=(0.0, AMPLITUDE_RANGE[1]),
+    )
+    gains = take_amplitudes(held_peaks(loose, take.times), deviations)
+    beyond = np.flatnonzero(gains > 1.0)
+    if not len(beyond):
+        return setup, []
+    names = tuple(shape_names[shape] for shape in model.free)
+    message = (
+        "movements go beyond the character's, {shape} {gain:.2f} times as far; they are taken to "
+        "be larger in the whole take: {shapes}"
+    )
+    most = int(gains.argmax())
+    shapes = [names[shape] for shape in beyond]
+    found = finding("GAIN_FOUND", take.source, message, names[most], gains[most], shapes)
+    return replace(setup, calibration=enlarged(setup.calibration, names, gains)), [found]
 
 
 def _some_frames(seen: BoolArray) -> IntArray:

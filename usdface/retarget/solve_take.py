@@ -68,7 +68,7 @@ def solve_take(
         take, points, offsets, shape_names, setup, model,
         surface=surface, correct_neutral=correct_neutral, progress=progress,
     )  # fmt: skip
-    shapes, _ = as_performed(fitted.fit, shape_names, setup)
+    shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
     findings += unsolved_frames(visible(fitted.joint.displaced), take.source)
     return solution_of(take, fitted.joint, fitted.estimates(shapes), shape_names), findings
 
@@ -91,7 +91,7 @@ def estimate_take(
     fitted, findings = fit_take(
         take, points, offsets, shape_names, setup, model, surface=surface, progress=progress
     )
-    shapes, _ = as_performed(fitted.fit, shape_names, setup)
+    shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
     return fitted.estimates(shapes), findings
 
 

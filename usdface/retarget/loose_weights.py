@@ -1,0 +1,69 @@
+"""Weights of a take beyond their bounds: how far a performer's movements go, in the character's."""
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.bounds import Bounds
+from usdface.retarget.confidence import weight_deviations
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import solve_weights, with_learned_covariance
+
+__all__ = ["held_peaks", "loose_weights"]
+
+# A peak counts if it is held for so long [s]: three frames at 30 Hz, a spike has one or two.
+_HELD = 0.1
+
+
+def loose_weights(
+    displacements: FloatArray,
+    rest: FloatArray,
+    offsets: FloatArray,
+    times: FloatArray,
+    regularisation: Regularisation,
+    *,
+    moving_head: bool,
+    within: tuple[float, float],
+) -> tuple[FloatArray, FloatArray]:
+    """Solve displacements with weights in wider bounds than 0 to 1.
+
+    Parameters
+    ----------
+    displacements : (F, M, D) float64 [m]
+        Of the markers on the character, without gaps.
+    rest : (M, 3) float64 [m]
+        Where they rest.
+    offsets : (S, M, D) float64 [m]
+        By each blend shape at weight 1.
+    times : (F,) float64 [s]
+    regularisation : Regularisation
+        How the weights move together is learned anew, without bounds.
+    moving_head : bool
+        The head's motion is unknown.
+    within : (float, float)
+        Least and largest weight.
+
+    Returns
+    -------
+    weights : (F, S) float64
+    deviations : (S,) float64
+        Standard deviation of each weight, by noise and misfit.
+    """
+    shapes = offsets.reshape(len(offsets), -1)
+    if moving_head:
+        rigid = motion_basis(rest, displacements.shape[2])
+        shapes = shapes - (shapes @ rigid) @ rigid.T
+    observed = displacements.reshape(len(displacements), -1)
+    normal, right = shapes @ shapes.T, observed @ shapes.T
+    plain = regularisation.unlearned()
+    learned = with_learned_covariance(normal, right, times, plain)
+    bounds = Bounds(*(np.asarray(bound) for bound in within))
+    loose = solve_weights(normal, right, times, learned, bounds=bounds)
+    return loose.weights, weight_deviations(normal, float(np.median(np.diff(times))), plain)
+
+
+def held_peaks(weights: FloatArray, times: FloatArray) -> FloatArray:
+    """Return how far each weight (F, S) goes up for a tenth of a second together: (S,)."""
+    step = float(np.median(np.diff(times)))
+    held = min(max(round(_HELD / step), 1), len(weights) // 4)
+    return np.asarray(np.sort(weights, axis=0)[-max(held, 1)])
