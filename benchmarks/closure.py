@@ -38,9 +38,10 @@ from usdface.takes import MarkerTake, WeightsTake
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from ict_face import ict_mesh, landmarks  # noqa: E402
-from known_answer import moved  # noqa: E402
+
+from benchmarks.known_answer import moved  # noqa: E402
 
 NEUTRAL = 30
 CLOSED, BLINK, OPEN = 0.15, 0.8, 0.35

@@ -90,6 +90,45 @@ def test_an_eye_that_stays_shut_is_held() -> None:
     assert len(blinks(found)) == len(BLINKS)
 
 
+def test_an_eye_alone_must_be_shut_wholly() -> None:
+    times, eyes = world()
+    narrowed = 0.9 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
+    for other, held in ((1.0, 2), (0.5, 0)):
+        found = find_closings(times, eyes + narrowed[:, None] * [1.0, other])
+        assert [each.kind for each in found].count("held") == held
+
+
+def test_of_two_eyes_narrowed_alike_none_is_shut_alone() -> None:
+    """One of them shows its blinks half as far as the other."""
+    times, eyes = world()
+    narrowed = 0.5 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
+    found = find_closings(times, eyes * [0.5, 1.0] + narrowed[:, None] * [1.0, 1.1])
+    assert [each.kind for each in found] == ["blink"] * len(BLINKS)
+
+
+def test_raised_brows_over_which_an_eye_blinks_close_none() -> None:
+    """They pull the skin of the lids up, so that the blinks' own level is below rest."""
+    times, eyes = world()
+    raised = np.clip(np.minimum(times - 0.2, 7.5 - times) / 0.3, 0, 1)
+    found = find_closings(times, eyes - 1.6 * raised[:, None] * [1.0, 0.1])
+    assert [(each.kind, each.eyes) for each in found] == [("blink", (0, 1))] * len(BLINKS)
+
+
+def test_a_fast_pulse_of_the_skin_around_a_lid_is_no_blink() -> None:
+    times, eyes = world()
+    brow = blink(times, 6.0)[:, None] * [1.0, 1.0]
+    for share, count in ((0.2, len(BLINKS)), (0.9, len(BLINKS) + 1)):
+        assert len(find_closings(times, eyes + brow, eyes + share * brow)) == count
+
+
+def test_pulses_that_hardly_move_the_markers_are_none() -> None:
+    times, eyes = world(scale=0.5)
+    assert len(find_closings(times, eyes, least=np.array([0.4, 0.4]))) == len(BLINKS)
+    assert not find_closings(times, eyes, least=np.array([0.6, 0.6]))
+    one_sees = find_closings(times, eyes, least=np.array([0.4, 0.6]))
+    assert [each.eyes for each in one_sees] == [(0, 1)] * len(BLINKS)
+
+
 def test_an_eye_that_closes_harder_than_it_blinks_is_closed_while_it_does() -> None:
     """Squeezed shut, it opens while its markers are still beyond those of a blink."""
     times, eyes = world()

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, grey_opening
+from scipy.ndimage import gaussian_filter1d, grey_opening, maximum_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.local_maxima import local_maxima
@@ -55,8 +55,8 @@ _FAST = 0.2
 _SLOW, _WIDEST = 0.105, 0.35
 # Closed at this share of the height of the blinks; open again, or not yet closing, at the second.
 _CLOSED, _OPEN = 0.85, 0.35
-# ... at this where the other eye stays open: one eye alone may be a twitch of its cheek.
-_CLOSED_ALONE = 0.95
+# ... at this where the other eye is below the second: one eye alone may be a twitch of its cheek.
+_CLOSED_ALONE, _CONTRADICTED = 0.95, 0.75
 # Of the usual level of an eye that is held closed: below it the eye is closing or opening, even
 # where the blinks of the take go no further. Set by hand.
 _STILL_CLOSED = 0.8
@@ -102,7 +102,10 @@ class EyeClosing:
 
 
 def find_closings(
-    times: FloatArray, closing: FloatArray, own: FloatArray | None = None
+    times: FloatArray,
+    closing: FloatArray,
+    own: FloatArray | None = None,
+    least: FloatArray | None = None,
 ) -> list[EyeClosing]:
     """Find blinks and closed eyes.
 
@@ -114,7 +117,9 @@ def find_closings(
         character's closed eye; NaN in all frames of an eye that is not seen.
     own : (F, 2) float64, optional
         The same of the lids by themselves, without the skin around them (`lid_motion`); NaN where
-        that is not known. An eye is held closed where its lid is, not where its brow lowers it.
+        that is not known. An eye closes where its lid does, not where its brow lowers it.
+    least : (2,) float64, optional
+        Least height of a pulse that a blink shows; smaller ones are of the skin.
 
     Returns
     -------
@@ -125,21 +130,27 @@ def find_closings(
         return []
     step = float(np.median(np.diff(times)))
     seen = [eye for eye in (0, 1) if np.isfinite(closing[:, eye]).all()]
-    smooth, pulses, floor = closing.copy(), np.zeros(closing.shape), np.zeros(2)
+    smooth, pulses = closing.copy(), np.zeros(closing.shape)
+    skin = np.zeros(closing.shape, dtype=bool)
+    least = np.zeros(2) if least is None else least
     for eye in seen:
-        smooth[:, eye], floor[eye] = _smoothed(closing[:, eye], step)
-        width = max(round(_LONGEST / step), 3)
-        pulses[:, eye] = smooth[:, eye] - grey_opening(smooth[:, eye], width, mode="nearest")
-        pulses[pulses[:, eye] < floor[eye], eye] = 0.0
-    scale = np.array([_blink_height(pulses[:, eye], step) for eye in (0, 1)])
+        smooth[:, eye], pulses[:, eye], floor = _pulses(closing[:, eye], step)
+        pulses[pulses[:, eye] < floor, eye] = 0.0
+        if own is not None and np.isfinite(own[:, eye]).all():
+            lids = _pulses(own[:, eye], step)[1]
+            lids = maximum_filter1d(lids, 2 * round(_APART / step) + 1)
+            skin[:, eye] = lids < _OWN * pulses[:, eye]
+    scale = np.array([_blink_height(pulses[:, eye], least[eye], step) for eye in (0, 1)])
     if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:
         scale[:] = np.nan
-    blinks, peaks = _blinks(times, pulses, scale)
+    blinks, peaks = _blinks(times, pulses, skin, scale, least)
     if not blinks:
         return []
-    # Only blinks say at which level an eye is closed.
-    level = np.where(np.isfinite(scale), np.median(smooth[peaks], axis=0), np.nan)
-    held = _held(times, smooth / level, _by_itself(own, smooth))
+    # Only blinks say at which level an eye is closed: from rest it is their height or more.
+    level = np.where(
+        np.isfinite(scale), np.maximum(np.median(smooth[peaks], axis=0), scale), np.nan
+    )
+    held = _held(times, smooth, level, _by_itself(own, smooth))
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed)
 
@@ -163,6 +174,13 @@ def _raised_cosine(share: FloatArray) -> FloatArray:
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0)))
 
 
+def _pulses(closing: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:
+    """Return the smoothed curve of an eye (F,), its pulses (F,), and how high noise is."""
+    smooth, floor = _smoothed(closing, step)
+    width = max(round(_LONGEST / step), 3)
+    return smooth, smooth - grey_opening(smooth, width, mode="nearest"), floor
+
+
 def _smoothed(closing: FloatArray, step: float) -> tuple[FloatArray, float]:
     """Return the smoothed curve of an eye, and the least height of a pulse that is no noise."""
     # Third differences of white noise have 20 times its variance; blinks are rare.
@@ -177,9 +195,9 @@ def _smoothed(closing: FloatArray, step: float) -> tuple[FloatArray, float]:
     return smooth, floor
 
 
-def _blink_height(pulses: FloatArray, step: float) -> float:
-    """Return the height of an eye's blinks; NaN if none is seen."""
-    peaks = local_maxima(pulses, _SEEN, max(int(_APART / step), 1))
+def _blink_height(pulses: FloatArray, least: float, step: float) -> float:
+    """Return the height of an eye's blinks; NaN if none is seen: all are lower than `least`."""
+    peaks = local_maxima(pulses, max(_SEEN, least), max(int(_APART / step), 1))
     if not len(peaks):
         return float("nan")
     heights = np.sort(pulses[peaks])[::-1]
@@ -188,9 +206,16 @@ def _blink_height(pulses: FloatArray, step: float) -> float:
 
 
 def _blinks(
-    times: FloatArray, pulses: FloatArray, scale: FloatArray
+    times: FloatArray,
+    pulses: FloatArray,
+    skin: BoolArray,
+    scale: FloatArray,
+    least: FloatArray,
 ) -> tuple[list[EyeClosing], IntArray]:
-    """Return the blinks, and the frame of each one's peak."""
+    """Return the blinks, and the frame of each one's peak.
+
+    Of an eye whose pulse is its skin's, `skin` (F, 2), nothing is seen there.
+    """
     step = float(np.median(np.diff(times)))
     known = np.isfinite(scale)
     if not known.any():
@@ -199,9 +224,9 @@ def _blinks(
     strongest = relative.max(axis=1)
     peaks = local_maxima(np.pad(strongest, 1), _DOUBTED, max(int(_APART / step), 1)) - 1
     reach, around = round(_APART / step), round(2 * _LONGEST / step)
-    shares = np.array(
-        [relative[max(peak - reach, 0) : peak + reach + 1].max(axis=0) for peak in peaks]
-    ).reshape(-1, 2)
+    shares = np.array([_shares(relative, skin, peak, reach) for peak in peaks]).reshape(-1, 2)
+    seen = (shares * np.where(known, scale, 0.0) >= least).any(axis=1)
+    peaks, shares = peaks[seen], shares[seen]
     threshold = _threshold(shares.max(axis=1, initial=0.0))
     blinks, kept = [], []
     for peak, share in zip(peaks.tolist(), shares, strict=True):
@@ -226,6 +251,13 @@ def _blinks(
         blinks.append(EyeClosing("blink", eyes, start, closed, opened, end, height, guessed))
         kept.append(peak)
     return blinks, np.array(kept, dtype=np.int64)
+
+
+def _shares(relative: FloatArray, skin: BoolArray, peak: int, reach: int) -> FloatArray:
+    """Return how high the lids' own pulses are around a peak: (2,)."""
+    around = slice(max(peak - reach, 0), peak + reach + 1)
+    tops = relative[around].argmax(axis=0), (0, 1)
+    return np.where(skin[around][tops], 0.0, relative[around][tops])
 
 
 def _threshold(heights: FloatArray) -> float:
@@ -278,18 +310,22 @@ def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:
     return ~(own < _OWN * closing) if own is not None else np.ones(closing.shape, dtype=bool)
 
 
-def _held(times: FloatArray, levels: FloatArray, own: BoolArray) -> list[EyeClosing]:
-    """Return the times in which eyes stay closed, for levels (F, 2): 1 is that of blinks.
+def _held(
+    times: FloatArray, closing: FloatArray, level: FloatArray, own: BoolArray
+) -> list[EyeClosing]:
+    """Return the times in which eyes stay closed: `closing` (F, 2), that of blinks `level` (2,).
 
     `own` (F, 2): False where only the skin around a lid moves it.
     """
     held = []
     for eye in (0, 1):
-        level, other = levels[:, eye], levels[:, 1 - eye]
+        share, other = closing[:, eye] / level[eye], closing[:, 1 - eye] / level[1 - eye]
         # An eye that is not seen contradicts nothing.
-        alone = other < _OPEN
-        closed = level >= np.where(alone, _CLOSED_ALONE, _CLOSED)
-        held += _held_eye(times, level, closed & own[:, eye], eye)
+        alone = (other < _CONTRADICTED) | ~own[:, 1 - eye]
+        closed = share >= np.where(alone, _CLOSED_ALONE, _CLOSED)
+        # The eye that is closed alone is the one that is closed further.
+        closed &= ~(alone & (closing[:, eye] < closing[:, 1 - eye]))
+        held += _held_eye(times, share, closed & own[:, eye], eye)
     return held
 
 

@@ -10,7 +10,7 @@ from usdface.closure.blinks import EyeClosing, closing_course, find_closings, ne
 from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
-from usdface.closure.lid_signal import lid_signal
+from usdface.closure.lid_signal import least_pulses, lid_signal
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.retarget.solution import Solution
@@ -93,7 +93,8 @@ def close_eyes(
     signal = lid_signal(face, gaps, solved, solution)
     lids = lid_markers(face, gaps, solved.names, solution) if solution else []
     alone = lid_motion(lids, solution) if solution else None
-    closings = find_closings(solved.times, signal, alone)
+    least = least_pulses(face, gaps, solved.names, solution) if solution else None
+    closings = find_closings(solved.times, signal, alone, least)
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     findings = _unseen(gaps, signal)
     closed = weights
