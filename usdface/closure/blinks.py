@@ -137,9 +137,9 @@ def find_closings(
         smooth[:, eye], pulses[:, eye], floor = _pulses(closing[:, eye], step)
         pulses[pulses[:, eye] < floor, eye] = 0.0
         if own is not None and np.isfinite(own[:, eye]).all():
-            lids = _pulses(own[:, eye], step)[1]
+            _, lids, noise = _pulses(own[:, eye], step)
             lids = maximum_filter1d(lids, 2 * round(_APART / step) + 1)
-            skin[:, eye] = lids < _OWN * pulses[:, eye]
+            skin[:, eye] = lids + noise < _OWN * pulses[:, eye]
     scale = np.array([_blink_height(pulses[:, eye], least[eye], step) for eye in (0, 1)])
     if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:
         scale[:] = np.nan

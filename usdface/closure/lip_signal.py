@@ -116,7 +116,8 @@ def lip_distances(
 
     distances = by_blocks(len(solved.times), apart)
     seen, shown = (_smooth(distances[:, of], solved.times) for of in (0, 1))
-    sure = np.flatnonzero([_agree(a, b) for a, b in zip(seen.T, shown.T, strict=True)])
+    least = face.layout.tolerance
+    sure = np.flatnonzero([_agree(a, b, least) for a, b in zip(seen.T, shown.T, strict=True)])
     if not len(sure):
         return None
     at = rest[pairs[sure], 0].mean(axis=1)
@@ -140,8 +141,13 @@ def _damped(times: FloatArray) -> float:
     return float(1.0 / max(np.sqrt(2.0 * np.sqrt(np.pi) * _SMOOTHING / step), 1.0))
 
 
-def _agree(seen: FloatArray, shown: FloatArray) -> bool:
-    """Whether the markers of a pair part where the character's lips do, about as far."""
+def _agree(seen: FloatArray, shown: FloatArray, least: float) -> bool:
+    """Whether the markers of a pair part where the character's lips do, about as far.
+
+    Lips that part by no more than `least` [m] show nothing.
+    """
+    if np.ptp(shown) <= least:
+        return False
     seen, shown = seen - seen.mean(), shown - shown.mean()
     together = float(seen @ shown)
     sizes = float(seen @ seen), float(shown @ shown)
