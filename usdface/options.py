@@ -189,7 +189,8 @@ class TakeOptions:
     an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
     with less than `confidence` are occluded; None = the usual threshold of the format. Of images:
     `dots` is the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is
-    found), `names` a file of names at places, `fixes` a file of corrections.
+    found), `names` a file of names at places, `fixes` a file of corrections; `bind`, a binding file
+    of the `rig`, names the dots by where the bound vertices lie.
 
     Examples
     --------
@@ -206,6 +207,8 @@ class TakeOptions:
     dots: str | None = None
     names: str | PathLike[str] | None = None
     fixes: str | PathLike[str] | None = None
+    bind: str | PathLike[str] | None = None
+    rig: str | PathLike[str] | None = None
     confidence: float | None = None
 
     def __post_init__(self) -> None:

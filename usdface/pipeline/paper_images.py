@@ -1,5 +1,6 @@
 """Images of a marked face carried over to a character: `usdface bench papers --images`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from usdface.binding.resolve_binding import resolve_binding
@@ -39,7 +40,8 @@ def compare_images(
     bind : Path
         Places of the markers on it, and neutral frames.
     options : TakeOptions
-        Of the images; its `names` call the dots as the binding does.
+        Of the images; its `names` call the dots as the binding does. Without them the dots are
+        named by where the bound vertices lie.
     reference : Path, optional
         A take of the performed weights, in the time of the images.
     test_frame : int, optional
@@ -55,6 +57,8 @@ def compare_images(
     findings = [*findings, *found]
     take: MarkerTake | WeightsTake
     if is_pattern(images) or may_be_images(images):
+        if options.names is None:
+            options = replace(options, bind=bind, rig=rig)
         take, found = read_image_take(images, options)
     else:
         take, found = read_take(images, options)
