@@ -678,6 +678,10 @@ class ViewOptions:
         Show the images of base colours; without them materials have their plain colours.
     asset_root : str
         A folder that textures and buffers may come from beside the asset's own.
+    footage : path, optional
+        The images that the take was made of: every n-th one is shown with its labelled dots.
+    tracks : path, optional
+        The report of that take (`usdface take --report`), whose confidence colours the dots.
 
     Examples
     --------
@@ -688,6 +692,8 @@ class ViewOptions:
     face_only: bool = False
     textures: bool = True
     asset_root: str = ""
+    footage: str | PathLike[str] | None = None
+    tracks: str | PathLike[str] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
