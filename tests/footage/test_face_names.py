@@ -12,12 +12,16 @@ from usdface.footage.face_names import pair_with_face
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
-@pytest.fixture(scope="module")
-def points() -> FloatArray:
+def bound_points() -> FloatArray:
     """The 42 bound vertices of the example's head (M, 3) [m]."""
     bound = json.loads((EXAMPLES / "bind.json").read_text())["markers"]
     mesh = read_rig(EXAMPLES / "head.usdc")[0].mesh("head")
     return np.array(mesh.points)[[each["point"] for each in bound.values()]]
+
+
+@pytest.fixture(scope="module")
+def points() -> FloatArray:
+    return bound_points()
 
 
 def performer(points: FloatArray, seed: int, own: float = 0.03) -> FloatArray:
