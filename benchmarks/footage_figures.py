@@ -20,6 +20,7 @@ from usdface.io.images.footage import read_footage  # noqa: E402
 from usdface.options import TakeOptions  # noqa: E402
 
 START, COUNT = 10.0, 45
+_FIGURES = ("found %", "wrong labels %", "centre px", "doubts", "confidence")
 
 
 def figures() -> dict[str, float]:
@@ -29,7 +30,7 @@ def figures() -> dict[str, float]:
     try:
         _, footage, _ = read_footage(folder / "face.####.jpg", TakeOptions(rate=30.0))
     except InputError:
-        return {"found %": 0.0}
+        return dict.fromkeys(_FIGURES, 0.0)
     arrays = {name: getattr(truth, name) for name in ("centroids", "vertices", "shares")}
     score = judge(footage.tracks, arrays)
     return {
