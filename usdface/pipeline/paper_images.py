@@ -40,7 +40,7 @@ def compare_images(
     bind : Path
         Places of the markers on it, and neutral frames.
     options : TakeOptions
-        Of the images; its `names` call the dots as the binding does. Without them the dots are
+        Of the images; its `names` call the dots as the binding does. The others are
         named by where the bound vertices lie.
     reference : Path, optional
         A take of the performed weights, in the time of the images.
@@ -57,11 +57,9 @@ def compare_images(
     findings = [*findings, *found]
     take: MarkerTake | WeightsTake
     if is_pattern(images) or may_be_images(images):
-        if options.names is None:
-            options = replace(options, bind=bind, rig=rig)
-        take, found = read_image_take(images, options)
+        take, found = read_image_take(images, replace(options, bind=bind, rig=rig))
     else:
-        take, found = read_take(images, options)
+        take, found = read_take(images, replace(options, bind=None, rig=None))
     findings += found
     if not isinstance(take, MarkerTake) or take.dimension != 2:
         raise InputError(f"{images} is no take of an image", "TAKE_KIND_WRONG")
