@@ -58,6 +58,7 @@ SOLVED, RESTED = "solve_figures:figures", "binding:neutral_figures"
 CALIBRATED, EXPRESSED = "calibration:figures", "expressions:layer_figures"
 DESIGNED, LEARNED = "expressions:design_figures", "fuzzy_variants:figures"
 JUDGED = "facs:figures"
+FILMED, NAMED = "footage_figures:figures", "footage_figures:name_figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
         *rows("usdface.binding.candidates", "_LARGEST_WEIGHT _EVEN_CELL", PLACED),
@@ -80,6 +81,14 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.neutral_frames", "_LEAST_PEAK _USUAL _BEGINS", PLACED),
         *rows("usdface.binding.propose", "_OFF_FACE", PLACED),
         *rows("usdface.binding.anchor_check", "_BETTER _AWAY _POOR_COST", CHECKED),
+    ],
+    "footage": [
+        *rows("usdface.footage.detect", "CUT_OUT _EDGE _SMALLEST _HALF _LARGE _PIECE", FILMED),
+        *rows("usdface.footage.detect", "_RAGGED _SLIM _FOOT _PLATEAU _ALONG _BESIDE", FILMED),
+        *rows("usdface.footage.follow", "_GATE _INERTIA _SIZE _LOST", FILMED),
+        *rows("usdface.footage.finished_tracks", "_STRAY _DOUBT", FILMED),
+        *rows("usdface.footage.join_tracks", "_JOIN", FILMED),
+        *rows("usdface.footage.face_names", "_CAMERA _BEND _BEND_WIDTH _OWN _GATE", NAMED),
     ],
     "rule_design": [
         *rows("usdface.rule_design.feature_selection", "_LEAST_SIGNAL", DESIGNED),

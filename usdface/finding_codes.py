@@ -148,6 +148,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "look_at_frames",
         "spots that are seen for a short time are left out",
     ),
+    "DOTS_NAMED": (
+        "info",
+        "look_at_frames",
+        "dots were named by where the bound vertices of a character lie",
+    ),
     "DOT_UNMATCHED": ("warning", "correct_labels", "a name or a correction is of no dot"),
     "IMAGE_UNREADABLE": (
         "warning",

@@ -191,7 +191,8 @@ class TakeOptions:
     an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
     with less than `confidence` are occluded; None = the usual threshold of the format. Of images:
     `dots` is the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is
-    found), `names` a file of names at places, `fixes` a file of corrections.
+    found), `names` a file of names at places, `fixes` a file of corrections; `bind`, a binding file
+    of the `rig`, names the dots by where the bound vertices lie.
 
     Examples
     --------
@@ -208,6 +209,8 @@ class TakeOptions:
     dots: str | None = None
     names: str | PathLike[str] | None = None
     fixes: str | PathLike[str] | None = None
+    bind: str | PathLike[str] | None = None
+    rig: str | PathLike[str] | None = None
     confidence: float | None = None
 
     def __post_init__(self) -> None:
@@ -688,6 +691,10 @@ class ViewOptions:
         Show the images of base colours; without them materials have their plain colours.
     asset_root : str
         A folder that textures and buffers may come from beside the asset's own.
+    footage : path, optional
+        The images that the take was made of: every n-th one is shown with its labelled dots.
+    tracks : path, optional
+        The report of that take (`usdface take --report`), whose confidence colours the dots.
 
     Examples
     --------
@@ -698,6 +705,8 @@ class ViewOptions:
     face_only: bool = False
     textures: bool = True
     asset_root: str = ""
+    footage: str | PathLike[str] | None = None
+    tracks: str | PathLike[str] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

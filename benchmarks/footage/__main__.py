@@ -21,6 +21,7 @@ from benchmarks.footage.film import (
     SHARED,
     Film,
     example_film,
+    ict_film,
     recorded_curves,
     shoot,
     swaying,
@@ -53,9 +54,16 @@ def film(start: float, yaw: float, hand: bool = False) -> Film:
     return example_film(weights, names, angles, shift, hand=hand)
 
 
+def film_of_ict(start: float, yaw: float) -> Film:
+    """Return a film of the ICT face."""
+    weights, names = curves(start)
+    return ict_film(weights, names, *swaying(len(weights), RATE, yaw))
+
+
 FILMS: dict[str, tuple[Callable[[], Film], object]] = {
     "clean": (lambda: film(20.0, 20.0), CLEAN),
     "phone": (lambda: film(40.0, 20.0), PHONE),
+    "phone, ICT": (lambda: film_of_ict(90.0, 20.0), PHONE),
     "phone, hand": (lambda: film(60.0, 20.0, hand=True), PHONE),
 }
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,8 +13,11 @@ from scipy import ndimage
 
 from benchmarks.footage.rendering import Camera, Paint, render
 from usdface import read_rig, read_take
+from usdface.face.shape_names import rename_weights
 from usdface.figures.render import vertex_normals
 from usdface.figures.rig_picture import rig_triangles
+from usdface.rigs import Rig
+from usdface.takes import WeightsTake
 
 __all__ = [
     "CLEAN",
@@ -22,6 +26,7 @@ __all__ = [
     "Look",
     "Truth",
     "example_film",
+    "ict_film",
     "recorded_curves",
     "shoot",
     "swaying",
@@ -134,6 +139,54 @@ def example_film(
     bind = json.loads((ROOT / "examples" / "bind.json").read_text())
     names = tuple(bind["markers"])
     vertices = np.array([bind["markers"][name]["point"] for name in names])
+    return head_film(
+        rig, names, vertices, weights, shapes, angles, shift,
+        size=size, colour=colour, radius=radius, rate=rate, hand=hand,
+    )  # fmt: skip
+
+
+def ict_film(
+    weights: np.ndarray,
+    shapes: tuple[str, ...],
+    angles: np.ndarray,
+    shift: np.ndarray,
+) -> Film:
+    """Return a film of the ICT face with 41 dots, as `example_film` of the example's head.
+
+    Its eyeballs and teeth have the colour of skin.
+    """
+    sys.path.insert(0, str(ROOT / "tests"))
+    from faces import make_face
+
+    face = make_face("ict41", SHARED)
+    binding = face.setup.binding
+    # Where the example's head is: the camera, and the neck that it turns about, stay.
+    place = face.mesh.points - face.mesh.points[binding.points].mean(axis=0)
+    mesh = replace(face.mesh, points=place + np.array([0.0, -0.01, 0.06]))
+    take = WeightsTake(shapes, np.arange(len(weights)) / 30.0, weights, 30.0)
+    own = rename_weights(take, mesh.shape_names)[0]
+    return head_film(
+        Rig("ict", (mesh,)), binding.markers, np.array(binding.points), own.weights, own.names,
+        angles, shift,
+    )  # fmt: skip
+
+
+def head_film(
+    rig: Rig,
+    names: tuple[str, ...],
+    vertices: np.ndarray,
+    weights: np.ndarray,
+    shapes: tuple[str, ...],
+    angles: np.ndarray,
+    shift: np.ndarray,
+    *,
+    size: tuple[int, int] = (1280, 960),
+    colour: str = "green",
+    radius: float = 0.0021,
+    rate: float = 30.0,
+    hand: bool = False,
+) -> Film:
+    """Return a film of a head whose first mesh has dots at vertices (M,); see `example_film`."""
     posed = rig_triangles(rig, shapes, weights)
     rest = rig_triangles(rig, shapes, np.zeros((1, len(shapes)))).points[0]
     head = len(rig.meshes[0].points)

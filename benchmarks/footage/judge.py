@@ -23,6 +23,7 @@ class Score:
     visible: int
     found: float
     labels: float
+    unnoticed: int
     swaps_unnoticed: int
     centroid_rms: float
     vertex_rms: float
@@ -33,7 +34,8 @@ class Score:
         return (
             f"{self.tracks} tracks of {self.dots} dots, {self.visible} visible samples: "
             f"{100 * self.found:.2f} % found, labels of them right {100 * self.labels:.3f} %, "
-            f"wrong and not noticed {self.swaps_unnoticed}; centre {self.centroid_rms:.3f} px RMS "
+            f"wrong and not noticed {self.unnoticed}, of these another dot's place "
+            f"{self.swaps_unnoticed}; centre {self.centroid_rms:.3f} px RMS "
             f"in each coordinate (projected vertex {self.vertex_rms:.3f}), largest "
             f"{self.worst:.2f}; hidden dots that were given a place {100 * self.invented:.2f} %"
         )
@@ -65,6 +67,8 @@ def judge(tracks: Tracks, truth) -> Score:
         if doubt.track in place_of:
             doubted[doubt.first : doubt.last + 1, place_of[doubt.track]] = True
     good = right & seen
+    other = (np.nan_to_num(away[:, own], nan=1e6) < FAR) & (shares > HIDDEN)[:, None]
+    other[:, np.arange(len(have)), have] = False
     all_seen = int((shares >= VISIBLE).sum())
     return Score(
         dots=shares.shape[1],
@@ -72,7 +76,8 @@ def judge(tracks: Tracks, truth) -> Score:
         visible=all_seen,
         found=float((given & seen).sum() / all_seen),
         labels=float(good.sum() / max((given & seen).sum(), 1)),
-        swaps_unnoticed=int((wrong & ~doubted).sum()),
+        unnoticed=int((wrong & ~doubted).sum()),
+        swaps_unnoticed=int((wrong & ~doubted & other.any(axis=2)).sum()),
         centroid_rms=float(np.sqrt((error[good] ** 2).mean() / 2)),
         vertex_rms=float(np.sqrt((skin[good] ** 2).mean() / 2)),
         worst=float(error[good].max()),

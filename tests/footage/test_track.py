@@ -189,3 +189,13 @@ def test_a_dot_that_the_skin_stretches_is_shown_and_two_that_run_together_are_no
     track = np.linalg.norm(tracks.places[0] - places[0, 5], axis=1).argmin()
     assert (~np.isnan(tracks.places[25:35, track, 0]) == shown).all()
     assert not np.isnan(tracks.places[[24, 35], track]).any()
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.2])
+def test_deviations_are_those_of_the_places_that_jitter(noise: float) -> None:
+    places, seen = performance(60)
+    tracks = track_dots(seen_as(places, seen, noise))
+    error = tracks.places - places[:, labels_of(tracks, places)[0]]
+    # The dots state 0.05 px, as if the image had been compressed after that.
+    ratio = np.sqrt(np.nanmean((error / tracks.deviations[..., None]) ** 2))
+    assert 0.85 < ratio < 1.15

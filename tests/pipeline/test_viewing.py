@@ -3,16 +3,21 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import OpenImageIO as oiio
 import pytest
+from painted import paint
 from processed import Done, run
-from worlds import make_world, write_live_link
+from worlds import camera_pixels, make_world, write_live_link
 
 from usdface.cli import main
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.rig_write import write_rig
+from usdface.io.usd.take import write_take
 from usdface.options import ViewOptions
-from usdface.pipeline import export_scene, view
+from usdface.pipeline import export_scene, make_shot, view
 from usdface.rigs import Mesh, Rig
+from usdface.takes import MarkerTake
 
 
 def data_of(page: Path) -> dict[str, Any]:
@@ -94,3 +99,68 @@ def test_recorded_weights_have_a_page_without_markers(tmp_path: Path) -> None:
     data = data_of(tmp_path / "shot.html")
     assert data["performer"] is data["features"] is None
     assert result.summary["frames"] > 1
+
+
+@pytest.fixture(scope="module")
+def filmed_shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A shot of three images of 1280 x 960 pixels."""
+    folder = tmp_path_factory.mktemp("filmed")
+    world = make_world()
+    world.write(folder)
+    take = camera_pixels(world.take)
+    some = MarkerTake(take.names, take.times[:3], take.positions[:3], 30.0, image_size=(1280, 960))
+    write_take(some, folder / "take.usda")
+    bind = world.bind | {"neutral": {"start": 0, "end": 0}}
+    (folder / "bind.json").write_text(json.dumps(bind))
+    make_shot(
+        folder / "rig.usda", folder / "take.usda", folder / "shot.usda", bind=folder / "bind.json"
+    )
+    for frame in range(3):
+        image = oiio.ImageBuf(oiio.ImageSpec(1280, 960, 3, "uint8"))
+        pixels = paint(some.positions[frame] * (1, -1), size=(1280, 960), seed=frame)
+        image.set_pixels(image.roi, np.ascontiguousarray(pixels))
+        assert image.write(str(folder / f"face.{frame:04d}.png"))
+    return folder
+
+
+def report(folder: Path, name: str, confidence: object) -> Path:
+    path = folder / name
+    path.write_text(json.dumps({"dots": {"nose": {"confidence": confidence}}}))
+    return path
+
+
+def test_the_page_shows_images_of_the_footage_with_labelled_dots(
+    filmed_shot: Path, tmp_path: Path
+) -> None:
+    tracks = report(tmp_path, "take.json", [1.0, 0.5, 0.0])
+    page = tmp_path / "shot.html"
+    command = ["view", str(filmed_shot / "shot.usda"), "-o", str(page), "--tracks", str(tracks)]
+    assert main([*command, "--footage", str(filmed_shot / "face.####.png")]) == 0
+    footage = data_of(page)["footage"]
+    assert [each["frame"] for each in footage["frames"]] == [0, 1, 2]
+    nose = footage["names"].index("nose")
+    assert [each["dots"][nose][2] for each in footage["frames"]] == [1.0, 0.5, 0.0]
+    assert all(each["image"].startswith("data:image/jpeg;base64,") for each in footage["frames"])
+
+
+def test_what_is_no_footage_of_the_take_is_refused(
+    filmed_shot: Path, done: Done, tmp_path: Path
+) -> None:
+    images, shot = filmed_shot / "face.####.png", filmed_shot / "shot.usda"
+    short = report(tmp_path, "short.json", [1.0])
+    wrong = report(tmp_path, "wrong.json", [1.0, 2.0, "x"])
+    (tmp_path / "none.json").write_text("[]")
+    one = tmp_path / "one.0000.png"
+    one.write_bytes((filmed_shot / "face.0000.png").read_bytes())
+    cases = [
+        (done.root, {"footage": images}, "is no take of images"),
+        (shot, {"tracks": short}, "give --footage"),
+        (shot, {"footage": images, "tracks": short}, "is of 1 frames, the take has 3"),
+        (shot, {"footage": images, "tracks": wrong}, "confidence of 'nose' is wrong"),
+        (shot, {"footage": images, "tracks": tmp_path / "none.json"}, "has no dots"),
+        (shot, {"footage": one}, "has 1 images; the take has a frame 1"),
+    ]
+    for source, options, message in cases:
+        with pytest.raises(InputError, match=message):
+            view(source, tmp_path / "a.html", options=ViewOptions(**options))
+    assert not (tmp_path / "a.html").exists()

@@ -96,6 +96,13 @@ def add_take(commands: Any, summary: str) -> None:
         help="of images: names of dots, rows of name, x, y and perhaps frame, CSV or JSON",
     )
     command.add_argument(
+        "--bind",
+        type=Path,
+        metavar="FILE",
+        help="of images: binding of the --rig, which names the dots by where its vertices lie",
+    )
+    command.add_argument("--rig", type=Path, metavar="FILE", help="of --bind: the character")
+    command.add_argument(
         "--fix",
         dest="fixes",
         type=Path,

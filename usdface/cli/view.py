@@ -25,6 +25,18 @@ def add_view(commands: Any, summary: str) -> None:
     command.add_argument(
         "--no-textures", dest="textures", action="store_false", help="plain colours of materials"
     )
+    command.add_argument(
+        "--footage",
+        type=Path,
+        metavar="IMAGES",
+        help="images that the take was made of: every n-th one with its labelled dots",
+    )
+    command.add_argument(
+        "--tracks",
+        type=Path,
+        metavar="FILE.json",
+        help="with --footage: report of the take, whose confidence colours the dots",
+    )
     add_asset_root(command)
 
 

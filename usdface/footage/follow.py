@@ -14,9 +14,9 @@ __all__ = ["HIDDEN", "Followed", "follow", "nearest_distances"]
 
 HIDDEN = -1
 
-# Share of the distance between neighbouring dots within which a dot is looked for: at 30 images a
 # Where tracks are put that have not begun [px].
 _AWAY = 1e6
+# Share of the distance between neighbouring dots within which a dot is looked for: at 30 images a
 # second the fastest dot of a face moves by less than half of it, the head's motion apart.
 _GATE = 0.4
 # A hidden dot may come back farther away, from frame to frame, up to a limit.

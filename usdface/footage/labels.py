@@ -8,7 +8,9 @@ from scipy.optimize import linear_sum_assignment
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.footage.follow import nearest_distances
+from usdface.footage.face_names import BoundVertices, pair_with_face
+from usdface.footage.follow import HIDDEN, nearest_distances
+from usdface.footage.still_places import median_seen
 
 __all__ = ["NamedPlace", "name_tracks"]
 
@@ -27,9 +29,15 @@ class NamedPlace:
 
 
 def name_tracks(
-    places: FloatArray, named: Sequence[NamedPlace]
+    places: FloatArray,
+    named: Sequence[NamedPlace],
+    face: BoundVertices | None = None,
+    reference: int = 0,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the name of each track of places (F, M, 2), and the names that no dot is near to.
+
+    Dots that the user did not name are named by the vertices of a face, where it is given, in its
+    neutral frames or else in the reference frame.
 
     Raises
     ------
@@ -64,6 +72,38 @@ def name_tracks(
             if share[row, column] < 1.0:
                 names[seen[column]] = asked[row].name
         left += [each.name for each in asked if each.name not in names]
+    if face is not None:
+        left += _name_by_face(names, given, places, face, reference)
+    taken = set(names) | set(given)
     numbers = iter(f"dot_{k + 1:02d}" for k in range(10_000))
-    unused = (name for name in numbers if name not in given)
+    unused = (name for name in numbers if name not in taken)
     return tuple(name or next(unused) for name in names), tuple(left)
+
+
+def _name_by_face(
+    names: list[str],
+    given: list[str],
+    places: FloatArray,
+    face: BoundVertices,
+    reference: int,
+) -> list[str]:
+    """Name the dots that have no name yet; return the names that no dot has."""
+    first, last = face.neutral or (reference, reference)
+    if last >= len(places):
+        raise InputError(
+            f"the binding's neutral frames end at {last}; the film has the frames 0 to "
+            f"{len(places) - 1}",
+            "FRAMES_OUTSIDE",
+        )
+    rest = median_seen(places[first : last + 1])
+    dots = np.flatnonzero(~np.isnan(rest[:, 0]))
+    pairs = pair_with_face(rest[dots], face.points)
+    left = []
+    for name, dot in zip(face.names, pairs.tolist(), strict=True):
+        if name in given:
+            continue  # the user says where it is
+        if dot == HIDDEN or names[dots[dot]]:
+            left.append(name)
+        else:
+            names[dots[dot]] = name
+    return left

@@ -4,23 +4,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.cleanup.low_rank_model import (
-    FRAMES_PER_MODE,
-    fit_low_rank_model,
-    predict_from_others,
-    reconstruct,
-)
 from usdface.errors import InputError
 from usdface.footage.choose_channel import LEAST_DOTS, MOST_DOTS
 from usdface.footage.dots import Dots
+from usdface.footage.face_names import BoundVertices
+from usdface.footage.finished_tracks import finished_tracks
 from usdface.footage.fixes import Fix, apply_fixes
 from usdface.footage.follow import HIDDEN, follow, nearest_distances
+from usdface.footage.join_tracks import join_tracks
 from usdface.footage.labels import NamedPlace, name_tracks
-from usdface.footage.similarity import fit_similarity
-from usdface.footage.tracks import Doubt, Tracks
+from usdface.footage.tracks import Tracks
 
 __all__ = ["reference_frame", "track_dots"]
 
@@ -28,17 +23,6 @@ __all__ = ["reference_frame", "track_dots"]
 _LEAST_FRAMES, _LEAST_SHARE = 3, 0.2
 # Tracks begin at dots of this fill and roundness (seen at 80 degrees) in the reference frame.
 _START_FILL, _START_ROUND = 0.6, 0.15
-# Two tracks are one dot, or a track is that of another dot, by distance from where all others say
-# that it is, as a share of the distance to the nearest neighbour.
-_JOIN, _DOUBT = 0.4, 0.45
-# A dot is hidden where less than this share of its area about that time is left, or more than the
-# other and it fills less of its ellipse than one dot does (two discs side by side fill 0.89, a dot
-# that the skin stretches 0.99); its confidence falls from 1 at `_FULL` on. Frames about it.
-_PART, _MERGED, _FULL, _ONE = 0.35, 1.9, 0.8, 0.93
-_ABOUT, _NEIGHBOURS = 8, 4
-# Distance from where the others say [shares of the spacing] and deviation [px] at which confidence
-# is 0.6; frames that disagree between both directions have this confidence.
-_STRAY, _VAGUE, _DISAGREED = 0.3, 0.35, 0.3
 
 
 def reference_frame(frames: Sequence[Dots]) -> int:
@@ -71,6 +55,7 @@ def track_dots(
     frames: Sequence[Dots],
     named: Sequence[NamedPlace] = (),
     fixes: Sequence[Fix] = (),
+    face: BoundVertices | None = None,
 ) -> Tracks:
     """Follow the dots of a film from its reference frame forwards and backwards.
 
@@ -85,6 +70,8 @@ def track_dots(
         Names of dots at places; the others are numbered from top to bottom.
     fixes : sequence of Fix
         Corrections of the user: from its frame on, the marker is followed anew.
+    face : BoundVertices, optional
+        Names the dots that `named` does not.
 
     Raises
     ------
@@ -102,13 +89,13 @@ def track_dots(
     agreed = _agreement(frames, table, at, len(start))
     cuts = tuple(sorted([at + c for c in forward.cuts] + [at - c + 1 for c in backward.cuts]))
     places = _places(frames, table)
-    table, agreed = _joined(table, agreed, places)
+    table, agreed = join_tracks(table, agreed, places)
     kept = _markers(table, len(start))
     left_out = int((((table >= 0).sum(axis=0) >= _LEAST_FRAMES) & ~kept).sum())
     table, agreed = table[:, kept], agreed[:, kept]
-    names, unmatched = name_tracks(_places(frames, table), named)
+    names, unmatched = name_tracks(_places(frames, table), named, face, at)
     table, agreed, unused = apply_fixes(frames, table, agreed, names, fixes)
-    found = _finished(frames, table, agreed, at, cuts, left_out)
+    found = finished_tracks(frames, table, agreed, at, cuts, left_out)
     return replace(found, names=names, unmatched=(*unmatched, *unused))
 
 
@@ -167,168 +154,7 @@ def _last_places(places: FloatArray) -> FloatArray:
     return np.asarray(np.nan_to_num(places[last, np.arange(places.shape[1])], nan=-1e6))
 
 
-def _still(places: FloatArray) -> FloatArray:
-    """Return places (F, M, 2) without the head's motion in the image."""
-    home = _median_seen(places)
-    still = np.full_like(places, np.nan)
-    for _ in range(2):
-        for frame, row in enumerate(places):
-            seen = ~np.isnan(row[:, 0]) & ~np.isnan(home[:, 0])
-            still[frame] = fit_similarity(row[seen], home[seen])(row)
-        home = _median_seen(still)
-    return still
-
-
-def _median_seen(values: FloatArray) -> FloatArray:
-    """Return the median (M, 2) of (F, M, 2) over the frames that are not NaN; NaN if all are."""
-    result = np.full(values.shape[1:], np.nan)
-    ever = ~np.isnan(values[..., 0]).all(axis=0)
-    if ever.any():
-        result[ever] = np.nanmedian(values[:, ever], axis=0)
-    return result
-
-
-def _joined(table: IntArray, agreed: BoolArray, places: FloatArray) -> tuple[IntArray, BoolArray]:
-    """Join tracks that never meet and are one dot by what all others say."""
-    seen = table >= 0
-    counts = seen.sum(axis=0)
-    main = np.flatnonzero(counts >= max(_LEAST_FRAMES, 0.4 * len(table)))
-    rest = np.flatnonzero((counts >= 2) & (counts < 0.97 * len(table)))
-    if len(main) < 4 or len(rest) < 2 or len(table) < FRAMES_PER_MODE:
-        return table, agreed
-    table, agreed = table.copy(), agreed.copy()
-    whole = np.flatnonzero(counts >= 2)
-    still = _still(places[:, whole])
-    for _ in range(3):
-        have = table[:, whole] >= 0
-        cost = _join_costs(still, have)
-        cost[:, counts[whole] == 0] = np.inf
-        cost[counts[whole] == 0] = np.inf
-        finite = np.isfinite(cost)
-        if not finite.any():
-            break
-        rows, columns = linear_sum_assignment(np.where(finite, cost, 1e3))
-        used: set[int] = set()
-        for keep, drop in zip(rows.tolist(), columns.tolist(), strict=True):
-            if not finite[keep, drop] or keep in used or drop in used:
-                continue
-            used |= {keep, drop}
-            a, b = whole[keep], whole[drop]
-            taken = table[:, b] >= 0
-            table[taken, a], table[taken, b] = table[taken, b], HIDDEN
-            agreed[taken, a] = agreed[taken, b]
-            still[taken, keep], still[taken, drop] = still[taken, drop], np.nan
-            counts[a], counts[b] = counts[a] + counts[b], 0
-    return table, agreed
-
-
-def _join_costs(still: FloatArray, have: BoolArray) -> FloatArray:
-    """Return the distance over the gate of each track (T) from the dot of each earlier one (T)."""
-    home = _median_seen(still)
-    filled = np.where(np.isnan(still), np.nan_to_num(home), still)
-    long = have.sum(axis=0) >= FRAMES_PER_MODE
-    model, filled = fit_low_rank_model(still, have & long, filled)
-    predicted = reconstruct(model, np.nan_to_num(still), have & long)
-    count = have.shape[1]
-    gate = _JOIN * nearest_distances(home[long]).clip(0.0, 1e6)
-    limit = np.full(count, np.inf)
-    limit[long] = gate
-    overlap = have.T.astype(int) @ have.astype(int)
-    cost = np.full((count, count), np.inf)
-    for drop in range(count):
-        mine = have[:, drop]
-        away = np.linalg.norm(predicted[mine] - still[mine, drop][:, None], axis=2)
-        share = np.median(away, axis=0) / limit if len(away) else np.full(count, np.inf)
-        longer = have.sum(axis=0) >= mine.sum()
-        fits = long & longer & (overlap[drop] == 0) & (share < 1.0)
-        fits[drop] = False
-        cost[fits, drop] = share[fits]
-    return cost
-
-
 def _markers(table: IntArray, count: int) -> BoolArray:
     seen = (table >= 0).sum(axis=0)
     least = max(min(_LEAST_FRAMES, len(table)), _LEAST_SHARE * len(table))
     return np.asarray(seen >= least)
-
-
-def _finished(
-    frames: Sequence[Dots],
-    table: IntArray,
-    agreed: BoolArray,
-    at: int,
-    cuts: tuple[int, ...],
-    left_out: int,
-) -> Tracks:
-    shape = table.shape
-    seen = table >= 0
-    places, ellipses = np.full((*shape, 2), np.nan), np.full((*shape, 3), np.nan)
-    deviations, areas, fills = (np.full(shape, np.nan) for _ in range(3))
-    for number, (dots, row) in enumerate(zip(frames, table, strict=True)):
-        mine, own = seen[number], row[seen[number]]
-        places[number, mine] = dots.centres[own]
-        ellipses[number, mine] = np.column_stack([dots.axes[own], dots.angles[own]])
-        deviations[number, mine] = dots.deviations[own]
-        areas[number, mine], fills[number, mine] = dots.areas[own], dots.fills[own]
-    share = _whole_share(areas, places)
-    merged = (share > _MERGED) & (fills < _ONE)
-    hidden = seen & ((share < _PART) | merged)
-    for values in (places, ellipses):
-        values[hidden] = np.nan
-    deviations[hidden] = np.nan
-    seen &= ~hidden
-    stray = _stray(places, seen)
-    confidence = np.where(share < 1, ((share - _PART) / (_FULL - _PART)).clip(0.1, 1.0), 1.0)
-    confidence *= np.exp(-0.5 * (np.nan_to_num(stray) / _STRAY) ** 2)
-    confidence *= np.exp(-0.5 * (np.nan_to_num(deviations) / _VAGUE) ** 2)
-    confidence = np.where(agreed, confidence, np.minimum(confidence, _DISAGREED))
-    confidence = np.where(seen, confidence, 0.0)
-    doubts = _doubts(seen & (~agreed | (stray > _DOUBT)))
-    names = tuple(f"dot_{k + 1:02d}" for k in range(shape[1]))
-    return Tracks(names, places, deviations, ellipses, confidence, at, cuts, doubts, left_out)
-
-
-def _whole_share(areas: FloatArray, places: FloatArray) -> FloatArray:
-    """Return each area (F, M) over the dot's usual one about that time, 1 where it is hidden.
-
-    Divided by that of its neighbours: a face that turns away shows all of them smaller.
-    """
-    share = np.ones_like(areas)
-    # The upper quartile of blocks: what is half hidden for long is not usual.
-    count = max(1, round(len(areas) / (2 * _ABOUT)))
-    blocks = np.array_split(np.arange(len(areas)), count)
-    for number, block in enumerate(blocks):
-        near = np.concatenate(blocks[max(0, number - 1) : number + 2])
-        have = ~np.isnan(areas[near]).all(axis=0)
-        usual = np.ones(areas.shape[1])
-        usual[have] = np.nanpercentile(areas[near][:, have], 70, axis=0)
-        share[block] = areas[block] / usual
-    if areas.shape[1] > _NEIGHBOURS:
-        home = np.nan_to_num(_median_seen(places), nan=1e6)
-        order = np.argsort(np.linalg.norm(home[:, None] - home, axis=2), axis=1)
-        around = np.nan_to_num(share, nan=1.0)[:, order[:, 1 : _NEIGHBOURS + 1]]
-        share = share / np.minimum(np.median(around, axis=2), 1.0)
-    return np.nan_to_num(share, nan=1.0)
-
-
-def _stray(places: FloatArray, seen: BoolArray) -> FloatArray:
-    """Return how far each dot (F, M) is from where all others say, in spacings; 0 = not known."""
-    if len(places) < 3 * FRAMES_PER_MODE or places.shape[1] < 6:
-        return np.zeros(seen.shape)
-    still = _still(places)
-    home = _median_seen(still)
-    filled = np.where(np.isnan(still), home, still)
-    model, _ = fit_low_rank_model(still, seen, filled)
-    predicted = predict_from_others(model, np.nan_to_num(still), seen)
-    away = np.linalg.norm(predicted - still, axis=2)
-    return np.asarray(np.nan_to_num(away / nearest_distances(home)))
-
-
-def _doubts(wrong: BoolArray) -> tuple[Doubt, ...]:
-    """Return the stretches of each track (F, M) that are doubted."""
-    found = []
-    for track in np.flatnonzero(wrong.any(axis=0)).tolist():
-        frames = np.flatnonzero(wrong[:, track])
-        breaks = np.flatnonzero(np.diff(frames) > 2) + 1
-        found += [Doubt(track, int(p[0]), int(p[-1])) for p in np.split(frames, breaks)]
-    return tuple(found)

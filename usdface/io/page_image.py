@@ -9,7 +9,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.image import image_type, pixels_of, to_gltf_image, to_png
 from usdface.materials import Texture
 
-__all__ = ["LARGEST_SIDE", "page_image"]
+__all__ = ["LARGEST_SIDE", "page_image", "smaller"]
 
 # Pixels along the longer side: a face fills about as many of a screen.
 LARGEST_SIDE = 1024
@@ -37,10 +37,10 @@ def page_image(texture: Texture) -> tuple[tuple[bytes, str] | None, list[Finding
     if step <= 1.0 and len(image[0]) <= 4 * pixels.size:
         return image, found
     # A small image in a large file has something else in it.
-    return (to_png(_smaller(pixels, step) if step > 1.0 else pixels), "image/png"), found
+    return (to_png(smaller(pixels, step) if step > 1.0 else pixels), "image/png"), found
 
 
-def _smaller(pixels: np.ndarray[Any, Any], step: float) -> np.ndarray[Any, Any]:
+def smaller(pixels: np.ndarray[Any, Any], step: float) -> np.ndarray[Any, Any]:
     """Return an image whose pixels are the means of `step` x `step` ones."""
     for axis in (0, 1):
         size = pixels.shape[axis]

@@ -30,6 +30,7 @@ MODULES = (
     "curves",
     "data",
     "dom",
+    "footage",
     "heat",
     "markers",
     "places",

@@ -1,5 +1,6 @@
 """Images of a marked face carried over to a character: `usdface bench papers --images`."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from usdface.binding.resolve_binding import resolve_binding
@@ -39,7 +40,8 @@ def compare_images(
     bind : Path
         Places of the markers on it, and neutral frames.
     options : TakeOptions
-        Of the images; its `names` call the dots as the binding does.
+        Of the images; its `names` call the dots as the binding does. The others are
+        named by where the bound vertices lie.
     reference : Path, optional
         A take of the performed weights, in the time of the images.
     test_frame : int, optional
@@ -55,9 +57,9 @@ def compare_images(
     findings = [*findings, *found]
     take: MarkerTake | WeightsTake
     if is_pattern(images) or may_be_images(images):
-        take, found = read_image_take(images, options)
+        take, found = read_image_take(images, replace(options, bind=bind, rig=rig))
     else:
-        take, found = read_take(images, options)
+        take, found = read_take(images, replace(options, bind=None, rig=None))
     findings += found
     if not isinstance(take, MarkerTake) or take.dimension != 2:
         raise InputError(f"{images} is no take of an image", "TAKE_KIND_WRONG")

@@ -80,7 +80,7 @@ def make_take(
     _check_sources(sources, calibration, sync)
     drawn = None if sheet is None else Path(sheet)
     progress = Progress.of(on_progress)
-    beside = [Path(each) for each in (options.names, options.fixes) if each]
+    beside = [Path(each) for each in _beside(options) if each]
     check_outputs([output, drawn], files_read(*sources, calibration, *beside))
     filmed = is_pattern(sources[0]) or may_be_images(sources[0])
     if drawn:
@@ -108,6 +108,10 @@ def make_take(
         details=footage.details if footage else {},
         seconds=progress.seconds,
     )
+
+
+def _beside(options: TakeOptions) -> tuple[StrPath | None, ...]:
+    return options.names, options.fixes, options.bind, options.rig
 
 
 def _check_sources(sources: list[Path], calibration: Path | None, sync: Sequence[int]) -> None:

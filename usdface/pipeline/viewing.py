@@ -11,15 +11,18 @@ from usdface.findings import Finding, finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.gltf.files_beside import may_be_gltf
+from usdface.io.images.footage_files import read_confidence
 from usdface.io.inputs import check_outputs, files_read
 from usdface.options import ViewOptions
 from usdface.page.character import JOINTS_SHOWN, character_data, shown_meshes
 from usdface.page.clip_data import clip_data
 from usdface.page.document import finding_lines, page_html
+from usdface.page.footage_data import face_box, footage_data, shown_frames
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rigs import Mesh, Rig
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["view"]
 
@@ -70,8 +73,8 @@ def view(
     path, page = Path(source), Path(output)
     check_page_name(page)
     progress = Progress.of(on_progress)
-    read = files_read(path)
-    check_outputs([page], read)
+    beside = [Path(each) for each in (options.footage, options.tracks) if each]
+    check_outputs([page], files_read(path, *beside))
     with progress.step("read"):
         rig, data, findings = _read(path, options)
     with progress.step("page"):
@@ -179,6 +182,8 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
     register_schemas()
     if not path.exists():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
+    if options.tracks is not None and options.footage is None:
+        raise InputError("the report of a take is for its images; give --footage", "SETTING_WRONG")
     if may_be_gltf(path):
         from usdface.io.gltf.read import read_gltf
 
@@ -199,7 +204,26 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
     data = shot_data(played, shapes, shown_meshes(played.rig, options.face_only))
     facts = {"take": played.shot.take.source or "", "rig": played.rig.name}
     facts["rate"] = f"{played.shot.take.rate:g} Hz"
+    if options.footage is not None:
+        data["footage"] = _footage(played.shot.take, options)
     return played.rig, data | {"facts": facts}, findings
+
+
+def _footage(take: MarkerTake | WeightsTake, options: ViewOptions) -> dict[str, Any]:
+    """Return the images that a take was made of, with its dots."""
+    from usdface.io.images.page_frames import read_page_frames  # loads OpenImageIO
+
+    assert options.footage is not None
+    if not isinstance(take, MarkerTake) or take.dimension != 2:
+        raise InputError(
+            f"{take.source} is no take of images; leave out --footage", "SETTING_WRONG"
+        )
+    box = face_box(take)
+    images = read_page_frames(Path(options.footage), shown_frames(take), box)
+    confidence = {}
+    if options.tracks is not None:
+        confidence = read_confidence(Path(options.tracks), len(take.times))
+    return footage_data(take, images, box, confidence)
 
 
 def _shapes(rig: Rig, options: ViewOptions) -> tuple[str, ...]:

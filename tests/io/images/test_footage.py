@@ -9,6 +9,7 @@ from painted import layout, paint, performance
 
 from usdface import make_take, read_take
 from usdface.arrays import FloatArray
+from usdface.blend_shapes import BlendShape
 from usdface.cli import main
 from usdface.errors import InputError, OutputError
 from usdface.footage.colour_channel import Pixels
@@ -17,7 +18,9 @@ from usdface.io.images import footage as footage_module
 from usdface.io.images.film import open_film
 from usdface.io.images.footage import read_footage
 from usdface.io.images.read_image import ImageHeader
+from usdface.io.usd.rig_write import write_rig
 from usdface.options import TakeOptions
+from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data"
@@ -85,6 +88,43 @@ def test_names_and_corrections_come_from_files(
     shown = take.select(tuple(f"m{k}" for k in range(20))) * (1, -1)
     assert np.nanmax(np.linalg.norm(shown - places, axis=2)) < 0.3
     assert np.argwhere(np.isnan(shown[..., 0])).tolist() == [[6, 3]]
+
+
+def bound_head(places: FloatArray, folder: Path) -> None:
+    """Write a flat rig that has a vertex at each place (M, 2) [px], and a binding of these."""
+    points = np.column_stack([places * (0.0004, -0.0004), np.zeros(len(places))])
+    corners = np.array([[0, 1, 2]])
+    shape = BlendShape("jawOpen", np.array([0]), np.array([[0.0, -0.01, 0.0]]))
+    mesh = Mesh("head", points, [3], corners.ravel(), shapes=(shape,))
+    write_rig(Rig("flat", (mesh,)), folder / "rig.usda")
+    markers = {f"m{k:02d}": {"point": k} for k in range(len(places))}
+    (folder / "bind.json").write_text(json.dumps({"mesh": "head", "markers": markers}))
+
+
+def test_names_come_from_a_binding(film: tuple[Path, FloatArray], tmp_path: Path) -> None:
+    folder, places = film
+    bound_head(places[0], tmp_path)
+    command = ["take", str(folder), "-o", str(tmp_path / "take.usda"), "--fps", "30"]
+    given = ["--bind", str(tmp_path / "bind.json"), "--rig", str(tmp_path / "rig.usda")]
+    assert main([*command, *given, "--report", str(tmp_path / "report.json")]) == 0
+    take, _ = read_take(tmp_path / "take.usda")
+    assert isinstance(take, MarkerTake)
+    shown = take.select(tuple(f"m{k:02d}" for k in range(20))) * (1, -1)
+    assert np.nanmax(np.linalg.norm(shown - places, axis=2)) < 0.3
+    codes = [
+        each["code"] for each in json.loads((tmp_path / "report.json").read_text())["findings"]
+    ]
+    assert "DOTS_NAMED" in codes
+
+
+@pytest.mark.parametrize("alone", ["bind", "rig"])
+def test_a_binding_is_given_with_its_rig(
+    film: tuple[Path, FloatArray], tmp_path: Path, alone: str
+) -> None:
+    bound_head(film[1][0], tmp_path)
+    name = {"bind": "bind.json", "rig": "rig.usda"}[alone]
+    with pytest.raises(InputError, match=r"give both \(--bind, --rig\)"):
+        codes(film[0], **{alone: tmp_path / name})
 
 
 def test_tables_are_read_as_spreadsheets_write_them(

@@ -12,13 +12,17 @@ from usdface.findings import Finding, finding
 from usdface.footage.choose_channel import choose_model, colour_at, model_of_colour
 from usdface.footage.colour_channel import Pixels, parse_colour
 from usdface.footage.detect import DotModel
+from usdface.footage.face_names import BoundVertices
 from usdface.footage.scan import scan
 from usdface.footage.track import track_dots
 from usdface.footage.tracks import Tracks
+from usdface.io.bind_file import read_bind
 from usdface.io.images.film import Film, open_film
 from usdface.io.images.footage_files import read_fixes, read_named_places
+from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.raw_take import RawTake, finish_take
 from usdface.options import TakeOptions
+from usdface.retarget_setup import fit_setup
 from usdface.takes import MarkerTake
 
 __all__ = ["Footage", "read_footage", "read_image_take"]
@@ -99,6 +103,7 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     InputError
         As `read_image_take`.
     """
+    face = _bound_vertices(options)
     named = read_named_places(Path(options.names)) if options.names else ()
     fixes = read_fixes(Path(options.fixes)) if options.fixes else ()
     film = open_film(path)
@@ -106,9 +111,38 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     frames = list(scan(film.loads(), model))
     if len(film.unreadable) == len(frames):
         raise InputError(next(iter(film.unreadable.values())), "FILE_UNREADABLE")
-    tracks = track_dots(frames, named, fixes)
+    tracks = track_dots(frames, named, fixes, face)
     take, findings = _take(film, tracks, options)
-    return take, Footage(film, model, tracks), [*_found(film, model, tracks), *findings]
+    return (
+        take,
+        Footage(film, model, tracks),
+        [*_found(film, model, tracks), *_named(film, tracks, face), *findings],
+    )
+
+
+def _bound_vertices(options: TakeOptions) -> BoundVertices | None:
+    """Read the vertices of a binding; None without one."""
+    if options.bind is None and options.rig is None:
+        return None
+    if options.bind is None or options.rig is None:
+        raise InputError(
+            "dots are named by a binding file and the rig that it is of; give both (--bind, --rig)",
+            "SETTING_WRONG",
+        )
+    given, _ = read_bind(Path(options.bind))
+    character, _ = read_rig_file(Path(options.rig))
+    mesh = character.mesh(given.binding.mesh)
+    setup, _ = fit_setup(given, mesh)
+    neutral = None if setup.neutral_assumed else setup.neutral
+    return BoundVertices(setup.binding.markers, mesh.points[setup.binding.points], neutral)
+
+
+def _named(film: Film, tracks: Tracks, face: BoundVertices | None) -> list[Finding]:
+    if face is None:
+        return []
+    own = [name for name in tracks.names if name in face.names]
+    message = "{marker_count} of the {bound_count} markers of the binding"
+    return [finding("DOTS_NAMED", str(film.path), message, len(own), len(face.names))]
 
 
 def _model(film: Film, dots: str | None) -> DotModel:

@@ -12,7 +12,7 @@ from usdface.footage.labels import NamedPlace
 from usdface.io.asset_folder import read_file
 from usdface.io.takes.wide_tracks import read_table
 
-__all__ = ["read_fixes", "read_named_places"]
+__all__ = ["read_confidence", "read_fixes", "read_named_places"]
 
 _MOST_BYTES = 2**24
 _YES = ("true", "1", "yes")  # spreadsheets write TRUE
@@ -49,6 +49,43 @@ def read_fixes(path: Path) -> tuple[Fix, ...]:
         place = None if hidden else _place(path, row)
         found.append(Fix(_frame(path, row, needed=True), _name(path, row), place))
     return tuple(found)
+
+
+def read_confidence(path: Path, count: int) -> dict[str, list[float]]:
+    """Read the confidence of each dot in `count` frames from the report of a take.
+
+    Raises
+    ------
+    InputError
+        If the file is no such report, or of another number of frames.
+    """
+    try:
+        data = json.loads(read_file(path, _MOST_BYTES * 16))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is no JSON: {error}", "SCHEMA_BROKEN") from error
+    dots = data.get("details", data).get("dots") if isinstance(data, dict) else None
+    if not isinstance(dots, dict):
+        raise InputError(
+            f"{path} has no dots; expected the report of a take of images (take --report)",
+            "SCHEMA_BROKEN",
+        )
+    found = {}
+    for name, each in dots.items():
+        values = each.get("confidence") if isinstance(each, dict) else None
+        if not (isinstance(values, list) and all(_is_share(value) for value in values)):
+            raise InputError(f"{path}: the confidence of {name!r} is wrong", "SCHEMA_BROKEN")
+        if len(values) != count:
+            raise InputError(
+                f"{path} is of {len(values)} frames, the take has {count}", "FRAMES_OUTSIDE"
+            )
+        found[name] = [float(value) for value in values]
+    return found
+
+
+def _is_share(value: object) -> bool:
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return False
+    return 0.0 <= value <= 1.0
 
 
 def _rows(path: Path) -> Sequence[dict[str, Any]]:

@@ -165,7 +165,7 @@ TAKE_READERS = FormatTable(
         TakeReader(
             name="images of painted dots",
             suffixes=(*IMAGE_SUFFIXES, *MOVIE_SUFFIXES),
-            options=("rate", "focal_length", "dots", "names", "fixes"),
+            options=("rate", "focal_length", "dots", "names", "fixes", "bind", "rig"),
             folder=True,
             sniff=may_be_images,
             read=lazy_function("usdface.io.images.footage", "read_image_take"),

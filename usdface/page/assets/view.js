@@ -5,6 +5,7 @@ import { Character } from "usdface/character";
 import { Curves, Gaps } from "usdface/curves";
 import { readData, row } from "usdface/data";
 import { element, mouseKeepsNoFocus, toggle } from "usdface/dom";
+import { Footage } from "usdface/footage";
 import { Heat, RAMPS, css } from "usdface/heat";
 import { Markers } from "usdface/markers";
 import { Player, timecodeAt } from "usdface/player";
@@ -188,6 +189,7 @@ class View {
       this.sliders = new Sliders(body, page.character, () => (this.showPanel(), this.stage.ask()));
       return { show: (frame) => this.sliders.show(row(this.clip.weights[this.mode === "raw" ? "raw" : "corrected"], frame)) };
     });
+    if (page.footage) add("footage", (body) => new Footage(body, page.footage, (frame) => player.seek(frame)));
     add("notes", (body) => notes(body, page));
     this.tabs = tabs;
     this.bar = element("nav", { role: "tablist" }, tabs.map((tab) => (tab.button = element("button", { type: "button", role: "tab", text: tab.name, on: { click: () => this.open(tab.name) } }))));

@@ -1,0 +1,148 @@
+"""Tracks with what is known of each sample: hidden or seen, confidence, doubts."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.cleanup.low_rank_model import (
+    FRAMES_PER_MODE,
+    fit_low_rank_model,
+    predict_from_others,
+)
+from usdface.footage.dots import Dots
+from usdface.footage.follow import nearest_distances
+from usdface.footage.still_places import median_seen, still_places
+from usdface.footage.tracks import Doubt, Tracks
+
+__all__ = ["finished_tracks"]
+
+# A track is that of another dot, by distance from where all others say that it is, as a share of
+# the distance to the nearest neighbour.
+_DOUBT = 0.45
+# A dot is hidden where less than this share of its area about that time is left, or more than the
+# other and it fills less of its ellipse than one dot does (two discs side by side fill 0.89, a dot
+# that the skin stretches 0.99); its confidence falls from 1 at `_FULL` on. Frames about it.
+_PART, _MERGED, _FULL, _ONE = 0.35, 1.9, 0.8, 0.93
+_ABOUT, _NEIGHBOURS = 8, 4
+# Distance from where the others say [shares of the spacing] and deviation [px] at which confidence
+# is 0.6; frames that disagree between both directions have this confidence.
+_STRAY, _VAGUE, _DISAGREED = 0.3, 0.35, 0.3
+# Third differences that a track's jitter is measured by, at least; from their median absolute value
+# to the deviation of normally distributed places (their variance is 20 times that of a place).
+_ENOUGH, _NORMAL = 24, 1.4826 / np.sqrt(20.0)
+
+
+def finished_tracks(
+    frames: Sequence[Dots],
+    table: IntArray,
+    agreed: BoolArray,
+    at: int,
+    cuts: tuple[int, ...],
+    left_out: int,
+) -> Tracks:
+    """Return the tracks of a table of dots, numbered.
+
+    Parameters
+    ----------
+    frames : sequence of Dots, length F
+    table : (F, M) int64
+        The dot of each track in each frame, or HIDDEN.
+    agreed : (F, M) bool
+        Where both directions of time give the same dot.
+    at : int
+        The reference frame.
+    cuts, left_out
+        As of `Tracks`.
+    """
+    shape = table.shape
+    seen = table >= 0
+    places, ellipses = np.full((*shape, 2), np.nan), np.full((*shape, 3), np.nan)
+    deviations, areas, fills = (np.full(shape, np.nan) for _ in range(3))
+    for number, (dots, row) in enumerate(zip(frames, table, strict=True)):
+        mine, own = seen[number], row[seen[number]]
+        places[number, mine] = dots.centres[own]
+        ellipses[number, mine] = np.column_stack([dots.axes[own], dots.angles[own]])
+        deviations[number, mine] = dots.deviations[own]
+        areas[number, mine], fills[number, mine] = dots.areas[own], dots.fills[own]
+    share = _whole_share(areas, places)
+    merged = (share > _MERGED) & (fills < _ONE)
+    hidden = seen & ((share < _PART) | merged)
+    for values in (places, ellipses):
+        values[hidden] = np.nan
+    deviations[hidden] = np.nan
+    seen &= ~hidden
+    deviations = _with_jitter(deviations, places)
+    stray = _stray(places, seen)
+    confidence = np.where(share < 1, ((share - _PART) / (_FULL - _PART)).clip(0.1, 1.0), 1.0)
+    confidence *= np.exp(-0.5 * (np.nan_to_num(stray) / _STRAY) ** 2)
+    confidence *= np.exp(-0.5 * (np.nan_to_num(deviations) / _VAGUE) ** 2)
+    confidence = np.where(agreed, confidence, np.minimum(confidence, _DISAGREED))
+    confidence = np.where(seen, confidence, 0.0)
+    doubts = _doubts(seen & (~agreed | (stray > _DOUBT)))
+    names = tuple(f"dot_{k + 1:02d}" for k in range(shape[1]))
+    return Tracks(names, places, deviations, ellipses, confidence, at, cuts, doubts, left_out)
+
+
+def _whole_share(areas: FloatArray, places: FloatArray) -> FloatArray:
+    """Return each area (F, M) over the dot's usual one about that time, 1 where it is hidden.
+
+    Divided by that of its neighbours: a face that turns away shows all of them smaller.
+    """
+    share = np.ones_like(areas)
+    # The upper quartile of blocks: what is half hidden for long is not usual.
+    count = max(1, round(len(areas) / (2 * _ABOUT)))
+    blocks = np.array_split(np.arange(len(areas)), count)
+    for number, block in enumerate(blocks):
+        near = np.concatenate(blocks[max(0, number - 1) : number + 2])
+        have = ~np.isnan(areas[near]).all(axis=0)
+        usual = np.ones(areas.shape[1])
+        usual[have] = np.nanpercentile(areas[near][:, have], 70, axis=0)
+        share[block] = areas[block] / usual
+    if areas.shape[1] > _NEIGHBOURS:
+        home = np.nan_to_num(median_seen(places), nan=1e6)
+        order = np.argsort(np.linalg.norm(home[:, None] - home, axis=2), axis=1)
+        around = np.nan_to_num(share, nan=1.0)[:, order[:, 1 : _NEIGHBOURS + 1]]
+        share = share / np.minimum(np.median(around, axis=2), 1.0)
+    return np.nan_to_num(share, nan=1.0)
+
+
+def _with_jitter(deviations: FloatArray, places: FloatArray) -> FloatArray:
+    """Return deviations (F, M) that are at least as large as the jitter of each track (F, M, 2).
+
+    The noise around a dot says nothing of blocks of a compressed image, of pixels that are counted
+    whole and of a colour at half resolution; a track that jitters more than it does says so. Third
+    differences leave out how the face moves.
+    """
+    if len(places) < _ENOUGH:
+        return deviations
+    third = np.abs(np.diff(still_places(places), 3, axis=0))
+    raised = deviations.copy()
+    for track in np.flatnonzero((~np.isnan(third)).sum(axis=(0, 2)) >= _ENOUGH).tolist():
+        jitter = _NORMAL * float(np.nanmedian(third[:, track]))
+        stated = float(np.nanmedian(deviations[:, track]))
+        raised[:, track] = np.hypot(deviations[:, track], max(jitter**2 - stated**2, 0.0) ** 0.5)
+    return raised
+
+
+def _stray(places: FloatArray, seen: BoolArray) -> FloatArray:
+    """Return how far each dot (F, M) is from where all others say, in spacings; 0 = not known."""
+    if len(places) < 3 * FRAMES_PER_MODE or places.shape[1] < 6:
+        return np.zeros(seen.shape)
+    still = still_places(places)
+    home = median_seen(still)
+    filled = np.where(np.isnan(still), home, still)
+    model, _ = fit_low_rank_model(still, seen, filled)
+    predicted = predict_from_others(model, np.nan_to_num(still), seen)
+    away = np.linalg.norm(predicted - still, axis=2)
+    return np.asarray(np.nan_to_num(away / nearest_distances(home)))
+
+
+def _doubts(wrong: BoolArray) -> tuple[Doubt, ...]:
+    """Return the stretches of each track (F, M) that are doubted."""
+    found = []
+    for track in np.flatnonzero(wrong.any(axis=0)).tolist():
+        frames = np.flatnonzero(wrong[:, track])
+        breaks = np.flatnonzero(np.diff(frames) > 2) + 1
+        found += [Doubt(track, int(p[0]), int(p[-1])) for p in np.split(frames, breaks)]
+    return tuple(found)

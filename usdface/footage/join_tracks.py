@@ -1,0 +1,77 @@
+"""Tracks that are parts of one dot's: joined by where all others say that the dot is."""
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.cleanup.low_rank_model import FRAMES_PER_MODE, fit_low_rank_model, reconstruct
+from usdface.footage.follow import HIDDEN, nearest_distances
+from usdface.footage.still_places import median_seen, still_places
+
+__all__ = ["join_tracks"]
+
+# Two tracks are one dot by distance from where all others say that it is, as a share of the
+# distance to the nearest neighbour.
+_JOIN = 0.4
+# Frames that a track needs to be joined to.
+_LEAST_FRAMES = 3
+
+
+def join_tracks(
+    table: IntArray, agreed: BoolArray, places: FloatArray
+) -> tuple[IntArray, BoolArray]:
+    """Join tracks that never meet and are one dot by what all others say."""
+    seen = table >= 0
+    counts = seen.sum(axis=0)
+    main = np.flatnonzero(counts >= max(_LEAST_FRAMES, 0.4 * len(table)))
+    rest = np.flatnonzero((counts >= 2) & (counts < 0.97 * len(table)))
+    if len(main) < 4 or len(rest) < 2 or len(table) < FRAMES_PER_MODE:
+        return table, agreed
+    table, agreed = table.copy(), agreed.copy()
+    whole = np.flatnonzero(counts >= 2)
+    still = still_places(places[:, whole])
+    for _ in range(3):
+        have = table[:, whole] >= 0
+        cost = _join_costs(still, have)
+        cost[:, counts[whole] == 0] = np.inf
+        cost[counts[whole] == 0] = np.inf
+        finite = np.isfinite(cost)
+        if not finite.any():
+            break
+        rows, columns = linear_sum_assignment(np.where(finite, cost, 1e3))
+        used: set[int] = set()
+        for keep, drop in zip(rows.tolist(), columns.tolist(), strict=True):
+            if not finite[keep, drop] or keep in used or drop in used:
+                continue
+            used |= {keep, drop}
+            a, b = whole[keep], whole[drop]
+            taken = table[:, b] >= 0
+            table[taken, a], table[taken, b] = table[taken, b], HIDDEN
+            agreed[taken, a] = agreed[taken, b]
+            still[taken, keep], still[taken, drop] = still[taken, drop], np.nan
+            counts[a], counts[b] = counts[a] + counts[b], 0
+    return table, agreed
+
+
+def _join_costs(still: FloatArray, have: BoolArray) -> FloatArray:
+    """Return the distance over the gate of each track (T) from the dot of each earlier one (T)."""
+    home = median_seen(still)
+    filled = np.where(np.isnan(still), np.nan_to_num(home), still)
+    long = have.sum(axis=0) >= FRAMES_PER_MODE
+    model, filled = fit_low_rank_model(still, have & long, filled)
+    predicted = reconstruct(model, np.nan_to_num(still), have & long)
+    count = have.shape[1]
+    gate = _JOIN * nearest_distances(home[long]).clip(0.0, 1e6)
+    limit = np.full(count, np.inf)
+    limit[long] = gate
+    overlap = have.T.astype(int) @ have.astype(int)
+    cost = np.full((count, count), np.inf)
+    for drop in range(count):
+        mine = have[:, drop]
+        away = np.linalg.norm(predicted[mine] - still[mine, drop][:, None], axis=2)
+        share = np.median(away, axis=0) / limit if len(away) else np.full(count, np.inf)
+        longer = have.sum(axis=0) >= mine.sum()
+        fits = long & longer & (overlap[drop] == 0) & (share < 1.0)
+        fits[drop] = False
+        cost[fits, drop] = share[fits]
+    return cost

@@ -1,0 +1,67 @@
+"""Some images of a film for a page: cut to the face, small, as JPEG."""
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+
+from usdface.errors import InputError
+from usdface.footage.colour_channel import Pixels
+from usdface.footage.detect import Box
+from usdface.io.images.film import open_film
+from usdface.io.page_image import smaller
+
+__all__ = ["read_page_frames"]
+
+# Pixels along the longer side, and the quality: two dozen such images are a megabyte.
+_SIDE, _QUALITY = 480, 80
+
+
+def read_page_frames(path: Path, frames: Sequence[int], box: Box) -> dict[int, bytes]:
+    """Return the part of some images of a film that is in a box, as JPEG, by frame index.
+
+    Frames without an image are left out.
+
+    Raises
+    ------
+    InputError
+        If there is no film, it is shorter, or its images are smaller than the box.
+    """
+    film = open_film(path)
+    left, top, right, bottom = box
+    found = {}
+    for frame in frames:
+        if film.files and film.header.subimages <= 1 and frame >= len(film.files):
+            raise InputError(
+                f"{path} has {len(film.files)} images; the take has a frame {frame}; give the "
+                "images that it was made of",
+                "FRAMES_OUTSIDE",
+            )
+        pixels = film.frame(frame)
+        if pixels is None:
+            continue
+        if pixels.shape[0] < bottom or pixels.shape[1] < right:
+            raise InputError(
+                f"{path} has {pixels.shape[1]} x {pixels.shape[0]} pixels, the take is of larger "
+                "images; give those that it was made of",
+                "VALUES_WRONG",
+            )
+        part = pixels[top:bottom, left:right]
+        step = max(part.shape) / _SIDE
+        found[frame] = _jpeg(smaller(part, step) if step > 1.0 else part)
+    return found
+
+
+def _jpeg(pixels: Pixels) -> bytes:
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "uint8")
+    spec.attribute("Compression", f"jpeg:{_QUALITY}")
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "image.jpg"
+        target = oiio.ImageOutput.create(str(file))
+        if target is None or not target.open(str(file), spec):
+            raise InputError(f"an image cannot be written as JPEG: {oiio.geterror()}")
+        if not (target.write_image(np.ascontiguousarray(pixels)) and target.close()):
+            raise InputError(f"an image cannot be written as JPEG: {target.geterror()}")
+        return file.read_bytes()
