@@ -142,7 +142,7 @@ def test_a_performer_who_shows_less_is_read_in_proportion_to_that() -> None:
     course = np.linspace(0, 0.3, 7)[:, None]
     likeness = likeness_of(course, np.zeros((7, 1)))
     heard = performers_outputs(np.zeros((7, 1)), likeness, np.ones(1), np.array([0.3]))
-    np.testing.assert_allclose(heard[:, 0], np.linspace(0, 0.5, 7))
+    np.testing.assert_allclose(heard[:, 0], np.linspace(0, 0.45, 7))
     little = likeness_of(course / 10, np.zeros((7, 1)))
     faint = performers_outputs(np.zeros((7, 1)), little, np.ones(1), np.array([0.03]))
     np.testing.assert_allclose(faint[:, 0], np.linspace(0, 0.06, 7))

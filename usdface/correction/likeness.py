@@ -36,6 +36,8 @@ _LIKE = (0.75, 0.85)
 _MARGIN = (0.0, 0.08)
 _AHEAD = (6.0, 12.0)
 _CONTRARY = (-2.0, 1.0)
+# Motion so small, by its length and that below which its direction is doubtful, silences nothing.
+_CLEAR = (0.6, 0.9)
 # Either half of the face in which a variant moves by this share has to be like it, too.
 _HALF_MOVES, _HALF_LIKE = 0.3, (0.4, 0.6)
 # A movement alone that is as like a pose as this means something: a smile is joy. None is where
@@ -47,9 +49,9 @@ _DRAWS, _OWN_POSE, _STRENGTH, _MORE = 200, 4, (0.4, 1.1), 0.3
 _SEED = 11
 # Shrinkage of the discriminant: it is to hold on faces that move otherwise than the character.
 _SHRINKAGE = 0.8
-# Likeness alone is an output of at most a half. A performer who shows less than that is heard so
+# Likeness alone is an output of at most so much. A performer who shows less than that is heard so
 # many times as strong, at most.
-_MOST, _WEAKEST = 0.5, 2.0
+_MOST, _WEAKEST = 0.45, 2.0
 # RMS displacement of a coordinate [m] below which motion is noise, and below which its direction
 # decides less and less.
 _STILL, _SMALL = 0.00014, 0.0005
@@ -170,7 +172,9 @@ class ExpressionLikeness:
             there *= np.where(moves, _ramp(likeness, _HALF_LIKE), 1.0)
             along += common / self._sizes
         like, alone = along / length, faces @ self._alone / length
-        scores = self._discriminant.scores(_directions(faces))
+        directions = _directions(faces)
+        scores = self._discriminant.scores(directions)
+        clear = _ramp(np.linalg.norm(directions, axis=1), _CLEAR)
         found, rows = np.zeros((3, len(faces), self._count)), np.arange(len(faces))
         for e in range(self._count):
             own_variants = self._emotion == e
@@ -181,7 +185,7 @@ class ExpressionLikeness:
             chosen = (certain * share).argmax(axis=1)
             others = np.delete(scores, e, axis=1) - scores[:, e, None]
             ahead = _ramp(-others.max(axis=1), _AHEAD)
-            contrary = _ramp(others[:, :-1].max(axis=1, initial=-np.inf), _CONTRARY)
+            contrary = clear * _ramp(others[:, :-1].max(axis=1, initial=-np.inf), _CONTRARY)
             found[:, :, e] = ahead * certain[rows, chosen], share[rows, chosen], contrary
         return found
 
