@@ -21,7 +21,7 @@ NAMES = pytest.mark.parametrize("name", usdface.__all__)
 SOLVE = {
     *("Explanation", "PlayedShot", "ShotResult", "apply", "calibrate", "check_neutral", "correct"),
     *("explain", "explain_result", "peak_frames", "process", "process_sequence", "read_result"),
-    *("residual_colours", "retarget", "set_up", "view"),
+    *("residual_colours", "retarget", "set_up", "solve_pieces", "view"),
 }
 
 

@@ -100,6 +100,7 @@ def test_commands_and_their_options_exist(document: Path) -> None:
         _parser().parse_args(words[1:])
 
 
+@pytest.mark.slow
 def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     monkeypatch.chdir(tmp_path)

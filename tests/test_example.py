@@ -222,6 +222,7 @@ def test_the_committed_files_are_what_the_generator_writes(tmp_path):
             np.testing.assert_allclose(s.offsets, t.offsets, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_second_run_makes_the_same(moves):
     performance.perform.cache_clear()
     head.build_head.cache_clear()

@@ -87,6 +87,7 @@ def test_a_name_that_the_geometry_contradicts_is_asked(one: str, other: str) -> 
     assert told[one] == "left brow"
 
 
+@pytest.mark.slow
 def test_shuffled_names_are_not_believed() -> None:
     order = np.random.default_rng(0).permutation(len(TAKE.names))
     names = tuple(TAKE.names[i] for i in order)

@@ -118,8 +118,15 @@ def test_the_same_takes_give_the_same_bytes(fitted, folder, tmp_path):
     assert (tmp_path / "again.usda").read_bytes() == (folder / "fitted.usda").read_bytes()
 
 
-@pytest.mark.parametrize("space", ["character", "take"])
-@pytest.mark.parametrize("paper", [False, True])
+@pytest.mark.parametrize(
+    ("space", "paper"),
+    [
+        ("character", True),
+        ("take", False),
+        pytest.param("character", False, marks=pytest.mark.slow),
+        pytest.param("take", True, marks=pytest.mark.slow),
+    ],
+)
 def test_every_way_hears_what_it_was_fitted_on(folder, tmp_path, space, paper):
     fit = fit_fuzzy(
         folder / "rig.usda",

@@ -12,7 +12,7 @@ from usdface.io.usd import closed_layers
 from usdface.io.usd.closed_layers import hold_layers, hold_specs
 from usdface.io.usd.stage import open_stage, save_layer
 
-SPECS, ROUNDS, SERIES = 40, 60, 5
+SPECS, ROUNDS, SERIES = 40, 60, 3
 KEPT = 32  # bytes of a spec, without
 KEPT_OF_STAGE = 1000  # of a stage of two layers
 
