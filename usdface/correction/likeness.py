@@ -35,7 +35,7 @@ __all__ = ["ExpressionLikeness", "Likeness", "performers_outputs"]
 _LIKE = (0.75, 0.85)
 _MARGIN = (0.0, 0.08)
 _AHEAD = (6.0, 12.0)
-_CONTRARY = (-2.0, 1.0)
+_CONTRARY = (0.0, 3.0)
 # Motion so small, by its length and that below which its direction is doubtful, silences nothing.
 _CLEAR = (0.6, 0.9)
 # Either half of the face in which a variant moves by this share has to be like it, too.
