@@ -75,11 +75,14 @@ def test_every_pose_is_heard_as_large_as_it_is(face: BoundFace, judge: Expressio
         assert np.diag(found.contrary).max() == 0
 
 
-def test_raised_brows_over_an_open_mouth_are_of_fear_and_of_surprise(
+def test_raised_brows_over_an_open_mouth_are_hardly_more_of_surprise_than_of_fear(
     face: BoundFace, judge: ExpressionLikeness
 ) -> None:
+    """Some draw fear so; alone it stays below the output that counts as heard."""
     motion = moved(face, browInnerUp=0.8, browOuterUp=0.6, eyeWide=0.8, jawOpen=0.3)
-    assert max(shown(judge, motion).values()) == 0
+    heard = shown(judge, motion)
+    assert heard.pop("surprise") < 0.35
+    assert max(heard.values()) == 0
 
 
 def test_a_variant_in_other_directions_is_heard(face: BoundFace, judge: ExpressionLikeness) -> None:

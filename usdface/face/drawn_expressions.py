@@ -11,9 +11,10 @@ lids. Numbers are strengths; a unit that one half alone shows has half of it.
 * `makehuman`: ten expressions of the MakeHuman team (CC0), poses of joints, by the units that their
   joints move; those that `benchmarks/expression_takes.py` judges by are not among them.
 * `unit_poses`: six expressions of a MakeHuman fork (SeedeXR), which name their units.
-* `talkinghead`: faces of TalkingHead (M. Suominen, MIT), ARKit's blend shapes as units.
-* `virtual_friend`: faces of r3f-virtual-girlfriend (Wawa Sensei), likewise.
-* `avatar_1` to `avatar_4`: tables of four public programs that drive avatars by ARKit's shapes.
+* `talkinghead`: faces of TalkingHead (M. Suominen, github.com/met4citizen/TalkingHead), ARKit's
+  blend shapes as units.
+* `virtual_friend`: faces of r3f-virtual-girlfriend-frontend (Wawa Sensei, github.com/wass08),
+  likewise.
 """
 
 __all__ = ["DRAWN"]
@@ -74,48 +75,5 @@ DRAWN: dict[str, tuple[tuple[str, dict[int, float]], ...]] = {
         ("sadness", {1: 0.45, 7: 0.73, 15: 1, 17: 0.78, 29: 1}),
         ("surprise", {1: 1, 5: 0.5, 22: 1, 26: 0.35}),
         ("anger", {4: 1, 6: 1, 7: 1, 9: 1, 14: 1, 17: 1, 22: 0.63, 29: 1}),
-    ),
-    "avatar_1": (
-        ("joy", {6: 0.4, 7: 0.3, 12: 0.7}),
-        ("sadness", {1: 0.6, 15: 0.5, 16: 0.3, 43: 0.3}),
-        ("anger", {4: 0.7, 7: 0.5, 9: 0.4, 18: 0.3, 29: 0.4}),
-        ("fear", {1: 0.8, 2: 0.6, 5: 0.6, 20: 0.3, 26: 0.3}),
-        ("surprise", {1: 0.9, 2: 0.8, 5: 0.8, 22: 0.4, 26: 0.5}),
-        ("disgust", {4: 0.4, 7: 0.4, 9: 0.7, 10: 0.25}),
-    ),
-    "avatar_2": (
-        ("joy", {6: 0.6, 7: 0.3, 12: 0.8}),
-        ("joy", {6: 0.5, 12: 0.7}),
-        ("anger", {4: 0.9, 7: 0.6, 9: 0.7, 10: 0.25}),
-        ("fear", {1: 0.7, 5: 0.9, 20: 0.3, 26: 0.6}),
-        ("sadness", {1: 0.6, 4: 0.2, 15: 0.7}),
-        ("surprise", {1: 0.7, 5: 0.8, 26: 0.65}),
-        ("disgust", {4: 0.5, 9: 0.8, 10: 0.6}),
-    ),
-    "avatar_3": (
-        ("joy", {1: 0.15, 6: 0.3, 7: 0.35, 12: 0.8, 14: 0.4}),
-        ("joy", {2: 0.4, 6: 0.8, 7: 0.9, 12: 0.8, 14: 0.8, 26: 0.3}),
-        ("joy", {2: 0.4, 6: 1, 7: 1, 12: 1, 14: 1, 26: 0.8}),
-        ("sadness", {1: 0.8, 4: 0.4, 7: 0.6, 15: 1, 16: 0.6, 17: 0.4}),
-        ("sadness", {1: 1, 7: 1, 15: 1, 16: 1, 17: 0.8, 26: 0.5}),
-        ("sadness", {1: 0.6, 7: 0.4, 15: 0.5}),
-        ("anger", {4: 1, 6: 0.5, 7: 0.8, 9: 0.7, 15: 0.6, 29: 0.3}),
-        ("anger", {4: 1, 7: 0.6, 9: 0.4, 24: 0.8, 29: 0.5}),
-        ("surprise", {1: 1, 2: 0.8, 5: 1, 10: 0.5, 22: 0.4, 26: 0.6}),
-        ("fear", {1: 1, 2: 1, 5: 1, 10: 0.8, 22: 0.3, 26: 0.4}),
-        ("disgust", {4: 0.5, 6: 0.6, 7: 0.7, 9: 1, 10: 0.4, 15: 0.4}),
-    ),
-    "avatar_4": (
-        ("joy", {1: 0.3, 2: 0.2, 6: 0.8, 7: 0.6, 12: 1, 14: 0.4}),
-        ("joy", {1: 0.4, 6: 1, 7: 0.8, 9: 0.5, 10: 0.6, 12: 1, 26: 0.4}),
-        ("sadness", {1: 0.8, 4: 0.3, 7: 0.4, 15: 0.6, 17: 0.5}),
-        ("sadness", {1: 1, 4: 0.8, 7: 1, 15: 1, 17: 1, 26: 0.3}),
-        ("anger", {4: 1, 6: 1, 7: 1, 9: 1, 10: 0.4, 29: 1}),
-        ("anger", {4: 0.6, 7: 0.5, 9: 0.4, 15: 0.3}),
-        ("fear", {1: 1, 2: 0.8, 5: 0.8, 22: 0.3, 26: 0.5}),
-        ("fear", {1: 1, 2: 1, 5: 1, 20: 0.6, 26: 0.8}),
-        ("surprise", {1: 1, 2: 0.6, 5: 0.8, 22: 0.5, 26: 0.4}),
-        ("disgust", {4: 0.8, 7: 0.6, 9: 1, 10: 0.4}),
-        ("disgust", {4: 1, 7: 1, 9: 1, 10: 0.5, 15: 0.8}),
     ),
 }
