@@ -24,10 +24,8 @@ from faces import FACES, Face, make_face
 # that nose is on ICT, and much of MakeHuman's mouth, which has few blend shapes.
 ALONE = {"mouthSmile": "joy", "noseSneer": "disgust"}
 MAKEHUMAN = ("mouth-",)
-# Where one more movement is another emotion: a surprised face that stretches its mouth is afraid,
-# one that smiles over a frown is glad. Few markers and few blend shapes tell least.
-VARIED = {"ict41": 0.025, "example": 0.025, "example68": 0.025, "example41": 0.04}
-VARIED |= {"makehuman": 0.07, "makehuman68": 0.05, "makehuman41": 0.035}
+# Where one more movement is another emotion: few markers and few blend shapes tell least.
+VARIED = {"makehuman": 0.025}
 LOUDEST = dict.fromkeys(("ict41", "makehuman", "makehuman41", "example68", "example41"), 0.95)
 LOUDEST |= {"example": 0.95, "makehuman68": 0.65}
 # The solve explains another person's dropped jaw by lips, too, rolled and lowered by 0.4 and 0.3;

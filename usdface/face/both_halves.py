@@ -1,0 +1,32 @@
+"""Expressions that brows and mouth show together: neither half of the face alone is one."""
+
+import numpy as np
+
+from usdface.face.bound_face import BoundFace
+from usdface.face.lip_lid_contacts import LipLidContacts
+from usdface.face.regions import shape_regions
+from usdface.retarget_setup import Expression
+
+__all__ = ["shown_by_both_halves"]
+
+_NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
+# Where no blend shape has a telling name: a half that moves by this share of the other is read for
+# itself. Chosen by hand.
+_BOTH_HALVES = 0.5
+
+
+def shown_by_both_halves(face: BoundFace, expression: Expression) -> bool:
+    """Whether an expression has to be seen above and below the nose tip: it has brows and a mouth.
+
+    By the names of its blend shapes; without telling names, by how far markers of either half move
+    against the nose tip.
+    """
+    regions = shape_regions(face.mesh, LipLidContacts(_NO_PAIRS, _NO_PAIRS))
+    named = {r: set(names) & set(expression.shapes) for r, names in regions.items()}
+    if any(named.values()):
+        return bool(named["brows"] and named["mouth"])
+    moved = face.displacements(expression.pose(face.shape_names)[None])[0]
+    reach = np.abs(moved - moved[face.nose]).max(axis=1)
+    upper = face.neutral[:, 1] > face.neutral[face.nose, 1]
+    above, below = (float(reach[half].max(initial=0.0)) for half in (upper, ~upper))
+    return min(above, below) > _BOTH_HALVES * max(above, below)
