@@ -50,6 +50,12 @@ CASES = [
         output=USD,
         sheet=SHOWN,
     ),
+    case(
+        "take face_textures/0.png --bind bind.json --rig lay/rig.usda",
+        ["face_textures/0.png", *RIG, *BIND],
+        output=USD,
+        sheet=SHOWN,
+    ),
     case("markers lay/rig.usda --bind bind.json", RIG + BIND, output=SAID, figure=SHOWN),
     case(
         "shot --rig lay/rig.usda --take take.usda --bind bind.json --fuzzy system.fis "
@@ -79,6 +85,11 @@ CASES = [
     case("plugins", []),
     case("process shot.usda --in-place", SHOT, gltf=(".glb",), figure=SHOWN, sheet=SHOWN),
     case("view shot.usda", SHOT, output=PAGE),
+    case(
+        "view shot.usda --footage face_textures/0.png --tracks who.json",
+        ["who.json", "face_textures/0.png"],
+        output=PAGE,
+    ),
     case("view face.gltf", GLTF, output=PAGE),
     case("bind shot.usda", SHOT, output=PAGE),
     case(
