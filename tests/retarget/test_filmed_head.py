@@ -93,6 +93,22 @@ def test_a_face_that_does_not_turn_keeps_the_depths_of_the_character() -> None:
     assert np.sqrt(np.mean((head.rest[:, 2] - FACE[:, 2]) ** 2)) < 0.002
 
 
+@pytest.mark.parametrize("hidden", [0, 4])
+def test_expressions_that_the_solve_leaves_make_no_depth(hidden: int) -> None:
+    """A still face that hardly turns by its pose: a tenth of each movement is taken for turns."""
+
+    def displacements(take: MarkerTake, neutral: tuple[int, int]) -> np.ndarray:
+        return 0.9 * true_displacements(take, neutral)
+
+    take, _ = filmed(WORLD, 0.0)
+    positions = take.positions.copy()
+    positions[20 : 20 + hidden, 3] = np.nan
+    film = replace(take, positions=positions, focal_length=FOCAL)
+    head, _ = film_head(film, WORLD.take.names, FACE, NEUTRAL, displacements)
+    assert head is not None
+    assert np.sqrt(np.mean((head.rest[:, 2] - FACE[:, 2]) ** 2)) < 0.001
+
+
 def test_hidden_markers_stay_hidden_and_cost_nothing() -> None:
     take, motion = filmed(WORLD, 15.0)
     positions = take.positions.copy()
