@@ -77,10 +77,11 @@ def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tupl
     placed = len(contacts.lips) > 0 and len(contacts.lids) > 0
     mouth, eyes = (_height(mesh, pairs) for pairs in contacts) if placed else (0.0, 0.0)
     for shape in mesh.shapes:
-        energy = (shape.offsets**2).sum(axis=1)
         if shape.name in rows:
             found[rows[shape.name].gain].append(shape.name)
-        elif placed and energy.sum() > 0:
+            continue
+        energy = (shape.offsets**2).sum(axis=1)
+        if placed and energy.sum() > 0:
             height = float(np.average(mesh.points[shape.indices, 1], weights=energy))
             found[_at_height((height - eyes) / max(eyes - mouth, 1e-12))].append(shape.name)
     return {region: tuple(names) for region, names in found.items()}
