@@ -19,7 +19,6 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 from scipy.spatial.transform import Rotation
-from stylised import bent
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import face_surface
@@ -38,10 +37,12 @@ from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from face_answers import range_of_motion  # noqa: E402
 from faces import Face, make_face  # noqa: E402
 from marker_sets import MARKER_SETS, renamed  # noqa: E402
+
+from benchmarks.solve.faces import random_bend  # noqa: E402
 
 KINDS = ("ict68", "ict41", "makehuman", "example")
 SEEDS, ANCHORS = (11, 12), (0, 3, 6)
@@ -90,7 +91,8 @@ def simulated(kind: str, seed: int, shown: int | None = None) -> Case:
     if shown is not None:
         weights = rested(weights, seed, shown)
     vertices = face.setup.binding.points
-    neutral, turn = bent(1000 + seed, face.mesh.points[vertices], 0.004, 0.05)
+    rest = face.mesh.points[vertices]
+    neutral, turn = random_bend(1000 + seed, rest, rest, 0.004, 0.05)
     strengths = rng.uniform(0.8, 1.25, (len(face.mesh.shapes), 1, 1))
     moves = np.einsum("mde,sme->smd", turn, strengths * face.mesh.offsets_at(vertices))
     positions = neutral + np.einsum("fs,smd->fmd", weights, moves)

@@ -4,8 +4,9 @@ Labelled worlds: recorded weights (Live Link Face, with real blinks) drive a per
 who is not the character; markers on that face, with noise and a moving head, are the take, which is
 retargeted to the ICT face. An eye counts as closed where the recorded weights, looks and squints
 included, leave less than 15 % of the opening between its lids and its blink is above 0.8; as open
-above 35 %. The first half of the recording was looked at while the closure layer
-was built; `--held-out` scores the second half, with another person. See README.md.
+above 35 %, and shut wrongly while the layer closes it there. The first half of the recording was
+looked at while the closure layer was built; `--held-out` scores the second half, with another
+person. See README.md.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lip_signal import lip_distances
 from usdface.closure.rims import rim_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.face.layout import find_layout
@@ -45,6 +47,10 @@ from benchmarks.known_answer import moved  # noqa: E402
 
 NEUTRAL = 30
 CLOSED, BLINK, OPEN = 0.15, 0.8, 0.35
+# Markers of the lips that are further apart than at rest by less touch [mm].
+TOUCH = 0.5
+# Of the closure layer's course: the eye looks shut.
+SHUT = 0.9
 # Most that a blink may be in a take without blinks.
 HALF = 0.6
 # Share of the opening that a pulse of the lids takes which is no noise.
@@ -147,6 +153,7 @@ class Score:
     heard: int
     partial: int
     false: int
+    wrong: float
     missed_frames: list[int]
     false_frames: list[int]
 
@@ -161,7 +168,9 @@ def score(truth: FloatArray, blink: FloatArray, course: FloatArray) -> Score:
     wide = [where for where in near if truth[where].min() > OPEN]
     partial = [where.start for where in wide if pulse[where].max() >= PULSE]
     false = [where.start for where in wide if pulse[where].max() < PULSE]
-    return Score(len(labels), len(labels) - len(missed), len(partial), len(false), missed, false)
+    heard = len(labels) - len(missed)
+    wrong = float(((course > SHUT) & (truth > OPEN)).mean())
+    return Score(len(labels), heard, len(partial), len(false), wrong, missed, false)
 
 
 def crossing_by_pose(face: BoundFace, weights: FloatArray, frames: np.ndarray) -> float:
@@ -210,6 +219,7 @@ def real_takes(mesh: Mesh) -> None:
         ]
         closed = np.flatnonzero(result.closure.eyes.max(axis=1) > 0.9)
         sample = closed[:: max(len(closed) // 40, 1)]
+        lips_over_time(face, result, before)
         columns = [result.solved.names.index(shape) for shape in shot.mesh.shape_names]
         deepest = crossing_by_pose(face, result.closure.weights[:, columns], sample)
         table = Table(
@@ -230,6 +240,28 @@ def real_takes(mesh: Mesh) -> None:
                 " ".join(f"{1000 * gap:.2f}" for gap in each.gaps),
             )
         Console().print(table)
+
+
+def lips_over_time(face: BoundFace, result: ShotResult, before: FloatArray) -> None:
+    """Print how far the lips are open where the markers touch, and how fast they part."""
+    gaps = lip_gaps_of(face, result.solved.names)
+    if gaps is None or result.solution is None or result.closure is None:
+        return
+    apart = lip_distances(face, result.solved, result.solution, gaps.across, gaps.x)
+    if apart is None:
+        return
+    was, now = (1000 * gaps.opened(weights) for weights in (before, result.closure.weights))
+    seen = 1000 * apart.seen
+    steps = [np.abs(np.diff(each, axis=0)).max(axis=1) for each in (was, now, seen)]
+    excess = steps[1] - np.maximum(steps[0], steps[2])
+    touch = seen.max(axis=1) < TOUCH
+    wide = [int((each[touch].max(axis=1) > 1.0).sum()) for each in (was, now)]
+    print(
+        f"lips: markers as near as at rest in {touch.sum()} frames, open there by more than 1 mm "
+        f"in {wide[0]} before, {wide[1]} after; largest change per frame {steps[0].max():.2f} mm "
+        f"before, {steps[1].max():.2f} after, {steps[2].max():.2f} of the markers; faster than "
+        f"both by {max(excess.max(), 0.0):.2f} mm at most, at frame {excess.argmax()}"
+    )
 
 
 def main() -> None:
@@ -257,6 +289,7 @@ def main() -> None:
         "found",
         "partial",
         "false",
+        "shut wrongly %",
         "lids cross mm",
         "before mm",
         "open mm",
@@ -296,6 +329,7 @@ def main() -> None:
             str(sum(s.heard for s in scores)),
             str(sum(s.partial for s in scores)),
             str(sum(s.false for s in scores)),
+            f"{100 * np.mean([s.wrong for s in scores]):.1f}",
             f"{max(-1000 * crossing, 0):.2f}",
             f"{max(-1000 * before, 0):.2f}",
             f"{1000 * np.median(shut):.2f}" if len(shut) else "",

@@ -1,8 +1,9 @@
 """Expressions as people and artists draw them: `python benchmarks/drawn_expressions.py`.
 
 Those of `usdface.face.drawn_expressions`, shown by the ICT face in one take, with 0.3 mm of noise
-and a solve, to five layouts of markers on three characters. Each is judged without the variants of
-its own source, so that every source is one that the layer has not seen. See README.md.
+and a solve, to five layouts of markers on three characters. Each is judged without the drawings of
+its own source and without what the ICT face does in the table of face motion, so that every source
+and the performer are unknown to the layer. See README.md.
 """
 
 import argparse
@@ -21,12 +22,13 @@ from expression_takes import HEARD, NOISE, REST, SHARED, course  # noqa: E402
 from faces import RATE, Face, make_face  # noqa: E402
 
 from usdface.arrays import FloatArray  # noqa: E402
-from usdface.correction import feature_extraction  # noqa: E402
+from usdface.correction import likeness  # noqa: E402
 from usdface.correction.expression_layer import express  # noqa: E402
 from usdface.correction.feature_extraction import sided_features  # noqa: E402
 from usdface.correction.likeness import ExpressionLikeness  # noqa: E402
 from usdface.face.drawn_expressions import DRAWN  # noqa: E402
 from usdface.face.expression_variants import Variant, expression_variants  # noqa: E402
+from usdface.face.face_motion import face_motion  # noqa: E402
 from usdface.face.marker_surface import MarkerSurface  # noqa: E402
 from usdface.retarget.solve_take import Solution, solve_take  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
@@ -59,10 +61,11 @@ def performance(face: Face, shown: FloatArray, performer: Face) -> tuple[MarkerT
 
 
 def judged(face: Face, take: MarkerTake, solution: Solution, source: str) -> FloatArray:
-    """Return what is heard of each expression without the variants of a source: (N, E)."""
+    """Return what is heard of each expression without the drawings of a source: (N, E)."""
     others = tuple(name for name in DRAWN if name != source)
-    unseen = partial(ExpressionLikeness, drawn=others)
-    with patch.object(feature_extraction, "ExpressionLikeness", unseen):
+    rigs = tuple(name for name in face_motion().rigs if name != "ICT")
+    unseen = partial(ExpressionLikeness, drawn=others, rigs=rigs)
+    with patch.object(likeness, "ExpressionLikeness", unseen):
         features = sided_features(
             face.system,
             face.bound,

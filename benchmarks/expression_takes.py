@@ -12,8 +12,9 @@ import argparse
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 from rich.console import Console
@@ -31,8 +32,11 @@ from makehuman_face import landmarks_on, posable_face, published_expressions  # 
 from benchmarks.solve.faces import Face as Performer  # noqa: E402
 from benchmarks.solve.faces import bent  # noqa: E402
 from usdface.arrays import FloatArray  # noqa: E402
+from usdface.correction import likeness  # noqa: E402
+from usdface.correction.likeness import ExpressionLikeness  # noqa: E402
+from usdface.face.face_motion import face_motion  # noqa: E402
 from usdface.face.marker_surface import MarkerSurface  # noqa: E402
-from usdface.retarget.solve_take import solve_take  # noqa: E402
+from usdface.retarget.solve_take import Solution, solve_take  # noqa: E402
 from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
@@ -54,8 +58,10 @@ PUBLISHED = {
 REST = round(RATE)
 
 
-def performed(face: Face, positions: FloatArray, rate: float = RATE, seed: int = 0) -> Played:
-    """Record markers (F, M, 3) after a second at rest with noise; solve, hear and correct them."""
+def recorded(
+    face: Face, positions: FloatArray, rate: float = RATE, seed: int = 0
+) -> tuple[MarkerTake, Solution]:
+    """Record markers (F, M, 3) after a second at rest with noise; solve them."""
     rest = np.repeat(positions[:1], REST, axis=0)
     positions = np.concatenate([rest, positions])
     positions = positions + NOISE * np.random.default_rng(seed).standard_normal(positions.shape)
@@ -70,6 +76,12 @@ def performed(face: Face, positions: FloatArray, rate: float = RATE, seed: int =
         face.setup,
         surface=MarkerSurface(mesh, points),
     )
+    return take, solution
+
+
+def performed(face: Face, positions: FloatArray, rate: float = RATE, seed: int = 0) -> Played:
+    """Record markers (F, M, 3), solve, hear and correct them."""
+    take, solution = recorded(face, positions, rate, seed)
     return face.judge(take, solution.weights, solution, REST)
 
 
@@ -317,7 +329,8 @@ def variants() -> Table:
     table = made("FACS variants on the ICT face", "face,right,silent,wrong,which")
     for kind in ("ict68", "ict41"):
         face = make_face(kind, SHARED)
-        table.add_row(kind, *heard(face, list(facs(face))))
+        shown = [(e, t, performed(face, positions).emotions) for e, t, positions in facs(face)]
+        table.add_row(kind, *heard(face, shown))
     return table
 
 
@@ -334,8 +347,12 @@ def facs(face: Face) -> Iterator[tuple[str, str, FloatArray]]:
 
 
 def published() -> Table:
-    """Hear MakeHuman's published expressions, posed by joints, on its own shapes and on ICT's."""
-    table = made("MakeHuman's published expressions", "face,right,silent,wrong,which,speech")
+    """Hear MakeHuman's published expressions, posed by joints, on its own shapes and on ICT's.
+
+    Without MakeHuman in the table of face motion, and with it.
+    """
+    columns = "face,without,right,silent,wrong,which,speech"
+    table = made("MakeHuman's published expressions", columns)
     body = posable_face(SHARED)
     known = published_expressions(SHARED)
     for kind in ("makehuman68", "makehuman41", "ict68", "ict41"):
@@ -349,21 +366,29 @@ def published() -> Table:
         takes = {}
         for name in ("vocalize01", *(n for names in PUBLISHED.values() for n in names)):
             steps = [marked.posed({u: a * w for u, w in known[name].items()}) for a in levels]
-            takes[name] = np.array(steps)[inverse]
-        shown = [(e, name, takes[name]) for e, names in PUBLISHED.items() for name in names]
-        spoken = performed(face, takes["vocalize01"]).emotions.max()
-        table.add_row(kind, *heard(face, shown), f"{spoken:.2f}")
+            takes[name] = recorded(face, np.array(steps)[inverse])
+        for without in ("MakeHuman", ""):
+            rigs = tuple(r for r in face_motion().rigs if not without or without not in r)
+            unknown = partial(ExpressionLikeness, rigs=rigs)
+            with patch.object(likeness, "ExpressionLikeness", unknown):
+                played = {
+                    name: face.judge(take, solution.weights, solution, REST).emotions
+                    for name, (take, solution) in takes.items()
+                }
+            shown = [(e, name, played[name]) for e, names in PUBLISHED.items() for name in names]
+            spoken = played["vocalize01"].max()
+            table.add_row(kind, without or "-", *heard(face, shown), f"{spoken:.2f}")
     return table
 
 
 def heard(face: Face, shown: list[tuple[str, str, FloatArray]]) -> list[str]:
-    """Perform poses one after the other; return how many are heard right, not at all and wrong."""
+    """Return of how many performances the outputs (F, E) are right, silent and wrong."""
     names = [e.name for e in face.expressions]
     counts = {"right": 0, "silent": 0, "wrong": 0}
     told = []
     inside = course(0.6) >= 1 - 1e-9
-    for emotion, title, positions in shown:
-        outputs = performed(face, positions).emotions[inside].mean(axis=0)
+    for emotion, title, emotions in shown:
+        outputs = emotions[inside].mean(axis=0)
         loudest = int(outputs.argmax())
         if outputs[loudest] < HEARD:
             counts["silent"] += 1

@@ -61,12 +61,15 @@ def test_it_explains_what_process_writes(shot: Path, explained: Explanation) -> 
 
 
 def test_a_frame_adds_up(explained: Explanation) -> None:
-    """A rule of what answers fires, and only its weights move: likeness silences other rules."""
+    """One rule for each emotion: the first that fires and that likeness leaves alone answers."""
     facts = explained.frame(FRAME)
     fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
     assert fired and fired == facts["rules"][: len(fired)]
     strongest = max(facts["emotions"], key=facts["emotions"].get)
-    assert any(f"THEN {strongest}" in rule["rule"] for rule in fired)
+    heard, by_rules = facts["emotions"], facts["by_rules"]
+    asked = [rule["rule"].rsplit("THEN ", 1)[1].split()[0] for rule in fired]
+    assert asked[0] == max(by_rules, key=by_rules.get)
+    assert strongest == next(emotion for emotion in asked if heard[emotion] >= by_rules[emotion])
     names = [feature["name"] for feature in facts["features"]]
     assert names == [variable.name for variable in explained.system.fuzzy.inputs]
     for change in facts["weights"].values():

@@ -25,7 +25,7 @@ from faces import FACES, Face, make_face
 ALONE = {"mouthSmile": "joy", "noseSneer": "disgust"}
 MAKEHUMAN = ("mouth-",)
 # Where one more movement is another emotion: few markers and few blend shapes tell least.
-VARIED = {"makehuman": 0.03}
+VARIED = {"makehuman": 0.035, "makehuman68": 0.03}
 LOUDEST = dict.fromkeys(("ict41", "makehuman", "makehuman41", "example68", "example41"), 0.95)
 LOUDEST |= {"example": 0.95, "makehuman68": 0.65}
 # The solve explains another person's dropped jaw by lips, too, rolled and lowered by 0.4 and 0.3;

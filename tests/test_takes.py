@@ -28,6 +28,21 @@ def test_a_take_cannot_be_changed(take: MarkerTake | WeightsTake) -> None:
         take.rate = 24.0  # type: ignore[misc]
 
 
+def test_some_markers_of_a_take_are_those() -> None:
+    take = markers(diameters=[0.004, np.nan, 0.002])
+    some = take.with_markers(np.array([2, 0]))
+    assert some.names == ("c", "a")
+    np.testing.assert_array_equal(some.positions, take.positions[:, [2, 0]])
+    assert some.diameters is not None and some.diameters.tolist() == [0.002, 0.004]
+    assert markers().with_markers(np.array([True, False, True])).names == ("a", "c")
+
+
+@pytest.mark.parametrize("deviation", [-0.1, np.nan, np.inf])
+def test_a_deviation_that_is_none_is_refused(deviation: float) -> None:
+    with pytest.raises(InputError, match="deviation"):
+        markers(deviation=deviation)
+
+
 def test_a_take_does_not_follow_the_array_it_was_made_of() -> None:
     positions = np.ones((4, 3, 3))
     take, part = markers(positions), markers(positions[:, ::1])

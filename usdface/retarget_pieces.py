@@ -165,15 +165,15 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
         first, last = np.searchsorted(wanted, neutral).tolist()
         neutral = (first, last)
     face, given = shot.face, replace(shot.setup, neutral=neutral, pins=())
-    take, setup, shapes, findings = solver_input(take, face, given, None, None)
+    take, setup, skin, findings = solver_input(take, face, given, None, None)
     estimates, found = estimate_take(
         take,
-        face.neutral,
-        face.offsets,
+        skin.rest,
+        skin.offsets,
         face.shape_names,
         setup,
-        shapes,
-        surface=MarkerSurface(face.mesh, face.vertices),
+        skin.mean_evaluator,
+        surface=MarkerSurface(face.mesh, face.vertices, skin.radii),
     )
     estimates = settled(take, estimates, face.shape_names, setup)
     overlap = overlap_frames(take, estimates, face.shape_names, shot.setup)

@@ -6,13 +6,11 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.blend_shape_evaluator import (
-    BlendShapeEvaluator,
-    with_combinations,
-)
+from usdface.blend_shape_evaluator import with_combinations
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
+from usdface.face.dot_skin import DotSkin, dot_skin
 from usdface.face.known_limits import with_known_limits
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.shape_names import rename_weights
@@ -20,6 +18,7 @@ from usdface.findings import Finding, finding
 from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
+from usdface.retarget.dot_radii import dot_radii
 from usdface.retarget.filmed_head import FilmedHead, film_head
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
@@ -114,16 +113,16 @@ def solve(
         pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
         combined = with_combinations(face.mesh, weights.names, pinned)
         return replace(weights, weights=combined), None, findings
-    take, setup, model, findings = solver_input(take, face, setup, cleaned, progress)
-    filmed, camera_findings = _film(take, face, setup, model, progress)
+    take, setup, skin, findings = solver_input(take, face, setup, cleaned, progress)
+    filmed, camera_findings = _film(take, face, setup, skin, progress)
     solution, new_findings = solve_take(
         filmed.still(take) if filmed else take,
-        face.neutral,
-        face.offsets,
+        skin.rest,
+        skin.offsets,
         face.shape_names,
         setup,
-        model,
-        surface=MarkerSurface(face.mesh, face.vertices),
+        skin.mean_evaluator,
+        surface=MarkerSurface(face.mesh, face.vertices, skin.radii),
         progress=progress,
     )
     if filmed:
@@ -166,17 +165,17 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, model, new_findings = solver_input(take, face, setup, cleaned, progress)
-    filmed, camera_findings = _film(take, face, setup, model, progress)
+    take, setup, skin, new_findings = solver_input(take, face, setup, cleaned, progress)
+    filmed, camera_findings = _film(take, face, setup, skin, progress)
     calibrated, calibration_findings = calibrate_take(
         filmed.still(take) if filmed else take,
-        face.neutral,
-        face.offsets,
+        skin.rest,
+        skin.offsets,
         face.shape_names,
         setup,
-        model,
+        skin.mean_evaluator,
         extremes,
-        MarkerSurface(face.mesh, face.vertices),
+        MarkerSurface(face.mesh, face.vertices, skin.radii),
     )
     return calibrated, findings + new_findings + camera_findings + calibration_findings
 
@@ -185,7 +184,7 @@ def _film(
     take: MarkerTake,
     face: BoundFace,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator,
+    skin: DotSkin,
     progress: Progress | None,
 ) -> tuple[FilmedHead | None, list[Finding]]:
     """Find how the head of a 2D take moved, if it is to be solved; none for other takes."""
@@ -193,17 +192,16 @@ def _film(
     flat = take.dimension == 2 and setup.head == "solve" and setup.map.form != "paper"
     if not flat or setup.neutral is None:
         return None, []
-    bound = setup.binding.markers
 
-    def displacements(still: MarkerTake, neutral: tuple[int, int]) -> FloatArray:
+    def weights(still: MarkerTake, neutral: tuple[int, int]) -> FloatArray:
         own = replace(setup, neutral=neutral, pins=())  # which are frames of the whole take
         solution, _ = solve_take(
-            still, face.neutral, face.offsets, face.shape_names, own, model, progress=progress
-        )
-        moved = model.displacements(solution.weights.weights).reshape(len(still.times), -1, 3)
-        return moved[:, [bound.index(name) for name in still.names]]
+            still, skin.rest, skin.offsets, face.shape_names, own, skin.mean_evaluator,
+            progress=progress,
+        )  # fmt: skip
+        return solution.weights.weights
 
-    return film_head(take, bound, face.neutral, setup.neutral, displacements)
+    return film_head(take, setup.binding.markers, skin, setup.neutral, weights)
 
 
 @one_blas_thread()
@@ -213,18 +211,19 @@ def solver_input(
     setup: RetargetSetup,
     cleaned: Cleaned | None,
     progress: Progress | None,
-) -> tuple[MarkerTake, RetargetSetup, BlendShapeEvaluator, list[Finding]]:
-    """Return the take as observed, the setup fitted to the mesh, the evaluator of its shapes."""
+) -> tuple[MarkerTake, RetargetSetup, DotSkin, list[Finding]]:
+    """Return the take as observed, the setup fitted to the mesh, the skin under its markers."""
     setup, findings = fit_setup(setup, face.mesh, take)
     if cleaned is not None:
         # Filled gaps are no observations: the rig predicts hidden markers better.
         take = replace(
             take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
         )
-    evaluator, names = face.evaluator, face.shape_names
+    radii = dot_radii(take, face.markers, face.neutral)
+    skin, names = dot_skin(face.mesh, face.vertices, radii), face.shape_names
     if setup.solve.limits == "known":
-        evaluator = with_known_limits(evaluator, names)
-    combined = {names[combination.shape] for combination in evaluator.combinations}
+        skin = replace(skin, evaluator=with_known_limits(skin.evaluator, names))
+    combined = {names[combination.shape] for combination in skin.evaluator.combinations}
     findings += face.findings
     findings += [
         finding(
@@ -236,4 +235,4 @@ def solver_input(
         if pin.shape in combined
     ]
     findings += compile_kernels(len(take.times), len(face.mesh.shapes), progress or Progress())
-    return take, setup, evaluator, findings
+    return take, setup, skin, findings

@@ -5,11 +5,11 @@ D dimensions (2 or 3), R rules.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.errors import InputError
 
 __all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "check_range", "visible"]
@@ -75,6 +75,12 @@ class MarkerTake:
         Of the camera that filmed a 2D take; 0 = unknown.
     first_frame : int
         Number of frames of the footage before the first one of the take.
+    diameters : (M,) float64 [m, or pixels for D = 2] or None
+        Of painted dots, of which a camera shows the middle; NaN = unknown. Such a marker moves as
+        the mean of the skin under it, any other as the place that it is bound to.
+    deviation : float [m, or pixels for D = 2]
+        Standard deviation of a coordinate, as far as it is known before the take is solved; 0 =
+        unknown.
 
     Examples
     --------
@@ -95,6 +101,8 @@ class MarkerTake:
     source: str = ""
     focal_length: float = 0.0
     first_frame: int = 0
+    diameters: FloatArray | None = None
+    deviation: float = 0.0
 
     def __post_init__(self) -> None:
         for field in ("times", "positions"):
@@ -120,6 +128,24 @@ class MarkerTake:
                 f"the focal length is {self.focal_length} px; expected a positive number, or 0",
                 "VALUES_WRONG",
             )
+        if self.diameters is not None:
+            object.__setattr__(self, "diameters", frozen(self.diameters))
+            if self.diameters.shape != (len(self.names),):
+                raise InputError(
+                    f"the marker take has {self.diameters.size} diameters for {len(self.names)} "
+                    "markers",
+                    "VALUES_WRONG",
+                )
+            if not (np.isnan(self.diameters) | (self.diameters > 0.0)).all():
+                raise InputError(
+                    "diameters of markers must be positive, or NaN where unknown", "VALUES_WRONG"
+                )
+        if not 0.0 <= self.deviation < math.inf:
+            raise InputError(
+                f"the deviation of the markers is {self.deviation}; expected a positive number, "
+                "or 0",
+                "VALUES_WRONG",
+            )
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
 
@@ -132,6 +158,16 @@ class MarkerTake:
     def visible(self) -> BoolArray:
         """(F, M) bool: True where the marker was seen."""
         return visible(self.positions)
+
+    def with_markers(self, markers: IntArray | BoolArray) -> "MarkerTake":
+        """Return the take of some of the markers, by their numbers or as a mask (M,)."""
+        kept = np.arange(len(self.names))[markers]
+        return replace(
+            self,
+            names=tuple(self.names[k] for k in kept.tolist()),
+            positions=self.positions[:, kept],
+            diameters=None if self.diameters is None else self.diameters[kept],
+        )
 
     def select(self, names: tuple[str, ...]) -> FloatArray:
         """Return the positions of the named markers, in that order: (F, len(names), D).

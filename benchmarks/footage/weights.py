@@ -13,6 +13,7 @@ import argparse
 import csv
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,7 @@ from benchmarks.footage.film import (
     temporary_folder,
 )
 from usdface.face.shape_names import rename_weights
+from usdface.io.usd.take import write_take
 from usdface.takes import MarkerTake, WeightsTake
 
 RATE, FRAMES, REST, SWING = 30.0, 90, 15, 20.0
@@ -117,7 +119,8 @@ def rows(film: Film, truth: Truth, look: Look, folder: Path) -> Iterator[str]:
     takes: list[tuple[str, Path, dict[str, Any]]] = []
     for number, (title, (places, there)) in enumerate(given.items()):
         path = folder / f"true_{number}.usdc"
-        write_true_take(film, np.where(there[..., None], places, np.nan), path)
+        dots = images if places is truth.centroids else None
+        write_true_take(film, np.where(there[..., None], places, np.nan), path, dots)
         takes.append((title, path, {}))
     path = folder / "images.usdc"
     takes.append((f"**images**, {len(kept)} markers", path, {}))
@@ -166,8 +169,10 @@ def write_clicks(truth: Truth, path: Path) -> tuple[str, ...]:
     return tuple(truth.names[dot] for dot in seen)
 
 
-def write_true_take(film: Film, places: np.ndarray, path: Path) -> None:
-    """Write a take of places (F, M, 2) [px]."""
+def write_true_take(
+    film: Film, places: np.ndarray, path: Path, dots: MarkerTake | None = None
+) -> None:
+    """Write a take of places (F, M, 2) [px]: of projected vertices, or of the middles of `dots`."""
     table = path.with_suffix(".csv")
     with table.open("w", newline="") as file:
         writer = csv.writer(file)
@@ -179,6 +184,11 @@ def write_true_take(film: Film, places: np.ndarray, path: Path) -> None:
         rate=film.rate, dimension=2, image_size=film.camera.size, focal_length=film.camera.focal
     )
     usdface.make_take(table, path, options=options)
+    if dots is not None and dots.diameters is not None:
+        take = usdface.read_take(path)[0]
+        assert isinstance(take, MarkerTake)
+        usual = np.full(len(take.names), float(np.median(dots.diameters)))
+        write_take(replace(take, diameters=usual), path)
 
 
 def solved_weights(

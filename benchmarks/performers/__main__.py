@@ -7,6 +7,8 @@ performers. The solve was built with performers 1 to 4; 5 to 8 judge it. See REA
 import argparse
 import sys
 import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +17,15 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.performers.solvers import SOLVERS, write_character
+from benchmarks.performers.told import errors_when_told
 from benchmarks.performers.unknown_strengths import errors_by_strength
-from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, SKIN, perform
+from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, SKIN, perform, strengths_of
 from benchmarks.solve.faces import ROOT, Face, has_real_data, ict
 from usdface.arrays import FloatArray
 
 DATA = ROOT.parent / "shared" / "data"
 FRESH = (9, 10, 11, 12)
+TOLD = (1, 3)
 
 
 def main() -> None:
@@ -32,6 +36,9 @@ def main() -> None:
     parser.add_argument(
         "--unknown-strengths", action="store_true", help="what strengths that are not known cost"
     )
+    parser.add_argument(
+        "--told", action="store_true", help="errors with parts of the performer's file told; 10 s"
+    )
     parser.add_argument("--data", type=Path, default=DATA, metavar="DIR")
     parsed = parser.parse_args()
     if not has_real_data(parsed.data):
@@ -40,6 +47,9 @@ def main() -> None:
     face = ict(parsed.data)
     if parsed.unknown_strengths:
         print_unknown_strengths(face)
+        return
+    if parsed.told:
+        print_told(parsed.data, face)
         return
     names = ", ".join(str(number) for number in numbers)
     table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
@@ -68,13 +78,39 @@ def print_unknown_strengths(face: Face) -> None:
         if not table.rows:
             for name in found[0]:
                 table.add_column(name, justify="right")
-        cells = []
-        for name in found[0]:
-            errors = [(rms(of[name]), 1000 * skin_error(face, of[name])) for of in found]
-            weight, skin = np.mean(errors, axis=0)
-            cells.append(f"{weight:.4f} / {skin:.3f}")
-        table.add_row(", ".join(str(number) for number in numbers), *cells)
+        table.add_row(", ".join(str(number) for number in numbers), *mean_cells(face, found))
     Console().print(table)
+
+
+def print_told(data: Path, face: Face) -> None:
+    """Print errors of 10 s of two performers, a file of 20 s being told more and more."""
+    table = Table(title="weight RMS error / skin \\[mm], performers 1, 3")
+    with tempfile.TemporaryDirectory() as folder:
+        character = write_character(face, Path(folder))
+        for row in ROWS[:2]:
+            found = []
+            for number in TOLD:
+                other = perform(data, number, row, part=slice(0, 600))
+                performance = perform(data, number, row, part=slice(*ROWS[3].part))
+                performance = replace(performance, other=other)
+                count = len(face.mesh.shapes)
+                strengths = strengths_of(number, count) if row.strengths else np.ones(count)
+                found.append(errors_when_told(performance, face, character, strengths))
+            if not table.columns:
+                for column in ("take", *found[0]):
+                    table.add_column(column, justify="right")
+            table.add_row(row.name, *mean_cells(face, found))
+    Console(width=200).print(table)
+
+
+def mean_cells(face: Face, found: Sequence[dict[str, FloatArray]]) -> list[str]:
+    """Return the mean errors of performers, by name."""
+    cells = []
+    for name in found[0]:
+        errors = [(rms(of[name]), 1000 * skin_error(face, of[name])) for of in found]
+        weight, skin = np.mean(errors, axis=0)
+        cells.append(f"{weight:.4f} / {skin:.3f}")
+    return cells
 
 
 def rms(values: FloatArray) -> float:

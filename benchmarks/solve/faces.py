@@ -18,7 +18,16 @@ from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.rigs import BlendShape, Mesh
 
-__all__ = ["RANGE_OF_MOTION", "Face", "bent", "example", "has_real_data", "ict", "makehuman"]
+__all__ = [
+    "RANGE_OF_MOTION",
+    "Face",
+    "bent",
+    "example",
+    "has_real_data",
+    "ict",
+    "makehuman",
+    "random_bend",
+]
 
 ROOT = Path(__file__).resolve().parents[2]
 RANGE_OF_MOTION = "livelinkface/alex_rom_3.csv"
@@ -149,19 +158,28 @@ def spread_out(mesh: Mesh, first: IntArray, count: int) -> IntArray:
     return np.array(chosen)
 
 
-def bent(face: Face, seed: int, size: float, width: float = 0.06) -> Face:
-    """Bend a face at random by eight bumps of so much [m], its shapes by the bend's Jacobian."""
+def random_bend(
+    seed: int, points: FloatArray, around: FloatArray, size: float, width: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return points (N, 3) after a smooth random bend, and its Jacobian there (N, 3, 3).
+
+    Eight bumps of so much and so wide [m], near points of `around`.
+    """
     rng = np.random.default_rng(seed)
-    points = face.mesh.points
-    centres = face.neutral[rng.integers(len(face.points), size=8)] + 0.02 * rng.normal(size=(8, 3))
+    centres = around[rng.integers(len(around), size=8)] + 0.02 * rng.normal(size=(8, 3))
     moves = size * rng.normal(size=(8, 3))
     away = points[:, None] - centres
     bumps = np.exp(-(away**2).sum(axis=2) / (2 * width**2))
     slopes = np.einsum("mk,kd,mke->mde", bumps, moves, -away / width**2, optimize=True)
-    turn = np.eye(3) + slopes
+    return points + bumps @ moves, np.eye(3) + slopes
+
+
+def bent(face: Face, seed: int, size: float, width: float = 0.06) -> Face:
+    """Bend a face at random by eight bumps of so much [m], its shapes by the bend's Jacobian."""
+    points, turn = random_bend(seed, face.mesh.points, face.neutral, size, width)
     shapes = tuple(
         BlendShape(s.name, s.indices, np.einsum("nde,ne->nd", turn[s.indices], s.offsets))
         for s in face.mesh.shapes
     )
-    mesh = replace(face.mesh, points=points + bumps @ moves, shapes=shapes, normals=None)
+    mesh = replace(face.mesh, points=points, shapes=shapes, normals=None)
     return replace(face, mesh=mesh)

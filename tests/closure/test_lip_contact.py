@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from slits import bent_slit_face, slit_face
 
+from usdface.arrays import FloatArray
 from usdface.closure.lip_contact import LipGaps, largest_gaps, lip_gaps_of, touching_lips
 from usdface.closure.lip_signal import LipDistances
 from usdface.face.bound_face import BoundFace
@@ -74,31 +75,36 @@ def test_lips_close_over_an_open_jaw_where_the_rig_can() -> None:
     assert 0.2 < closed[close] <= closed[jaw] + 1e-9
 
 
+def limits(
+    seen: FloatArray, shown: FloatArray, opened: FloatArray, noise: float = 1e-5
+) -> FloatArray:
+    times = np.arange(len(seen)) / 60
+    return largest_gaps(LipDistances(seen, shown, noise), opened, TOLERANCE, times)
+
+
 def test_only_markers_that_contradict_the_solve_count() -> None:
-    apart, now = np.array([[0.0, 0.001, 0.004]]), np.zeros(1)
-    agreeing = largest_gaps(LipDistances(apart, apart, 1e-5), TOLERANCE, now)
-    assert np.isinf(agreeing).all()
-    sure = largest_gaps(LipDistances(apart, apart + 0.003, 1e-5), TOLERANCE, now)[0]
+    apart = np.array([[0.0, 0.001, 0.004]])
+    opened = apart + 0.003
+    assert np.isinf(limits(apart, apart, opened)).all()
+    sure = limits(apart, apart + 0.003, opened)[0]
     assert sure[0] == TOLERANCE
     assert (np.diff(sure) > 0).all() and sure[2] > 0.01
-    noisy = largest_gaps(LipDistances(apart, apart + 0.003, 0.002), TOLERANCE, now)
-    assert np.isinf(noisy).all()
+    assert np.isinf(limits(apart, apart + 0.003, opened, noise=0.002)).all()
 
 
-def test_lips_that_rest_on_each_other_do_not_chatter() -> None:
-    """A contradiction that comes and goes within half a second holds; a longer pause ends it."""
-    times = np.arange(240) / 60
-    seen = np.zeros((240, 1))
-    shown = np.full((240, 1), 0.003)
-    shown[60:80] = shown[150:210] = 0.0
-    largest = largest_gaps(LipDistances(seen, shown, 1e-5), TOLERANCE, times)[:, 0]
-    np.testing.assert_allclose(largest[:140], TOLERANCE)
-    assert np.isinf(largest[170:190]).all()
+def test_a_contradiction_counts_from_where_lips_part_to_where_they_meet() -> None:
+    opened = 0.004 * np.clip(np.sin(np.linspace(0, 4 * np.pi, 241)), 0, None)[:, None]
+    seen, shown = np.zeros((241, 1)), np.zeros((241, 1))
+    shown[25:35] = 0.003
+    limited = np.minimum(limits(seen, shown, opened), opened)[:, 0]
+    assert (limited[:100] <= TOLERANCE).all()
+    np.testing.assert_array_equal(limited[120:], opened[120:, 0])
+    # No pop: nowhere faster than the lips as solved.
+    assert np.abs(np.diff(limited)).max() <= np.abs(np.diff(opened[:, 0])).max()
 
 
-def test_lips_that_the_markers_show_apart_open_within_a_held_contact() -> None:
-    times = np.arange(240) / 60
+def test_lips_that_the_markers_show_apart_open_within_a_contact() -> None:
     seen, shown = np.zeros((240, 1)), np.full((240, 1), 0.003)
-    seen[60:72] = shown[60:72] = 0.006
-    largest = largest_gaps(LipDistances(seen, shown, 1e-5), TOLERANCE, times)[:, 0]
-    assert (largest[60:72] > 0.03).all()
+    seen[60:72] = shown[60:72] = 0.009
+    limited = limits(seen, shown, np.full((240, 1), 0.009))[:, 0]
+    assert (limited[60:72] > 0.03).all() and (limited[:50] == TOLERANCE).all()

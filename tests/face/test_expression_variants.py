@@ -1,28 +1,21 @@
-"""Variants of expressions: FACS's, on rigs whose blend shapes have known names."""
+"""Variants of expressions: drawn ones, on rigs whose blend shapes have known names."""
 
 import numpy as np
 from face.test_expression_poses import RIGS
 
 from usdface.face.drawn_expressions import DRAWN
-from usdface.face.expression_poses import EMOTIONS, expressions_for
-from usdface.face.expression_variants import VARIANTS, expression_variants
+from usdface.face.expression_poses import expressions_for
+from usdface.face.expression_variants import expression_variants
 from usdface.retarget_setup import Expression
 
 
-def test_every_emotion_has_variants_and_none_is_listed_twice():
-    listed = [units for each in VARIANTS.values() for units in each]
-    assert set(VARIANTS) == set(EMOTIONS)
-    assert len(listed) == len(set(listed))
-
-
-def test_poses_come_first_then_their_variants_at_several_strengths():
+def test_poses_come_first_then_what_is_drawn():
     shapes = RIGS["arkit"]
     expressions, _ = expressions_for(shapes)
-    found = expression_variants(expressions, shapes, drawn=())
+    found = expression_variants(expressions, shapes)
     assert [(v.emotion, v.source) for v in found[:6]] == [(e.name, "pose") for e in expressions]
-    assert {v.source for v in found[6:]} == {"FACS"}
-    smiles = [v.weights[shapes.index("mouthSmileLeft")] for v in found if v.emotion == "joy"]
-    np.testing.assert_allclose(smiles[1:4], [0.8, 0.9, 0.5])
+    assert {v.source for v in found[6:]} == set(DRAWN)
+    assert len(expression_variants(expressions, shapes, drawn=())) == 6
 
 
 def test_every_drawn_expression_is_shown_by_a_rig_that_has_its_units():

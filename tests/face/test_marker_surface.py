@@ -5,6 +5,7 @@ import pytest
 from skins import LIP, STEP, flat_skin, joined_lips, make_head
 
 from usdface.blend_shape_evaluator import evaluator_of
+from usdface.face.dot_skin import dot_skin
 from usdface.face.marker_surface import MarkerSurface
 from usdface.rigs import BlendShape, Combination, Inbetween, Mesh
 
@@ -33,6 +34,19 @@ def test_a_place_on_its_vertex_is_that_vertex_to_the_last_bit() -> None:
     exact, _ = evaluator_of(HEAD.mesh, HEAD.vertices)
     np.testing.assert_array_equal(placed.points, HEAD.points)
     np.testing.assert_array_equal(placed.evaluator.offsets, exact.offsets)
+
+
+def test_a_dot_beside_its_vertex_is_the_mean_of_the_skin_there() -> None:
+    radii = np.full(len(HEAD.vertices), 0.008)
+    surface = MarkerSurface(HEAD.mesh, HEAD.vertices, radii)
+    beside = HEAD.vertices + 38
+    placed = surface.at(HEAD.mesh.points[beside] - HEAD.points)
+    there = dot_skin(HEAD.mesh, beside, radii)
+    np.testing.assert_allclose(placed.points, there.rest, atol=1e-15)
+    np.testing.assert_allclose(placed.evaluator.offsets, there.mean_evaluator.offsets, atol=1e-15)
+    one = surface.select(np.array([3])).at(np.zeros((1, 3)))
+    whole = surface.at(np.zeros_like(HEAD.points))
+    np.testing.assert_allclose(one.points, whole.points[3:4], atol=1e-15)
 
 
 def test_a_place_on_another_vertex_is_that_one() -> None:

@@ -44,8 +44,18 @@ def test_peaks_corrections_and_rest_are_found(result: ShotResult) -> None:
 
 
 def test_frames_are_apart(result: ShotResult) -> None:
-    frames = np.array(list(peak_frames(result)))
+    frames = np.array([frame for frame, why in peak_frames(result).items() if why != "rest"])
     assert np.diff(frames).min() / RATE >= 0.4 - 1e-9
+
+
+def test_a_peak_near_rest_is_drawn_itself(result: ShotResult) -> None:
+    weights = result.solved.weights.copy()
+    weights[weights.max(axis=1) < 0.2] += 1e-4
+    weights[50] = 0.0
+    near = replace(result, solved=replace(result.solved, weights=weights), corrected=None)
+    found = peak_frames(near)
+    assert found[50] == "rest"
+    assert any(abs(frame - 60) <= 1 for frame in found)
 
 
 def test_a_short_sheet_has_one_frame_of_each_kind_before_a_second(result: ShotResult) -> None:

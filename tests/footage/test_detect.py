@@ -82,6 +82,23 @@ def test_a_thing_of_another_hue_is_no_dot() -> None:
     assert len(detect_dots(pixels, model)) == len(true)
 
 
+def test_a_dot_that_is_mixed_with_skin_is_faint() -> None:
+    true = layout()
+    pixels = paint(true)
+    model = choose_model(pixels)
+    skin = paint(true[:0])
+    x, y = true[0].astype(int)
+    around = np.s_[y - 8 : y + 8, x - 8 : x + 8]
+    mixed = pixels.copy()
+    mixed[around] = np.rint(0.78 * skin[around] + 0.22 * pixels[around])
+    lower = replace(model, threshold=0.3 * model.threshold)
+    assert not detect_dots(pixels, lower).faint.any()
+    found = detect_dots(mixed, lower)
+    assert errors(found, true).max() < 0.4
+    assert np.flatnonzero(found.faint).tolist() == [int(np.argmin(found.heights))]
+    assert len(found.sure) == len(true) - 1
+
+
 @pytest.mark.parametrize("size", [(1, 1), (2, 40), (40, 2)])
 def test_tiny_images_have_no_dots(size: tuple[int, int]) -> None:
     model = choose_model(paint(layout()))

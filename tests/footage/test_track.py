@@ -10,7 +10,7 @@ from usdface.errors import InputError
 from usdface.footage.dots import Dots, no_dots
 from usdface.footage.fixes import Fix
 from usdface.footage.labels import NamedPlace
-from usdface.footage.track import track_dots
+from usdface.footage.track import reference_frame, track_dots
 from usdface.footage.tracks import Tracks
 
 
@@ -23,7 +23,8 @@ def seen_as(places: FloatArray, seen: BoolArray, noise: float = 0.05) -> list[Do
         count = len(own)
         full, pairs = np.ones(count), np.full((count, 2), 5.0)
         own = own + random.normal(0, noise, own.shape)
-        frames.append(Dots(own, 0.05 * full, pairs, 0 * full, 78.0 * full, full, 90.0 * full))
+        sizes = (78.0 * full, full, 90.0 * full)
+        frames.append(Dots(own, 0.05 * full, pairs, 0 * full, *sizes, faint=0 * full > 0))
     return frames
 
 
@@ -90,7 +91,7 @@ def test_stray_specks_are_no_markers() -> None:
     for dots in frames:
         extra = random.uniform((0, 0), (280, 220), (2, 2))
         ones, pair = np.ones(2), np.full((2, 2), 5.0)
-        parts = (extra, 0.05 * ones, pair, 0 * ones, 78.0 * ones, ones, 90.0 * ones)
+        parts = (extra, 0.05 * ones, pair, 0 * ones, 78.0 * ones, ones, 90.0 * ones, 0 * ones)
         names = Dots.__slots__
         spoilt.append(
             Dots(
@@ -104,6 +105,54 @@ def test_stray_specks_are_no_markers() -> None:
     )
     assert len(tracks.names) == places.shape[1]
     assert np.nanmean(away < 1.0) > 0.99
+
+
+def faint_now_and_then(frames: list[Dots], places: FloatArray, dot: int) -> list[Dots]:
+    """A dot whose colour is hardly its own in every third image from the tenth on."""
+    return [
+        replace(
+            dots,
+            faint=(np.linalg.norm(dots.centres - row[dot], axis=1) < 3)
+            & (number in range(9, 60, 3)),
+        )
+        for number, (dots, row) in enumerate(zip(frames, places, strict=True))
+    ]
+
+
+def test_a_track_goes_on_with_faint_dots() -> None:
+    places, seen = performance(60)
+    check(track_dots(faint_now_and_then(seen_as(places, seen), places, 7)), places, seen)
+
+
+def test_faint_dots_alone_are_no_marker() -> None:
+    places, seen = performance(60)
+    frames = [
+        replace(dots, faint=np.linalg.norm(dots.centres - row[7], axis=1) < 3)
+        for dots, row in zip(seen_as(places, seen), places, strict=True)
+    ]
+    tracks = track_dots(frames)
+    assert len(tracks.names) == places.shape[1] - 1
+    assert not (labels_of(tracks, places) == 7).any()
+
+
+def test_faint_dots_do_not_choose_the_reference() -> None:
+    places, seen = performance(60)
+    seen[:30, 3] = False
+    frames = [
+        replace(dots, faint=np.full(len(dots), number >= 30))
+        for number, dots in enumerate(seen_as(places, seen))
+    ]
+    assert reference_frame(frames) < 30
+
+
+def test_dots_are_as_large_as_they_usually_are() -> None:
+    places, seen = performance(40)
+    frames = seen_as(places, seen)
+    stretched = [
+        replace(dots, axes=np.where(number % 4, dots.axes, [9.0, 3.0]))
+        for number, dots in enumerate(frames)
+    ]
+    assert track_dots(stretched).diameter == 10.0
 
 
 def test_dots_that_exchange_places_slowly_are_followed() -> None:

@@ -278,6 +278,20 @@ def test_not_does_not_make_a_rule_of_an_occluded_marker_fire():
     assert not evaluate(system, np.array([[np.nan, 0.0]])).firing.any()
 
 
+def test_a_negation_is_as_true_as_it_is_whatever_the_occluded_marker_does():
+    rules = [
+        "IF NOT (a IS on AND b IS on) THEN joy IS 1",
+        "IF NOT (a IS on OR b IS on) THEN joy IS 1",
+        "IF NOT (NOT a IS on AND b IS on) THEN joy IS 1",
+        "IF NOT MOST OF (a IS on, b IS on) THEN joy IS 1",
+    ]
+    system = identity_system([parse_rule(rule) for rule in rules])
+    hidden = evaluate(system, np.array([[np.nan, 0.25]])).firing[0]
+    of_any = evaluate(system, np.array([[a, 0.25] for a in np.linspace(0, 1, 11)])).firing
+    np.testing.assert_allclose(hidden, of_any.min(axis=0), atol=1e-15)
+    assert hidden[0] == 0.75 and hidden[1] == 0.0
+
+
 @pytest.mark.parametrize(
     ("normalisation", "expected"),
     [("per_output", (0.6 * 6 + 0.2 * 3) / 0.8), ("weighted_sum", 0.6 * 6 + 0.2 * 3)],

@@ -7,7 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from worlds import World, make_world
 
+from usdface.face.dot_skin import DotSkin, dot_skin
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.dot_centres import beside_means
 from usdface.retarget.filmed_head import FilmedHead, film_head
 from usdface.retarget.one_camera import PinholeCamera
 from usdface.takes import MarkerTake
@@ -15,7 +17,8 @@ from usdface.takes import MarkerTake
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.meshes[0]
 PLACES = np.array(list(WORLD.points.values()))
-FACE, OFFSETS = MESH.points[PLACES], MESH.offsets_at(PLACES)
+FACE = MESH.points[PLACES]
+VERTICES = dot_skin(MESH, PLACES, np.full(len(PLACES), np.nan))
 NEUTRAL = (0, 0)
 FOCAL, SIZE = 1300.0, (1280, 960)
 COUNT = len(WORLD.weights)
@@ -34,15 +37,13 @@ def filmed(world: World, degrees: float, focal: float = FOCAL) -> tuple[MarkerTa
     return take, motion
 
 
-def true_displacements(take: MarkerTake, neutral: tuple[int, int]) -> np.ndarray:
-    """The displacements of the world, as a perfect solve finds them."""
-    frames = np.searchsorted(WORLD.take.times, take.times)
-    moved = np.tensordot(WORLD.weights[frames], OFFSETS, 1)
-    return moved[:, [WORLD.take.names.index(name) for name in take.names]]
+def true_weights(take: MarkerTake, neutral: tuple[int, int]) -> np.ndarray:
+    """The weights of the world, as a perfect solve finds them."""
+    return np.array(WORLD.weights[np.searchsorted(WORLD.take.times, take.times)])
 
 
-def found(take: MarkerTake, face: np.ndarray = FACE) -> tuple[FilmedHead, list[str]]:
-    head, findings = film_head(take, WORLD.take.names, face, NEUTRAL, true_displacements)
+def found(take: MarkerTake, skin: DotSkin = VERTICES) -> tuple[FilmedHead, list[str]]:
+    head, findings = film_head(take, WORLD.take.names, skin, NEUTRAL, true_weights)
     assert head is not None
     return head, [f.code for f in findings]
 
@@ -97,14 +98,14 @@ def test_a_face_that_does_not_turn_keeps_the_depths_of_the_character() -> None:
 def test_expressions_that_the_solve_leaves_make_no_depth(hidden: int) -> None:
     """A still face that hardly turns by its pose: a tenth of each movement is taken for turns."""
 
-    def displacements(take: MarkerTake, neutral: tuple[int, int]) -> np.ndarray:
-        return 0.9 * true_displacements(take, neutral)
+    def most_of_the_weights(take: MarkerTake, neutral: tuple[int, int]) -> np.ndarray:
+        return 0.9 * true_weights(take, neutral)
 
     take, _ = filmed(WORLD, 0.0)
     positions = take.positions.copy()
     positions[20 : 20 + hidden, 3] = np.nan
     film = replace(take, positions=positions, focal_length=FOCAL)
-    head, _ = film_head(film, WORLD.take.names, FACE, NEUTRAL, displacements)
+    head, _ = film_head(film, WORLD.take.names, VERTICES, NEUTRAL, most_of_the_weights)
     assert head is not None
     assert np.sqrt(np.mean((head.rest[:, 2] - FACE[:, 2]) ** 2)) < 0.001
 
@@ -122,4 +123,25 @@ def test_five_markers_are_too_few() -> None:
     take, _ = filmed(WORLD, 15.0)
     names = take.names[:5]
     few = replace(take, names=names, positions=take.positions[:, :5])
-    assert film_head(few, names, FACE[:5], NEUTRAL, true_displacements) == (None, [])
+    skin = VERTICES.select(np.arange(5))
+    assert film_head(few, names, skin, NEUTRAL, true_weights) == (None, [])
+
+
+def test_of_a_dot_the_middle_is_filmed_and_the_mean_of_its_skin_is_solved() -> None:
+    take, motion = filmed(WORLD, 20.0)
+    camera = PinholeCamera(FOCAL, 0.5 * np.array(SIZE) * [1, -1])
+    dots = dot_skin(MESH, PLACES, np.full(len(PLACES), 0.006))
+    pose = Pose(motion.rotations, motion.translations + np.array([0.02, 0.01, -0.5]))
+    weights = np.array(WORLD.weights)
+    moved = dots.mean_evaluator.displacements(weights).reshape(COUNT, -1, 3)
+    means = dots.rest + moved
+    middles = camera.image(pose.to_take(means)) + beside_means(dots, weights, pose, camera)
+    film = replace(take, positions=middles, focal_length=FOCAL)
+    off = [
+        np.abs(found(film, skin)[0].motion.rotations - motion.rotations).max()
+        for skin in (VERTICES, dots)
+    ]
+    assert off[1] < 1e-5 < 1e-3 < off[0]
+    np.testing.assert_allclose(
+        found(film, dots)[0].still(film).positions, means[..., :2], atol=1e-5
+    )

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.blinks import EyeClosing, closing_course, find_closings, nearest_frame
+from usdface.closure.closings import find_closings
+from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
 from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
+from usdface.closure.lid_estimate import lid_estimate
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import least_pulses, lid_signal
@@ -94,7 +96,8 @@ def close_eyes(
     lids = lid_markers(face, gaps, solved.names, solution) if solution else []
     alone = lid_motion(lids, solution) if solution else None
     least = least_pulses(face, gaps, solved.names, solution) if solution else None
-    closings = find_closings(solved.times, signal, alone, least)
+    gone = lid_estimate(face, gaps, solved.names, solution) if solution else None
+    closings = find_closings(solved.times, signal, own=alone, least=least, lids=gone)
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     findings = _unseen(gaps, signal)
     closed = weights

@@ -65,7 +65,9 @@ def close_lips(
     near = near_pins[:, gaps.moved_by].max(axis=1, initial=0.0)
     # Near a pin the limit fades, and ends at it.
     with np.errstate(divide="ignore"):
-        largest = largest_gaps(distances, tolerance, solved.times) / (1.0 - near[:, None])
+        largest = largest_gaps(distances, gaps.opened(solved.weights), tolerance, solved.times) / (
+            1.0 - near[:, None]
+        )
     closed = touching_lips(weights, largest, gaps)
     before, after = gaps.opened(weights), gaps.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)

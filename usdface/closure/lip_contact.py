@@ -7,10 +7,11 @@ possible; where the jaw is open, the shape that closes the lips over it comes up
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, grey_closing
+from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.cleanup.gaps import frame_ranges
 from usdface.closure.lip_signal import LipDistances
 from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
@@ -23,10 +24,10 @@ _PLACES = 6
 # tolerances, or deviations of the noise; wholly at a tolerance more. The real take that leaves the
 # mouth open: 1.4 to 4.6 tolerances.
 _CONTRADICTED, _ABOVE_NOISE = 0.8, 3.0
-# Dips of a contradiction that are shorter [s] are no opening: a syllable takes a fifth of a second,
-# and the distance of the markers shows its opening in any case. Their standard deviation of
-# smoothing [s]. Set by hand, on the real take whose lips rest on each other under a sideways jaw.
-_DIP, _EASE = 0.5, 0.05
+# The lips may part by this many tolerances more than their markers until twice as far.
+_WIDENS = 2.0
+# Standard deviation [s] of the smoothing with which a limit comes and goes.
+_EASE = 0.05
 # Rounds of projections: an upper bound. They aim so far inside the limits [m] that they end.
 _ROUNDS = 60
 _INSIDE = 1e-5
@@ -92,30 +93,44 @@ def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
     return LipGaps(neutral, x, across, evaluator.mapped(gaps).reordered(shapes))
 
 
-def largest_gaps(distances: LipDistances, tolerance: float, times: FloatArray) -> FloatArray:
+def largest_gaps(
+    distances: LipDistances, opened: FloatArray, tolerance: float, times: FloatArray
+) -> FloatArray:
     """Return how far the character's lips may be open: (F, K) [m], infinite = no matter how far.
 
     Markers lie beside the lips, so lips may be open that they show as closed. They only count where
-    they contradict the solve: nearer to each other than the same points on the character. Between
-    two such moments they go on counting, or lips that rest on each other would chatter.
+    they contradict the solve: nearer to each other than the same points on the character. Then they
+    count from where the character's lips part to where they meet again, or these would pop open.
+
+    Parameters
+    ----------
+    distances : LipDistances
+    opened : (F, K) float64 [m]
+        By how much the character's lips are open as solved.
+    tolerance : float [m]
+        Of a contact.
+    times : (F,) float64 [s]
     """
     beyond = np.maximum(distances.seen - tolerance, 0.0)
-    limit = tolerance + beyond + beyond**2 / (2.0 * tolerance)
+    limit = tolerance + beyond + beyond**2 / (2.0 * _WIDENS * tolerance)
     low = max(_CONTRADICTED * tolerance, _ABOVE_NOISE * distances.noise)
     sure = np.clip((distances.shown - distances.seen - low) / tolerance, 0.0, 1.0)
-    sure = _held(sure * sure * (3.0 - 2.0 * sure), times)
+    sure = _throughout(sure * sure * (3.0 - 2.0 * sure), opened > limit, times)
     return np.asarray(np.divide(limit, sure, out=np.full(sure.shape, np.inf), where=sure > 0))
 
 
-def _held(sure: FloatArray, times: FloatArray) -> FloatArray:
-    """Return a share (F, K) without its short dips, and smooth where they were."""
+def _throughout(sure: FloatArray, apart: BoolArray, times: FloatArray) -> FloatArray:
+    """Return a share (F, K) that is at its largest throughout each time in which lips are apart."""
+    result = sure.copy()
+    for place in range(sure.shape[1]):
+        for first, last in frame_ranges(apart[:, place]):
+            result[first : last + 1, place] = sure[first : last + 1, place].max()
     if len(times) < 3:
-        return sure
+        return result
+    # Beyond its ends lips that were solved as near as they may be can be parted by the correction.
     step = float(np.median(np.diff(times)))
-    width = 2 * round(_DIP / step / 2.0) + 1
-    held = grey_closing(sure, (width, 1), mode="nearest")
-    eased = gaussian_filter1d(held, _EASE / step, axis=0, mode="nearest")
-    return np.asarray(np.maximum(sure, eased))
+    eased = gaussian_filter1d(result, _EASE / step, axis=0, mode="nearest")
+    return np.asarray(np.maximum(result, eased))
 
 
 def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:

@@ -193,13 +193,18 @@ def _with_likeness(
         ]
     )
     at = [column or 0 for column in columns]
-    strength = features.likeness["both"].shown[:, at].max(axis=0, initial=0.0)
+    posed = np.array([column is not None for column in columns])
+    silencing = min(2.0 * system.likeness, 1.0)
+    likenesses = {
+        side: Likeness(found.certain[:, at], found.size[:, at], found.contrary[:, at] * posed)
+        for side, found in features.likeness.items()
+    }
+    whole = likenesses["both"]
+    heard = by_rules["both"].outputs * (1.0 - silencing * whole.contrary)
+    strength = np.maximum(whole.shown, heard).max(axis=0, initial=0.0)
     found = {}
     for side, evaluation in by_rules.items():
-        whole = features.likeness[side]
-        posed = np.array([column is not None for column in columns])
-        likeness = Likeness(whole.certain[:, at], whole.size[:, at], whole.contrary[:, at] * posed)
-        silencing = min(2.0 * system.likeness, 1.0)
+        likeness = likenesses[side]
         outputs = performers_outputs(evaluation.outputs, likeness, weights, strength, silencing)
         found[side] = replace(evaluation, outputs=outputs)
     return found

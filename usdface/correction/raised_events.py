@@ -21,6 +21,9 @@ __all__ = ["JudgedEvents", "judged_events"]
 
 # A region shows an expression from this share of the evidence on, in the trace.
 _SHOWN = 0.5
+# Standard deviations of a weight at the peak that are left below 1: a correction that ends there
+# would have to take the jitter of the weight back. Set by hand.
+_HEADROOM = 1.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,6 +37,8 @@ class JudgedEvents:
         The share of the pose that is to be reached, by the size of the event alone.
     mean : (N, T) float64
         Mean weights at the peak.
+    most : (N, T) float64
+        The largest weight that a blend shape is raised to: 1 less its jitter at the peak.
     regions : mapping of str to (N,) float64
         How far each region shows the expression, 0 to 1.
     taking : (N, T) float64
@@ -43,6 +48,7 @@ class JudgedEvents:
     events: Events
     level: FloatArray
     mean: FloatArray
+    most: FloatArray
     regions: Mapping[GainRegion, FloatArray]
     taking: FloatArray
 
@@ -60,7 +66,8 @@ class JudgedEvents:
         """
         shapes = np.flatnonzero((part > 0) & self.taking.any(axis=0))
         frames, envelope = self.events.frames, self.events.envelope[:, None]
-        target = np.minimum((self.level * gain[frames])[:, None] * part[shapes], 1.0)
+        target = (self.level * gain[frames])[:, None] * part[shapes]
+        target = np.minimum(target, self.most[:, shapes])
         share = envelope * self.taking[:, shapes]
         block = np.ix_(frames, shapes)
         lacking = np.maximum(target - self.mean[:, shapes], 0.0)
@@ -104,9 +111,25 @@ def judged_events(
     """
     events = (events_of if whole_take else frame_events)(output, response[0])
     mean = events.peaks(weights)
+    most = np.ones(mean.shape)
+    if whole_take:
+        most -= _HEADROOM * np.sqrt(_jitter(events, output, weights))
     regions = evidence.shown(mean, pose)
     shown = np.ones(len(mean))
     for share in regions.values():
         shown = np.minimum(shown, share)
     taking = evidence.takes_part(mean, pose, events.size) * shown[:, None]
-    return JudgedEvents(events, respond(events.size, response), mean, regions, taking)
+    return JudgedEvents(events, respond(events.size, response), mean, most, regions, taking)
+
+
+def _jitter(events: Events, output: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the variance of each weight (F, T) at the peak of each frame's event: (N, T).
+
+    Without what goes up and down with the output: that is the performance.
+    """
+    with_output = events.peaks(np.concatenate([output[:, None], output[:, None] ** 2], axis=1))
+    mean, moved = with_output[:, :1], with_output[:, 1:] - with_output[:, :1] ** 2
+    own, together = events.peaks(weights), events.peaks(output[:, None] * weights)
+    variance = events.peaks(weights**2) - own**2
+    shared = (together - mean * own) ** 2 / np.maximum(moved, 1e-12)
+    return np.asarray(np.maximum(variance - shared, 0.0))

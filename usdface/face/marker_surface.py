@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.face.dot_skin import dot_skin
 from usdface.face.skin_patch import SkinPatch, skin_patch
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.marker_spread import rms_radius
@@ -70,10 +71,13 @@ class MarkerSurface:
     ----------
     mesh : Mesh
     vertices : (B,) int64
+    radii : (B,) float64 [m] or None
+        Of painted dots, which move as the mean of the skin under them; NaN, None = unknown.
     """
 
     mesh: Mesh
     vertices: IntArray
+    radii: FloatArray | None = None
 
     @cached_property
     def reach(self) -> float:
@@ -87,11 +91,12 @@ class MarkerSurface:
 
     def select(self, markers: IntArray) -> "MarkerSurface":
         """Return the surface around some of the bound vertices."""
-        return MarkerSurface(self.mesh, self.vertices[markers])
+        radii = None if self.radii is None else self.radii[markers]
+        return MarkerSurface(self.mesh, self.vertices[markers], radii)
 
     def with_shapes(self, shapes: tuple[BlendShape, ...]) -> "MarkerSurface":
         """Return the same surface moved by other blend shapes."""
-        surface = MarkerSurface(replace(self.mesh, shapes=shapes), self.vertices)
+        surface = MarkerSurface(replace(self.mesh, shapes=shapes), self.vertices, self.radii)
         surface.__dict__.update(_graph=self._graph, _lengths=self._lengths, patch=self.patch)
         return surface
 
@@ -108,11 +113,13 @@ class MarkerSurface:
             around.append(self._near(nearest[-1], inner)[0])
         frames = [self._frame(v, n) for v, n in zip(nearest, around, strict=True)]
         tangents = np.stack([tangent for tangent, _ in frames])
-        used = np.unique(np.concatenate([nearest, *around]))
+        radii = np.full(len(wanted), np.nan) if self.radii is None else self.radii
+        skin = dot_skin(self.mesh, np.array(nearest), radii)
+        used = np.unique(np.concatenate([skin.vertices, *around]))
         column = np.full(len(self.mesh.points), -1)
         column[used] = np.arange(len(used))
         own = np.zeros((len(wanted), len(used)))
-        own[np.arange(len(wanted)), column[nearest]] = 1.0
+        own[:, column[skin.vertices]] = skin.means
         along = np.zeros((2, *own.shape))
         for marker, (near, (_, slope)) in enumerate(zip(around, frames, strict=True)):
             along[:, marker, column[near]] = slope

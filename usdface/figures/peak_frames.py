@@ -86,9 +86,9 @@ def _candidates(result: ShotResult) -> Iterator[tuple[int, str]]:
 
 
 def _add(found: dict[int, str], frame: int, reason: str, times: FloatArray) -> None:
-    """Add a frame, or its reason to that of one that looks alike."""
+    """Add a frame, or its reason to that of one that looks alike, which rest does not."""
     near = (other for other in found if abs(times[other] - times[frame]) < _APART)
-    first = next(near, None)
+    first = next((other for other in near if other == frame or found[other] != "rest"), None)
     if first is None:
         found[frame] = reason
     elif reason not in found[first]:

@@ -1,6 +1,6 @@
 """Detection of dots in one image: threshold, connected components, sub-pixel centres."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,8 +50,9 @@ _PIXEL_VARIANCE = 1.0 / 12.0
 # Factors that areas may be smaller and larger by than the usual one, where that is known.
 _RANGE = (16, 5)
 # A dot's hue lies on the way from the skin to the usual one, at least so far along, and at most so
-# far beside it: a small dot is mixed with skin, an iris or a leaf has a way of its own.
-_ALONG, _BESIDE = 0.3, 0.3
+# far beside it: a small dot is mixed with skin, an iris or a leaf has a way of its own. A faint dot
+# is a pixel wide, and mixed with more.
+_ALONG, _BESIDE, _FAINT_ALONG = 0.3, 0.3, 0.1
 # Hues of dots and skin that are no farther apart tell nothing: dots are dark or light then.
 _GREY = 25.0
 _NOISE_FLOOR = 0.3  # code values: rounding to whole ones
@@ -124,7 +125,11 @@ def detect_dots(pixels: Pixels, model: DotModel, box: Box | None = None) -> Dots
     signal = model.channel.signal(pixels[top:bottom, left:right])
     found = measure(signal, signal - background(signal), model.threshold, model.area)
     found = _moved(found, left, top)
-    return found[_of_hue(hues(pixels, found), model)] if len(found) else found
+    if not len(found):
+        return found
+    own = hues(pixels, found)
+    found = replace(found, faint=~_of_hue(own, model, _ALONG))
+    return found[_of_hue(own, model, _FAINT_ALONG)]
 
 
 def hues(pixels: Pixels, dots: Dots) -> FloatArray:
@@ -142,26 +147,18 @@ def opponents(colours: FloatArray) -> FloatArray:
     return np.stack([red - green, (red + green) / 2 - blue], axis=-1)
 
 
-def _of_hue(found: FloatArray, model: DotModel) -> BoolArray:
-    """Return which hues (K, 2) are those of dots."""
+def _of_hue(found: FloatArray, model: DotModel, least: float) -> BoolArray:
+    """Return which hues (K, 2) are those of dots, at `least` so far from the skin's."""
     way, own = np.subtract(model.hue, model.skin), found - model.skin
     length = float(np.hypot(*way))
     if length < _GREY:
         return np.ones(len(found), dtype=bool)
     along, beside = own @ way / length, own @ (-way[1], way[0]) / length
-    return np.asarray((along > _ALONG * length) & (np.abs(beside) < _BESIDE * length))
+    return np.asarray((along > least * length) & (np.abs(beside) < _BESIDE * length))
 
 
 def _moved(dots: Dots, left: int, top: int) -> Dots:
-    return Dots(
-        dots.centres + np.array([left, top]),
-        dots.deviations,
-        dots.axes,
-        dots.angles,
-        dots.areas,
-        dots.fills,
-        dots.heights,
-    )
+    return replace(dots, centres=dots.centres + np.array([left, top]))
 
 
 def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0.0) -> Dots:
@@ -319,6 +316,7 @@ def _measured(
         area,
         area / (np.pi * axes[:, 0] * axes[:, 1]),
         height,
+        np.zeros(len(own), dtype=bool),
     )
 
 

@@ -28,6 +28,9 @@ class Dots:
         Area divided by that of the ellipse: 1 for discs and ellipses.
     heights : (K,) float64
         Signal above what is around it, in code values.
+    faint : (K,) bool
+        So mixed with what is around it that it may be anything: it goes on with a track that
+        expects a dot there, and is none by itself.
     """
 
     centres: FloatArray
@@ -37,10 +40,12 @@ class Dots:
     areas: FloatArray
     fills: FloatArray
     heights: FloatArray
+    faint: BoolArray
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+            kind = np.bool_ if name == "faint" else np.float64
+            object.__setattr__(self, name, frozen(getattr(self, name), kind))
 
     def __len__(self) -> int:
         return len(self.centres)
@@ -48,6 +53,11 @@ class Dots:
     def __getitem__(self, rows: BoolArray | IntArray) -> "Dots":
         """Return some of the dots."""
         return Dots(*(getattr(self, name)[rows] for name in self.__slots__))
+
+    @property
+    def sure(self) -> "Dots":
+        """Those that are not faint."""
+        return self[~self.faint]
 
     @property
     def roundness(self) -> FloatArray:
@@ -64,4 +74,4 @@ def no_dots() -> Dots:
     """Return the dots of an image without any."""
     none = np.zeros(0)
     pairs = np.zeros((0, 2))
-    return Dots(pairs, none, pairs, none, none, none, none)
+    return Dots(pairs, none, pairs, none, none, none, none, np.zeros(0, dtype=bool))

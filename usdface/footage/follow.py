@@ -19,6 +19,8 @@ _AWAY = 1e6
 # Share of the distance between neighbouring dots within which a dot is looked for: at 30 images a
 # second the fastest dot of a face moves by less than half of it, the head's motion apart.
 _GATE = 0.4
+# A faint dot is looked for within this share of that.
+_FAINT = 0.6
 # A hidden dot may come back farther away, from frame to frame, up to a limit.
 _LONGER, _FARTHEST = 0.02, 0.6
 # Weight of a change in size and height (logarithms) beside the squared distance over the gate.
@@ -148,7 +150,8 @@ class _Tracks:
     ) -> IntArray:
         away = np.linalg.norm(expected[:, None] - dots.centres, axis=2)
         share = np.minimum(_GATE + _LONGER * self.unseen, _FARTHEST)
-        cost = (away / (share * spacing)[:, None]) ** 2
+        gate = (share * spacing)[:, None] * np.where(dots.faint, _FAINT, 1.0)
+        cost = (away / gate) ** 2
         grown = np.abs(np.log(dots.areas / self.areas[:, None]))
         grown += np.abs(np.log(dots.heights / self.heights[:, None]))
         cost = np.where((cost <= 1.0) & live[:, None], cost + _SIZE * grown, np.inf)
@@ -190,7 +193,7 @@ class _Tracks:
         height = float(np.median(self.heights)) if len(self.heights) else 0.0
         free = np.ones(len(dots), dtype=bool)
         free[taken] = False
-        free &= (dots.fills > _NEW_FILL[0]) & (dots.fills < _NEW_FILL[1])
+        free &= ~dots.faint & (dots.fills > _NEW_FILL[0]) & (dots.fills < _NEW_FILL[1])
         free &= (dots.roundness > _NEW_ROUND) & (dots.heights > _NEW_HEIGHT * height)
         if usual:
             free &= (dots.areas > _NEW_AREA[0] * usual) & (dots.areas < _NEW_AREA[1] * usual)

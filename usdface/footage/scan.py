@@ -48,8 +48,9 @@ def scan(frames: Iterable[LoadFrame], model: DotModel) -> Iterator[Dots]:
             look = partial(_found, model=model, box=box, usual=usual)
             found = list(pool.map(look, batch))
             yield from (dots for dots, _ in found)
-            model = _adapted(model, [dots for dots, _ in found])
-            seen = [each for each in found if len(each[0]) >= LEAST_DOTS]
+            sure = [(dots.sure, size) for dots, size in found]
+            model = _adapted(model, [dots for dots, _ in sure])
+            seen = [each for each in sure if len(each[0]) >= LEAST_DOTS]
             if seen:
                 usual = float(np.median([len(dots) for dots, _ in seen]))
                 box = _room(seen[-1][0], seen[-1][1])
@@ -63,7 +64,8 @@ def _found(
         return no_dots(), (0, 0)
     size = pixels.shape[1], pixels.shape[0]
     dots = detect_dots(pixels, model, box)
-    if box is not None and (len(dots) < _FEWER * usual or _at_rim(dots, box, size)):
+    sure = dots.sure
+    if box is not None and (len(sure) < _FEWER * usual or _at_rim(sure, box, size)):
         dots = detect_dots(pixels, model)
     return (dots if len(dots) <= 4 * MOST_DOTS else no_dots()), size
 

@@ -33,7 +33,7 @@ def reference_frame(frames: Sequence[Dots]) -> int:
     InputError
         If no frame has three, or there are more than 400.
     """
-    counts = [int(((dots.fills > 0.75) & (dots.fills < 1.35)).sum()) for dots in frames]
+    counts = [int(((d.fills > 0.75) & (d.fills < 1.35) & ~d.faint).sum()) for d in frames]
     # A speck that comes and goes does not choose the frame: a count that lasts does.
     usual = np.array([min(counts[max(0, k - 2) : k + 3]) for k in range(len(counts))])
     best = int(np.argmax(usual)) if usual.max(initial=0) else int(np.argmax(counts))
@@ -80,7 +80,8 @@ def track_dots(
     """
     at = reference_frame(frames)
     first = frames[at]
-    start = np.flatnonzero((first.fills > _START_FILL) & (first.roundness > _START_ROUND))
+    shaped = (first.fills > _START_FILL) & (first.roundness > _START_ROUND)
+    start = np.flatnonzero(shaped & ~first.faint)
     start = start[reading_order(first.centres[start])]
     ahead, behind = frames[at:], frames[at::-1]
     forward = follow(ahead, start, first.centres[start])

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from usdface.arrays import FloatArray, frozen
 
 __all__ = ["Doubt", "Tracks"]
@@ -56,3 +58,18 @@ class Tracks:
     def __post_init__(self) -> None:
         for name in ("places", "deviations", "ellipses", "confidence"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def deviation(self) -> float:
+        """Of all places [px]: root mean square."""
+        return float(np.sqrt(np.nanmean(self.deviations**2)))
+
+    @property
+    def diameter(self) -> float:
+        """Of the dots as they are painted [px]: dots of one film are alike.
+
+        A slanted dot keeps its length; one that skin stretches or a lid hides is not the usual one.
+        """
+        seen = ~np.isnan(self.ellipses[..., 0])
+        own = [np.median(self.ellipses[seen[:, k], k, 0]) for k in np.flatnonzero(seen.any(axis=0))]
+        return 2.0 * float(np.median(own))

@@ -6,6 +6,7 @@ alone or among others. Frames are evaluated in blocks that fit the processor's c
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 
@@ -67,7 +68,9 @@ def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = Fal
     ----------
     system : FuzzySystem
     inputs : (F, I) float64
-        Columns as `FuzzySystem.inputs`. A NaN belongs to no term, so its rules do not fire.
+        Columns as `FuzzySystem.inputs`. A NaN belongs to no term, so its rules do not fire; a
+        negation of it is as true as it is whatever the value: ``NOT (a AND b)`` with a hidden `a`
+        is ``1 - b``.
     memberships : bool
         Keep the degrees of terms and propositions.
 
@@ -155,7 +158,7 @@ class _Degrees:
             return self._known[condition]
         if condition.how == "not":
             (part,) = condition.parts
-            return np.where(self._lacks(part), 0.0, 1.0 - self.of(part))
+            return np.asarray(1.0 - self._highest(part))
         if condition.how == "most":
             return most_of([self.of(part) for part in condition.parts])
         norm = self._norms[condition.how]
@@ -164,6 +167,23 @@ class _Degrees:
         for part in condition.parts[1:]:
             degree = norm(degree, self.of(part), **into)
         return degree
+
+    def _highest(self, condition: Condition) -> FloatArray:
+        """Return the degree that a condition has at most, whatever the inputs that are NaN: (F,).
+
+        All connectives but the negation grow with their parts.
+        """
+        missing = self._lacks(condition)
+        if not missing.any():
+            return self.of(condition)
+        if isinstance(condition, Proposition):
+            return np.where(missing, 1.0, self.of(condition))
+        if condition.how == "not":
+            return np.asarray(1.0 - self.of(condition.parts[0]))
+        parts = [self._highest(part) for part in condition.parts]
+        if condition.how == "most":
+            return most_of(parts)
+        return np.asarray(reduce(self._norms[condition.how], parts))
 
     def _lacks(self, condition: Condition) -> BoolArray:
         """Return the frames in which an input of the condition is NaN."""

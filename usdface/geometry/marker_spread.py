@@ -5,12 +5,42 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 
-__all__ = ["marker_spread", "rms_radius"]
+__all__ = ["laid_over", "marker_spread", "rms_radius"]
 
 
 def rms_radius(points: FloatArray) -> float:
     """Return the RMS distance of points (N, D) from their centroid, in their own unit."""
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def laid_over(
+    points: FloatArray, positions: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return by what scale points lie over their positions in each frame, without turning them.
+
+    Parameters
+    ----------
+    points : (M, D) float64
+    positions : (F, M, D) float64
+        NaN where hidden; at least two are seen in each frame.
+
+    Returns
+    -------
+    scales : (F,) float64
+        Of the positions' unit to the points'.
+    middles : (F, D) float64
+        Of the seen positions.
+    own_middles : (F, D) float64
+        Of the points that these are of.
+    """
+    seen = ~np.isnan(positions[..., :1])
+    count = seen.sum(axis=1)
+    middles = np.where(seen, positions, 0.0).sum(axis=1) / count
+    own_middles = np.where(seen, points, 0.0).sum(axis=1) / count
+    spread = np.where(seen, positions - middles[:, None], 0.0)
+    own = np.where(seen, points - own_middles[:, None], 0.0)
+    scales = np.sqrt((spread**2).sum(axis=(1, 2)) / (own**2).sum(axis=(1, 2)))
+    return scales, middles, own_middles
 
 
 def marker_spread(neutral: FloatArray) -> float:

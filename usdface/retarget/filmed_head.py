@@ -4,23 +4,27 @@ An image says nothing of depth, but the character does: on its resting face and 
 every marker has a third coordinate. With it the pose of the head is that of a perspective camera,
 and a marker's other two coordinates are where its ray meets that depth. The depth depends on the
 weights, so poses and weights are found in turn. Where the head turns, the image also tells how deep
-the performer's own face is.
+the performer's own face is. Of a painted dot the camera shows the middle of what faces it; how far
+this lies beside the mean of the skin under the dot, weights and pose tell, too.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.face.dot_skin import DotSkin
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.dot_centres import beside_means
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.one_camera import PinholeCamera, fit_pose, pose_columns, start_pose
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["Displacements", "FilmedHead", "film_head"]
+__all__ = ["FilmedHead", "SolveStill", "film_head"]
 
 # Poses and weights in turn, at most; and the change of markers, by their residual, at which they
 # end: later rounds change weights by less than their error.
@@ -55,8 +59,8 @@ _USUAL = 0.65
 # The focal length counts as shown where the worst of those tried leaves so much more. Set by hand.
 _SHOWN = 1.1
 
-# Of a take's markers by the weights that are solved for it, given its neutral frames.
-Displacements = Callable[[MarkerTake, tuple[int, int]], FloatArray]
+# The weights (F, S) that are solved for a take of a still head, given its neutral frames.
+SolveStill = Callable[[MarkerTake, tuple[int, int]], FloatArray]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,6 +79,8 @@ class FilmedHead:
         The resting markers, in head space.
     rest_pose : Pose
         Of one frame, the neutral.
+    beside : (F, M, 2) float64 [px]
+        From the mean of the skin under each dot to the middle of what the camera sees of it.
     """
 
     markers: tuple[str, ...]
@@ -83,6 +89,7 @@ class FilmedHead:
     depths: FloatArray
     rest: FloatArray
     rest_pose: Pose
+    beside: FloatArray
 
     @property
     def motion(self) -> Pose:
@@ -95,13 +102,24 @@ class FilmedHead:
 
         Markers that the face has not are carried along at its mean depth.
         """
+        own = [take.names.index(name) for name in self.markers]
         depths = np.full((len(take.times), len(take.names)), self.rest[:, 2].mean())
-        depths[:, [take.names.index(name) for name in self.markers]] = self.depths
-        flat = self.camera.at_depths(take.positions, self.pose, depths)[..., :2]
-        return replace(take, positions=flat, image_size=None, focal_length=0.0)
+        depths[:, own] = self.depths
+        image = take.positions.copy()
+        image[:, own] -= self.beside
+        flat = self.camera.at_depths(image, self.pose, depths)[..., :2]
+        metre = self.camera.focal_length / -float(np.median(self.pose.translations[:, 2]))  # px
+        return replace(
+            take,
+            positions=flat,
+            image_size=None,
+            focal_length=0.0,
+            diameters=None if take.diameters is None else take.diameters / metre,
+            deviation=take.deviation / metre,
+        )
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class _Film:
     """A take of one camera, and the face that it is to be seen on.
 
@@ -109,22 +127,33 @@ class _Film:
     ----------
     take : MarkerTake
         Of M markers.
-    face : (M, 3) float64 [m]
-        Where they rest on the character: head space.
-    rest : (M, 2) float64 [px]
-        Where they rest in the image.
+    skin : DotSkin
+        Of the character under them: head space.
     neutral : (int, int)
         First and last neutral frame index, inclusive.
     """
 
     take: MarkerTake
-    face: FloatArray
-    rest: FloatArray
+    skin: DotSkin
     neutral: tuple[int, int]
 
     @property
     def image(self) -> FloatArray:
         return self.take.positions
+
+    @property
+    def face(self) -> FloatArray:
+        """Where they rest on the character: (M, 3) [m]."""
+        return self.skin.rest
+
+    @cached_property
+    def rest(self) -> FloatArray:
+        """Where they rest in the image: (M, 2) [px]."""
+        return neutral_markers(self.image, self.neutral)
+
+    def without(self, beside: FloatArray) -> "_Film":
+        """Return the film of the means of the skin: what lies `beside` (F, M, 2) [px] goes."""
+        return replace(self, take=replace(self.take, positions=self.image - beside))
 
     def part(self, most: int) -> "_Film":
         """Return at most so many frames, evenly spread, and the neutral ones."""
@@ -143,9 +172,9 @@ class _Film:
 def film_head(
     take: MarkerTake,
     markers: tuple[str, ...],
-    points: FloatArray,
+    skin: DotSkin,
     neutral: tuple[int, int],
-    displacements: Displacements,
+    solve: SolveStill,
 ) -> tuple[FilmedHead | None, list[Finding]]:
     """Find how a head moved before the camera that filmed it.
 
@@ -155,13 +184,12 @@ def film_head(
         2D.
     markers : tuple of str, length B
         The bound markers.
-    points : (B, 3) float64 [m]
-        Where they rest on the character.
+    skin : DotSkin
+        Of the character under each of them.
     neutral : (int, int)
         First and last neutral frame index, inclusive.
-    displacements : callable
-        Solves a take of a still head with these neutral frames, and returns how far the solved
-        weights move its markers: (F, M, 3) [m].
+    solve : callable
+        Solves a take of a still head with these neutral frames, for weights of `skin.evaluator`.
 
     Returns
     -------
@@ -175,23 +203,19 @@ def film_head(
     used = np.flatnonzero(visible(rest) & visible(image).any(axis=0))
     if len(used) < _FEWEST:
         return None, []
-    names = tuple(markers[known[k]] for k in used)
-    film = _Film(
-        replace(take, names=names, positions=image[:, used]),
-        points[np.array(known)[used]],
-        rest[used],
-        neutral,
-    )
-    camera, findings = _camera(film, displacements)
+    bound = np.array(known)[used]
+    own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
+    film = _Film(take.with_markers(own), skin.select(bound), neutral)
+    camera, findings = _camera(film, solve)
     some = film.part(_FRAMES)
-    head, moved, _ = _in_turn(some, camera, displacements, _ROUNDS)
+    head, weights, _ = _in_turn(some, camera, solve, _ROUNDS)
     if len(some.image) == len(film.image):
         return head, findings
-    there = _at_times(moved, some.take.times, film.take.times)
-    return _in_turn(film, camera, displacements, _LAST_ROUNDS, head.rest[:, 2], there)[0], findings
+    there = _at_times(weights, some.take.times, film.take.times)
+    return _in_turn(film, camera, solve, _LAST_ROUNDS, head.rest[:, 2], there)[0], findings
 
 
-def _camera(film: _Film, displacements: Displacements) -> tuple[PinholeCamera, list[Finding]]:
+def _camera(film: _Film, solve: SolveStill) -> tuple[PinholeCamera, list[Finding]]:
     """Return the camera, as the take gives it or as its motion shows it."""
     take, findings = film.take, list[Finding]()
     if take.image_size:
@@ -207,7 +231,7 @@ def _camera(film: _Film, displacements: Displacements) -> tuple[PinholeCamera, l
     lengths = _FOCAL_LENGTHS * diagonal
     errors = np.array(
         [
-            _in_turn(some, PinholeCamera(length, centre), displacements, _TRIAL_ROUNDS)[2]
+            _in_turn(some, PinholeCamera(length, centre), solve, _TRIAL_ROUNDS)[2]
             for length in lengths
         ]
     )
@@ -232,10 +256,10 @@ def _lowest(lengths: FloatArray, errors: FloatArray) -> float:
 def _in_turn(
     film: _Film,
     camera: PinholeCamera,
-    displacements: Displacements,
+    solve: SolveStill,
     rounds: int,
     depths: FloatArray | None = None,
-    moved: FloatArray | None = None,
+    weights: FloatArray | None = None,
 ) -> tuple[FilmedHead, FloatArray, float]:
     """Find poses and weights in turn.
 
@@ -243,48 +267,51 @@ def _in_turn(
     ----------
     depths : (M,) float64 [m], optional
         Of the resting markers, where they are known.
-    moved : (F, M, 3) float64 [m], optional
-        A first guess of the markers' displacements.
+    weights : (F, S) float64, optional
+        A first guess.
 
     Returns
     -------
     head : FilmedHead
-    moved : (F, M, 3) float64 [m]
+    weights : (F, S) float64
     left : float [px]
         RMS of what poses and weights leave of the image.
     """
-    names = film.take.names
+    seen, take, skin, count = film, film.take, film.skin, len(film.image)
     look = start_pose(film.face, film.rest[None], camera)
     look, _ = fit_pose(film.face, film.rest[None], camera, look)
     deep = film.face[:, 2] if depths is None else depths
-    count, markers = film.image.shape[:2]
-    moved = np.zeros((count, markers, 3)) if moved is None else moved
+    if weights is None:
+        weights = np.zeros((count, len(skin.evaluator.offsets)))
     pose = Pose(np.repeat(look.rotations, count, 0), np.repeat(look.translations, count, 0))
     before: FloatArray | None = None
     for done in range(rounds):
+        moved = skin.mean_evaluator.displacements(weights).reshape(*film.image.shape[:2], 3)
+        beside = beside_means(skin, weights, pose, camera)
+        film = seen.without(beside)
+        look, _ = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
         pose, _ = fit_pose(rest + moved, film.image, camera, pose)
         if depths is None and done > 0:
             deep = _refined_depths(film, camera, look, pose, rest, moved)
             rest = camera.at_depths(film.rest[None], look, deep)[0]
             pose, _ = fit_pose(rest + moved, film.image, camera, pose)
-        head = FilmedHead(names, camera, pose, rest[:, 2] + moved[..., 2], rest, look)
+        depth = rest[:, 2] + moved[..., 2]
+        head = FilmedHead(take.names, camera, pose, depth, rest, look, beside)
         left = _rms(film.image - camera.image(pose.to_take(rest + moved)))
-        still = head.still(film.take)
+        still = head.still(take)
         size = left * float(np.median(-pose.translations[:, 2])) / camera.focal_length
         if before is not None and _rms(still.positions - before) < _SETTLED * size:
             break
         before = still.positions
         if done < rounds - 1:
-            moved = displacements(still, film.neutral)
-    return head, moved, left
+            weights = solve(still, film.neutral)
+    return head, weights, left
 
 
 def _at_times(values: FloatArray, known: FloatArray, times: FloatArray) -> FloatArray:
-    """Return values (K, M, 3) at `known` times (K,) at other times (F,): (F, M, 3)."""
-    columns = values.reshape(len(known), -1).T
-    flat = np.stack([np.interp(times, known, column) for column in columns], axis=1)
-    return flat.reshape(len(times), *values.shape[1:])
+    """Return values (K, S) at `known` times (K,) at other times (F,): (F, S)."""
+    return np.stack([np.interp(times, known, column) for column in values.T], axis=1)
 
 
 def _refined_depths(

@@ -137,6 +137,11 @@ def fit_take(
     else:
         fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
+    least_noise = 0.0
+    if take.deviation:
+        extent = rms_radius(points[used, : take.dimension])
+        least_noise = take.deviation * extent / rms_radius(neutral)
+
     def solved(
         fit: FaceFit,
         frames: IntArray | slice = _ALL,
@@ -148,7 +153,7 @@ def fit_take(
         return solve_pose_and_weights(
             take.times[frames], positions[frames], fit.points, model, space,
             Pose(pose.rotations[frames], pose.translations[frames]), setup, shape_names,
-            progress=progress, **settings,
+            least_noise=least_noise, progress=progress, **settings,
         )  # fmt: skip
 
     some = _some_frames(visible(positions))

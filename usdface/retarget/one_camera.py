@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.geometry.marker_spread import laid_over
 from usdface.geometry.rigid_fit import Pose
 from usdface.takes import visible
 
@@ -94,14 +95,7 @@ def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> 
     image : (F, M, 2) float64 [px]
         NaN where hidden; at least two are seen in each frame.
     """
-    seen = visible(image)[..., None]
-    count = seen.sum(axis=1)
-    shown = np.where(seen, image, 0.0)
-    centre = shown.sum(axis=1) / count
-    middle = np.where(seen, points[:, :2], 0.0).sum(axis=1) / count
-    spread = np.where(seen, image - centre[:, None], 0.0)
-    width = np.where(seen, points[:, :2] - middle[:, None], 0.0)
-    size = np.sqrt((spread**2).sum(axis=(1, 2)) / (width**2).sum(axis=(1, 2)))  # px per metre
+    size, centre, middle = laid_over(points[:, :2], image)  # px per metre, px, m
     distance = camera.focal_length / size
     place = np.concatenate([(centre - camera.centre) / size[:, None], -distance[:, None]], axis=1)
     middle = np.concatenate([middle, np.full((len(image), 1), points[:, 2].mean())], axis=1)

@@ -107,6 +107,7 @@ def solve_pose_and_weights(
     *,
     neutral_frames: IntArray | None = None,
     rounds: int = _ROUNDS,
+    least_noise: float = 0.0,
     known: Regularisation | None = None,
     exactly: bool = False,
     progress: Progress | None = None,
@@ -133,6 +134,8 @@ def solve_pose_and_weights(
         Frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
         At most.
+    least_noise : float [m]
+        Standard deviation of a marker coordinate, as far as it is known before.
     known : Regularisation, optional
         With noise, misfit and covariance of the take that these frames are a part of; they are
         estimated, if left out.
@@ -165,7 +168,7 @@ def solve_pose_and_weights(
             progress(Step("solve", (done - 1) / rounds))
         displaced, observed = _displaced(here, space, rows, iterate, times)
         if rest is not None:
-            noise = rest.noise(observed) if done <= 2 else regularisation.noise
+            noise = max(rest.noise(observed), least_noise) if done <= 2 else regularisation.noise
             # A pose that is off in the first rounds looks like misfit.
             misfit = rest.misfit(observed, noise)
             regularisation = replace(regularisation, noise=noise, misfit=misfit)

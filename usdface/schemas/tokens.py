@@ -82,6 +82,8 @@ __all__ = [
     "MAP_KERNEL",
     "MAP_RADIUS",
     "MAP_SMOOTHING",
+    "MARKERS_DEVIATION",
+    "MARKERS_DIAMETERS",
     "MARKERS_NAMES",
     "MARKERS_VISIBLE",
     "MARKER_TAKE",
@@ -160,6 +162,8 @@ FALLBACK_TYPES: Final[dict[str, str]] = {
 POINTS: Final = "points"
 MARKERS_NAMES: Final = "usdface:markers:names"
 MARKERS_VISIBLE: Final = "usdface:markers:visible"
+MARKERS_DEVIATION: Final = "usdface:markers:deviation"
+MARKERS_DIAMETERS: Final = "usdface:markers:diameters"
 DIMENSION: Final = "usdface:dimension"
 IMAGE_SIZE: Final = "usdface:imageSize"
 FOCAL_LENGTH: Final = "usdface:focalLength"

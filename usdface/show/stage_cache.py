@@ -8,9 +8,9 @@ from typing import TypeVar
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, CombinationWeight
 from usdface.cleanup.clean import Cleaned
 from usdface.cleanup.repairs import Repair
-from usdface.closure.blinks import EyeClosing
 from usdface.closure.closed_eyes import CompletedClosing
 from usdface.closure.closure_layer import Closure
+from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_gaps import LidGaps
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import OutputError

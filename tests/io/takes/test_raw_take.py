@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,18 @@ def test_image_markers_are_pixels_with_y_turned_up(raw):
     assert (take.meters_per_unit, take.up_axis, take.image_size) == (1.0, "Y", (640, 480))
     assert take.focal_length == 500.0
     assert findings == []
+
+
+def test_dots_keep_their_diameter_and_those_that_are_never_seen_go(raw):
+    positions = np.ones((2, 3, 2))
+    positions[:, 1] = np.nan
+    given = replace(
+        raw(positions), labels=("a", "b", "c"), diameters=np.array([8.0, 9.0, 10.0]), deviation=0.2
+    )
+    take, _ = finish_take(given, TakeOptions())
+    assert take.names == ("a", "c")
+    assert take.diameters.tolist() == [8.0, 10.0]
+    assert take.deviation == 0.2
 
 
 def test_two_coordinates_are_an_image_and_never_space(raw):

@@ -55,13 +55,31 @@ def test_uneven_times_survive(tmp_path: Path) -> None:
 
 
 def test_pixels_stay_pixels(tmp_path: Path) -> None:
-    take = marker_take(2, image_size=(1920, 1080), focal_length=1400.0, first_frame=40)
+    diameters = np.linspace(8.0, 12.0, len(NAMES))
+    take = marker_take(
+        2, image_size=(1920, 1080), focal_length=1400.0, first_frame=40, diameters=diameters,
+        deviation=0.12,
+    )  # fmt: skip
     back = round_trip(take, tmp_path)
     assert isinstance(back, MarkerTake)
     assert back.dimension == 2 and back.image_size == (1920, 1080)
     assert back.focal_length == 1400.0
     assert back.first_frame == 40
+    assert back.deviation == 0.12
+    np.testing.assert_array_equal(back.diameters, diameters)
     np.testing.assert_allclose(back.positions, take.positions, rtol=1e-6)
+
+
+def test_sizes_of_markers_in_space_are_in_the_unit_of_the_stage(tmp_path: Path) -> None:
+    diameters = np.array([0.004, np.nan, *[0.003] * (len(NAMES) - 2)])
+    take = marker_take(meters_per_unit=0.001, diameters=diameters, deviation=0.0002)
+    back = round_trip(take, tmp_path)
+    stage = Usd.Stage.Open(str(next(tmp_path.glob("*.usd*"))))
+    written = stage.GetDefaultPrim().GetAttribute("usdface:markers:diameters").Get()
+    assert written[0] == pytest.approx(4.0)
+    assert isinstance(back, MarkerTake)
+    np.testing.assert_allclose(back.diameters, diameters)
+    assert back.deviation == pytest.approx(0.0002)
 
 
 def test_an_occluded_marker_keeps_its_last_place_in_a_viewer(tmp_path: Path) -> None:

@@ -53,6 +53,10 @@ class RawTake:
         "" = the file has none.
     first_frame : int
         Number of frames of the footage before the first one.
+    diameters : (M,) float64 [px], optional
+        Of painted dots in an image.
+    deviation : float [px]
+        Standard deviation of a coordinate in an image; 0 = unknown.
 
     Examples
     --------
@@ -76,6 +80,8 @@ class RawTake:
     up_axis: str | None = None
     start_timecode: str = ""
     first_frame: int = 0
+    diameters: FloatArray | None = None
+    deviation: float = 0.0
 
 
 def check_size(path: Path, frame_count: int, marker_count: int) -> None:
@@ -172,9 +178,9 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     seen, occlusion = find_occlusion(path, labels, hidden)
     findings += occlusion
     take = MarkerTake(
-        tuple(label for label, kept in zip(labels, seen, strict=True) if kept),
+        tuple(labels),
         times,
-        positions if seen.all() else positions[:, seen],
+        positions,
         rate,
         unit,
         up_axis,
@@ -183,8 +189,10 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         path.name,
         (options.focal_length or 0.0) if positions.shape[2] == 2 else 0.0,
         raw.first_frame,
+        raw.diameters if positions.shape[2] == 2 else None,
+        raw.deviation if positions.shape[2] == 2 else 0.0,
     )
-    return take, findings
+    return take if seen.all() else take.with_markers(seen), findings
 
 
 def listed(items: Sequence[str], most: int = 5) -> str:

@@ -1,6 +1,5 @@
 """Takes that the readers of other packages return, held to the rules of usdface's own readers."""
 
-from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 
@@ -49,8 +48,7 @@ def verified_take(
         check_size(path, len(take.times), len(take.names))
     seen, occlusion = find_occlusion(path, take.names, ~take.visible)
     if not seen.all():
-        names = tuple(name for name, kept in zip(take.names, seen, strict=True) if kept)
-        take = replace(take, names=names, positions=take.positions[:, seen])
+        take = take.with_markers(seen)
     said = {(each.code, each.where) for each in findings}
     return take, findings + [each for each in occlusion if (each.code, each.where) not in said]
 

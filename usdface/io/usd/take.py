@@ -91,6 +91,14 @@ def _define_markers(
     author(prim, tokens.IMAGE_SIZE, names.Int2, Gf.Vec2i(*(take.image_size or (0, 0))))
     if take.focal_length:
         author(prim, tokens.FOCAL_LENGTH, names.Double, take.focal_length)
+    if take.diameters is not None:
+        diameters = take.diameters
+        if take.dimension == 3:
+            diameters = diameters / metrics.meters_per_unit
+        author(prim, tokens.MARKERS_DIAMETERS, names.DoubleArray, diameters)
+    if take.deviation:
+        unit = metrics.meters_per_unit if take.dimension == 3 else 1.0
+        author(prim, tokens.MARKERS_DEVIATION, names.Double, take.deviation / unit)
     if take.first_frame:
         author(prim, tokens.FIRST_FRAME, names.Int, take.first_frame)
     width = _MARKER_WIDTH / metrics.meters_per_unit
@@ -212,6 +220,7 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
     positions[~_visibility(prim, codes, len(names))] = np.nan
     positions.setflags(write=False)  # so it is not copied
     size = prim.GetAttribute(tokens.IMAGE_SIZE).Get()
+    unit = 1.0 if image else metrics.meters_per_unit
     return (
         MarkerTake(
             tuple(str(n) for n in names),
@@ -225,9 +234,16 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
             source=_source(prim),
             focal_length=float(prim.GetAttribute(tokens.FOCAL_LENGTH).Get() or 0.0),
             first_frame=int(prim.GetAttribute(tokens.FIRST_FRAME).Get() or 0),
+            diameters=_diameters(prim, unit),
+            deviation=unit * float(prim.GetAttribute(tokens.MARKERS_DEVIATION).Get() or 0.0),
         ),
         codes,
     )
+
+
+def _diameters(prim: Usd.Prim, unit: float) -> FloatArray | None:
+    diameters = prim.GetAttribute(tokens.MARKERS_DIAMETERS).Get()
+    return None if not diameters else unit * np.array(diameters, dtype=np.float64)
 
 
 def _times(prim: Usd.Prim, codes: FloatArray, metrics: Metrics) -> FloatArray:

@@ -1,0 +1,42 @@
+"""Eyes that are held closed, from the share of the blinks' level that they reach."""
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.closure.held_eyes import find_held_eyes
+
+TIMES = np.arange(0, 6, 1 / 60)
+LEVEL = np.array([2.0, 0.5])
+WHOLE = np.ones((len(TIMES), 2), dtype=bool)
+
+
+def shut(first: float, last: float, dip: float = 0.0) -> FloatArray:
+    """Closed from `first` to `last` [s] with 0.2 s on either side, and a dip in the middle."""
+    held = np.clip(np.minimum(TIMES - first, last - TIMES) / 0.2 + 1, 0, 1)
+    return held - dip * np.exp(-(((TIMES - 0.5 * (first + last)) / 0.15) ** 2))
+
+
+def test_both_eyes_are_closed_at_their_own_level() -> None:
+    found = find_held_eyes(TIMES, shut(2.0, 4.0)[:, None] * LEVEL, LEVEL, WHOLE)
+    assert [each.eyes for each in found] == [(0,), (1,)]
+    for each in found:
+        assert each.kind == "held" and each.height == 1.0
+        assert each.start < each.closed < each.opened < each.end
+        assert abs(each.closed - 2.0) < 0.05 and abs(each.opened - 4.0) < 0.05
+
+
+def test_a_squint_at_half_the_level_is_open() -> None:
+    assert not find_held_eyes(TIMES, 0.6 * shut(2.0, 4.0)[:, None] * LEVEL, LEVEL, WHOLE)
+
+
+def test_an_eye_that_opens_halfway_between_is_closed_twice() -> None:
+    for dip, count in ((0.25, 1), (0.5, 2)):
+        found = find_held_eyes(TIMES, shut(1.5, 4.5, dip)[:, None] * LEVEL, LEVEL, WHOLE)
+        assert [each.eyes for each in found] == [(0,)] * count + [(1,)] * count
+
+
+def test_skin_alone_closes_no_eye_and_an_eye_that_is_not_seen_contradicts_none() -> None:
+    closing = shut(2.0, 4.0)[:, None] * LEVEL
+    assert not find_held_eyes(TIMES, closing, LEVEL, ~WHOLE)
+    closing[:, 1] = np.nan
+    assert [each.eyes for each in find_held_eyes(TIMES, closing, LEVEL, WHOLE)] == [(0,)]

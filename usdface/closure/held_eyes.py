@@ -1,0 +1,87 @@
+"""Eyes that are held closed: lids that stay at the level of the take's blinks."""
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.closure.eye_closing import EyeClosing, nearest_frame
+from usdface.closure.lid_pulses import crossing_time
+
+__all__ = ["find_held_eyes"]
+
+# Closed at this share of the height of the blinks; open again, or not yet closing, at the second.
+_CLOSED, _OPEN = 0.85, 0.35
+# Open halfway at this: a squint between two closings (a labelled one of ten seconds: 0.5).
+_HALF_OPEN = 0.65
+# Closed at this where the other eye is below the second: one eye alone may be a twitch of its
+# cheek.
+_CLOSED_ALONE, _CONTRADICTED = 0.95, 0.75
+# Of the usual level of an eye that is held closed: below it the eye is closing or opening, even
+# where the blinks of the take go no further. Set by hand.
+_STILL_CLOSED = 0.8
+# Shortest time [s] at that level that is no blink.
+_HELD = 0.1
+# Closing and opening [s]: as fast as the fastest blink, and slower than the slowest.
+_FASTEST, _SLOWEST = 0.05, 0.5
+
+
+def find_held_eyes(
+    times: FloatArray, closing: FloatArray, level: FloatArray, own: BoolArray
+) -> list[EyeClosing]:
+    """Return the times in which eyes stay closed, the left eye's first.
+
+    Parameters
+    ----------
+    times : (F,) float64 [s]
+    closing : (F, 2) float64
+        How far each eye is closed; NaN = not seen.
+    level : (2,) float64
+        The same at the peaks of the take's blinks.
+    own : (F, 2) bool
+        Where the lid moves, and not only the skin around it.
+    """
+    held = []
+    for eye in (0, 1):
+        share, other = closing[:, eye] / level[eye], closing[:, 1 - eye] / level[1 - eye]
+        # An eye that is not seen contradicts nothing.
+        alone = (other < _CONTRADICTED) | ~own[:, 1 - eye]
+        closed = share >= np.where(alone, _CLOSED_ALONE, _CLOSED)
+        # The eye that is closed alone is the one that is closed further.
+        closed &= ~(alone & (closing[:, eye] < closing[:, 1 - eye]))
+        held += _held_eye(times, share, closed & own[:, eye], eye)
+    return held
+
+
+def _held_eye(
+    times: FloatArray, share: FloatArray, closed: BoolArray, eye: int
+) -> list[EyeClosing]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8)))
+    held: list[EyeClosing] = []
+    for first, stop in edges.reshape(-1, 2).tolist():
+        last = stop - 1
+        if times[last] - times[first] < _HELD:
+            continue
+        level = _STILL_CLOSED * float(np.median(share[first:stop]))
+        still = first + np.flatnonzero(share[first:stop] >= level)
+        first, last = int(still[0]), int(still[-1])
+        start, end = _left(times, share, first, -1), _left(times, share, last, 1)
+        span = (start, float(times[first]), float(times[last]), end)
+        height = float(share[first:stop].max())
+        # Between two that never opened halfway the eye stays closed.
+        between = share[nearest_frame(times, held[-1].opened) : first] if held else share[:0]
+        if held and between.min(initial=np.inf) > _HALF_OPEN:
+            previous = held.pop()
+            span = (previous.start, previous.closed, *span[2:])
+            height = max(height, previous.height)
+        held.append(EyeClosing("held", (eye,), *span, height))
+    return held
+
+
+def _left(times: FloatArray, share: FloatArray, frame: int, way: int) -> float:
+    """Return the time at which the way to, or from, a closed eye begins, or ends: [s]."""
+    # Beyond the slowest it is as slow.
+    first, stop = np.searchsorted(times, [times[frame] - 2 * _SLOWEST, times[frame] + 2 * _SLOWEST])
+    near, frame_there = slice(int(first), int(stop)), frame - int(first)
+    level = _OPEN / float(share[frame])
+    time = crossing_time(times[near], share[near] / share[frame], frame_there, way, level)
+    away = np.clip(abs(time - times[frame]), _FASTEST, _SLOWEST)
+    return float(times[frame] + way * away)

@@ -1,0 +1,75 @@
+"""How far the lids are closed, as the rig's blend shapes together explain the markers.
+
+A blink, a squint and a glance down move the markers near an eye in much the same way, but close it
+by different amounts. The best linear estimate of what is left of the opening between the lids
+(Gauss and Markov; C. R. Rao, "Linear Statistical Inference and Its Applications", 1973) weighs the
+markers so that each blend shape counts by what it takes of the opening.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.closure.lid_signal import closing_displacements, near_lids
+from usdface.face.bound_face import BoundFace
+from usdface.frame_blocks import frame_blocks
+from usdface.retarget.solution import Solution
+
+__all__ = ["lid_estimate"]
+
+# Standard deviations of the weights around rest: of the shapes that close an eye, and all others.
+_CLOSER, _OTHERS = 1.0, 0.3
+# Least misfit of a rig's blend shapes to a face [m].
+_MISFIT = 3e-4
+
+
+def lid_estimate(
+    face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...], solution: Solution
+) -> FloatArray:
+    """Return how much of each eye's opening is gone: (F, 2), 1 closed; NaN where it is not seen.
+
+    Parameters
+    ----------
+    face : BoundFace
+    gaps : mapping of "left", "right" to LidGaps
+    names : tuple of str, length T
+        The blend shapes that `gaps` are of.
+    solution : Solution
+    """
+    frames = len(solution.feature_points)
+    estimate = np.full((frames, 2), np.nan)
+    seen = [
+        eye
+        for eye, own in gaps.items()
+        if near_lids(closing_displacements(face, own, names, solution.markers), own).any()
+    ]
+    if not seen:
+        return estimate
+    order = [face.markers.index(name) for name in solution.markers]
+    column = {name: place for place, name in enumerate(face.shape_names)}
+    known = np.array([name in column for name in names])
+    shapes = [column[name] for name in names if name in column]
+    deviations = np.full(len(names), _OTHERS)
+    deviations[[gaps[eye].closer for eye in seen]] = _CLOSER
+    deviations = deviations[known]
+    moved = deviations[:, None] * face.offsets[shapes][:, order].reshape(len(shapes), -1)
+    unexplained = solution.noise**2 + max(solution.misfit, _MISFIT) ** 2
+    normal = moved @ moved.T + unexplained * np.eye(len(shapes))
+    to_weights = deviations[:, None] * np.linalg.solve(normal, moved)
+    closed = np.array([_closed_by(gaps[eye], len(names))[known] for eye in seen]) @ to_weights
+    columns = [EYES.index(eye) for eye in seen]
+    for block in frame_blocks(frames):
+        at = solution.displaced(block)
+        estimate[block, columns] = at.reshape(len(at), -1) @ closed.T
+    return estimate
+
+
+def _closed_by(gaps: LidGaps, count: int) -> FloatArray:
+    """Return by how much of the opening each shape brings the lids together: (T,)."""
+    rest = gaps.neutral
+    # Pairs in the corners of the eye are never open.
+    wide = rest > 0.5 * gaps.opening
+    moved = gaps.at(np.eye(count))[:, wide] - rest[wide]
+    return np.asarray(-moved.mean(axis=1) / rest[wide].mean())
