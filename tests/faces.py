@@ -179,7 +179,10 @@ def _example(_: Path) -> tuple[Mesh, RetargetSetup]:
 
 
 def _on_example(ict: Mesh, layout: RetargetSetup, shared: Path) -> tuple[Mesh, RetargetSetup]:
-    """Lay the markers of the ICT face on the example's head: warped there, on the nearest skin."""
+    """Lay the markers of the ICT face on the example's head: warped there, on the nearest skin.
+
+    Its closed lips share places: there a marker is on the lip that opens as it does on ICT.
+    """
     mesh, own = _example(shared)
     place = dict(zip(own.binding.markers, own.binding.points.tolist(), strict=True))
     known = ict.points[landmarks(shared)[list(_ALIKE)]]
@@ -189,7 +192,18 @@ def _on_example(ict: Mesh, layout: RetargetSetup, shared: Path) -> tuple[Mesh, R
     )
     reach = np.linalg.norm(mesh.offsets_at(np.arange(len(mesh.points))), axis=2).max(axis=0)
     skin = np.flatnonzero(reach > 1e-4)
-    return mesh, _laid(layout, skin[cKDTree(mesh.points[skin]).query(warped)[1]])
+    distance, near = cKDTree(mesh.points[skin]).query(warped, k=2)
+    wanted = _opened(ict, layout.binding.points)[:, None]
+    unlike = np.linalg.norm(_opened(mesh, skin[near]) - wanted, axis=2)
+    second = np.isclose(*distance.T, rtol=0.0, atol=1e-6) & (unlike[:, 1] < unlike[:, 0])
+    return mesh, _laid(layout, skin[np.where(second, near[:, 1], near[:, 0])])
+
+
+def _opened(mesh: Mesh, points: IntArray) -> FloatArray:
+    """Return how far an open jaw moves points (...) [m]: (..., 3)."""
+    return mesh.offsets_at(points.ravel())[mesh.shape_names.index("jawOpen")].reshape(
+        *points.shape, 3
+    )
 
 
 def _on_makehuman(_: Mesh, layout: RetargetSetup, shared: Path) -> tuple[Mesh, RetargetSetup]:

@@ -20,7 +20,7 @@ from usdface.correction.made_up_faces import faces_of_nothing, made_up_faces
 from usdface.face.both_halves import shown_by_both_halves
 from usdface.face.bound_face import BoundFace
 from usdface.face.drawn_expressions import DRAWN
-from usdface.face.mirror import Side, half_weights, midline, mirrored_markers
+from usdface.face.mirror import Side, half_weights
 from usdface.face.symmetry import symmetric_pairs
 from usdface.retarget_setup import Expression
 from usdface.rule_design.movements import single_movements
@@ -117,9 +117,8 @@ class ExpressionLikeness:
         self._rivals = poses / _lengths(poses)[:, None] @ self._alone < _SAME
         self._rivals |= [[shown_by_both_halves(face, e)] for e in expressions]
         made = made_up_faces(face, expressions, shown, drawn=drawn, rigs=rigs)
-        faces = [_directions(_with_mirror_images(face, each)) for each in made]
-        nothing = shown(faces_of_nothing(face.shape_names))
-        nothing = _directions(_with_mirror_images(face, nothing))
+        faces = [_directions(each) for each in made]
+        nothing = _directions(shown(faces_of_nothing(face.shape_names)))
         meaning = (nothing @ _directions(poses).T).max(axis=1, initial=0.0) >= _SAME
         self._discriminant = _designed([*faces, nothing[~meaning]])
         middle = np.array([each.mean(axis=0) for each in faces])
@@ -191,19 +190,6 @@ def performers_outputs(
     gain = np.clip(_USUAL / np.maximum(strength, 1e-12), 1.0, _WEAKEST)
     shown = np.minimum(likeness.certain * np.minimum(gain * likeness.size, 1.0), _MOST)
     return np.maximum(outputs * (1.0 - silencing * likeness.contrary), weights * shown)
-
-
-def _with_mirror_images(face: BoundFace, faces: FloatArray) -> FloatArray:
-    """Return coordinates (N, 3 M) and those of their mirror images: (2 N, 3 M).
-
-    So that both halves of a face are judged alike. A marker without a partner moves as it does.
-    """
-    own = np.arange(len(face.neutral))
-    partner = mirrored_markers(face.neutral, midline(face.neutral, face.midline))
-    moved = faces.reshape(len(faces), -1, 3)
-    images = moved[:, np.where(partner < 0, own, partner)]
-    images[:, partner >= 0, 0] *= -1.0
-    return np.concatenate([faces, images.reshape(faces.shape)])
 
 
 def _lengths(rows: FloatArray) -> FloatArray:
