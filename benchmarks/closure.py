@@ -43,6 +43,7 @@ SHARED = ROOT.parent / "shared" / "data"
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
+from benchmarks.binding import head_mesh  # noqa: E402
 from benchmarks.known_answer import moved  # noqa: E402
 
 NEUTRAL = 30
@@ -195,12 +196,14 @@ def crossing_by_pose(face: BoundFace, weights: FloatArray, frames: np.ndarray) -
 
 def real_takes(mesh: Mesh) -> None:
     """List every closing of the real takes, and of the example."""
-    bind, _ = read_bind(ROOT / "tests" / "data" / "animface_ict_bind.json")
     rig = Rig("Face", (mesh,))
     shots = {}
-    for name in ("Jaw", "Eyebrows"):
-        take, _ = read_take(SHARED / "animface" / f"{name}.c3d")
-        shots[name] = assemble_shot(rig, take, setup=bind)[0]
+    for head in ("ict", "makehuman", "example"):
+        bind, _ = read_bind(ROOT / "tests" / "data" / f"animface_{head}_bind.json")
+        other = rig if head == "ict" else Rig("Face", (head_mesh(head),))
+        for name in ("Jaw", "Eyebrows"):
+            take, _ = read_take(SHARED / "animface" / f"{name}.c3d")
+            shots[f"{name} on {head}"] = assemble_shot(other, take, setup=bind)[0]
     take, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
     shots["Live Link Face"] = Shot(rig, take, unbound(take))
     head, _ = read_rig(ROOT / "examples" / "head.usdc")

@@ -700,6 +700,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "add_markers",
         "no marker shows the lids of an eye; its blinks are not completed",
     ),
+    "LIDS_GUESSED": (
+        "info",
+        "look_at_frames",
+        "the rig's closed lids move no marker; blinks are sought as another face shows them",
+    ),
     "LIDS_CROSS": ("warning", "correct_pins", "pinned weights make the lids of an eye cross"),
     "LIPS_CLOSED": ("info", "nothing", "lips that touch on the performer were brought together"),
     "LIPS_UNSEEN": (

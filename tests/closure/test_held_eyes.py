@@ -3,6 +3,7 @@
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.closure.eye_closing import closing_course
 from usdface.closure.held_eyes import find_held_eyes
 
 TIMES = np.arange(0, 6, 1 / 60)
@@ -33,6 +34,15 @@ def test_an_eye_that_opens_halfway_between_is_closed_twice() -> None:
     for dip, count in ((0.25, 1), (0.5, 2)):
         found = find_held_eyes(TIMES, shut(1.5, 4.5, dip)[:, None] * LEVEL, LEVEL, WHOLE)
         assert [each.eyes for each in found] == [(0,)] * count + [(1,)] * count
+
+
+def test_in_between_lids_open_by_degrees() -> None:
+    """A dip to 0.75 of the blinks' level is half of the way from closed, 0.85, to open, 0.65."""
+    (held,) = find_held_eyes(TIMES, shut(1.5, 4.5, 0.25)[:, None] * LEVEL, LEVEL, WHOLE)[:1]
+    course = closing_course(TIMES, [held])[:, 0]
+    assert abs(course[180] - 0.5) < 1e-9
+    assert (course[(TIMES > 1.6) & (TIMES < 2.7)] == 1.0).all()
+    assert (np.diff(course[100:180]) <= 0).all() and (np.diff(course[180:260]) >= 0).all()
 
 
 def test_skin_alone_closes_no_eye_and_an_eye_that_is_not_seen_contradicts_none() -> None:

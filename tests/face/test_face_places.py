@@ -42,3 +42,7 @@ def test_they_do_not_depend_on_size_or_place(face: BoundFace) -> None:
 
 def test_a_face_without_known_lips_and_lids_has_none(face: BoundFace) -> None:
     assert places_on(replace(face, layout=FaceLayout()), face.neutral) is None
+
+
+def test_without_a_nose_tip_there_are_none(face: BoundFace) -> None:
+    assert places_on(replace(face, nose_tip=""), face.neutral) is None

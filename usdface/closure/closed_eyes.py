@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.closure.closing_displacements import lids_of_another_face
 from usdface.closure.closings import find_closings
 from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
 from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
@@ -100,6 +101,8 @@ def close_eyes(
     closings = find_closings(solved.times, signal, own=alone, least=least, lids=gone)
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     findings = _unseen(gaps, signal)
+    if solution:
+        findings += _by_another_face(face, gaps, solved.names)
     closed = weights
     for eye, own in gaps.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
@@ -144,6 +147,17 @@ def _unseen(gaps: Mapping[Eye, LidGaps], signal: FloatArray) -> list[Finding]:
         finding("LIDS_UNSEEN", f"{eye} eye", message)
         for eye in gaps
         if np.isnan(signal[:, EYES.index(eye)]).all()
+    ]
+
+
+def _by_another_face(
+    face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...]
+) -> list[Finding]:
+    message = "its closed lids move no marker, so blinks are sought as another face shows them"
+    return [
+        finding("LIDS_GUESSED", f"{eye} eye", message)
+        for eye, own in gaps.items()
+        if lids_of_another_face(face, own, names)
     ]
 
 

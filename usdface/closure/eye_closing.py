@@ -1,7 +1,7 @@
 """Closings of the eyes, and their course over time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -27,6 +27,9 @@ class EyeClosing:
         that is held closed as a share of the take's blinks.
     guessed : bool
         One of the two eyes was not seen to close.
+    lids : (F,) float64, optional
+        How far the eye is closed over the take, 0 to 1: the course goes no further. All the way by
+        default.
     """
 
     kind: Literal["blink", "held"]
@@ -37,20 +40,25 @@ class EyeClosing:
     end: float
     height: float
     guessed: bool = False
+    lids: FloatArray | None = field(default=None, compare=False, repr=False)
 
 
 def closing_course(times: FloatArray, closings: Sequence[EyeClosing]) -> FloatArray:
     """Return how far each eye is closed over time: (F, 2), 0 as solved, 1 closed.
 
-    Each closing rises and falls once, as a raised cosine.
+    Each closing rises and falls once, as a raised cosine; an eye that is held closed opens in
+    between as far as its lids do.
     """
     course = np.zeros((len(times), 2))
     for each in closings:
         own = slice(*np.searchsorted(times, [each.start, each.end]).tolist())  # 0 elsewhere
         rise = _raised_cosine((times[own] - each.start) / max(each.closed - each.start, 1e-9))
         fall = _raised_cosine((each.end - times[own]) / max(each.end - each.opened, 1e-9))
+        closed = np.minimum(rise, fall)
+        if each.lids is not None:
+            closed = np.minimum(closed, each.lids[own])
         for eye in each.eyes:
-            course[own, eye] = np.maximum(course[own, eye], np.minimum(rise, fall))
+            course[own, eye] = np.maximum(course[own, eye], closed)
     return course
 
 

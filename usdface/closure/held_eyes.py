@@ -10,7 +10,8 @@ __all__ = ["find_held_eyes"]
 
 # Closed at this share of the height of the blinks; open again, or not yet closing, at the second.
 _CLOSED, _OPEN = 0.85, 0.35
-# Open halfway at this: a squint between two closings (a labelled one of ten seconds: 0.5).
+# Open halfway at this: a squint between two closings (a labelled one of ten seconds: 0.5). From
+# here to closed the lids follow by degrees.
 _HALF_OPEN = 0.65
 # Closed at this where the other eye is below the second: one eye alone may be a twitch of its
 # cheek.
@@ -56,6 +57,7 @@ def _held_eye(
 ) -> list[EyeClosing]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8)))
     held: list[EyeClosing] = []
+    lids = _smooth_step((share - _HALF_OPEN) / (_CLOSED - _HALF_OPEN))
     for first, stop in edges.reshape(-1, 2).tolist():
         last = stop - 1
         if times[last] - times[first] < _HELD:
@@ -72,7 +74,7 @@ def _held_eye(
             previous = held.pop()
             span = (previous.start, previous.closed, *span[2:])
             height = max(height, previous.height)
-        held.append(EyeClosing("held", (eye,), *span, height))
+        held.append(EyeClosing("held", (eye,), *span, height, lids=lids))
     return held
 
 
@@ -85,3 +87,8 @@ def _left(times: FloatArray, share: FloatArray, frame: int, way: int) -> float:
     time = crossing_time(times[near], share[near] / share[frame], frame_there, way, level)
     away = np.clip(abs(time - times[frame]), _FASTEST, _SLOWEST)
     return float(times[frame] + way * away)
+
+
+def _smooth_step(x: FloatArray) -> FloatArray:
+    x = np.clip(x, 0.0, 1.0)
+    return np.asarray(x * x * (3.0 - 2.0 * x))

@@ -11,8 +11,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.closure.closing_displacements import (
+    closing_displacements,
+    lids_of_another_face,
+    near_lids,
+)
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
-from usdface.closure.lid_signal import closing_displacements, near_lids
 from usdface.face.bound_face import BoundFace
 from usdface.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution
@@ -50,15 +54,18 @@ def lid_estimate(
     order = [face.markers.index(name) for name in solution.markers]
     column = {name: place for place, name in enumerate(face.shape_names)}
     known = np.array([name in column for name in names])
-    shapes = [column[name] for name in names if name in column]
+    offsets = np.zeros((len(names), len(face.markers), 3))
+    offsets[known] = face.offsets[[column[name] for name in names if name in column]]
+    for eye in seen:
+        for shape, elsewhere in lids_of_another_face(face, gaps[eye], names).items():
+            offsets[shape] = elsewhere
     deviations = np.full(len(names), _OTHERS)
     deviations[[gaps[eye].closer for eye in seen]] = _CLOSER
-    deviations = deviations[known]
-    moved = deviations[:, None] * face.offsets[shapes][:, order].reshape(len(shapes), -1)
+    moved = deviations[:, None] * offsets[:, order].reshape(len(names), -1)
     unexplained = solution.noise**2 + max(solution.misfit, _MISFIT) ** 2
-    normal = moved @ moved.T + unexplained * np.eye(len(shapes))
+    normal = moved @ moved.T + unexplained * np.eye(len(names))
     to_weights = deviations[:, None] * np.linalg.solve(normal, moved)
-    closed = np.array([_closed_by(gaps[eye], len(names))[known] for eye in seen]) @ to_weights
+    closed = np.array([_closed_by(gaps[eye], len(names)) for eye in seen]) @ to_weights
     columns = [EYES.index(eye) for eye in seen]
     for block in frame_blocks(frames):
         at = solution.displaced(block)

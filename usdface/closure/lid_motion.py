@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.closure.closing_displacements import closing_displacements, near_lids
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
-from usdface.closure.lid_signal import closing_displacements, near_lids
 from usdface.face.bound_face import BoundFace
 from usdface.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution

@@ -2,26 +2,23 @@
 
 A marker near an eye moves along with the lids, on the skin of the lid, below it or at the brow. The
 displacements of the markers, carried over to the character, are projected on those that the blend
-shape which closes the eye gives them: a matched filter, 1 where they move as far.
+shape which closes the eye gives them (`closing_displacements`): a matched filter, 1 where they move
+as far.
 """
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import FloatArray
+from usdface.closure.closing_displacements import closing_displacements, near_lids
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.face.bound_face import BoundFace
 from usdface.retarget.solution import Solution
 from usdface.takes import WeightsTake
 
-__all__ = ["closing_displacements", "least_pulses", "lid_signal", "near_lids"]
+__all__ = ["least_pulses", "lid_signal"]
 
-# A marker that the closing shape moves by less, as a share of the farthest, does not count.
-_MOVED = 0.15
-# Openings of the eye: if the closing shape moves no marker by as much, none is near the lids.
-# AnimFace's markers on the lids move by 0.48 on ICT, landmarks on the rims by 1.
-_NEAR = 0.1
 # Openings of the eye by which a blink moves the markers together at least. Of blinks of two real
 # takes on two heads 0.077 and more, of other pulses on a head with large eyes 0.06.
 _LEAST = 0.07
@@ -62,18 +59,6 @@ def lid_signal(
     return signal
 
 
-def closing_displacements(
-    face: BoundFace, gaps: LidGaps, names: tuple[str, ...], markers: tuple[str, ...]
-) -> FloatArray:
-    """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m].
-
-    `gaps` are of the blend shapes `names`.
-    """
-    shape = face.shape_names.index(names[gaps.closer])
-    order = [face.markers.index(name) for name in markers]
-    return np.asarray(face.offsets[shape][order])
-
-
 def least_pulses(
     face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...], solution: Solution
 ) -> FloatArray:
@@ -89,10 +74,3 @@ def least_pulses(
             if used.any():
                 least[column] = _LEAST * gaps[eye].opening / np.linalg.norm(closing[used])
     return least
-
-
-def near_lids(closing: FloatArray, gaps: LidGaps) -> BoolArray:
-    """Return which markers the lids of an eye move: (M,), by their closing displacements (M, 3)."""
-    size = np.linalg.norm(closing, axis=1)
-    farthest = size.max(initial=0.0)
-    return np.asarray((farthest >= _NEAR * gaps.opening) & (size >= _MOVED * farthest))

@@ -77,7 +77,8 @@ def motion_at(
     Returns
     -------
     dict of str to dict of int to (M, 3) float64, or None
-        For each rig, of each action unit: displacements [m]. None where lips or lids are not known.
+        For each rig, of each action unit: displacements [m]. None where
+        lips, lids or nose tip are not known.
     """
     on = places_on(face, face.neutral)
     if on is None:

@@ -48,9 +48,12 @@ class FacePlaces:
 
 
 def places_on(face: BoundFace, points: FloatArray) -> FacePlaces | None:
-    """Return where points (N, 3) [m] are on a face; None where its lips or lids are not known."""
+    """Return where points (N, 3) [m] are on a face.
+
+    None where its lips, lids or nose tip are not known.
+    """
     mesh, layout = face.mesh.points, face.layout
-    if not len(layout.lips) or not len(layout.lids):
+    if not len(layout.lips) or not len(layout.lids) or face.nose_tip not in face.markers:
         return None
     lips = mesh[layout.lips].mean(axis=1)
     lids = mesh[layout.lids].mean(axis=1)

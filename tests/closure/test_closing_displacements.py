@@ -1,0 +1,87 @@
+"""Lids that move the markers by themselves, and lids of which only the rim moves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closing_world import BLINKS, TIMES, markers, performance, result, slit_markers
+from slits import slit_face
+
+from usdface.closure.closing_displacements import (
+    closing_displacements,
+    lids_of_another_face,
+    near_lids,
+)
+from usdface.closure.lid_gaps import EYES, lid_gaps_of
+from usdface.face.bound_face import BoundFace
+from usdface.rigs import BlendShape, Mesh
+
+MESH = slit_face()
+NAMES = MESH.shape_names
+
+
+def rim_face() -> Mesh:
+    """Return the face whose eyes close by their rims alone; no marker is there."""
+    shapes = []
+    for shape in MESH.shapes:
+        dense = np.zeros_like(MESH.points)
+        dense[shape.indices] = shape.offsets
+        if shape.name.startswith("eye"):
+            dense[np.abs(MESH.points[:, 1] - 0.07) > 0.0041] = 0.0
+        shapes.append(BlendShape.from_dense(shape.name, dense))
+    return replace(MESH, shapes=tuple(shapes))
+
+
+def bound(mesh: Mesh) -> BoundFace:
+    places = slit_markers(mesh)
+    points = np.array(list(places.values()))
+    return BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
+
+
+def test_lids_that_move_markers_speak_for_themselves() -> None:
+    face = bound(MESH)
+    for gaps in lid_gaps_of(face, NAMES).values():
+        assert not lids_of_another_face(face, gaps, NAMES)
+        own = face.offsets[NAMES.index(f"eyeBlink{gaps.eye.title()}")]
+        found = closing_displacements(face, gaps, NAMES, face.markers[::-1])
+        np.testing.assert_array_equal(found, own[::-1])
+
+
+def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> None:
+    face = bound(rim_face())
+    for gaps in lid_gaps_of(face, NAMES).values():
+        known = lids_of_another_face(face, gaps, NAMES)
+        assert set(known) == {gaps.closer, *gaps.tighteners, *gaps.raisers}
+        upper = face.markers.index(f"eye_{gaps.eye}_up")
+        closing = closing_displacements(face, gaps, NAMES, face.markers)
+        np.testing.assert_array_equal(closing, known[gaps.closer])
+        # Down by a good part of the opening, up where the lid is raised; the other eye not at all.
+        assert -1.5 * gaps.opening < closing[upper, 1] < -0.2 * gaps.opening
+        assert known[gaps.raisers[0]][upper, 1] > 0
+        (other,) = set(EYES) - {gaps.eye}
+        assert not closing[face.markers.index(f"eye_{other}_up")].any()
+        assert near_lids(closing, gaps)[upper]
+
+
+def test_without_markers_near_the_eyes_nothing_is_known() -> None:
+    mesh = rim_face()
+    places = {n: v for n, v in slit_markers(mesh).items() if not n.startswith("eye")}
+    points = np.array(list(places.values()))
+    face = BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
+    for gaps in lid_gaps_of(face, NAMES).values():
+        assert not lids_of_another_face(face, gaps, NAMES)
+        closing = closing_displacements(face, gaps, NAMES, face.markers)
+        assert not near_lids(closing, gaps).any()
+
+
+def test_a_performer_blinks_on_a_rig_whose_lids_move_no_marker() -> None:
+    mesh = rim_face()
+    shot = result(markers(MESH, performance(NAMES)), mesh=mesh)
+    assert shot.closure is not None
+    peaks = [each.closing.closed for each in shot.closure.closings]
+    assert peaks == pytest.approx([start + 0.09 for start in BLINKS], abs=0.05)
+    for gaps in lid_gaps_of(shot.shot.face.with_contacts(), NAMES).values():
+        widest = gaps.widest(shot.weights.weights)
+        assert widest.min() < 1e-4 and widest[TIMES < 0.9].min() > 0.9 * gaps.opening
+    codes = [finding.code for finding in shot.closure.findings]
+    assert codes.count("LIDS_GUESSED") == 2 and "LIDS_UNSEEN" not in codes

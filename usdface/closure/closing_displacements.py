@@ -1,0 +1,81 @@
+"""Displacements of the markers by the blend shapes that move the lids of an eye.
+
+An artist may close an eye by the rim of its lid alone, where no marker is. A performer's blink
+moves the skin around it, and the markers there: then as the face of scanned people does
+(`usdface.face.face_motion`).
+"""
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.closure.lid_gaps import LidGaps
+from usdface.face.bound_face import BoundFace
+from usdface.face.face_motion import motion_at
+
+__all__ = ["closing_displacements", "lids_of_another_face", "near_lids"]
+
+# A marker that the closing shape moves by less, as a share of the farthest, does not count.
+_MOVED = 0.15
+# Openings of the eye: if the closing shape moves no marker by as much, none is near the lids.
+# AnimFace's markers on the lids move by 0.48 on ICT, landmarks on the rims by 1.
+_NEAR = 0.1
+# The one rig of the table that is made of scans; the others are drawn.
+_SCANNED = "ICT"
+# FACS: 5 raises the upper lid, 7 tightens the lids, 43 closes the eyes.
+_RAISED, _TIGHTENED, _CLOSED = 5, 7, 43
+
+
+def closing_displacements(
+    face: BoundFace, gaps: LidGaps, names: tuple[str, ...], markers: tuple[str, ...]
+) -> FloatArray:
+    """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m].
+
+    `gaps` are of the blend shapes `names`. As on another face if the shape moves no marker.
+    """
+    order = [face.markers.index(name) for name in markers]
+    another = lids_of_another_face(face, gaps, names)
+    return another.get(gaps.closer, _own_closing(face, gaps, names))[order]
+
+
+def near_lids(closing: FloatArray, gaps: LidGaps) -> BoolArray:
+    """Return which markers the lids of an eye move: (M,), by their closing displacements (M, 3)."""
+    size = np.linalg.norm(closing, axis=1)
+    farthest = size.max(initial=0.0)
+    return np.asarray((farthest >= _NEAR * gaps.opening) & (size >= _MOVED * farthest))
+
+
+def lids_of_another_face(
+    face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
+) -> dict[int, FloatArray]:
+    """Return what the lids of an eye would do to a face's markers on another face.
+
+    Parameters
+    ----------
+    face : BoundFace
+    gaps : LidGaps
+        Of the blend shapes `names`.
+    names : tuple of str, length T
+
+    Returns
+    -------
+    dict of int to (M, 3) float64
+        For the blend shapes that close the eye, tighten its lids, or raise the upper one [m].
+        Empty where the first of them moves a marker, or no marker is near the lids.
+    """
+    if near_lids(_own_closing(face, gaps, names), gaps).any():
+        return {}
+    known = (motion_at(face, (_SCANNED,)) or {}).get(_SCANNED, {})
+    side = face.neutral[:, 0] > face.midline
+    own = side if gaps.eye == "left" else ~side
+    moved = {unit: own[:, None] * by_unit for unit, by_unit in known.items()}
+    if not moved or not near_lids(moved[_CLOSED], gaps).any():
+        return {}
+    return {
+        gaps.closer: moved[_CLOSED],
+        **dict.fromkeys(gaps.tighteners, moved[_TIGHTENED]),
+        **dict.fromkeys(gaps.raisers, moved[_RAISED]),
+    }
+
+
+def _own_closing(face: BoundFace, gaps: LidGaps, names: tuple[str, ...]) -> FloatArray:
+    return np.asarray(face.offsets[face.shape_names.index(names[gaps.closer])])
