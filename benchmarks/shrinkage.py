@@ -53,8 +53,12 @@ def row(face: Face, world: World) -> list[str]:
     kept, restored = (solved(face, world, way) for way in ("kept", "restored"))
     regions = shape_regions(face.mesh, find_lip_lid_contacts(face.mesh))
     brows, mouth = (np.isin(kept.solved.names, regions[name]) for name in ("brows", "mouth"))
-    assert kept.solution is not None
-    factor = brow_factor(kept.solution, face.mesh, moving_head=world.head_moves)
+    solution = kept.solution
+    assert solution is not None and solution.model is not None
+    factor = brow_factor(
+        solution.weights.weights, solution.displacements, solution.rest, solution.model, brows,
+        moving_head=world.head_moves,
+    )  # fmt: skip
     weights = [result.solved.weights[REST:] for result in (kept, restored)]
     slopes = (slope(weights[0], world.truth, own) for own in (brows, mouth))
     errors = [rms((w - world.truth)[:, own]) for own in (brows, brows | True) for w in weights]

@@ -3,13 +3,11 @@
 import numpy as np
 
 from usdface.face.bound_face import BoundFace
-from usdface.face.lip_lid_contacts import LipLidContacts
-from usdface.face.regions import shape_regions
+from usdface.face.regions import named_regions
 from usdface.retarget_setup import Expression
 
 __all__ = ["shown_by_both_halves"]
 
-_NO_PAIRS = np.zeros((0, 2), dtype=np.int64)
 # Where no blend shape has a telling name: a half that moves by this share of the other is read for
 # itself. Chosen by hand.
 _BOTH_HALVES = 0.5
@@ -21,7 +19,7 @@ def shown_by_both_halves(face: BoundFace, expression: Expression) -> bool:
     By the names of its blend shapes; without telling names, by how far markers of either half move
     against the nose tip.
     """
-    regions = shape_regions(face.mesh, LipLidContacts(_NO_PAIRS, _NO_PAIRS))
+    regions = named_regions(face.shape_names)
     named = {r: set(names) & set(expression.shapes) for r, names in regions.items()}
     if any(named.values()):
         return bool(named["brows"] and named["mouth"])

@@ -5,7 +5,7 @@ either, the height of its motion between lips and lids decides.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -14,7 +14,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.expression_poses import units_of
 from usdface.face.lip_lid_contacts import LipLidContacts
-from usdface.rigs import BlendShape, Mesh
+from usdface.rigs import Mesh
 
 __all__ = [
     "GAIN_REGIONS",
@@ -22,6 +22,7 @@ __all__ = [
     "GainRegion",
     "Region",
     "gain_region",
+    "named_regions",
     "regions_of",
     "shape_regions",
 ]
@@ -72,19 +73,27 @@ def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tupl
 
     Those without a telling name follow none if lips and lids were not found.
     """
-    found: dict[GainRegion, list[str]] = {region: [] for region in GAIN_REGIONS}
-    rows = _rows_of(mesh)
+    named = named_regions(mesh.shape_names)
+    known = {name for names in named.values() for name in names}
+    found = {region: list(names) for region, names in named.items()}
     placed = len(contacts.lips) > 0 and len(contacts.lids) > 0
     mouth, eyes = (_height(mesh, pairs) for pairs in contacts) if placed else (0.0, 0.0)
     for shape in mesh.shapes:
-        if shape.name in rows:
-            found[rows[shape.name].gain].append(shape.name)
-            continue
         energy = (shape.offsets**2).sum(axis=1)
-        if placed and energy.sum() > 0:
+        if shape.name not in known and placed and energy.sum() > 0:
             height = float(np.average(mesh.points[shape.indices, 1], weights=energy))
             found[_at_height((height - eyes) / max(eyes - mouth, 1e-12))].append(shape.name)
-    return {region: tuple(names) for region, names in found.items()}
+    order = {name: place for place, name in enumerate(mesh.shape_names)}
+    return {region: tuple(sorted(names, key=order.__getitem__)) for region, names in found.items()}
+
+
+def named_regions(shape_names: Sequence[str]) -> dict[GainRegion, tuple[str, ...]]:
+    """Return those of some blend shapes whose names tell the region of their gain."""
+    rows = _rows_of(shape_names)
+    return {
+        region: tuple(name for name in shape_names if name in rows and rows[name].gain == region)
+        for region in GAIN_REGIONS
+    }
 
 
 def gain_region(region: str) -> GainRegion:
@@ -114,16 +123,15 @@ def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
     return tuple(labels[k] for k in away.argmin(axis=1).tolist())
 
 
-def _rows_of(mesh: Mesh) -> Mapping[str, _Row]:
+def _rows_of(shape_names: Sequence[str]) -> Mapping[str, _Row]:
     """Return the row of each blend shape with a telling name."""
-    units = units_of(mesh.shape_names)
-    rows = ((shape, _row_of(shape, units.get(shape.name, set()))) for shape in mesh.shapes)
-    return {shape.name: row for shape, row in rows if row is not None}
+    units = units_of(shape_names)
+    rows = ((name, _row_of(name, units.get(name, set()))) for name in shape_names)
+    return {name: row for name, row in rows if row is not None}
 
 
-def _row_of(shape: BlendShape, units: set[int]) -> _Row | None:
-    name = shape.name.lower()
-    by_word = (row for row in _ROWS if re.search(row.words, name))
+def _row_of(name: str, units: set[int]) -> _Row | None:
+    by_word = (row for row in _ROWS if re.search(row.words, name.lower()))
     return next(by_word, None) or next((row for row in _ROWS if row.units & units), None)
 
 
@@ -140,7 +148,7 @@ def _at_height(height: float) -> GainRegion:
 def _energies(mesh: Mesh) -> dict[Region, FloatArray]:
     """Return, for each region with named blend shapes, their motion of each vertex."""
     energies: dict[Region, FloatArray] = {}
-    rows = _rows_of(mesh)
+    rows = _rows_of(mesh.shape_names)
     for shape in mesh.shapes:
         squares = (shape.offsets**2).sum(axis=1)
         if shape.name not in rows or not squares.any():

@@ -126,7 +126,7 @@ def calibrate_take(
             "TAKE_SHORT",
         )
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
-    setup = replace(setup, solve=replace(setup.solve, gains="given"))
+    setup = replace(setup, solve=replace(setup.solve, gains="given", shrinkage="kept"))
     uncalibrated = replace(setup, calibration=None)
     solution, findings = solve_take(
         take,

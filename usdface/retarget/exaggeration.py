@@ -24,7 +24,7 @@ from usdface.retarget_setup import Pin
 from usdface.rigs import Mesh
 from usdface.takes import WeightsTake
 
-__all__ = ["Exaggeration", "exaggerated"]
+__all__ = ["Exaggeration", "exaggerated", "scaled_weights"]
 
 _ONE = np.ones(1)
 
@@ -121,10 +121,17 @@ def exaggerated(
     # In the order of the weights, which may be those of the whole rig.
     shapes = np.array([_place(name, mesh.shape_names) for name in names])
     evaluator = evaluator.reordered(shapes)
-    after = np.where(factors == 1.0, before, _scaled(before, factors, evaluator))
-    after = _limited(before, after, evaluator)
+    after = scaled_weights(before, factors, evaluator)
     after = faded_at_pins(pins, names, weights.times, before, after)
     return replace(weights, weights=with_combinations(mesh, names, after))
+
+
+def scaled_weights(
+    weights: FloatArray, factors: FloatArray, evaluator: BlendShapeEvaluator
+) -> FloatArray:
+    """Return weights (F, T) times factors (F, T), from 0 to 1 and below those that limit them."""
+    after = np.where(factors == 1.0, weights, _scaled(weights, factors, evaluator))
+    return _limited(weights, after, evaluator)
 
 
 def _place(name: str, names: tuple[str, ...]) -> int:

@@ -23,6 +23,7 @@ from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
 from usdface.retarget.performed_face import fit_known_face, wear
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
+from usdface.retarget.shrinkage import brow_factors, restored_findings
 from usdface.retarget.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import take_amplitudes
 from usdface.retarget.take_estimates import TakeEstimates
@@ -61,6 +62,8 @@ class FittedTake:
         Without head markers that do not determine a pose, and with the gains that the take shows.
     head_neutral : (H, D) float64
         Where the head markers rest.
+    factors : (S,) float64 [1]
+        On the weights, of brows that the solve shrank.
     """
 
     names: tuple[str, ...]
@@ -69,6 +72,7 @@ class FittedTake:
     joint: PoseAndWeights
     setup: RetargetSetup
     head_neutral: FloatArray
+    factors: FloatArray
 
     def estimates(self, shapes: BlendShapeEvaluator) -> TakeEstimates:
         """Return what the take says as a whole; `shapes` are those of the performer."""
@@ -88,6 +92,7 @@ class FittedTake:
             found.misfit,
             found.covariance,
             self.joint.rounds,
+            self.factors,
         )
 
 
@@ -170,8 +175,9 @@ def fit_take(
     if own is not setup:
         setup, joint = own, solved(fit, setup=own, pose=joint.pose, neutral_frames=noisy)
         findings += notes
-    findings += _beside(fit, names, take.source)
-    return FittedTake(names, neutral, fit, joint, setup, head_neutral), findings
+    factors = _factors(setup, fit, joint, shape_names, take)
+    findings += _beside(fit, names, take.source) + restored_findings(factors)
+    return FittedTake(names, neutral, fit, joint, setup, head_neutral, factors), findings
 
 
 def _without_neutral_weights(
@@ -232,6 +238,28 @@ def _with_own_gains(
     shapes = [names[shape] for shape in beyond]
     found = finding("GAIN_FOUND", take.source, message, names[most], gains[most], shapes)
     return replace(setup, calibration=enlarged(setup.calibration, names, gains)), [found]
+
+
+def _factors(
+    setup: RetargetSetup,
+    fit: FaceFit,
+    joint: PoseAndWeights,
+    shape_names: tuple[str, ...],
+    take: MarkerTake,
+) -> FloatArray:
+    """Return the factors on the weights (S,) of brows that the solve shrank.
+
+    1 of an image, which does not see how far brows come forward.
+    """
+    wanted = setup.solve.shrinkage == "restored" and setup.map.form != "paper"
+    if not wanted or take.dimension == 2:
+        return np.ones(len(shape_names))
+    model, _ = as_performed(fit, shape_names, setup)
+    moving = setup.head == "solve"
+    return brow_factors(
+        joint.weights, take.times, joint.displaced, fit.points, model, shape_names,
+        moving_head=moving,
+    )  # fmt: skip
 
 
 def _some_frames(seen: BoolArray) -> IntArray:

@@ -1,10 +1,10 @@
-"""Shrinkage of the brows by the solve, and the factor that undoes it.
+"""Shrinkage of the brows by the solve, and the factors that undo it.
 
 Where performer and rig differ, the ridge of the solve makes motion smaller that the blend shapes
 explain badly: brows that go sideways as they rise, on a rig whose brows only rise, come out at half
 their size. The mixture of blend shapes stands; its size is that of a least-squares fit without a
 ridge, as in a relaxed fit (N. Meinshausen, "Relaxed Lasso", Computational Statistics & Data
-Analysis 52, 2007).
+Analysis 52, 2007), as far as no peak is cut off.
 
 Of the brows alone: no other region moves their markers. In the mouth blend shapes explain each
 other, and weights that are too many are not too small (`python -m benchmarks.shrinkage`).
@@ -12,56 +12,116 @@ other, and weights that are too many are not too small (`python -m benchmarks.sh
 
 import numpy as np
 
-from usdface.arrays import BoolArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.face.lip_lid_contacts import LipLidContacts
-from usdface.face.regions import shape_regions
+from usdface.face.regions import named_regions
+from usdface.findings import Finding, finding
 from usdface.frame_blocks import frame_blocks
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.solution import Solution
-from usdface.rigs import Mesh
+from usdface.retarget.exaggeration import scaled_weights
+from usdface.retarget.loose_weights import held_peaks
+from usdface.retarget.pins import faded_at_pins
+from usdface.retarget_setup import Pin
 
-__all__ = ["brow_factor"]
+__all__ = ["brow_factor", "brow_factors", "restored", "restored_findings"]
 
 # RMS displacement of a marker by the brows [m] at which the factor counts by a half: less is noise.
 _COUNTS = 0.0005
 # Markers that move twice as far as the rig solved say that it has no blend shapes for this motion.
 _MOST = 2.0
+# Brows that were restored by more are reported.
+_TOLD = 1.1
 
 
-def brow_factor(solution: Solution, mesh: Mesh, *, moving_head: bool) -> float:
+def brow_factor(
+    weights: FloatArray,
+    displaced: FloatArray,
+    rest: FloatArray,
+    model: BlendShapeEvaluator,
+    brows: BoolArray,
+    *,
+    moving_head: bool,
+) -> float:
     """Return the factor at which the solved brows come nearest to the markers: 1 to 2.
 
     Parameters
     ----------
-    solution : Solution
-        Of markers in space; 1 of an image, which does not see how far brows come forward.
-    mesh : Mesh
-        Whose blend shapes the solution's weights are of.
+    weights : (F, S) float64
+        As solved.
+    displaced : (F, M, 3) float64 [m]
+        Displacements of the markers on the character; NaN where occluded.
+    rest : (M, 3) float64 [m]
+    model : BlendShapeEvaluator
+        Of these markers, N = 3 M.
+    brows : (S,) bool
+        The blend shapes of the brows.
     moving_head : bool
         The head's pose was solved with the weights: its small motions say nothing.
     """
-    names = solution.weights.names
-    nothing = np.zeros((0, 2), dtype=np.int64)
-    brows = np.isin(names, shape_regions(mesh, LipLidContacts(nothing, nothing))["brows"])
-    if solution.model is None or not solution.in_space or not brows.any():
-        return 1.0
-    rest = solution.rest
     rigid = motion_basis(rest, 3) if moving_head else np.zeros((rest.size, 0))
-    squares, both, frames = np.zeros((2, 2)), np.zeros(2), len(solution.distances)
-    for block in frame_blocks(frames):
-        weights = solution.weights.weights[block]
-        parts = [solution.model.displacements(weights * own) for own in (brows, ~brows)]
-        seen = np.repeat(~np.isnan(solution.distances[block]), 3, axis=1)
-        left = np.where(seen, solution.leftover(block).reshape(seen.shape), 0.0)
+    squares, both = np.zeros((2, 2)), np.zeros(2)
+    for block in frame_blocks(len(weights)):
+        at = displaced[block].reshape(-1, rest.size)
+        seen = ~np.isnan(at)
+        left = np.where(seen, at - model.displacements(weights[block]), 0.0)
+        parts = [model.displacements(weights[block] * own) for own in (brows, ~brows)]
         parts = [np.where(seen, part - (part @ rigid) @ rigid.T, 0.0) for part in parts]
         squares += [[np.vdot(one, other) for other in parts] for one in parts]
         both += [np.vdot(part, left) for part in parts]
     # The rest of the face has a factor of its own, or its shrinkage would look like that of brows
     # that move at the same time; it is not used.
-    squares[0, 0] += frames * _markers_moved(solution.model, brows) * _COUNTS**2
+    squares[0, 0] += len(weights) * _markers_moved(model, brows) * _COUNTS**2
     squares += 1e-12 * max(np.trace(squares), 1e-300) * np.eye(2)
     return float(np.clip(1.0 + np.linalg.solve(squares, both)[0], 1.0, _MOST))
+
+
+def brow_factors(
+    weights: FloatArray,
+    times: FloatArray,
+    displaced: FloatArray,
+    rest: FloatArray,
+    model: BlendShapeEvaluator,
+    names: tuple[str, ...],
+    *,
+    moving_head: bool,
+) -> FloatArray:
+    """Return the factor of each blend shape, 1 but for those of the brows: (S,).
+
+    So large that no weight goes beyond 1 that did not before. Parameters are those of
+    `brow_factor`, for shapes called `names` at `times` (F,) [s].
+    """
+    brows = np.isin(names, named_regions(names)["brows"])
+    factors = np.ones(len(names))
+    if brows.any():
+        factor = brow_factor(weights, displaced, rest, model, brows, moving_head=moving_head)
+        room = 1.0 / np.maximum(held_peaks(weights[:, brows], times), 1e-12)
+        factors[brows] = np.clip(factor, 1.0, np.maximum(room, 1.0))
+    return factors
+
+
+def restored(
+    weights: FloatArray,
+    times: FloatArray,
+    factors: FloatArray,
+    model: BlendShapeEvaluator,
+    names: tuple[str, ...],
+    pins: tuple[Pin, ...],
+) -> FloatArray:
+    """Return weights (F, S) with the factors (S,) of their blend shapes; pins stay."""
+    if (factors == 1.0).all():
+        return weights
+    larger = scaled_weights(weights, np.broadcast_to(factors, weights.shape), model)
+    larger = faded_at_pins(pins, names, times, weights, larger)
+    return model.complete(larger[:, model.free])
+
+
+def restored_findings(factors: FloatArray) -> list[Finding]:
+    """Report brows that are so much larger than solved."""
+    most = float(factors.max(initial=1.0))
+    if most <= _TOLD:
+        return []
+    message = "the solve shrank them; they are up to {factor:.2f} times as large"
+    return [finding("BROWS_RESTORED", "brows", message, most)]
 
 
 def _markers_moved(model: BlendShapeEvaluator, brows: BoolArray) -> float:

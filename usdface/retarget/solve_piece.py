@@ -41,7 +41,7 @@ def solve_piece(
         Its neutral frames do not count.
     """
     joint = _solved(take, estimates, shape_names, setup, estimates.rounds, exactly=True)
-    return solution_of(take, joint, estimates, shape_names)
+    return solution_of(take, joint, estimates, shape_names, setup.pins)
 
 
 def settled(

@@ -10,10 +10,11 @@ from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.fitted_take import fit_take
 from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.retarget.shrinkage import restored
 from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget.usable_markers import unsolved_frames
-from usdface.retarget_setup import RetargetSetup
+from usdface.retarget_setup import Pin, RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["estimate_take", "solution_of", "solve_take"]
@@ -70,7 +71,9 @@ def solve_take(
     )  # fmt: skip
     shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
     findings += unsolved_frames(visible(fitted.joint.displaced), take.source)
-    return solution_of(take, fitted.joint, fitted.estimates(shapes), shape_names), findings
+    return solution_of(
+        take, fitted.joint, fitted.estimates(shapes), shape_names, setup.pins
+    ), findings
 
 
 def estimate_take(
@@ -100,10 +103,12 @@ def solution_of(
     joint: PoseAndWeights,
     learned: TakeEstimates,
     shape_names: tuple[str, ...],
+    pins: tuple[Pin, ...],
 ) -> Solution:
     """Return the solution of a take, with its residuals on the character."""
-    weights, displaced = joint.weights, joint.displaced
-    predicted = learned.shapes.displacements(weights).reshape(displaced.shape)
+    displaced, shapes = joint.displaced, learned.shapes
+    weights = restored(joint.weights, take.times, learned.factors, shapes, shape_names, pins)
+    predicted = shapes.displacements(weights).reshape(displaced.shape)
     hidden = np.isnan(displaced)
     misfit = np.where(hidden, 0.0, displaced - predicted)
     if take.dimension == 2:

@@ -46,6 +46,8 @@ class TakeEstimates:
         How weights move together.
     rounds : int
         Of head pose and occluded markers, until they settled.
+    factors : (S,) float64 [1]
+        On the weights, of brows that the solve shrank.
     """
 
     markers: tuple[str, ...]
@@ -62,6 +64,7 @@ class TakeEstimates:
     misfit: float
     covariance: FloatArray | None
     rounds: int
+    factors: FloatArray
 
     def regularisation(self, options: SolveOptions, names: tuple[str, ...]) -> Regularisation:
         """Return that of every piece of the take, solved without tolerance.
