@@ -252,7 +252,7 @@ def _factors(
     1 of an image, which does not see how far brows come forward.
     """
     wanted = setup.solve.shrinkage == "restored" and setup.map.form != "paper"
-    if not wanted or take.dimension == 2:
+    if not wanted or take.dimension == 2 or len(take.times) < FEWEST_FRAMES:
         return np.ones(len(shape_names))
     model, _ = as_performed(fit, shape_names, setup)
     moving = setup.head == "solve"
