@@ -91,7 +91,7 @@ def find_closings(
     blinks, peaks = find_blinks(times, pulses, skin, scale, least)
     gone, swept = _opening_gone(lids, closing.shape, step)
     now, gone = gone, maximum_filter1d(gone, 2 * round(APART / step) + 1, axis=0)
-    shut = gone[peaks].max(axis=1) >= _least_gone(gone, peaks)
+    shut = _most_gone(gone[peaks]) >= _least_gone(gone, peaks)
     blinks = [blink for blink, is_shut in zip(blinks, shut, strict=True) if is_shut]
     peaks = peaks[shut]
     if not blinks:
@@ -143,10 +143,20 @@ def _tell_the_level(gone: FloatArray, swept: FloatArray) -> bool:
 
 def _least_gone(gone: FloatArray, peaks: IntArray) -> float:
     """Return how much of the opening is gone where an eye is closed, at least."""
-    tops = gone[peaks].max(axis=1)
+    tops = _most_gone(gone[peaks])
     known = tops[np.isfinite(tops)]
     level = float(np.quantile(known, 0.75)) if len(known) else 0.0
     return max(_GONE, _GONE_OF_BLINKS * level)
+
+
+def _most_gone(gone: FloatArray) -> FloatArray:
+    """Return how much is gone of the opening of the eye that is closed further: (N,).
+
+    An eye of which that is not known says nothing; infinite where it is known of neither.
+    """
+    known = np.isfinite(gone)
+    most = np.where(known, gone, -np.inf).max(axis=1)
+    return np.asarray(np.where(known.any(axis=1), most, np.inf))
 
 
 def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:
