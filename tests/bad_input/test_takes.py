@@ -68,7 +68,13 @@ def sized(place: Place, name: str, kind: Sdf.ValueTypeName, value: object) -> No
 
 @pytest.mark.parametrize(
     ("diameter", "said"),
-    [(-0.01, "positive"), (0, "positive"), (np.inf, "positive"), (1e300, "positive"), (5, "'nose'")],
+    [
+        (-0.01, "positive"),
+        (0, "positive"),
+        (np.inf, "positive"),
+        (1e300, "positive"),
+        (5, "'nose'"),
+    ],
 )
 def test_dots_of_no_size(place: Place, refused: Refused, diameter: float, said: str) -> None:
     sized(place, "diameters", Sdf.ValueTypeNames.DoubleArray, [diameter] * 23)
