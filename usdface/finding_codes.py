@@ -621,6 +621,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "movements go beyond the character's blend shapes and are taken to be larger in the whole "
         "take",
     ),
+    "BROWS_RESTORED": (
+        "info",
+        "nothing",
+        "the solve shrank the brows, whose motion the blend shapes explain badly; they are larger "
+        "again",
+    ),
     "GAIN_UNSEEN": (
         "info",
         "calibrate",

@@ -55,6 +55,7 @@ __all__ = [
     "SolveOptions",
     "SolvePlaces",
     "SolvePrior",
+    "SolveShrinkage",
     "TakeOptions",
     "ViewOptions",
     "check_exaggeration",
@@ -71,6 +72,7 @@ SolveMode = Literal["take", "frame"]
 SolveLimits = Literal["declared", "known"]
 SolvePlaces = Literal["found", "bound"]
 SolveGains = Literal["found", "given"]
+SolveShrinkage = Literal["restored", "kept"]
 SolvePrior = Literal["learned", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
@@ -360,6 +362,9 @@ class SolveOptions:
     gains : {"found", "given"}
         "found": a movement that surely goes beyond the character's is taken to be larger in the
         whole take, so that its peak is not cut off. "given": as the performer's file has it.
+    shrinkage : {"restored", "kept"}
+        "restored": brows that the solve made smaller, since the rig's blend shapes explain their
+        motion badly, are as large as fits the markers best, up to twice. "kept": as solved.
     symmetry : float [1]
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
@@ -450,6 +455,14 @@ class SolveOptions:
             "found: movements that go beyond the character's are larger in the whole take. given: "
             "as the performer's file has it.",
             choices=SolveGains,
+        ),
+    )
+    shrinkage: SolveShrinkage = field(
+        default="restored",
+        metadata=_row(
+            "restored: brows that the solve shrank are as large as fits the markers best. kept: as "
+            "solved.",
+            choices=SolveShrinkage,
         ),
     )
     symmetry: float = field(

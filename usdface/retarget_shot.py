@@ -16,14 +16,15 @@ from usdface.closure.mistracked_lids import without_mistracked_lids
 from usdface.correct_shot import correct_solved, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding, timed
+from usdface.findings import Finding, finding, timed
 from usdface.geometry.rigid_fit import Pose
 from usdface.hooks import Hook, run_hooks
 from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
-from usdface.retarget.exaggeration import exaggerated
+from usdface.retarget.exaggeration import Exaggeration, exaggerated
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.pins import with_pins
+from usdface.retarget.shrinkage import brow_factor
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, clean_inputs, solve
@@ -41,6 +42,8 @@ __all__ = [
 ]
 
 ValueT = TypeVar("ValueT")
+# Brows that were restored by more are reported.
+_TOLD = 1.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -265,14 +268,7 @@ def _express_shot(
     """Exaggerate, correct and close the solved weights of a shot, whose take is the cleaned one."""
     face, solution = shot.face, solved.solution
     with progress.step("solve"):
-        weights = exaggerated(
-            solved.weights,
-            shot.factors,
-            shot.mesh,
-            shot.layout,
-            pins=shot.setup.pins,
-            limits=shot.setup.solve.limits,
-        )
+        weights, restored = _sized(shot, solved)
         weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
         regions, failed = _region_residuals(face, solution)
         result = ShotResult(
@@ -287,8 +283,26 @@ def _express_shot(
     same = result.solved.names == solved.weights.names
     lids = solved.lids if same else None
     corrected = correct_solved(result, options, hooks, progress, lids)
-    found = (*solved.findings, *findings, *failed, *corrected.findings)
+    found = (*solved.findings, *restored, *findings, *failed, *corrected.findings)
     return replace(corrected, findings=timed(found, shot.take.times.tolist()))
+
+
+def _sized(shot: Shot, solved: SolvedShot) -> tuple[WeightsTake, list[Finding]]:
+    """Return solved weights at the performer's size, then exaggerated."""
+    setup, factors, findings = shot.setup, [shot.factors], []
+    wanted = setup.solve.shrinkage == "restored" and setup.map.form != "paper"
+    if wanted and solved.solution is not None:
+        factor = brow_factor(solved.solution, shot.mesh, moving_head=setup.head == "solve")
+        factors.insert(0, Exaggeration.constant({"brows": factor}))
+        if factor > _TOLD:
+            message = "the solve shrank them; they are {factor:.2f} times as large"
+            findings.append(finding("BROWS_RESTORED", "brows", message, factor))
+    weights = solved.weights
+    for each in factors:
+        weights = exaggerated(
+            weights, each, shot.mesh, shot.layout, pins=setup.pins, limits=setup.solve.limits
+        )
+    return weights, findings
 
 
 def with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
