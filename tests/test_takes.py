@@ -37,10 +37,16 @@ def test_some_markers_of_a_take_are_those() -> None:
     assert markers().with_markers(np.array([True, False, True])).names == ("a", "c")
 
 
-@pytest.mark.parametrize("deviation", [-0.1, np.nan, np.inf])
+@pytest.mark.parametrize("deviation", [-0.1, np.nan, np.inf, 1e300])
 def test_a_deviation_that_is_none_is_refused(deviation: float) -> None:
     with pytest.raises(InputError, match="deviation"):
         markers(deviation=deviation)
+
+
+@pytest.mark.parametrize("diameter", [-0.1, 0.0, np.inf, 1e300])
+def test_a_diameter_that_is_none_is_refused(diameter: float) -> None:
+    with pytest.raises(InputError, match="diameters"):
+        markers(diameters=[0.004, np.nan, diameter])
 
 
 def test_a_take_does_not_follow_the_array_it_was_made_of() -> None:

@@ -15,6 +15,7 @@ from usdface.face.known_limits import with_known_limits
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
+from usdface.geometry.marker_spread import rms_radius
 from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
@@ -220,6 +221,7 @@ def solver_input(
             take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
         )
     radii = dot_radii(take, face.markers, face.neutral)
+    _check_dots(radii, face)
     skin, names = dot_skin(face.mesh, face.vertices, radii), face.shape_names
     if setup.solve.limits == "known":
         skin = replace(skin, evaluator=with_known_limits(skin.evaluator, names))
@@ -236,3 +238,16 @@ def solver_input(
     ]
     findings += compile_kernels(len(take.times), len(face.mesh.shapes), progress or Progress())
     return take, setup, skin, findings
+
+
+def _check_dots(radii: FloatArray, face: BoundFace) -> None:
+    """Raise InputError where a dot (B,) [m] is as large as the face."""
+    face_radius = rms_radius(face.neutral)
+    large = np.flatnonzero(radii >= face_radius)
+    if len(large):
+        raise InputError(
+            f"the dot of marker {face.markers[large[0]]!r} has a diameter of "
+            f"{2.0 * radii[large[0]]:.3g} m on the character, whose markers are spread over "
+            f"{2.0 * face_radius:.3g} m; expected that of a painted dot",
+            "VALUES_WRONG",
+        )

@@ -136,14 +136,17 @@ class MarkerTake:
                     "markers",
                     "VALUES_WRONG",
                 )
-            if not (np.isnan(self.diameters) | (self.diameters > 0.0)).all():
+            known = self.diameters[~np.isnan(self.diameters)]
+            if not ((known > 0.0) & (known <= FARTHEST)).all():
                 raise InputError(
-                    "diameters of markers must be positive, or NaN where unknown", "VALUES_WRONG"
+                    f"diameters of markers must be positive and {FARTHEST:g} at most, or NaN where "
+                    "unknown",
+                    "VALUES_WRONG",
                 )
-        if not 0.0 <= self.deviation < math.inf:
+        if not 0.0 <= self.deviation <= FARTHEST:
             raise InputError(
-                f"the deviation of the markers is {self.deviation}; expected a positive number, "
-                "or 0",
+                f"the deviation of the markers is {self.deviation}; expected a positive number of "
+                f"{FARTHEST:g} at most, or 0",
                 "VALUES_WRONG",
             )
         if self.up_axis not in ("Y", "Z"):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pxr import Sdf, Usd
 from spoilt import Place, Refused, marker_take, wide_csv
 
 
@@ -53,3 +54,46 @@ def test_two_markers_of_one_name(place: Place, refused: Refused) -> None:
 def test_a_take_without_frames(place: Place, refused: Refused) -> None:
     place.edit("take.usda", lambda stage: stage.GetAttributeAtPath("/Take.points").Clear())
     assert "no time samples" in refused(place.process)
+
+
+def sized(place: Place, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
+    """Author an attribute of the take's markers that it does not have."""
+
+    def change(stage: Usd.Stage) -> None:
+        take = stage.GetRootLayer().GetPrimAtPath("/Take")
+        Sdf.AttributeSpec(take, f"usdface:markers:{name}", kind).default = value
+
+    place.edit("take.usda", change)
+
+
+@pytest.mark.parametrize(
+    ("diameter", "said"),
+    [
+        (-0.01, "positive"),
+        (0, "positive"),
+        (np.inf, "positive"),
+        (1e300, "positive"),
+        (5, "'nose'"),
+    ],
+)
+def test_dots_of_no_size(place: Place, refused: Refused, diameter: float, said: str) -> None:
+    sized(place, "diameters", Sdf.ValueTypeNames.DoubleArray, [diameter] * 23)
+    message = refused(place.process)
+    assert "diameter" in message and said in message
+
+
+def test_dots_of_other_markers(place: Place, refused: Refused) -> None:
+    sized(place, "diameters", Sdf.ValueTypeNames.DoubleArray, [0.004] * 22)
+    assert "22 diameters for 23 markers" in refused(place.process)
+
+
+@pytest.mark.parametrize("deviation", [-0.1, np.nan, np.inf, 1e300, 50.0])
+def test_a_deviation_that_is_none(place: Place, refused: Refused, deviation: float) -> None:
+    sized(place, "deviation", Sdf.ValueTypeNames.Double, deviation)
+    assert "deviation of the markers" in refused(place.process)
+
+
+@pytest.mark.parametrize("name", ["diameters", "deviation"])
+def test_a_size_that_is_a_word(place: Place, refused: Refused, name: str) -> None:
+    sized(place, name, Sdf.ValueTypeNames.String, "six")
+    assert "Take>" in refused(place.process)

@@ -55,6 +55,19 @@ def test_blinks_are_found_in_noise() -> None:
     assert len(find_closings(times, eyes)) == len(BLINKS)
 
 
+@pytest.mark.parametrize("frames", range(6))
+def test_a_take_of_few_frames_has_no_blinks(frames: int) -> None:
+    assert not find_closings(np.arange(frames) / 30, np.zeros((frames, 2)))
+
+
+@pytest.mark.parametrize("unseen", [0, 1])
+def test_an_eye_that_is_not_seen_does_not_speak_for_lids_that_stay_open(unseen: int) -> None:
+    times, eyes = world()
+    eyes[:, unseen] = np.nan
+    assert len(find_closings(times, eyes, lids=0.8 * eyes)) == len(BLINKS)
+    assert not find_closings(times, eyes, lids=0.1 * eyes)
+
+
 def test_noise_alone_has_no_blinks() -> None:
     times, eyes = world(scale=0.0, noise=0.2)
     assert not find_closings(times, eyes)

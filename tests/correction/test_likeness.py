@@ -157,3 +157,17 @@ def test_a_doubtful_likeness_is_no_more_certain_for_a_weak_performer() -> None:
     doubtful = likeness_of(np.full((3, 1), 0.9), np.zeros((3, 1)), certain=0.2)
     heard = performers_outputs(np.zeros((3, 1)), doubtful, np.ones(1), doubtful.shown.max(axis=0))
     np.testing.assert_allclose(heard, 0.2)
+
+
+@pytest.mark.parametrize("markers", [1, 9])
+def test_markers_that_no_blend_shape_moves_show_no_emotion(face: BoundFace, markers: int) -> None:
+    still = marker_face(
+        face.markers[:markers],
+        face.neutral[:markers],
+        np.zeros((len(NAMES), markers, 3)),
+        NAMES,
+        "n",
+    )
+    motion = 0.005 * np.random.default_rng(0).standard_normal((4, markers, 3))
+    found = ExpressionLikeness(still, expressions_for(NAMES)[0]).of(motion)
+    assert not found.shown.any()

@@ -65,8 +65,9 @@ def lids_of_another_face(
     if near_lids(_own_closing(face, gaps, names), gaps).any():
         return {}
     known = (motion_at(face, (_SCANNED,)) or {}).get(_SCANNED, {})
-    side = face.neutral[:, 0] > face.midline
-    own = side if gaps.eye == "left" else ~side
+    # What is on the midline is of neither eye: a mirrored face is to be a mirrored answer.
+    to_left = face.neutral[:, 0] - face.midline
+    own = to_left > 0.0 if gaps.eye == "left" else to_left < 0.0
     moved = {unit: own[:, None] * by_unit for unit, by_unit in known.items()}
     if not moved or not near_lids(moved[_CLOSED], gaps).any():
         return {}

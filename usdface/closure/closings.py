@@ -70,28 +70,15 @@ def find_closings(
     if len(times) < 3:
         return []
     step = float(np.median(np.diff(times)))
-    seen = [eye for eye in (0, 1) if np.isfinite(closing[:, eye]).all()]
-    smooth, pulses = closing.copy(), np.zeros(closing.shape)
-    skin = np.zeros(closing.shape, dtype=bool)
     least = np.zeros(2) if least is None else least
-    floors = np.zeros(2)
-    for eye in seen:
-        smooth[:, eye], pulses[:, eye], floors[eye] = lid_pulses(closing[:, eye], step)
-    # Two eyes that close together stand out of the noise where one of them alone does not.
-    together = (pulses.mean(axis=1) >= floors.mean() / np.sqrt(2.0)) & (len(seen) == 2)
-    for eye in seen:
-        pulses[(pulses[:, eye] < floors[eye]) & ~together, eye] = 0.0
-        if own is not None and np.isfinite(own[:, eye]).all():
-            _, lid, noise = lid_pulses(own[:, eye], step)
-            lid = maximum_filter1d(lid, 2 * round(APART / step) + 1)
-            skin[:, eye] = lid + noise < _OWN * pulses[:, eye]
+    smooth, pulses, skin = _pulses(closing, own, step)
     scale = np.array([blink_height(pulses[:, eye], least[eye], step) for eye in (0, 1)])
     if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:
         scale[:] = np.nan
     blinks, peaks = find_blinks(times, pulses, skin, scale, least)
     gone, swept = _opening_gone(lids, closing.shape, step)
     now, gone = gone, maximum_filter1d(gone, 2 * round(APART / step) + 1, axis=0)
-    shut = gone[peaks].max(axis=1) >= _least_gone(gone, peaks)
+    shut = _most_gone(gone[peaks]) >= _least_gone(gone, peaks)
     blinks = [blink for blink, is_shut in zip(blinks, shut, strict=True) if is_shut]
     peaks = peaks[shut]
     if not blinks:
@@ -109,6 +96,29 @@ def find_closings(
     held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed)
+
+
+def _pulses(
+    closing: FloatArray, own: FloatArray | None, step: float
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return the smoothed curves of the eyes, their pulses, and where these are the skin's: (F, 2).
+
+    0 of an eye that is not seen, and where a pulse is lower than noise.
+    """
+    smooth, pulses = closing.copy(), np.zeros(closing.shape)
+    skin, floors = np.zeros(closing.shape, dtype=bool), np.zeros(2)
+    seen = np.flatnonzero(np.isfinite(closing).all(axis=0)).tolist()
+    for eye in seen:
+        smooth[:, eye], pulses[:, eye], floors[eye] = lid_pulses(closing[:, eye], step)
+    # Two eyes that close together stand out of the noise where one of them alone does not.
+    together = (pulses.mean(axis=1) >= floors.mean() / np.sqrt(2.0)) & (len(seen) == 2)
+    for eye in seen:
+        pulses[(pulses[:, eye] < floors[eye]) & ~together, eye] = 0.0
+        if own is not None and np.isfinite(own[:, eye]).all():
+            _, lid, noise = lid_pulses(own[:, eye], step)
+            lid = maximum_filter1d(lid, 2 * round(APART / step) + 1)
+            skin[:, eye] = lid + noise < _OWN * pulses[:, eye]
+    return smooth, pulses, skin
 
 
 def _opening_gone(
@@ -143,10 +153,20 @@ def _tell_the_level(gone: FloatArray, swept: FloatArray) -> bool:
 
 def _least_gone(gone: FloatArray, peaks: IntArray) -> float:
     """Return how much of the opening is gone where an eye is closed, at least."""
-    tops = gone[peaks].max(axis=1)
+    tops = _most_gone(gone[peaks])
     known = tops[np.isfinite(tops)]
     level = float(np.quantile(known, 0.75)) if len(known) else 0.0
     return max(_GONE, _GONE_OF_BLINKS * level)
+
+
+def _most_gone(gone: FloatArray) -> FloatArray:
+    """Return how much is gone of the opening of the eye that is closed further: (N,).
+
+    An eye of which that is not known says nothing; infinite where it is known of neither.
+    """
+    known = np.isfinite(gone)
+    most = np.where(known, gone, -np.inf).max(axis=1)
+    return np.asarray(np.where(known.any(axis=1), most, np.inf))
 
 
 def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:

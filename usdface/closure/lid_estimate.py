@@ -75,8 +75,4 @@ def lid_estimate(
 
 def _closed_by(gaps: LidGaps, count: int) -> FloatArray:
     """Return by how much of the opening each shape brings the lids together: (T,)."""
-    rest = gaps.neutral
-    # Pairs in the corners of the eye are never open.
-    wide = rest > 0.5 * gaps.opening
-    moved = gaps.at(np.eye(count))[:, wide] - rest[wide]
-    return np.asarray(-moved.mean(axis=1) / rest[wide].mean())
+    return np.asarray(1.0 - gaps.at(np.eye(count)).mean(axis=1) / gaps.neutral.mean())

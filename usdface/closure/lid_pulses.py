@@ -63,7 +63,8 @@ def crossing_time(times: FloatArray, share: FloatArray, peak: int, way: int, lev
 def _smoothed(closing: FloatArray, step: float) -> tuple[FloatArray, float]:
     """Return the smoothed curve of an eye, and the least height of a pulse that is no noise."""
     # Third differences of white noise have 20 times its variance; blinks are rare.
-    noise = 1.4826 * float(np.median(np.abs(np.diff(closing, 3)))) / np.sqrt(20.0)
+    steps = np.abs(np.diff(closing, 3))
+    noise = 1.4826 * float(np.median(steps)) / np.sqrt(20.0) if len(steps) else 0.0
     smooth, floor = closing, _ABOVE_NOISE * noise
     for width in _SMOOTHING:
         sigma = width / step

@@ -35,7 +35,8 @@ def fisher_discriminant(features: FloatArray, classes: IntArray, shrinkage: floa
     """
     means = np.array([features[classes == k].mean(axis=0) for k in range(classes.max() + 1)])
     rest = (features - means[classes]) / np.sqrt(len(features))
-    sphere = shrinkage * np.square(rest).sum() / rest.shape[1]
+    # Markers that nothing moves have no covariance at all, and no directions.
+    sphere = max(shrinkage * np.square(rest).sum() / rest.shape[1], 1e-12)
     rest *= np.sqrt(1 - shrinkage)
     if len(rest) < rest.shape[1]:  # the same by the matrix inversion lemma, of examples' size
         inner = np.linalg.solve(rest @ rest.T + sphere * np.eye(len(rest)), rest @ means.T)

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth, smoothed_blocks
-from usdface.correction.likeness import ExpressionLikeness, Likeness, likeness_of_sides
+from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
+from usdface.correction.likeness import Likeness, likeness_of_sides
 from usdface.correction.shown_motion import motion_gains, motion_products
+from usdface.correction.take_likeness import SidedMotion, carried_motion, take_likeness
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
@@ -105,10 +106,6 @@ def sided_features(
     noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
     width = noise * system.smoothing
     inputs: dict[Side, FloatArray] = {}
-    likeness: dict[Side, Likeness] = {}
-    judges: Mapping[Side, ExpressionLikeness] = {}
-    if system.likeness and expressions and _whole_face(system, face, names):
-        judges = likeness_of_sides(face, expressions, sides)
     for side, positions in by_side.items():
 
         def measured(frames: slice, positions: _Positions = positions) -> FloatArray:
@@ -118,54 +115,24 @@ def sided_features(
             )
 
         inputs[side] = smooth(by_blocks(len(take.times), measured), take.times, width)
-        if side in judges:
-            shown = _carried_positions(face, solution, side) if solution else positions
-            likeness[side] = _likeness(judges[side], shown, neutral, take.times, width)
+    likeness: Mapping[Side, Likeness] = {}
+    if system.likeness and expressions and _whole_face(system, face, names):
+
+        def moved(frames: slice) -> Mapping[Side, FloatArray]:
+            return {side: positions(frames) - neutral for side, positions in by_side.items()}
+
+        motion: SidedMotion = moved
+        if solution:
+            motion = carried_motion(face, solution, sides, times=take.times, width=width)
+        judges = likeness_of_sides(face, expressions, sides)
+        likeness = take_likeness(judges, motion, len(take.times))
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
     return Features(inputs, markers, unit, likeness)
-
-
-def _likeness(
-    judge: ExpressionLikeness,
-    positions: _Positions,
-    neutral: FloatArray,
-    times: FloatArray,
-    width: float,
-) -> Likeness:
-    """Judge the smoothed motion of one side."""
-    smoothed = smoothed_blocks(lambda frames: positions(frames) - neutral, times, width)
-
-    def judged(frames: slice) -> FloatArray:
-        found = judge.of(smoothed(frames))
-        return np.stack([found.certain, found.size, found.contrary], axis=1)
-
-    return Likeness(*np.moveaxis(by_blocks(len(times), judged), 1, 0))
 
 
 def _whole_face(system: ExpressionSystem, face: BoundFace, names: Sequence[str]) -> bool:
     """Whether markers of the character are read, with a nose tip that all others move against."""
     return system.space == "character" and face.nose_tip in names
-
-
-def _carried_positions(face: BoundFace, solution: Solution, side: Side) -> _Positions:
-    """Return the markers of a side on the character as they were recorded, not as solved.
-
-    Markers that were not used stay at rest. A solve leaves out what the character's blend shapes
-    cannot show, and that is how other faces differ.
-    """
-    index = {name: i for i, name in enumerate(solution.markers)}
-    seen = np.array([name in index for name in face.markers])
-    at = [index[name] for name in np.array(face.markers)[seen]]
-
-    def positions(frames: slice) -> FloatArray:
-        moved = solution.displaced(frames)[:, at]
-        carried = np.repeat(face.neutral[None], len(moved), axis=0)
-        carried[:, seen] += moved
-        if side == "both":
-            return carried
-        return half_face(carried, face.neutral, face.neutral, face.nose, side)
-
-    return positions
 
 
 def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[str, str]) -> None:

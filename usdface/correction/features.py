@@ -142,11 +142,15 @@ def _deviation(times: FloatArray, width: float) -> float:
 def _gaussian(features: FloatArray, frames: float) -> FloatArray:
     if frames == 0.0:
         return features
+
+    def mean(values: FloatArray) -> FloatArray:
+        smooth = gaussian_filter1d(values, frames, axis=0, mode="nearest", truncate=_TRUNCATED)
+        return np.asarray(smooth)
+
     seen = ~np.isnan(features)
-    total, share = (
-        gaussian_filter1d(values, frames, axis=0, mode="nearest", truncate=_TRUNCATED)
-        for values in (np.where(seen, features, 0.0), seen.astype(np.float64))
-    )
+    if seen.all():
+        return mean(features)
+    total, share = mean(np.where(seen, features, 0.0)), mean(seen.astype(np.float64))
     smoothed = np.full(features.shape, np.nan)
     np.divide(total, share, out=smoothed, where=seen)
     return smoothed

@@ -110,10 +110,12 @@ def judged_events(
         Whether frames follow one another; otherwise each is an event of its own.
     """
     events = (events_of if whole_take else frame_events)(output, response[0])
-    mean = events.peaks(weights)
-    most = np.ones(mean.shape)
     if whole_take:
-        most -= _HEADROOM * np.sqrt(_jitter(events, output, weights))
+        mean, jitter = _at_peaks(events, output, weights)
+        most = 1.0 - _HEADROOM * np.sqrt(jitter)
+    else:
+        mean = events.peaks(weights)
+        most = np.ones(mean.shape)
     regions = evidence.shown(mean, pose)
     shown = np.ones(len(mean))
     for share in regions.values():
@@ -122,14 +124,20 @@ def judged_events(
     return JudgedEvents(events, respond(events.size, response), mean, most, regions, taking)
 
 
-def _jitter(events: Events, output: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the variance of each weight (F, T) at the peak of each frame's event: (N, T).
+def _at_peaks(
+    events: Events, output: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return mean and variance of each weight (F, T) at the peak of each frame's event: (N, T).
 
-    Without what goes up and down with the output: that is the performance.
+    The variance is without what goes up and down with the output: that is the performance.
     """
-    with_output = events.peaks(np.concatenate([output[:, None], output[:, None] ** 2], axis=1))
-    mean, moved = with_output[:, :1], with_output[:, 1:] - with_output[:, :1] ** 2
-    own, together = events.peaks(weights), events.peaks(output[:, None] * weights)
-    variance = events.peaks(weights**2) - own**2
-    shared = (together - mean * own) ** 2 / np.maximum(moved, 1e-12)
-    return np.asarray(np.maximum(variance - shared, 0.0))
+    heard = output[:, None]
+    values = np.concatenate([weights, weights**2, heard * weights, heard, heard**2], axis=1)
+    # Together, as each call goes through all events.
+    *moments, output_mean, output_square = np.split(
+        events.peaks(values), np.cumsum([weights.shape[1]] * 3 + [1]), axis=1
+    )
+    mean, square, product = moments
+    output_variance = output_square - output_mean**2
+    shared = (product - mean * output_mean) ** 2 / np.maximum(output_variance, 1e-12)
+    return mean, np.asarray(np.maximum(square - mean**2 - shared, 0.0))

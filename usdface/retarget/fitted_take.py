@@ -142,10 +142,7 @@ def fit_take(
     else:
         fit = fit_face(neutral, points[used], model, setup.map, evidence, around)
 
-    least_noise = 0.0
-    if take.deviation:
-        extent = rms_radius(points[used, : take.dimension])
-        least_noise = take.deviation * extent / rms_radius(neutral)
+    least_noise = _least_noise(take, neutral, points[used])
 
     def solved(
         fit: FaceFit,
@@ -178,6 +175,29 @@ def fit_take(
     factors = _factors(setup, fit, joint, shape_names, take)
     findings += _beside(fit, names, take.source) + restored_findings(factors)
     return FittedTake(names, neutral, fit, joint, setup, head_neutral, factors), findings
+
+
+def _least_noise(take: MarkerTake, neutral: FloatArray, points: FloatArray) -> float:
+    """Return the take's deviation on the character [m]; 0 = unknown.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    neutral : (M, D) float64
+        Markers where they rest in the take.
+    points : (M, 3) float64 [m]
+        The same on the character.
+    """
+    if not take.deviation:
+        return 0.0
+    apart = rms_radius(neutral)
+    if take.deviation >= apart:
+        raise InputError(
+            f"the deviation of the markers is {take.deviation:g}, more than they are apart "
+            f"({apart:g}); expected that of a coordinate",
+            "VALUES_WRONG",
+        )
+    return take.deviation * rms_radius(points[:, : take.dimension]) / apart
 
 
 def _without_neutral_weights(

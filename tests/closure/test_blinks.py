@@ -1,0 +1,55 @@
+"""Blinks among the pulses of the lids, by their height and course."""
+
+import numpy as np
+import pytest
+
+from usdface.arrays import FloatArray
+from usdface.closure.blinks import blink_height, find_blinks
+
+STARTS = (1.0, 2.5, 4.0)
+RATES = (24.0, 120.0)
+
+
+def pulses(rate: float, height: float = 0.8, length: float = 0.3) -> tuple[FloatArray, FloatArray]:
+    """Return times (F,) and pulses (F,), highest a third after they begin."""
+    times = np.arange(0.0, 6.0, 1.0 / rate)
+    course = np.zeros(len(times))
+    for start in STARTS:
+        since = (times - start) / length
+        course += height * np.clip(np.minimum(3.0 * since, 1.5 * (1.0 - since)), 0.0, None)
+    return times, course
+
+
+@pytest.mark.parametrize("rate", RATES)
+def test_the_height_is_that_of_the_pulses(rate: float) -> None:
+    _, course = pulses(rate)
+    assert blink_height(course, 0.0, 1.0 / rate) == pytest.approx(0.8, rel=0.15)
+
+
+def test_pulses_of_the_skin_have_no_height() -> None:
+    _, course = pulses(60.0)
+    assert np.isnan(blink_height(course, 0.9, 1.0 / 60.0))
+    assert np.isnan(blink_height(0.0 * course, 0.0, 1.0 / 60.0))
+
+
+@pytest.mark.parametrize("rate", RATES)
+def test_they_are_closed_at_their_peaks(rate: float) -> None:
+    times, course = pulses(rate)
+    both = np.stack([course, course], axis=1)
+    none = np.zeros(both.shape, dtype=bool)
+    found, peaks = find_blinks(times, both, none, np.full(2, 0.8), np.zeros(2))
+    assert len(found) == len(peaks) == len(STARTS)
+    for blink, peak, start in zip(found, peaks, STARTS, strict=True):
+        assert blink.eyes == (0, 1) and not blink.guessed
+        assert abs(times[peak] - (start + 0.1)) < 1.5 / rate
+        assert blink.start < blink.closed <= times[peak] <= blink.opened < blink.end
+
+
+def test_of_two_eyes_that_show_no_blink_nothing_is_found() -> None:
+    times, course = pulses(60.0)
+    both = np.stack([course, course], axis=1)
+    skin = np.zeros(both.shape, dtype=bool)
+    found, peaks = find_blinks(times, both, skin, np.full(2, np.nan), np.zeros(2))
+    assert not found and not len(peaks)
+    found, peaks = find_blinks(times, both, ~skin, np.full(2, 0.8), np.zeros(2))
+    assert not found and not len(peaks)
