@@ -84,26 +84,32 @@ class TakeBlending:
     def raise_up(self, outputs: Outputs) -> Blended:
         """Raise weak expressions event by event."""
         added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
+        shown = {side: np.zeros(given.shape) for side, given in outputs.items()}
+        missing = {
+            side: {region: np.zeros(given.shape, bool) for region in self.evidence.regions}
+            for side, given in outputs.items()
+        }
+
+        def tell(judged: JudgedEvents, row: int, side: Side) -> None:
+            shown[side][:, row] = judged.shown(self._gain(row, None))
+            for region, absent in missing[side].items():
+                absent[:, row] = judged.missing(region, len(absent))
+
         drives = _driving(outputs)
+        untold = [(row, side) for side in outputs for row in range(len(self.poses))]
         # The events of one emotion and side at a time: those of a long take are many.
         parts = sorted(self._parts(), key=_row_and_side)
         for (row, side), own in groupby(parts, _row_and_side):
             judged = self._judged(drives[side][:, row], row, side)
             for *_, region, part in own:
                 judged.raise_part(part, self._gain(row, region), added, reached)
+            if drives[side] is outputs.get(side):
+                tell(judged, row, side)
+                untold.remove((row, side))
+        for row, side in untold:
+            tell(self._judged(outputs[side][:, row], row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
-        shown, missing = {}, {}
-        for side, given in outputs.items():
-            shown[side] = np.zeros(given.shape)
-            missing[side] = {
-                region: np.zeros(given.shape, bool) for region in self.evidence.regions
-            }
-            for row in range(len(self.poses)):
-                judged = self._judged(given[:, row], row, side)
-                shown[side][:, row] = judged.shown(self._gain(row, None))
-                for region, absent in missing[side].items():
-                    absent[:, row] = judged.missing(region, len(given))
         return Blended(corrected, shown, missing)
 
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
