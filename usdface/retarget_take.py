@@ -24,6 +24,7 @@ from usdface.retarget.filmed_head import FilmedHead, film_head
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
+from usdface.retarget.views import Views
 from usdface.retarget_setup import RetargetSetup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 
@@ -116,14 +117,16 @@ def solve(
         return replace(weights, weights=combined), None, findings
     take, setup, skin, findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, skin, progress)
+    seen, views = filmed.seen(take) if filmed else (take, None)
     solution, new_findings = solve_take(
-        filmed.still(take) if filmed else take,
+        seen,
         skin.rest,
         skin.offsets,
         face.shape_names,
         setup,
         skin.mean_evaluator,
         surface=MarkerSurface(face.mesh, face.vertices, skin.radii),
+        views=views,
         progress=progress,
     )
     if filmed:
@@ -194,11 +197,11 @@ def _film(
     if not flat or setup.neutral is None:
         return None, []
 
-    def weights(still: MarkerTake, neutral: tuple[int, int]) -> FloatArray:
+    def weights(seen: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
         own = replace(setup, neutral=neutral, pins=())  # which are frames of the whole take
         solution, _ = solve_take(
-            still, skin.rest, skin.offsets, face.shape_names, own, skin.mean_evaluator,
-            progress=progress,
+            seen, skin.rest, skin.offsets, face.shape_names, own, skin.mean_evaluator,
+            views=views, progress=progress,
         )  # fmt: skip
         return solution.weights.weights
 

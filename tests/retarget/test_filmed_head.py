@@ -12,6 +12,7 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.dot_centres import beside_means
 from usdface.retarget.filmed_head import FilmedHead, film_head
 from usdface.retarget.one_camera import PinholeCamera
+from usdface.retarget.views import Views
 from usdface.takes import MarkerTake
 
 WORLD = make_world(head_moves=False)
@@ -37,7 +38,7 @@ def filmed(world: World, degrees: float, focal: float = FOCAL) -> tuple[MarkerTa
     return take, motion
 
 
-def true_weights(take: MarkerTake, neutral: tuple[int, int]) -> np.ndarray:
+def true_weights(take: MarkerTake, views: Views, neutral: tuple[int, int]) -> np.ndarray:
     """The weights of the world, as a perfect solve finds them."""
     return np.array(WORLD.weights[np.searchsorted(WORLD.take.times, take.times)])
 
@@ -98,8 +99,8 @@ def test_a_face_that_does_not_turn_keeps_the_depths_of_the_character() -> None:
 def test_expressions_that_the_solve_leaves_make_no_depth(hidden: int) -> None:
     """A still face that hardly turns by its pose: a tenth of each movement is taken for turns."""
 
-    def most_of_the_weights(take: MarkerTake, neutral: tuple[int, int]) -> np.ndarray:
-        return 0.9 * true_weights(take, neutral)
+    def most_of_the_weights(take: MarkerTake, views: Views, neutral: tuple[int, int]) -> np.ndarray:
+        return 0.9 * true_weights(take, views, neutral)
 
     take, _ = filmed(WORLD, 0.0)
     positions = take.positions.copy()

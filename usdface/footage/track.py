@@ -13,7 +13,7 @@ from usdface.footage.face_names import BoundVertices
 from usdface.footage.finished_tracks import finished_tracks
 from usdface.footage.fixes import Fix, apply_fixes
 from usdface.footage.follow import HIDDEN, follow, nearest_distances
-from usdface.footage.join_tracks import join_tracks
+from usdface.footage.join_tracks import join_tracks, without_lone_samples
 from usdface.footage.labels import NamedPlace, name_tracks
 from usdface.footage.tracks import Tracks
 
@@ -86,7 +86,7 @@ def track_dots(
     ahead, behind = frames[at:], frames[at::-1]
     forward = follow(ahead, start, first.centres[start])
     backward = follow(behind, start, first.centres[start])
-    table = _merged(forward.dots, backward.dots, len(start))
+    table = without_lone_samples(_merged(forward.dots, backward.dots, len(start)), at)
     agreed = _agreement(frames, table, at, len(start))
     cuts = tuple(sorted([at + c for c in forward.cuts] + [at - c + 1 for c in backward.cuts]))
     places = _places(frames, table)

@@ -9,7 +9,7 @@ from usdface.frame_blocks import by_blocks
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.one_camera import PinholeCamera
 
-__all__ = ["beside_means"]
+__all__ = ["beside_means", "facing_shares"]
 
 
 def beside_means(
@@ -29,17 +29,12 @@ def beside_means(
         Of the head in camera space.
     camera : PinholeCamera
     """
-    count, parts = len(skin.bound), len(skin.dots)
-    owners = csr_array((np.ones(parts), (np.arange(parts), skin.dots)), shape=(parts, count))
+    owners = _owners(skin)
 
     def beside(block: slice) -> FloatArray:
-        moved = skin.evaluator.displacements(weights[block])
-        own = Pose(pose.rotations[block], pose.translations[block])
-        placed = own.to_take(skin.points + moved.reshape(len(moved), -1, 3))
+        placed = _placed(skin, weights[block], pose, block)
         corners = placed[:, skin.triangles]
-        a, b, c = (camera.image(corners[:, :, k]) for k in range(3))
-        facing = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
-        areas = skin.shares * np.maximum(facing, 0.0)
+        areas = skin.shares * np.maximum(_image_areas(corners, camera), 0.0)
         middles = camera.image(np.einsum("nk,fnkd->fnd", skin.centroids, corners))
         whole = areas @ owners
         sums = np.stack([(areas * middles[..., k]) @ owners for k in range(2)], axis=-1)
@@ -48,3 +43,44 @@ def beside_means(
         return np.where(seen, sums / np.where(seen, whole[..., None], 1.0) - means, 0.0)
 
     return by_blocks(len(weights), beside)
+
+
+def facing_shares(
+    skin: DotSkin, weights: FloatArray, pose: Pose, camera: PinholeCamera
+) -> FloatArray:
+    """Return the share of each dot's area that its slant leaves in the image: (F, B), 0 to 1.
+
+    1 head on, the cosine of the slant of a flat dot; 1 for a dot without skin. Parameters are those
+    of `beside_means`.
+    """
+    owners = _owners(skin)
+
+    def facing(block: slice) -> FloatArray:
+        corners = _placed(skin, weights[block], pose, block)[:, skin.triangles]
+        across = np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+        scale = camera.focal_length / corners[..., 2].mean(axis=-1)  # px per metre
+        frontal = (skin.shares * np.linalg.norm(across, axis=-1) * scale**2) @ owners
+        shown = (skin.shares * np.maximum(_image_areas(corners, camera), 0.0)) @ owners
+        there = frontal > 0.0
+        return np.where(there, shown / np.where(there, frontal, 1.0), 1.0).clip(0.0, 1.0)
+
+    return by_blocks(len(weights), facing)
+
+
+def _owners(skin: DotSkin) -> csr_array:
+    """Return which dot (B) each part (N) is of: (N, B)."""
+    count, parts = len(skin.bound), len(skin.dots)
+    return csr_array((np.ones(parts), (np.arange(parts), skin.dots)), shape=(parts, count))
+
+
+def _placed(skin: DotSkin, weights: FloatArray, pose: Pose, block: slice) -> FloatArray:
+    """Return the vertices of some frames in camera space: (F, V, 3) [m]."""
+    moved = skin.evaluator.displacements(weights)
+    own = Pose(pose.rotations[block], pose.translations[block])
+    return np.asarray(own.to_take(skin.points + moved.reshape(len(moved), -1, 3)))
+
+
+def _image_areas(corners: FloatArray, camera: PinholeCamera) -> FloatArray:
+    """Return twice the area of triangles (F, N, 3, 3) in the image, below 0 if they face away."""
+    a, b, c = (camera.image(corners[:, :, k]) for k in range(3))
+    return np.asarray((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0])

@@ -23,6 +23,7 @@ from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
 from usdface.retarget.performed_face import fit_known_face, wear
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
+from usdface.retarget.seen_weights import solve_seen_weights
 from usdface.retarget.shrinkage import brow_factors, restored_findings
 from usdface.retarget.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import take_amplitudes
@@ -33,6 +34,7 @@ from usdface.retarget.usable_markers import (
     unseen_shapes,
     usable_markers,
 )
+from usdface.retarget.views import Views
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 
@@ -105,6 +107,7 @@ def fit_take(
     model: BlendShapeEvaluator | None,
     *,
     surface: MarkerSurface | None,
+    views: Views | None = None,
     correct_neutral: bool = True,
     progress: Progress | None = None,
 ) -> tuple[FittedTake, list[Finding]]:
@@ -152,6 +155,12 @@ def fit_take(
         **settings: Any,
     ) -> PoseAndWeights:
         model, space = as_performed(fit, shape_names, setup)
+        if views is not None:
+            return solve_seen_weights(
+                take.times[frames], positions[frames], fit.points, model, space,
+                Pose(pose.rotations[frames], pose.translations[frames]), setup, shape_names,
+                views.of(names).at(frames), least_noise=least_noise,
+            )  # fmt: skip
         return solve_pose_and_weights(
             take.times[frames], positions[frames], fit.points, model, space,
             Pose(pose.rotations[frames], pose.translations[frames]), setup, shape_names,

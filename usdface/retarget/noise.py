@@ -12,7 +12,7 @@ from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["MOST", "Unexplained", "white_noise"]
+__all__ = ["MOST", "Unexplained", "typical_deviation", "white_noise"]
 
 # Misfit grows with the expression and is nothing at rest. This share of the frames has less:
 # neither a resting face nor a few swapped markers decide.
@@ -47,10 +47,14 @@ def white_noise(values: FloatArray) -> float:
     float
         Standard deviation; 0 if nowhere four frames follow each other.
     """
-    return _deviation(np.diff(values, 3, axis=0)) if len(values) >= 4 else 0.0
+    return typical_deviation(np.diff(values, 3, axis=0)) if len(values) >= 4 else 0.0
 
 
-def _deviation(differences: FloatArray) -> float:
+def typical_deviation(differences: FloatArray) -> float:
+    """Return the standard deviation of white noise that has these third differences (any shape).
+
+    By their median; NaN where there is none, 0 where there are none at all.
+    """
     there = differences[~np.isnan(differences)]
     return float(np.median(np.abs(there)) * _NORMAL / np.sqrt(_THIRD)) if there.size else 0.0
 
@@ -127,7 +131,7 @@ class Unexplained:
             (differences[frames] @ _complement(hidden)).ravel()
             for frames, hidden in _alike(self.basis, windows[first])
         ]
-        return _deviation(np.concatenate(found)) if found else 0.0
+        return typical_deviation(np.concatenate(found)) if found else 0.0
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
         """Estimate by how much face and rig differ.

@@ -103,7 +103,11 @@ def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> 
 
 
 def fit_pose(
-    points: FloatArray, image: FloatArray, camera: PinholeCamera, start: Pose
+    points: FloatArray,
+    image: FloatArray,
+    camera: PinholeCamera,
+    start: Pose,
+    certainty: FloatArray | None = None,
 ) -> tuple[Pose, BoolArray]:
     """Fit the pose of a head in every frame, by least squares on the image.
 
@@ -116,6 +120,8 @@ def fit_pose(
     camera : PinholeCamera
     start : Pose
         A first guess.
+    certainty : (F, M) float64, optional
+        One over the deviation of each place, in any unit; all alike, if left out.
 
     Returns
     -------
@@ -130,10 +136,11 @@ def fit_pose(
     usable = np.asarray(seen.sum(axis=1) >= _FEWEST)
     rotations, translations = start.rotations.copy(), start.translations.copy()
     near = _NEAREST * float(np.median(translations[:, 2]))
+    known = seen[..., None] if certainty is None else (seen * certainty)[..., None]
     for _ in range(_STEPS):
         pose = Pose(rotations, translations)
-        columns = pose_columns(points, pose, camera) * seen[..., None, None]
-        left = np.where(seen[..., None], image - camera.image(pose.to_take(points)), 0.0)
+        columns = pose_columns(points, pose, camera) * known[..., None]
+        left = np.where(seen[..., None], image - camera.image(pose.to_take(points)), 0.0) * known
         columns = columns.reshape(len(image), -1, 6)
         normal = columns.transpose(0, 2, 1) @ columns
         normal += _DAMPING * np.trace(normal, axis1=1, axis2=2)[:, None, None] / 6 * np.eye(6)

@@ -14,6 +14,7 @@ from usdface.retarget.shrinkage import restored
 from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget.usable_markers import unsolved_frames
+from usdface.retarget.views import Views
 from usdface.retarget_setup import Pin, RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
@@ -29,6 +30,7 @@ def solve_take(
     model: BlendShapeEvaluator | None = None,
     *,
     surface: MarkerSurface | None = None,
+    views: Views | None = None,
     correct_neutral: bool = True,
     progress: Progress | None = None,
 ) -> tuple[Solution, list[Finding]]:
@@ -48,6 +50,8 @@ def solve_take(
         out.
     surface : MarkerSurface, optional
         The skin around the B vertices: markers may sit beside them.
+    views : Views, optional
+        Of a take as one camera sees it (`usdface.retarget.filmed_head.FilmedHead.seen`).
     correct_neutral : bool
         Correct the error of noisy neutral frames by the whole take.
     progress : Progress, optional
@@ -67,7 +71,7 @@ def solve_take(
     """
     fitted, findings = fit_take(
         take, points, offsets, shape_names, setup, model,
-        surface=surface, correct_neutral=correct_neutral, progress=progress,
+        surface=surface, views=views, correct_neutral=correct_neutral, progress=progress,
     )  # fmt: skip
     shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
     findings += unsolved_frames(visible(fitted.joint.displaced), take.source)

@@ -21,10 +21,18 @@ from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.bounds import Bounds
 from usdface.retarget.take_pieces import overlap, pieces
 
-__all__ = ["Iterate", "solve_temporal", "temporal_reach"]
+__all__ = [
+    "RELAXATION",
+    "Iterate",
+    "SharedSystem",
+    "joined_limits",
+    "shared_system",
+    "solve_temporal",
+    "temporal_reach",
+]
 
 # Over-relaxation: 1.5 to 1.8 is advised (Boyd et al. 2011, section 3.4.3).
-_RELAXATION = 1.8
+RELAXATION = 1.8
 # Penalty of a weight: of its own diagonal entry, and of the curvature's but at most so many times
 # the least eigenvalue. Fast frame rates make the curvature's huge, though the weights that a
 # take shows bend no more. Tried on the ICT face, 68 landmarks, 24 to 120 Hz, 0.1 to 1 mm noise.
@@ -51,7 +59,7 @@ class Iterate:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _System:
+class SharedSystem:
     """The matrices that all frames share.
 
     Attributes
@@ -104,7 +112,7 @@ def solve_temporal(
     covariance : (S, S) float64, optional
         M, symmetric positive definite: how weights move together; the unit matrix, if left out.
     """
-    system = _system(normal, bands, bounds.rows, covariance)
+    system = shared_system(normal, bands, bounds.rows, covariance)
     frames, size = right.shape
     compiled = kernels(frames, size)
     alternate = partial(_alternate_compiled, compiled) if compiled else _alternate
@@ -116,7 +124,7 @@ def solve_temporal(
         there = bounds.at(whole)
         weights = start.weights[whole] if start else np.linalg.solve(normal, right[whole].T).T
         boxed = weights @ system.joined.T
-        low, high = _limits(there, *weights.shape)
+        low, high = joined_limits(there, *weights.shape)
         np.clip(boxed, low, high, out=boxed)
         begin = np.zeros_like(boxed)
         if start is not None and start.dual is not None:
@@ -148,14 +156,15 @@ def temporal_reach(
 
     Parameters are those of `solve_temporal`; `rows` (C, S) are inequalities.
     """
-    system = _system(normal, bands, rows, covariance)
+    system = shared_system(normal, bands, rows, covariance)
     penalties = system.penalties[: len(normal)]
     return overlap(normal, penalties, system.half, bands, iterations, _NOTHING)
 
 
-def _system(
+def shared_system(
     normal: FloatArray, bands: FloatArray, rows: FloatArray, covariance: FloatArray | None = None
-) -> _System:
+) -> SharedSystem:
+    """Return the matrices of `solve_temporal`; `rows` (C, S) are inequalities."""
     size = len(normal)
     half: FloatArray = np.eye(size)
     if covariance is not None:
@@ -173,10 +182,10 @@ def _system(
     joined = np.vstack([np.eye(len(normal)), rows])
     whole = normal + joined.T @ (penalties[:, None] * joined)
     values, vectors = np.linalg.eigh(half.T @ whole @ half)
-    return _System(normal, joined, penalties, values, half @ vectors, half)
+    return SharedSystem(normal, joined, penalties, values, half @ vectors, half)
 
 
-def _limits(bounds: Bounds, frames: int, size: int) -> tuple[FloatArray, FloatArray]:
+def joined_limits(bounds: Bounds, frames: int, size: int) -> tuple[FloatArray, FloatArray]:
     """Return the limits of weights and rows: two (F, S + C)."""
     low, high = bounds.over(frames, size)
     if not len(bounds.rows):
@@ -186,7 +195,7 @@ def _limits(bounds: Bounds, frames: int, size: int) -> tuple[FloatArray, FloatAr
 
 
 def _alternate(
-    system: _System,
+    system: SharedSystem,
     right: FloatArray,
     bands: FloatArray,
     limits: tuple[FloatArray, FloatArray],
@@ -209,7 +218,7 @@ def _alternate(
         for k, factor in enumerate(factors):
             # LAPACK itself: `cho_solve_banded` takes ten times as long to look at its arguments.
             rotated[k], _ = dpbtrs(factor, rotated[k], overwrite_b=True)
-        relaxed = _RELAXATION * (back @ rotated).T + (1.0 - _RELAXATION) * boxed + dual
+        relaxed = RELAXATION * (back @ rotated).T + (1.0 - RELAXATION) * boxed + dual
         previous, boxed = boxed, np.clip(relaxed, *limits)
         dual = relaxed - boxed
         if np.abs(boxed - previous).max() <= tolerance:
@@ -219,7 +228,7 @@ def _alternate(
 
 def _alternate_compiled(
     compiled: Any,
-    system: _System,
+    system: SharedSystem,
     right: FloatArray,
     bands: FloatArray,
     limits: tuple[FloatArray, FloatArray],
@@ -247,7 +256,7 @@ def _alternate_compiled(
         boxed,
         dual,
         iterations,
-        _RELAXATION,
+        RELAXATION,
         tolerance,
     )
     return boxed[:, :wide], dual[:, :wide]

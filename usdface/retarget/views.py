@@ -1,0 +1,68 @@
+"""The directions in which a camera sees the markers of a head that turns before it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+
+__all__ = ["Views"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Views:
+    """How the camera sees markers move, and how surely.
+
+    Attributes
+    ----------
+    markers : tuple of str, length M
+    slopes : (F, M, 2, 3) float64
+        Derivative of a marker's place, as the camera sees it, by its place in head space. Head on
+        it is the first two axes.
+    certainty : (F, M) float64
+        The deviation of the take over that of the sample: 1 in its quadratic mean, 0 of nothing.
+    """
+
+    markers: tuple[str, ...]
+    slopes: FloatArray
+    certainty: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "slopes", frozen(self.slopes))
+        object.__setattr__(self, "certainty", frozen(self.certainty))
+
+    def of(self, markers: tuple[str, ...]) -> "Views":
+        """Return the views of some of the markers; one that is not here is not seen at all."""
+        if markers == self.markers:
+            return self
+        slopes = np.zeros((len(self.slopes), len(markers), 2, 3))
+        certainty = np.zeros(slopes.shape[:2])
+        for column, name in enumerate(markers):
+            if name in self.markers:
+                own = self.markers.index(name)
+                slopes[:, column] = self.slopes[:, own]
+                certainty[:, column] = self.certainty[:, own]
+        return Views(markers, slopes, certainty)
+
+    def at(self, frames: IntArray | slice) -> "Views":
+        """Return the views of some frames."""
+        return Views(self.markers, self.slopes[frames], self.certainty[frames])
+
+    def where(self, seen: BoolArray) -> "Views":
+        """Return the views with nothing known of markers that are not seen (F, M)."""
+        return Views(self.markers, self.slopes, np.where(seen, self.certainty, 0.0))
+
+    def seen(self, displacements: FloatArray) -> FloatArray:
+        """Return displacements (F, ..., 3 M) [m] in head space as they are seen: (F, ..., 2 M)."""
+        wide = displacements.ndim - 2
+        apart = displacements.reshape(*displacements.shape[:-1], -1, 3)
+        slopes = self.slopes.reshape(len(self.slopes), *(1,) * wide, -1, 2, 3)
+        return np.asarray(
+            (slopes @ apart[..., None])[..., 0].reshape(*displacements.shape[:-1], -1)
+        )
+
+    def weighed(self, seen: FloatArray) -> FloatArray:
+        """Return what is seen (F, ..., 2 M) in units of the samples' deviation: (F, ..., 2 M)."""
+        wide = seen.ndim - 2
+        certainty = np.repeat(self.certainty, 2, axis=1)
+        return np.asarray(seen * certainty.reshape(len(certainty), *(1,) * wide, -1))
