@@ -20,7 +20,8 @@ from usdface.progress import Progress
 from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.dot_radii import dot_radii
-from usdface.retarget.filmed_head import FilmedHead, film_head
+from usdface.retarget.film_head import film_head
+from usdface.retarget.filmed_head import FilmedHead
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take

@@ -10,7 +10,8 @@ from worlds import World, make_world
 from usdface.face.dot_skin import DotSkin, dot_skin
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.dot_centres import beside_means
-from usdface.retarget.filmed_head import FilmedHead, film_head
+from usdface.retarget.film_head import film_head
+from usdface.retarget.filmed_head import FilmedHead
 from usdface.retarget.one_camera import PinholeCamera
 from usdface.retarget.views import Views
 from usdface.takes import MarkerTake

@@ -57,7 +57,9 @@ def facing_shares(
 
     def facing(block: slice) -> FloatArray:
         corners = _placed(skin, weights[block], pose, block)[:, skin.triangles]
-        across = np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+        across = np.cross(
+            corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
+        )
         scale = camera.focal_length / corners[..., 2].mean(axis=-1)  # px per metre
         frontal = (skin.shares * np.linalg.norm(across, axis=-1) * scale**2) @ owners
         shown = (skin.shares * np.maximum(_image_areas(corners, camera), 0.0)) @ owners

@@ -26,9 +26,8 @@ def solve_by_frame(
     start: Iterate | None,
     iterations: int,
     tolerance: float,
-    covariance: FloatArray | None = None,
 ) -> Iterate:
-    """Minimise ``sum_t (w_t' N_t w_t / 2 - b_t' w_t) + tr(M^-1 W' K W) / 2`` within `bounds`.
+    """Minimise ``sum_t (w_t' N_t w_t / 2 - b_t' w_t) + tr(W' K W) / 2`` within `bounds`.
 
     Parameters
     ----------
@@ -36,12 +35,11 @@ def solve_by_frame(
         N of every frame, symmetric positive definite.
     right : (F, S) float64
         b of every frame.
-    bands, bounds, start, iterations, tolerance, covariance
+    bands, bounds, start, iterations, tolerance
         As of `usdface.retarget.temporal_solve.solve_temporal`.
     """
     frames, size = right.shape
-    system = shared_system(normals.mean(axis=0), bands, bounds.rows, covariance)
-    inverse = np.eye(size) if covariance is None else np.linalg.inv(covariance)
+    system = shared_system(normals.mean(axis=0), bands, bounds.rows)
     held = system.joined.T @ (system.penalties[:, None] * system.joined)
     spread = system.penalties[:, None] * system.joined
     weights, dual = np.empty(right.shape), np.zeros((frames, len(system.joined)))
@@ -50,7 +48,7 @@ def solve_by_frame(
         core, whole = piece
         there = bounds.at(whole)
         factor = cholesky_banded(
-            _upper_bands(normals[whole] + held, bands[:, whole], inverse),
+            _upper_bands(normals[whole] + held, bands[:, whole]),
             overwrite_ab=True,
             check_finite=False,
         )
@@ -80,16 +78,12 @@ def solve_by_frame(
     return Iterate(weights, dual)
 
 
-def _upper_bands(normals: FloatArray, bands: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Return the matrix of all frames in upper banded storage: (3 S, F S)."""
+def _upper_bands(normals: FloatArray, bands: FloatArray) -> FloatArray:
+    """Return the matrix of all frames in upper banded storage: (2 S + 1, F S)."""
     frames, size, _ = normals.shape
-    last = 3 * size - 1
-    result = np.zeros((last + 1, frames, size))
+    result = np.zeros((2 * size + 1, frames, size))
     row, column = np.triu_indices(size)
-    own = normals + bands[2][:, None, None] * inverse
-    result[last + row - column, :, column] = own[:, row, column].T
-    row, column = (index.ravel() for index in np.indices((size, size)))
-    for apart in (1, 2):
-        joined = np.outer(inverse.ravel(), bands[2 - apart, apart:])
-        result[last - apart * size + row - column, apart:, column] = joined
-    return result.reshape(last + 1, frames * size)
+    result[2 * size + row - column, :, column] = normals[:, row, column].T
+    for apart in range(3):
+        result[(2 - apart) * size] += bands[2 - apart][:, None]
+    return result.reshape(2 * size + 1, frames * size)

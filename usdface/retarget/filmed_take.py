@@ -1,0 +1,69 @@
+"""A take of one camera, and the skin of the character under its markers."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.face.dot_skin import DotSkin
+from usdface.retarget.neutral import neutral_markers
+from usdface.takes import MarkerTake
+
+__all__ = ["FilmedTake"]
+
+
+@dataclass(frozen=True, eq=False)
+class FilmedTake:
+    """A take of one camera, and the face that it is to be seen on.
+
+    Attributes
+    ----------
+    take : MarkerTake
+        Of M markers.
+    skin : DotSkin
+        Of the character under them: head space.
+    neutral : (int, int)
+        First and last neutral frame index, inclusive.
+    """
+
+    take: MarkerTake
+    skin: DotSkin
+    neutral: tuple[int, int]
+
+    @property
+    def image(self) -> FloatArray:
+        """Where the markers are in the image: (F, M, 2) [px]."""
+        return self.take.positions
+
+    @property
+    def face(self) -> FloatArray:
+        """Where they rest on the character: (M, 3) [m]."""
+        return self.skin.rest
+
+    @cached_property
+    def rest(self) -> FloatArray:
+        """Where they rest in the image: (M, 2) [px]."""
+        return neutral_markers(self.image, self.neutral)
+
+    def without(self, beside: FloatArray) -> "FilmedTake":
+        """Return the film of the means of the skin: what lies `beside` (F, M, 2) [px] goes."""
+        return replace(self, take=replace(self.take, positions=self.image - beside))
+
+    def part(self, most: int) -> "FilmedTake":
+        """Return at most so many frames, evenly spread, and the neutral ones."""
+        take, (first, last) = self.take, self.neutral
+        last = min(last, first + most)
+        spread = np.linspace(0, len(self.image) - 1, min(len(self.image), most)).round()
+        frames = np.union1d(spread.astype(np.int64), np.arange(first, last + 1))
+        start = int(np.searchsorted(frames, first))
+        return replace(
+            self,
+            take=replace(take, times=take.times[frames], positions=self.image[frames]),
+            neutral=(start, start + last - first),
+        )
+
+    def moved(self, weights: FloatArray) -> FloatArray:
+        """Return how far weights (F, S) move the markers: (F, M, 3) [m]."""
+        moved = self.skin.mean_evaluator.displacements(weights)
+        return np.asarray(moved.reshape(len(weights), -1, 3))
