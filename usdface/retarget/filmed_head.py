@@ -59,8 +59,8 @@ class FilmedHead:
 
     @property
     def metre(self) -> float:
-        """Size of a metre of the head in the image [px], in the middle of the take."""
-        return self.camera.focal_length / -float(np.median(self.pose.translations[:, 2]))
+        """Size of a metre of the face in the image [px], in the middle of the take."""
+        return self.camera.focal_length / -float(np.median(self.pose.to_take(self.rest)[..., 2]))
 
     def still(self, take: MarkerTake) -> MarkerTake:
         """Return a take as seen from far in front of a still head: (F, M, 2) [m].

@@ -1,0 +1,83 @@
+"""Heads that turn before a camera whose poses, depths and focal length are known."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+from worlds import World, make_world
+
+from usdface.arrays import FloatArray
+from usdface.face.dot_skin import DotSkin, dot_skin
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.film_head import film_head
+from usdface.retarget.filmed_head import FilmedHead
+from usdface.retarget.one_camera import PinholeCamera
+from usdface.retarget.views import Views
+from usdface.takes import MarkerTake
+
+__all__ = [
+    "CAMERA",
+    "COUNT",
+    "FACE",
+    "FOCAL",
+    "MESH",
+    "NEUTRAL",
+    "PLACES",
+    "SIZE",
+    "VERTICES",
+    "WORLD",
+    "filmed",
+    "found",
+    "placed",
+    "true_weights",
+    "turning",
+]
+
+WORLD = make_world(head_moves=False)
+MESH = WORLD.rig.meshes[0]
+PLACES = np.array(list(WORLD.points.values()))
+FACE = MESH.points[PLACES]
+VERTICES = dot_skin(MESH, PLACES, np.full(len(PLACES), np.nan))
+NEUTRAL = (0, 0)
+FOCAL, SIZE = 1300.0, (1280, 960)
+CAMERA = PinholeCamera(FOCAL, 0.5 * np.array(SIZE) * [1, -1])
+COUNT = len(WORLD.weights)
+
+
+def turning(degrees: float) -> Pose:
+    """The motion of a head that turns by so much to either side."""
+    swing = degrees * np.sin(np.linspace(0, 5, COUNT))
+    angles = np.stack([0.4 * swing, swing, -0.2 * swing], axis=1)
+    turn = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+    shift = 0.03 * np.sin(np.linspace(0, 3, COUNT))[:, None] * [1.0, 0.5, -1.0]
+    return Pose(turn, shift)
+
+
+def placed(motion: Pose) -> Pose:
+    """Its pose in camera space, half a metre away."""
+    return Pose(motion.rotations, motion.translations + np.array([0.02, 0.01, -0.5]))
+
+
+def filmed(world: World, degrees: float, focal: float = FOCAL) -> tuple[MarkerTake, Pose]:
+    """A take of the world's face by the camera, and the head's motion."""
+    motion = turning(degrees)
+    camera = PinholeCamera(focal, CAMERA.centre)
+    image = camera.image(placed(motion).to_take(world.take.positions))
+    return replace(world.take, positions=image, image_size=SIZE), motion
+
+
+def true_weights(take: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
+    """The weights of the world, as a perfect solve finds them."""
+    return np.array(WORLD.weights[np.searchsorted(WORLD.take.times, take.times)])
+
+
+def found(
+    take: MarkerTake,
+    skin: DotSkin = VERTICES,
+    solve: Callable[[MarkerTake, Views, tuple[int, int]], FloatArray] = true_weights,
+) -> tuple[FilmedHead, list[str]]:
+    """The head of a take, and the codes of the findings."""
+    head, findings = film_head(take, WORLD.take.names, skin, NEUTRAL, solve)
+    assert head is not None
+    return head, [f.code for f in findings]
