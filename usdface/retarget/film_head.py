@@ -28,7 +28,7 @@ __all__ = ["SolveSeen", "film_head"]
 
 # Poses and weights in turn, at most; and the change of markers, by their residual, at which they
 # end: later rounds change weights by less than their error.
-_ROUNDS = 10
+_ROUNDS = 16
 _SETTLED = 0.05
 # Rounds before depths are looked for: what weights that have not settled leave would be taken for
 # depths, which then keep it. Of 0, 2 and 4 (four films before a phone, turning): weights are off by

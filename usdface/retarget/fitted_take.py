@@ -28,10 +28,10 @@ from usdface.retarget.shrinkage import brow_factors, restored_findings
 from usdface.retarget.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import take_amplitudes
 from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget.unseen_shapes import unseen_shapes, without_shapes
 from usdface.retarget.usable_markers import (
     determined,
     neutral_frames,
-    unseen_shapes,
     usable_markers,
 )
 from usdface.retarget.views import Views
@@ -120,9 +120,12 @@ def fit_take(
     positions = take.select(names)
     basis = offsets[:, used]
     setup, notes = determined(setup, take, positions, basis)
-    findings += notes + unseen_shapes(basis[..., : take.dimension], shape_names)
+    views = views.of(names) if views else None
+    unseen = unseen_shapes(basis if views else basis[..., : take.dimension], views)
+    findings += notes + [finding("SHAPE_UNSEEN", shape_names[k]) for k in np.flatnonzero(unseen)]
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
+    model = without_shapes(model, unseen)
     neutral = _without_neutral_weights(neutral, points[used], model, shape_names, take, setup)
     frames = neutral_frames(positions, setup)
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
@@ -159,7 +162,7 @@ def fit_take(
             return solve_seen_weights(
                 take.times[frames], positions[frames], fit.points, model, space,
                 Pose(pose.rotations[frames], pose.translations[frames]), setup, shape_names,
-                views.of(names).at(frames), least_noise=least_noise,
+                views.at(frames), least_noise=least_noise,
             )  # fmt: skip
         return solve_pose_and_weights(
             take.times[frames], positions[frames], fit.points, model, space,

@@ -16,7 +16,6 @@ __all__ = [
     "determined",
     "neutral_frames",
     "occlusions",
-    "unseen_shapes",
     "unsolved_frames",
     "usable_markers",
 ]
@@ -110,16 +109,6 @@ def determined(
     if len(positions) > 1 and not span.any():
         findings.append(finding("TAKE_STILL", take.source))
     return setup, findings
-
-
-def unseen_shapes(basis: FloatArray, names: tuple[str, ...]) -> list[Finding]:
-    """Report shapes that move no marker, by their offsets (S, M, D)."""
-    moved = np.abs(basis).max(axis=(1, 2))
-    return [
-        finding("SHAPE_UNSEEN", name)
-        for name, size in zip(names, moved, strict=True)
-        if size <= 1e-9 * moved.max()
-    ]
 
 
 def occlusions(names: Sequence[str], hidden: IntArray, frames: int) -> list[Finding]:
