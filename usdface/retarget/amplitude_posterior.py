@@ -18,7 +18,7 @@ _GRID = np.linspace(*AMPLITUDE_RANGE, 301)  # steps of 0.005, a fortieth of the 
 # An extreme is repeated to within this share. Set by hand.
 _REACH = 0.05
 # Peaks of weights that are no extremes are anywhere, on a logarithmic scale, from this to 1: two
-# deviations of a weight at 0.3 mm of noise (0.023, docs/method.md).
+# deviations of a weight at 0.3 mm of noise (0.023, docs/measurements.md).
 _LEAST = 0.05
 
 
