@@ -1,12 +1,13 @@
 """Weights from the images of a film, beside those from the true projections of its markers.
 
-    python -m benchmarks.footage.weights [FOLDER]
+    python -m benchmarks.footage.weights [FOLDER] [--start 40 50]
 
 The example's head is filmed for three seconds, half of one at rest: once it stays as it is, once it
 turns by 20 degrees to either side. Every take goes through files: `usdface take` with the names of
 the dots of the first image (clicked to a whole pixel) and the focal length, `shot`, `process`; each
-row has the same markers. Curves are those of a real recording where the shared data are, else the
-example's performance.
+row has the same markers. Films from several places of the recording are pooled at the end (root of
+the mean square of their errors), which judges what a turn of the head and the images cost. Curves
+are those of a real recording where the shared data are, else the example's performance.
 """
 
 import argparse
@@ -46,25 +47,51 @@ LOOKS = {"clean": CLEAN, "phone": PHONE}
 # Equations 5 to 10 of the RBF paper: its kernel, and the least spacing of the dots as radius.
 PAPER = {"map": {"form": "paper", "kernel": "multiquadric"}}
 HEAD = ROOT / "examples" / "head.usdc"
+# Weight errors of films, by look and take, then by whether the head turns.
+Errors = dict[tuple[str, str], dict[bool, list[float]]]
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path, nargs="?", default=temporary_folder() / "weights")
-    parser.add_argument("--start", type=float, default=START, help="of the recording [s]")
+    parser.add_argument(
+        "--start", type=float, nargs="+", default=[START], help="of the recording [s]"
+    )
     parser.add_argument("--look", choices=LOOKS, action="append", help="only this; may be repeated")
     parsed = parser.parse_args()
-    print("| film | head | take | weight RMS error | by the first | without gaze | skin [mm] |")
+    print("| film | from [s] | head | take | weight RMS error | without gaze | skin [mm] |")
     print("|---|---|---|---|---|---|---|")
-    for name in parsed.look or LOOKS:
-        for swing in (0.0, SWING):
-            film = film_of(swing, parsed.start)
-            folder = parsed.folder / f"{name}_{swing:g}_{parsed.start:g}"
-            truth = shoot(film, LOOKS[name], folder)
-            head = f"turns by {swing:g} degrees" if swing else "rests"
-            for row in rows(film, truth, LOOKS[name], folder):
-                print(f"| {name} | {head} | {row}", flush=True)
+    errors: Errors = {}
+    for look in parsed.look or LOOKS:
+        for start in parsed.start:
+            for swing in (0.0, SWING):
+                film = film_of(swing, start)
+                folder = parsed.folder / f"{look}_{swing:g}_{start:g}"
+                truth = shoot(film, LOOKS[look], folder)
+                head = f"turns by {swing:g} degrees" if swing else "rests"
+                for title, *figures in rows(film, truth, LOOKS[look], folder):
+                    numbers = "{:.4f} | {:.4f} | {:.2f}".format(*figures)
+                    print(f"| {look} | {start:g} | {head} | {title} | {numbers} |", flush=True)
+                    errors.setdefault((look, title), {}).setdefault(bool(swing), []).append(
+                        figures[0]
+                    )
+    if len(parsed.start) > 1:
+        print_pooled(errors)
+
+
+def print_pooled(errors: Errors) -> None:
+    """Print the errors of all films of a look together."""
+    print("\n| film | take | rests | by the first | turns | by the first | turns by rests |")
+    print("|---|---|---|---|---|---|---|")
+    first: dict[str, tuple[float, float]] = {}
+    for (look, title), found in errors.items():
+        still, turning = rms(np.array(found[False])), rms(np.array(found[True]))
+        by = first.setdefault(look, (still, turning))
+        print(
+            f"| {look} | {title} | {still:.4f} | {still / by[0]:.2f} | "
+            f"{turning:.4f} | {turning / by[1]:.2f} | {turning / still:.2f} |"
+        )
 
 
 def film_of(
@@ -90,8 +117,10 @@ def curves(shapes: tuple[str, ...], start: float, count: int) -> np.ndarray:
     return performed[:count]
 
 
-def rows(film: Film, truth: Truth, look: Look, folder: Path) -> Iterator[str]:
-    """Yield a row for each take of a film."""
+def rows(
+    film: Film, truth: Truth, look: Look, folder: Path
+) -> Iterator[tuple[str, float, float, float]]:
+    """Yield each take of a film with the RMS error of weights, of those without gaze, of skin."""
     suffix = "jpg" if look.jpeg else "png"
     clicks = folder / "names.csv"
     named = write_clicks(truth, clicks)
@@ -113,7 +142,7 @@ def rows(film: Film, truth: Truth, look: Look, folder: Path) -> Iterator[str]:
     given = {
         "true projections of the dots that are seen": (truth.vertices, seen),
         "those of the samples that are found": (truth.vertices, found),
-        f"the same with {spread:.2f} px of noise, as the images": (truth.vertices + noise, found),
+        "the same with as much white noise as the images": (truth.vertices + noise, found),
         "true centres of these dots": (truth.centroids, found & (truth.shares > 0)),
     }
     takes: list[tuple[str, Path, dict[str, Any]]] = []
@@ -123,15 +152,11 @@ def rows(film: Film, truth: Truth, look: Look, folder: Path) -> Iterator[str]:
         write_true_take(film, np.where(there[..., None], places, np.nan), path, dots)
         takes.append((title, path, {}))
     path = folder / "images.usdc"
-    takes.append((f"**images**, {len(kept)} markers", path, {}))
+    takes.append(("**images**", path, {}))
     takes.append(("images by the RBF paper's map", path, PAPER))
-    first = None
     for title, path, settings in takes:
         off = solved_weights(film, kept, path, settings)[REST:] - film.weights[REST:]
-        all_shapes, seen_shapes = rms(off), rms(off[:, ~gaze(film)])
-        first = first or all_shapes
-        numbers = f"{all_shapes:.4f} | {all_shapes / first:.2f} | {seen_shapes:.4f}"
-        yield f"{title} | {numbers} | {skin_error(film, off):.2f} |"
+        yield title, rms(off), rms(off[:, ~gaze(film)]), skin_error(film, off)
 
 
 def rms(values: np.ndarray) -> float:

@@ -28,13 +28,8 @@ __all__ = ["SolveSeen", "film_head"]
 
 # Poses and weights in turn, at most; and the change of markers, by their residual, at which they
 # end: later rounds change weights by less than their error.
-_ROUNDS = 16
+_ROUNDS = 10
 _SETTLED = 0.05
-# Rounds before depths are looked for: what weights that have not settled leave would be taken for
-# depths, which then keep it. Of 0, 2 and 4 (four films before a phone, turning): weights are off by
-# 0.072, 0.068 and 0.064, depths by 1.0, 0.2 and 0.04 mm in the end; a take that settles in three
-# rounds shall still find them.
-_FIRST_ROUNDS = 3
 # Rounds of all frames, from the displacements of some.
 _LAST_ROUNDS = 3
 # Frames that depths and the focal length are looked for in: a bound on time.
@@ -183,14 +178,14 @@ def _in_turn(
         look, _ = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
         pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
-        if depths is None and done >= _FIRST_ROUNDS:
+        if depths is None and done > 0:
             deep = refined_depths(film, camera, look, pose, rest, moved, sure)
             rest = camera.at_depths(film.rest[None], look, deep)[0]
             pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
         head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing)
         left = _rms(film.image - camera.image(pose.to_take(rest + moved)))
         still = head.still(taken.take).positions
-        if done > _FIRST_ROUNDS and _rms(still - before) < _SETTLED * left / head.metre:
+        if done > 1 and _rms(still - before) < _SETTLED * left / head.metre:
             break
         before = still
         if done < rounds - 1:

@@ -20,7 +20,7 @@ __all__ = ["estimate_neutral_weights", "without_weights"]
 # As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in
 # any frame, its error in the mean of all, and the motion beyond which a frame says less,
 # because performer and rig differ more in strong expressions. Set by hand: 1 mm, 0.2 mm and 2 mm on
-# that face, where a real take of another face has a misfit of 0.9 mm (AnimFace, docs/measurements.md).
+# that face, where a real take of another face has a misfit of 0.9 mm (AnimFace).
 _ERROR = 0.016
 _LASTING_ERROR = 0.0032
 _STRONG = 0.032
