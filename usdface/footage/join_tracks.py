@@ -16,9 +16,10 @@ _JOIN = 0.4
 # Frames that a track needs to be joined to.
 _LEAST_FRAMES = 3
 # A spot that a hidden dot is taken for goes again at once: fewer images than this are no dot's
-# return. Gaps of so many images do not end a stretch. Of 12 films before a phone (10 to 115 s of
-# the recording) two had such spots, up to 70 px from the dot.
-_RETURN, _GAP = 5, 2
+# return, nor is one that flickers after so many images without the dot. Gaps of so many images do
+# not end a stretch. Of 22 films before a phone (5 to 115 s of the recording) three had such spots,
+# up to 70 px from the dot.
+_RETURN, _ABSENT, _GAP = 5, 10, 2
 
 
 def without_lone_samples(table: IntArray, at: int) -> IntArray:
@@ -36,10 +37,22 @@ def without_lone_samples(table: IntArray, at: int) -> IntArray:
         frames = np.flatnonzero(table[:, track] >= 0)
         stretches = np.split(frames, np.flatnonzero(np.diff(frames) > _GAP + 1) + 1)
         least = min(_RETURN, max(map(len, stretches)))
-        for stretch in stretches:
-            if len(stretch) < least and at not in stretch:
+        kept: list[int] = []  # the frames nearest to the reference are judged first
+        for stretch in sorted(stretches, key=lambda own: np.abs(own - at).min()):
+            away = [abs(frame - end) for frame in kept for end in stretch[[0, -1]].tolist()]
+            absent = min(away, default=1) - 1
+            lasting = _longest_run(stretch) if absent >= _ABSENT else len(stretch)
+            if lasting < least and at not in stretch:
                 table[stretch, track] = HIDDEN
+            else:
+                kept += stretch[[0, -1]].tolist()
     return table
+
+
+def _longest_run(frames: IntArray) -> int:
+    """Return how many of some frames follow each other at most."""
+    ends = np.flatnonzero(np.diff(frames) > 1)
+    return int(np.diff(np.concatenate([[-1], ends, [len(frames) - 1]])).max())
 
 
 def join_tracks(

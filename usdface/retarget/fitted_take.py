@@ -121,7 +121,7 @@ def fit_take(
     basis = offsets[:, used]
     setup, notes = determined(setup, take, positions, basis)
     views = views.of(names) if views else None
-    unseen = unseen_shapes(basis if views else basis[..., : take.dimension], views)
+    unseen = unseen_shapes(basis[..., : take.dimension])
     findings += notes + [finding("SHAPE_UNSEEN", shape_names[k]) for k in np.flatnonzero(unseen)]
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())

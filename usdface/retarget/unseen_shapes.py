@@ -6,33 +6,21 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.retarget.views import Views
 
 __all__ = ["unseen_shapes", "without_shapes"]
 
 # Of the largest movement: less is rounding.
 _NOTHING = 1e-9
-# A head that rests half a metre away shows a twentieth to a sixth of what comes straight forward,
-# by perspective, which noise hides; one that turns by 20 degrees to either side a quarter.
-_ASIDE = 0.2
 
 
-def unseen_shapes(basis: FloatArray, views: Views | None = None) -> BoolArray:
+def unseen_shapes(basis: FloatArray) -> BoolArray:
     """Return which shapes (S,) move no marker, by their offsets (S, M, D).
 
-    Of a take as a camera sees it (D = 3) those that only come forward, and of which its `views`
-    show less than a head that turns would.
+    In an image (D = 2) also those that come straight forward: a head that rests shows nothing of
+    them but what perspective makes of noise.
     """
-    flat = np.abs(basis if views is None else basis[..., :2]).max(axis=(1, 2))
-    unseen = np.asarray(flat <= _NOTHING * flat.max())
-    if views is None or not unseen.any():
-        return unseen
-    straight = basis[unseen].reshape(int(unseen.sum()), -1)
-    count = len(views.slopes)
-    seen = views.seen(np.broadcast_to(straight, (count, *straight.shape)))
-    shown = np.sqrt((seen**2).sum(axis=(0, 2)) / count)
-    unseen[unseen] = shown <= _ASIDE * np.sqrt((straight**2).sum(axis=1))
-    return unseen
+    moved = np.abs(basis).max(axis=(1, 2))
+    return np.asarray(moved <= _NOTHING * moved.max())
 
 
 def without_shapes(model: BlendShapeEvaluator, left_out: BoolArray) -> BlendShapeEvaluator:
