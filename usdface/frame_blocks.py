@@ -12,13 +12,14 @@ __all__ = ["BLOCK", "by_blocks", "frame_blocks"]
 BLOCK = 4096
 
 
-def frame_blocks(frames: int) -> Iterator[slice]:
+def frame_blocks(frames: int, size: int = 0) -> Iterator[slice]:
     """Yield consecutive blocks that cover so many frames; one, empty, for none."""
-    for first in range(0, max(frames, 1), BLOCK):
-        yield slice(first, min(first + BLOCK, frames))
+    size = size or BLOCK
+    for first in range(0, max(frames, 1), size):
+        yield slice(first, min(first + size, frames))
 
 
-def by_blocks(frames: int, compute: Callable[[slice], FloatArray]) -> FloatArray:
+def by_blocks(frames: int, compute: Callable[[slice], FloatArray], size: int = 0) -> FloatArray:
     """Return the values (F, ...) of all frames, computed block by block.
 
     Parameters
@@ -26,9 +27,11 @@ def by_blocks(frames: int, compute: Callable[[slice], FloatArray]) -> FloatArray
     frames : int
     compute : callable
         Returns the values of a block, each frame's by that frame alone.
+    size : int
+        Frames of a block, where a frame has more than its markers; 0 = `BLOCK`.
     """
     result: FloatArray | None = None
-    for block in frame_blocks(frames):
+    for block in frame_blocks(frames, size):
         part = compute(block)
         if block.stop - block.start == frames:
             return part

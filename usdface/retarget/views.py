@@ -53,13 +53,17 @@ class Views:
         return Views(self.markers, self.slopes, np.where(seen, self.certainty, 0.0))
 
     def seen(self, displacements: FloatArray) -> FloatArray:
-        """Return displacements (F, ..., 3 M) [m] in head space as they are seen: (F, ..., 2 M)."""
+        """Return displacements in head space as they are seen: (F, ..., 2 M) [m].
+
+        `displacements` are (F, ..., 3 M) [m], or (1, ..., 3 M) where they are the same everywhere.
+        """
         wide = displacements.ndim - 2
         apart = displacements.reshape(*displacements.shape[:-1], -1, 3)
         slopes = self.slopes.reshape(len(self.slopes), *(1,) * wide, -1, 2, 3)
-        return np.asarray(
-            (slopes @ apart[..., None])[..., 0].reshape(*displacements.shape[:-1], -1)
-        )
+        # By coordinates: products of so many small matrices take ten times as long.
+        seen = slopes[..., 0] * apart[..., :1]
+        seen = seen + slopes[..., 1] * apart[..., 1:2] + slopes[..., 2] * apart[..., 2:]
+        return np.asarray(seen.reshape(*seen.shape[:-2], -1))
 
     def weighed(self, seen: FloatArray) -> FloatArray:
         """Return what is seen (F, ..., 2 M) in units of the samples' deviation: (F, ..., 2 M)."""
