@@ -240,6 +240,24 @@ def test_a_dot_that_the_skin_stretches_is_shown_and_two_that_run_together_are_no
     assert not np.isnan(tracks.places[[24, 35], track]).any()
 
 
+def test_a_dot_on_a_lid_that_closes_grows_and_is_followed() -> None:
+    """It goes on by a spacing in five frames, stretched to nearly three times its area."""
+    places, seen = performance(60)
+    spacing = np.sort(np.linalg.norm(places[0] - places[0, 5], axis=1))[1]
+    closed = np.clip((np.arange(60) - 20) / 5.0, 0.0, 1.0)
+    places[:, 5, 1] += 0.8 * spacing * closed
+    frames = seen_as(places, seen)
+    for number, share in enumerate(closed.tolist()):
+        dots = frames[number]
+        mine = np.linalg.norm(dots.centres - places[number, 5], axis=1).argmin()
+        areas, fills = dots.areas.copy(), dots.fills.copy()
+        areas[mine], fills[mine] = (1.0 + 1.8 * share) * areas[mine], 0.98
+        frames[number] = replace(dots, areas=areas, fills=fills)
+    tracks = track_dots(frames)
+    track = np.linalg.norm(tracks.places[0] - places[0, 5], axis=1).argmin()
+    np.testing.assert_allclose(tracks.places[:, track], places[:, 5], atol=0.3)
+
+
 @pytest.mark.parametrize("noise", [0.05, 0.2])
 def test_deviations_are_those_of_the_places_that_jitter(noise: float) -> None:
     places, seen = performance(60)

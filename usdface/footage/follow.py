@@ -30,8 +30,10 @@ _INERTIA = 0.7
 # Median distance to the nearest dot from which on the head's shift is looked for among all pairs;
 # share of the dots that a cut loses; how many spacings a shift may be.
 _LOST, _CUT, _SEARCH = 0.25, 0.35, 6.0
-# A dot that is a part, or several, of what it was says nothing of where it is.
-_WHOLE = (0.45, 1.7)
+# A dot that is a part, or several, of what it was says nothing of where it is. One that fills its
+# ellipse is one that the skin stretches, however large, as on a lid that closes: two discs side by
+# side fill 0.89, as in `usdface.footage.finished_tracks`.
+_WHOLE, _ONE = (0.45, 1.7), 0.93
 # Images without dots through which the head's motion goes on.
 _BLIND = 3
 # Area of a dot follows the track by this share a frame.
@@ -170,7 +172,9 @@ class _Tracks:
         change[seen] = dots.centres[pairs[seen]] - moved[seen]
         ratio = np.ones(len(pairs))
         ratio[seen] = dots.areas[pairs[seen]] / self.areas[seen]
-        whole = seen & (ratio > _WHOLE[0]) & (ratio < _WHOLE[1])
+        one = ratio < _WHOLE[1]
+        one[seen] |= dots.fills[pairs[seen]] > _ONE
+        whole = seen & (ratio > _WHOLE[0]) & one
         calm = whole & (self.unseen == 0)
         blend = self.velocities + 0.5 * (change - self.velocities)
         self.velocities = np.where(calm[:, None], _INERTIA * blend, 0.0)
