@@ -65,8 +65,10 @@ def finished_tracks(
         ellipses[number, mine] = np.column_stack([dots.axes[own], dots.angles[own]])
         deviations[number, mine] = dots.deviations[own]
         areas[number, mine], fills[number, mine] = dots.areas[own], dots.fills[own]
-    share = _whole_share(areas, places)
-    merged = (share > _MERGED) & (fills < _ONE)
+    # Dots that run together for long are usual about that time, but not in the film.
+    together = (_film_share(areas, places) > _MERGED) & (fills < _ONE)
+    share = _whole_share(np.where(together, np.nan, areas), places)
+    merged = together | ((share > _MERGED) & (fills < _ONE))
     hidden = seen & ((share < _PART) | merged)
     for values in (places, ellipses):
         values[hidden] = np.nan
@@ -99,12 +101,26 @@ def _whole_share(areas: FloatArray, places: FloatArray) -> FloatArray:
         usual = np.ones(areas.shape[1])
         usual[have] = np.nanpercentile(areas[near][:, have], 70, axis=0)
         share[block] = areas[block] / usual
-    if areas.shape[1] > _NEIGHBOURS:
-        home = np.nan_to_num(median_seen(places), nan=1e6)
-        order = np.argsort(np.linalg.norm(home[:, None] - home, axis=2), axis=1)
-        around = np.nan_to_num(share, nan=1.0)[:, order[:, 1 : _NEIGHBOURS + 1]]
-        share = share / np.minimum(np.median(around, axis=2), 1.0)
+    share /= np.minimum(_around(share, places), 1.0)
     return np.nan_to_num(share, nan=1.0)
+
+
+def _film_share(areas: FloatArray, places: FloatArray) -> FloatArray:
+    """Return each area (F, M) over the dot's median one, as its neighbours' is."""
+    have = ~np.isnan(areas).all(axis=0)
+    share = np.ones_like(areas)
+    share[:, have] = areas[:, have] / np.nanmedian(areas[:, have], axis=0)
+    return np.nan_to_num(share / _around(share, places), nan=1.0)
+
+
+def _around(share: FloatArray, places: FloatArray) -> FloatArray:
+    """Return the median share (F, M) of each dot's neighbours; 1 where there are none."""
+    if share.shape[1] <= _NEIGHBOURS:
+        return np.ones_like(share)
+    home = np.nan_to_num(median_seen(places), nan=1e6)
+    order = np.argsort(np.linalg.norm(home[:, None] - home, axis=2), axis=1)
+    around = np.nan_to_num(share, nan=1.0)[:, order[:, 1 : _NEIGHBOURS + 1]]
+    return np.asarray(np.median(around, axis=2).clip(min=1e-3))
 
 
 def _with_jitter(deviations: FloatArray, places: FloatArray) -> FloatArray:
