@@ -3,10 +3,12 @@
 The ICT face (26,719 vertices, 53 shapes) with 4,030 frames of real weights. Each conversion is a
 process of its own; time and memory are medians of the runs, each with its own start. Blender is
 `bpy` in an environment of its own (`.venv-blender`), glTF-Transform comes from npm. Errors are
-those of our certificates, for Blender's files too. See README.md.
+those of our certificates, for Blender's files too. Last, the JSON of a document of many objects,
+beside pygltflib's own reading. See README.md.
 """
 
 import argparse
+import json
 import os
 import shutil
 import subprocess
@@ -17,12 +19,14 @@ from statistics import median
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from pygltflib import GLTF2
 from rich.console import Console
 from rich.table import Table
 
 from usdface.clips import Clip
 from usdface.face.shape_names import rename_weights
 from usdface.io.compare_conversion import certify_conversion
+from usdface.io.gltf.decode import decode_document
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
@@ -87,6 +91,27 @@ def off(stage: Path, file: Path) -> tuple[str, str]:
     return f"{1000 * certificate.vertex_largest:.2g}", f"{weight:.2g}"
 
 
+def documents(objects: int = 20_000, runs: int = 3) -> Table:
+    """Read a document of nodes and channels: processor time, median of the runs."""
+    node = {"name": "joint", "translation": [0.0, 1.0, 2.0], "rotation": [0.0, 0.0, 0.0, 1.0]}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "rotation"}}
+    count = objects // 3
+    scene = {"nodes": [node] * count, "animations": [{"channels": [channel] * count}]}
+    text = json.dumps({"asset": {"version": "2.0"}, **scene})
+    table = Table("reader", "seconds", title=f"JSON with {text.count('{')} objects")
+    for name, read in {
+        "usdface": lambda: decode_document(json.loads(text)),
+        "pygltflib": lambda: GLTF2.from_json(text, infer_missing=True),
+    }.items():
+        times = []
+        for _ in range(runs):
+            begin = time.process_time()
+            read()
+            times.append(time.process_time() - begin)
+        table.add_row(name, f"{median(times):.3f}")
+    return table
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=4030)
@@ -94,6 +119,7 @@ def main() -> None:
     options = parser.parse_args()
     with TemporaryDirectory() as name:
         measure(Path(name), options.frames, options.runs)
+    Console().print(documents(runs=options.runs))
 
 
 def measure(folder: Path, frames: int, runs: int) -> None:

@@ -19,6 +19,7 @@ from pygltflib import GLTF2, Buffer
 from usdface.errors import InputError, OutputError
 from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
 from usdface.io.atomic import all_or_none, staged_files, write_bridge, write_bytes
+from usdface.io.gltf.decode import decode_document
 from usdface.io.gltf.user_data import UserData, user_data_of
 from usdface.io.staging import finish_dead_runs
 
@@ -140,7 +141,7 @@ def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...], tuple[UserData, ...]]:
     try:
         text = data.decode("utf-8-sig")
         raw = json.loads(text, parse_constant=_refuse_constant)
-        document = GLTF2.from_json(text, infer_missing=True, object_hook=_plain_extras)
+        document = decode_document(json.loads(text, object_hook=_plain_extras))
         node_weights = tuple(node.get("weights") for node in raw.get("nodes") or [])
         user_data = user_data_of(raw)
     except UnicodeDecodeError as error:
