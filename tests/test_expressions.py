@@ -52,6 +52,7 @@ def weakened(face: tuple[str, Face]) -> Weak:
     return weak(face[1])
 
 
+@pytest.mark.slow
 def test_an_expression_is_heard_as_loud_as_it_is(face: tuple[str, Face]) -> None:
     _, made = face
     for emotion, heard in sweep(made).items():
@@ -61,6 +62,7 @@ def test_an_expression_is_heard_as_loud_as_it_is(face: tuple[str, Face]) -> None
         assert heard.rest <= 0.02, emotion
 
 
+@pytest.mark.slow
 def test_jitter_is_no_emotion(face: tuple[str, Face]) -> None:
     _, made = face
     heard = made.play(np.zeros((1200, len(made.mesh.shapes)))).emotions
@@ -108,6 +110,7 @@ def test_a_weak_expression_comes_half_way_and_neutral_stays(
     assert weakened.jump <= 0.15
 
 
+@pytest.mark.slow
 def test_the_correction_does_not_flicker(face: tuple[str, Face], weakened: Weak) -> None:
     assert weakened.roughness <= ROUGHEST.get(face[0], 1.0)
 

@@ -32,6 +32,7 @@ def test_dots_on_a_rendered_head_are_where_they_are(
     assert score.centroid_rms < 0.15
 
 
+@pytest.mark.slow
 def test_the_weights_of_true_projections_are_those_of_the_film(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

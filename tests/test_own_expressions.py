@@ -58,7 +58,14 @@ def own_shot(folder, face, file):
     return own, peaks
 
 
-@pytest.mark.parametrize("name", ["contempt", "plutchik", "vrm"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "contempt",
+        pytest.param("plutchik", marks=pytest.mark.slow),
+        pytest.param("vrm", marks=pytest.mark.slow),
+    ],
+)
 def test_emotions_of_a_file_are_designed_heard_explained_and_corrected(
     tmp_path, face, name, capsys
 ):

@@ -73,6 +73,7 @@ def estimated(shot: Shot, cuts: PieceCuts) -> EstimatedTake:
     return estimate_shot([(a, part(shot, np.arange(a, b))) for a, b in blocks], cuts)
 
 
+@pytest.mark.slow
 def test_pieces_have_the_weights_of_the_whole(solved: Solved, tmp_path: Path) -> None:
     cuts, known, whole = solved.cuts, solved.known, solved.whole
     assert len(cuts) == 3
@@ -92,6 +93,7 @@ def test_pieces_have_the_weights_of_the_whole(solved: Solved, tmp_path: Path) ->
     assert {"MARKER_SPIKE", "MARKER_FILLED", "MARKER_OCCLUDED", "TAKE_SAMPLED"} <= codes
 
 
+@pytest.mark.slow
 def test_without_overlap_they_have_not(solved: Solved) -> None:
     first, end = solved.cuts.piece(1)
     alone = solve_cut(solved.read, solved.cuts, first, end, replace(solved.known, overlap=0))

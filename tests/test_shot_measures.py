@@ -74,6 +74,7 @@ def test_exchanged_places_are_not_usable_and_named(shot: Shot) -> None:
     assert set(wrong) & set(named)
 
 
+@pytest.mark.slow
 def test_a_wrong_unit_is_to_be_looked_at(shot: Shot) -> None:
     verdict = verdict_on(with_positions(shot, 10.0 * shot.take.positions))
     assert verdict.level == "look_at"
@@ -89,6 +90,7 @@ def test_a_neutral_that_is_none_is_found(shot: Shot) -> None:
     assert verdict.level != "good" and "NEUTRAL_EXPRESSIVE" in codes(verdict)
 
 
+@pytest.mark.slow
 def test_an_expression_that_is_named_as_the_neutral_is_none_too_many(shot: Shot) -> None:
     peak = 97
     solved = usdface.retarget(shot, options=ProcessOptions(express=False, closure=False)).weights
@@ -97,6 +99,7 @@ def test_an_expression_that_is_named_as_the_neutral_is_none_too_many(shot: Shot)
     assert "NEUTRAL_EXPRESSIVE" not in codes(verdict_on(replace(shot, setup=setup)))
 
 
+@pytest.mark.slow
 def test_noise_larger_than_the_motion_is_not_usable(shot: Shot) -> None:
     noise = np.random.default_rng(1).normal(size=shot.take.positions.shape)
     verdict = verdict_on(with_positions(shot, shot.take.positions + 0.008 * noise))

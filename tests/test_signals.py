@@ -69,9 +69,9 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("number", "word", "patch"),
     [
         (2, "interrupted", WRITING),
-        (15, "terminated", MOVING),
+        pytest.param(15, "terminated", MOVING, marks=pytest.mark.slow),
         (15, "terminated", WRAPPED),
-        (2, "interrupted", LOST),
+        pytest.param(2, "interrupted", LOST, marks=pytest.mark.slow),
     ],
 )
 def test_a_signal_ends_a_command(shot: Path, number: int, word: str, patch: str) -> None:

@@ -14,6 +14,7 @@ def checkout(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(CHECKOUT))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("checkout")
 def test_ours_is_best_where_noise_is_all_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """A second of the example's curves, in one world."""

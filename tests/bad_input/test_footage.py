@@ -91,7 +91,7 @@ def bomb(place: Place) -> None:
     ("spoil", "options", "message"),
     [
         (none, (), "no dots are found"),
-        (too_many, (), "expected at most 400"),
+        pytest.param(too_many, (), "expected at most 400", marks=pytest.mark.slow),
         (none, ("--dots", "mauve"), "'mauve' is not known"),
         (none, ("--dots", "blue"), "dots"),
         (another_size, (), "300 x 220 pixels; expected 280 x 220"),
@@ -154,6 +154,7 @@ def test_a_cut_off_image_of_photoshop_is_refused(place: Place, refused: Refused)
     assert "face.psd" in refused(["take", place / "face.psd", "-o", place / "x.usda"])
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_film(place: Place, places: FloatArray) -> None:
     pattern = film(place, places)
     size = 280 * 220 * 3

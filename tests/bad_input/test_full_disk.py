@@ -68,7 +68,7 @@ def largest(written: Place) -> Iterator[Callable[[int], None]]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-@pytest.mark.parametrize("size", [1000, 3000])
+@pytest.mark.parametrize("size", [pytest.param(1000, marks=pytest.mark.slow), 3000])
 def test_files_that_cannot_grow(
     written: Place, refused: Refused, largest: Callable[[int], None], size: int
 ) -> None:
@@ -98,7 +98,7 @@ def disk(written: Place) -> Iterator[Path]:
         subprocess.run(["umount", str(out)], check=True)
 
 
-@pytest.mark.parametrize("room", [0, 8192])
+@pytest.mark.parametrize("room", [0, pytest.param(8192, marks=pytest.mark.slow)])
 def test_a_full_disk(written: Place, disk: Path, refused: Refused, room: int) -> None:
     left = os.statvfs(disk)
     (disk / "filler").write_bytes(bytes(left.f_bavail * left.f_frsize - room))

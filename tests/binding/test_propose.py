@@ -131,6 +131,7 @@ def test_three_anchors_hold_what_motion_alone_does_not(world: World) -> None:
     assert max(off) < 0.015
 
 
+@pytest.mark.slow
 def test_hidden_markers_do_not_spoil_the_others(world: World) -> None:
     take, truth = anonymous(world, 4)
     positions = take.positions.copy()
@@ -145,6 +146,7 @@ def test_hidden_markers_do_not_spoil_the_others(world: World) -> None:
     assert (binding.points == np.delete(truth, 7)).mean() > 0.9
 
 
+@pytest.mark.slow
 def test_what_is_not_on_the_face_is_left_out_and_named(world: World) -> None:
     take, truth = anonymous(world, 5)
     turn, scale = turned(5)
@@ -160,6 +162,7 @@ def test_what_is_not_on_the_face_is_left_out_and_named(world: World) -> None:
     np.testing.assert_array_equal(proposal.binding.points, truth)
 
 
+@pytest.mark.slow
 def test_markers_that_fit_no_face_are_said_to_be_unsure(world: World) -> None:
     rng = np.random.default_rng(0)
     rest = 0.1 * rng.normal(size=(20, 3))

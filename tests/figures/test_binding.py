@@ -14,7 +14,7 @@ MESH = WORLD.rig.face()
 BINDING = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.parametrize("suffix", [".png", ".svg", pytest.param(".pdf", marks=pytest.mark.slow)])
 def test_the_figure_is_the_same_twice(tmp_path: Path, suffix: str) -> None:
     one, two = (tmp_path / f"{name}{suffix}" for name in ("one", "two"))
     for path in (one, two):

@@ -25,6 +25,7 @@ def test_the_sheet_names_frames_reasons_and_residuals(
         assert text in said, text
 
 
+@pytest.mark.slow
 def test_the_same_result_gives_the_same_bytes(shot: Path, tmp_path: Path) -> None:
     drawn = []
     for name in ("one.png", "two.png"):

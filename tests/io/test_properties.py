@@ -131,6 +131,7 @@ def certified(outcome, played):
     assert found["missing"] == []
 
 
+@pytest.mark.slow
 @SAME
 @given(face=faces())
 def test_usd_to_gltf_to_usd(face, tmp_path):
@@ -142,6 +143,7 @@ def test_usd_to_gltf_to_usd(face, tmp_path):
     assert_same(face, from_usd(three))
 
 
+@pytest.mark.slow
 @SAME
 @given(face=faces())
 def test_gltf_to_usd_to_gltf(face, tmp_path):

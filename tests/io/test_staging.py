@@ -73,6 +73,7 @@ def listed(folder: Path) -> set[str]:
     return {str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file()}
 
 
+@pytest.mark.slow
 def test_a_kill_at_any_moment_leaves_one_generation(tmp_path: Path) -> None:
     seen, number = set(), 0
     while True:
@@ -94,6 +95,7 @@ def test_a_kill_at_any_moment_leaves_one_generation(tmp_path: Path) -> None:
     assert opened(folder) == {"new"} and listed(folder) == set(FILES)
 
 
+@pytest.mark.slow
 def test_a_killed_repair_is_repaired(tmp_path: Path) -> None:
     for first in range(16, 32, 5):
         for second in range(0, 30, 4):

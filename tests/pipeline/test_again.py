@@ -23,6 +23,7 @@ def test_a_second_run_changes_no_byte(tmp_path: Path, strip: bool) -> None:
     assert digests(folder) == first
 
 
+@pytest.mark.slow
 def test_bytes_do_not_depend_on_the_hash_seed(tmp_path: Path) -> None:
     folder = without_animation(make_world().write(tmp_path))
     script = (

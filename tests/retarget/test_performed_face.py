@@ -140,6 +140,7 @@ def learned() -> tuple[Calibration, list[Finding]]:
     return found.calibration, findings
 
 
+@pytest.mark.slow
 def test_a_short_take_of_a_known_performer_is_solved_better(
     learned: tuple[Calibration, list[Finding]],
 ) -> None:

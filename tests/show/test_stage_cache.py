@@ -112,6 +112,7 @@ def test_options_compute_what_they_say(
     assert stages(place, **options) == wanted
 
 
+@pytest.mark.slow
 def test_a_setting_that_goes_to_and_fro_costs_nothing_and_files_do_not_pile_up(place: Path) -> None:
     shot = (place / "shot.usda").read_text()
     for gain in (0.5, 0.6, 0.7):

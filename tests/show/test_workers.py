@@ -33,6 +33,7 @@ def test_a_worker_lives_as_long_as_there_is_work() -> None:
     assert len(members) <= 2 and os.getpid() not in members
 
 
+@pytest.mark.slow
 def test_a_dead_or_hanging_worker_is_replaced_and_the_others_go_on() -> None:
     begun: list[int] = []
     tasks = ["die", "one", "exit", "hang", "two"]

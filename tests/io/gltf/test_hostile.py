@@ -126,6 +126,7 @@ def convert(folder: Path, seed: int, count: int) -> tuple[int, int]:
     return refused, 1024 * took
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("good")
 def test_damaged_files_are_refused_with_a_code_or_converted_whole(tmp_path: Path) -> None:
     refused, _ = convert(tmp_path, 1, 120)

@@ -59,10 +59,12 @@ def two_layers(folder: Path) -> Path:
     return folder / "top.usda"
 
 
+@pytest.mark.slow
 def test_usd_keeps_nothing_of_specs_whose_handles_outlive_the_layer() -> None:
     assert growth(lambda: hold_specs(authored())) < SPECS * KEPT / 4
 
 
+@pytest.mark.slow
 def test_usd_keeps_nothing_of_layers_that_python_has_owned(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

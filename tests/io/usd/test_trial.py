@@ -126,6 +126,7 @@ def test_the_worker_allows_for_large_files() -> None:
     assert trial_worker._MEMORY_PER_BYTE >= 10  # text becomes several times its size
 
 
+@pytest.mark.slow
 def test_a_value_that_cannot_be_read(tmp_path: Path) -> None:
     path = tmp_path / "a.usdc"
     stage = Usd.Stage.CreateNew(str(path))
