@@ -75,6 +75,21 @@ def test_a_filmed_head_that_turns_gives_the_weights_nearly(tmp_path: Path) -> No
     assert errors["turns"] < 1.5 * max(errors["rests"], 0.01), errors
 
 
+def test_a_film_may_lose_the_face_for_some_frames(tmp_path: Path) -> None:
+    world = make_world()
+    film = replace(filmed(world.take), focal_length=1300.0)
+    lost = film.positions.copy()
+    lost[17:19] = np.nan
+    weights = {}
+    for name, positions in (("whole", film.positions), ("lost", lost)):
+        shown = replace(world, take=replace(film, positions=positions))
+        weights[name] = solved(process(shown.write(tmp_path / name)), world)
+    seen = np.r_[0:17, 19:40]
+    np.testing.assert_allclose(weights["lost"][seen], weights["whole"][seen], atol=0.05)
+    line = np.linspace(weights["whole"][16], weights["whole"][19], 4)[1:3]
+    assert np.abs(weights["lost"][17:19] - line).max() < 0.15
+
+
 def test_a_filmed_head_turns_the_character_as_markers_in_space_do(
     done: Done, tmp_path: Path
 ) -> None:

@@ -45,6 +45,17 @@ def test_markers_that_are_never_seen_together_tell_no_scale() -> None:
     assert np.isnan(dot_radii(take, NAMES, POINTS)).all()
 
 
+@pytest.mark.parametrize("where", ["bound", "seen"])
+def test_markers_at_one_place_tell_no_scale(where: str) -> None:
+    positions, points = WORLD.take.positions, POINTS
+    if where == "bound":
+        points = np.tile(POINTS[0], (len(NAMES), 1))
+    else:
+        positions = np.tile(positions[:, :1], (1, positions.shape[1], 1))
+    take = replace(WORLD.take, positions=positions, diameters=np.full(len(NAMES), 0.004))
+    assert np.isnan(dot_radii(take, NAMES, points)).all()
+
+
 @pytest.mark.parametrize("diameters", [[0.004], [-1.0] * len(NAMES), [0.0] * len(NAMES)])
 def test_diameters_that_are_none_are_refused(diameters: list[float]) -> None:
     with pytest.raises(InputError, match="diameter"):

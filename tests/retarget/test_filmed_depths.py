@@ -31,6 +31,16 @@ def test_a_face_that_does_not_turn_keeps_the_depths_of_the_character() -> None:
     assert np.sqrt(np.mean((head.rest[:, 2] - FACE[:, 2]) ** 2)) < 0.002
 
 
+@pytest.mark.parametrize("seen", [0, 1, 2])
+def test_frames_in_which_hardly_a_dot_is_seen_change_little(seen: int) -> None:
+    take, _ = filmed(WORLD, 25.0)
+    positions = take.positions.copy()
+    positions[14:17, seen:] = np.nan
+    whole, _ = found(replace(take, focal_length=FOCAL))
+    head, _ = found(replace(take, positions=positions, focal_length=FOCAL))
+    assert np.abs(head.rest - whole.rest).max() < 0.001
+
+
 @pytest.mark.parametrize("hidden", [0, 4])
 def test_expressions_that_the_solve_leaves_make_no_depth(hidden: int) -> None:
     """A still face that hardly turns by its pose: a tenth of each movement is taken for turns."""

@@ -7,6 +7,9 @@ from usdface.errors import InputError
 
 __all__ = ["laid_over", "marker_spread", "rms_radius"]
 
+# Squared extents below this share of the squared distance to the origin are rounding.
+_ROUNDING = 1e-24
+
 
 def rms_radius(points: FloatArray) -> float:
     """Return the RMS distance of points (N, D) from their centroid, in their own unit."""
@@ -27,7 +30,7 @@ def laid_over(
     Returns
     -------
     scales : (F,) float64
-        Of the positions' unit to the points'.
+        Of the positions' unit to the points'; NaN where either are all at one place.
     middles : (F, D) float64
         Of the seen positions.
     own_middles : (F, D) float64
@@ -39,7 +42,10 @@ def laid_over(
     own_middles = np.where(seen, points, 0.0).sum(axis=1) / count
     spread = np.where(seen, positions - middles[:, None], 0.0)
     own = np.where(seen, points - own_middles[:, None], 0.0)
-    scales = np.sqrt((spread**2).sum(axis=(1, 2)) / (own**2).sum(axis=(1, 2)))
+    squares, own_squares = ((values**2).sum(axis=(1, 2)) for values in (spread, own))
+    apart = squares > _ROUNDING * (middles**2).sum(axis=1)
+    apart &= own_squares > _ROUNDING * (own_middles**2).sum(axis=1)
+    scales = np.sqrt(squares / np.where(apart, own_squares, np.nan))
     return scales, middles, own_middles
 
 

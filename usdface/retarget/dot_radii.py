@@ -26,9 +26,9 @@ def dot_radii(take: MarkerTake, markers: tuple[str, ...], points: FloatArray) ->
         return radii
     positions = take.select(tuple(markers[k] for k in known))
     positions = positions[visible(positions).sum(axis=1) > 1]
-    if not len(positions):
-        return radii
-    scale = np.median(laid_over(points[known, : take.dimension], positions)[0])
-    own = [take.names.index(markers[k]) for k in known]
-    radii[known] = 0.5 * take.diameters[own] / max(float(scale), 1e-300)
+    scales = laid_over(points[known, : take.dimension], positions)[0]
+    scales = scales[~np.isnan(scales)]
+    if len(scales):
+        own = [take.names.index(markers[k]) for k in known]
+        radii[known] = 0.5 * take.diameters[own] / float(np.median(scales))
     return radii

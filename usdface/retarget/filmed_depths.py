@@ -107,7 +107,9 @@ def _explained(poses: FloatArray, shapes: FloatArray, variance: float) -> FloatA
     flat = both.reshape(len(both), -1, both.shape[-1])
     normal = flat.transpose(0, 2, 1) @ flat
     ridge = np.full((len(flat), both.shape[-1]), variance)
-    ridge[:, :6] = _FREE * np.trace(normal[:, :6, :6], axis1=1, axis2=2)[:, None]
+    # Where nothing is seen a pose is free, too: up to a radian, or a metre.
+    free = _FREE * np.trace(normal[:, :6, :6], axis1=1, axis2=2)
+    ridge[:, :6] = np.maximum(free, variance)[:, None]
     half = np.linalg.cholesky(normal + ridge[:, None] * np.eye(both.shape[-1]))
     taken = np.linalg.solve(half, flat.transpose(0, 2, 1)).transpose(0, 2, 1)
     return np.asarray(taken.reshape(both.shape))

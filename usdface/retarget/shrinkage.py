@@ -18,12 +18,23 @@ from usdface.face.regions import named_regions
 from usdface.findings import Finding, finding
 from usdface.frame_blocks import frame_blocks
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.exaggeration import scaled_weights
+from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.loose_weights import held_peaks
 from usdface.retarget.pins import faded_at_pins
-from usdface.retarget_setup import Pin
+from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.retarget.solve import FEWEST_FRAMES
+from usdface.retarget_setup import Pin, RetargetSetup
+from usdface.takes import MarkerTake
 
-__all__ = ["brow_factor", "brow_factors", "restored", "restored_findings"]
+__all__ = [
+    "brow_factor",
+    "brow_factors",
+    "restored",
+    "restored_findings",
+    "restoring_factors",
+]
 
 # RMS displacement of a marker by the brows [m] at which the factor counts by a half: less is noise.
 _COUNTS = 0.0005
@@ -97,6 +108,28 @@ def brow_factors(
         room = 1.0 / np.maximum(held_peaks(weights[:, brows], times), 1e-12)
         factors[brows] = np.clip(factor, 1.0, np.maximum(room, 1.0))
     return factors
+
+
+def restoring_factors(
+    setup: RetargetSetup,
+    fit: FaceFit,
+    joint: PoseAndWeights,
+    shape_names: tuple[str, ...],
+    take: MarkerTake,
+) -> FloatArray:
+    """Return the factors on the weights of a take (S,) of brows that the solve shrank.
+
+    1 of an image, which does not see how far brows come forward. Parameters are those of
+    `usdface.retarget.take_amplitudes.with_found_gains`.
+    """
+    wanted = setup.solve.shrinkage == "restored" and setup.map.form != "paper"
+    if not wanted or take.dimension == 2 or len(take.times) < FEWEST_FRAMES:
+        return np.ones(len(shape_names))
+    model, _ = as_performed(fit, shape_names, setup)
+    return brow_factors(
+        joint.weights, take.times, joint.displaced, fit.points, model, shape_names,
+        moving_head=setup.head == "solve",
+    )  # fmt: skip
 
 
 def restored(

@@ -5,13 +5,23 @@ shapes are pulled in to make up for it. Markers show the product of the movement
 weight of at most 1, so that a peak beyond 1 says that the amplitude is that or more.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.findings import Finding, finding
 from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.amplitude_posterior import amplitude_posterior
+from usdface.retarget.calibrated_shapes import as_performed, enlarged
+from usdface.retarget.face_fit import FaceFit
+from usdface.retarget.loose_weights import held_peaks, loose_weights
+from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.retarget.solve import FEWEST_FRAMES
+from usdface.retarget_setup import RetargetSetup
+from usdface.takes import MarkerTake
 
-__all__ = ["take_amplitudes"]
+__all__ = ["take_amplitudes", "with_found_gains"]
 
 # A peak is sure to be beyond 1 by so many of its standard deviations: not at all, and wholly. On
 # performers 1 to 4 of python -m benchmarks.performers the skin is off by 0.497 mm where strengths
@@ -45,3 +55,51 @@ def take_amplitudes(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
     sure = sure * sure * (3.0 - 2.0 * sure)
     gains = (1.0 + sure * (most - 1.0)).clip(1.0, AMPLITUDE_RANGE[1])
     return np.where(gains < 1.0 + _LEAST, 1.0, gains)
+
+
+def with_found_gains(
+    setup: RetargetSetup,
+    fit: FaceFit,
+    joint: PoseAndWeights,
+    shape_names: tuple[str, ...],
+    take: MarkerTake,
+) -> tuple[RetargetSetup, list[Finding]]:
+    """Return the setup with the gains of movements that go beyond the character's; it, if none.
+
+    Parameters
+    ----------
+    setup : RetargetSetup
+    fit : FaceFit
+    joint : PoseAndWeights
+        The take solved without them.
+    shape_names : tuple of str, length S
+    take : MarkerTake
+    """
+    model, _ = as_performed(fit, shape_names, setup)
+    wanted = setup.solve.gains == "found" and setup.map.form != "paper"
+    # Weights beyond 1 are a straight continuation, which paths and combinations have not.
+    if not (wanted and model.linear and take.dimension == 3 and len(take.times) >= FEWEST_FRAMES):
+        return setup, []
+    shown = model.displacements(joint.weights).reshape(joint.displaced.shape)
+    loose, deviations = loose_weights(
+        np.where(np.isnan(joint.displaced), shown, joint.displaced),
+        fit.points,
+        model.offsets[model.free].reshape(-1, *fit.points.shape),
+        take.times,
+        joint.regularisation,
+        moving_head=setup.head == "solve",
+        within=(0.0, AMPLITUDE_RANGE[1]),
+    )
+    gains = take_amplitudes(held_peaks(loose, take.times), deviations)
+    beyond = np.flatnonzero(gains > 1.0)
+    if not len(beyond):
+        return setup, []
+    names = tuple(shape_names[shape] for shape in model.free)
+    message = (
+        "movements go beyond the character's, {shape} {gain:.2f} times as far; they are taken to "
+        "be larger in the whole take: {shapes}"
+    )
+    most = int(gains.argmax())
+    shapes = [names[shape] for shape in beyond]
+    found = finding("GAIN_FOUND", take.source, message, names[most], gains[most], shapes)
+    return replace(setup, calibration=enlarged(setup.calibration, names, gains)), [found]

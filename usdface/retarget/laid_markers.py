@@ -1,0 +1,167 @@
+"""The markers of a take before it is solved: which count, where they rest, how the head goes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray, IntArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.errors import InputError
+from usdface.face.marker_surface import MarkerSurface
+from usdface.findings import Finding, finding
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.face_fit import FaceFit, fit_face
+from usdface.retarget.first_pose import first_pose
+from usdface.retarget.motion_evidence import MotionEvidence
+from usdface.retarget.neutral import neutral_markers, on_plane
+from usdface.retarget.neutral_weights import without_weights
+from usdface.retarget.performed_face import WornFace, fit_known_face, wear
+from usdface.retarget.unseen_shapes import unseen_shapes, without_shapes
+from usdface.retarget.usable_markers import determined, neutral_frames, usable_markers
+from usdface.retarget_setup import RetargetSetup
+from usdface.takes import MarkerTake
+
+__all__ = ["LaidMarkers", "lay_markers"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LaidMarkers:
+    """The markers of a take that count, and what is known of them before a solve.
+
+    Attributes
+    ----------
+    names : tuple of str, length M
+    positions : (F, M, D) float64
+        NaN where occluded.
+    neutral : (M, D) float64
+    frames : (M,) int64 or None
+        That `neutral` is the mean of; None = exact.
+    points : (M, 3) float64 [m]
+        Vertices on the character.
+    model : BlendShapeEvaluator
+        Of their displacements, without blend shapes that this take cannot show.
+    surface : MarkerSurface or None
+        The skin around them; None = they are held on their vertices.
+    worn : WornFace or None
+        The performer's face as far as it is known.
+    pose : Pose
+        A first guess, or the head's pose where it is known.
+    head_neutral : (H, D) float64
+        Where the head markers rest.
+    least_noise : float [m]
+        Deviation of a coordinate on the character that the take states; 0 = unknown.
+    """
+
+    names: tuple[str, ...]
+    positions: FloatArray
+    neutral: FloatArray
+    frames: IntArray | None
+    points: FloatArray
+    model: BlendShapeEvaluator
+    surface: MarkerSurface | None
+    worn: WornFace | None
+    pose: Pose
+    head_neutral: FloatArray
+    least_noise: float
+
+    def evidence(self, times: FloatArray) -> MotionEvidence:
+        """Return the motion of the markers in the head, at times (F,) [s]."""
+        dimension = self.positions.shape[2]
+        return MotionEvidence(times, self.pose.to_head(on_plane(self.positions))[..., :dimension])
+
+    def fit(
+        self, setup: RetargetSetup, shape_names: tuple[str, ...], evidence: MotionEvidence
+    ) -> FaceFit:
+        """Return the performer's face over the character's, before places are refined."""
+        if self.worn is not None:
+            assert setup.calibration and setup.calibration.face and self.surface
+            return fit_known_face(setup.calibration.face, self.worn, shape_names, self.surface)
+        return fit_face(self.neutral, self.points, self.model, setup.map, evidence, self.surface)
+
+
+def lay_markers(
+    take: MarkerTake,
+    points: FloatArray,
+    offsets: FloatArray,
+    shape_names: tuple[str, ...],
+    setup: RetargetSetup,
+    model: BlendShapeEvaluator | None,
+    surface: MarkerSurface | None,
+) -> tuple[LaidMarkers, RetargetSetup, list[Finding]]:
+    """Return the markers that count, and the setup without head markers that show no pose.
+
+    Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
+    """
+    used, neutral, findings = usable_markers(take, points, setup)
+    names = tuple(setup.binding.markers[i] for i in used)
+    positions, points, offsets = take.select(names), points[used], offsets[:, used]
+    setup, notes = determined(setup, take, positions, offsets)
+    unseen = unseen_shapes(offsets[..., : take.dimension])
+    findings += notes + [finding("SHAPE_UNSEEN", shape_names[k]) for k in np.flatnonzero(unseen)]
+    coordinates = (3 * np.array(used)[:, None] + np.arange(3)).ravel()
+    flat = BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
+    model = without_shapes(model.select(coordinates) if model else flat, unseen)
+    neutral = _without_neutral_weights(neutral, points, model, shape_names, take, setup)
+    frames = neutral_frames(positions, setup)
+    around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
+    face, worn = setup.calibration.face if setup.calibration else None, None
+    if face and around is not None and take.dimension == 3:
+        worn, notes = wear(face, names, around.vertices, neutral, frames, take.source)
+        findings += notes
+    if worn:
+        neutral, frames = worn.neutral, worn.frames
+    head_neutral = np.zeros((0, take.dimension))
+    if setup.head == "markers":
+        head_neutral = neutral_markers(take.select(setup.head_markers), setup.neutral or (0, 0))
+    pose, notes = first_pose(take, positions, neutral, setup, head_neutral)
+    laid = LaidMarkers(
+        names, positions, neutral, frames, points, model, around, worn, pose, head_neutral,
+        _least_noise(take, neutral, points),
+    )  # fmt: skip
+    return laid, setup, findings + notes
+
+
+def _least_noise(take: MarkerTake, neutral: FloatArray, points: FloatArray) -> float:
+    """Return the take's deviation on the character [m]; 0 = unknown.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    neutral : (M, D) float64
+        Markers where they rest in the take.
+    points : (M, 3) float64 [m]
+        The same on the character.
+    """
+    if not take.deviation:
+        return 0.0
+    apart = rms_radius(neutral)
+    if take.deviation >= apart:
+        raise InputError(
+            f"the deviation of the markers is {take.deviation:g}, more than they are apart "
+            f"({apart:g}); expected that of a coordinate",
+            "VALUES_WRONG",
+        )
+    return take.deviation * rms_radius(points[:, : take.dimension]) / apart
+
+
+def _without_neutral_weights(
+    neutral: FloatArray,
+    target: FloatArray,
+    model: BlendShapeEvaluator,
+    shape_names: tuple[str, ...],
+    take: MarkerTake,
+    setup: RetargetSetup,
+) -> FloatArray:
+    if not setup.neutral_weights:
+        return neutral
+    if take.dimension == 2:
+        raise InputError("a 2D take cannot have neutral weights", "TAKE_KIND_WRONG")
+    unknown = sorted(setup.neutral_weights.keys() - set(shape_names))
+    if unknown:
+        raise InputError(
+            f"a neutral weight is of {unknown[0]!r}, a blend shape the rig has not", "SHAPE_UNKNOWN"
+        )
+    weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
+    shown = model.displacements(model.combined(weights)).reshape(target.shape)
+    return without_weights(neutral, target, shown)
