@@ -39,6 +39,7 @@ def solve(
     weights: FloatArray = WORLD.weights,
     names: tuple[str, ...] = MESH.shape_names,
     hidden: bool = False,
+    lost: slice = slice(0),
     noise: float = 0.0,
     **settings: object,
 ) -> PoseAndWeights:
@@ -48,6 +49,7 @@ def solve(
     positions = positions + noise * np.random.default_rng(2).normal(size=positions.shape)
     if hidden:
         positions[10:30, 2] = np.nan
+    positions[lost] = np.nan
     setup = replace(SETUP, **settings)
     return solve_seen_weights(
         WORLD.take.times, positions, FACE, model, identity(), STILL, setup, names, views
@@ -60,6 +62,19 @@ def test_known_weights_come_back(hidden: bool) -> None:
     np.testing.assert_allclose(found.weights, WORLD.weights, atol=2e-3)
     assert np.isnan(found.displaced[10:30, 2]).all() == hidden
     assert found.regularisation.misfit < 1e-6
+
+
+def test_frames_that_show_nothing_follow_their_neighbours_but_for_pins() -> None:
+    pins = (Pin("jawOpen", np.array([21]), np.array([0.9])),)
+    whole, gap = solve(20.0).weights, slice(20, 23)
+    for own in ((), pins):
+        found = solve(20.0, lost=gap, pins=own).weights
+        expected = np.linspace(whole[19], whole[23], 5)[1:4]
+        column = MESH.shape_names.index("jawOpen")
+        if own:
+            assert found[21, column] == pytest.approx(0.9, abs=1e-9)
+            expected, found = (np.delete(w, column, axis=1) for w in (expected, found))
+        np.testing.assert_allclose(found[gap], expected, atol=0.02)
 
 
 def test_displacements_come_back_in_head_space() -> None:

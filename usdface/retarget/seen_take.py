@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import chdtri
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.frame_blocks import by_blocks
 from usdface.geometry.rigid_modes import motion_basis
@@ -53,6 +53,11 @@ class SeenTake:
     observed: FloatArray
     target: FloatArray
     moving: bool
+
+    def at(self, frames: BoolArray) -> "SeenTake":
+        """Return the same of some frames (F,)."""
+        views = self.views.at(frames)
+        return SeenTake(self.model, views, self.observed[frames], self.target, self.moving)
 
     @cached_property
     def turns(self) -> FloatArray:

@@ -17,6 +17,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.bounds import Bounds
@@ -98,12 +99,22 @@ def solve_seen_weights(
 def _solved(
     film: SeenTake, times: FloatArray, regularisation: Regularisation, setup: RetargetSetup
 ) -> FloatArray:
-    """Return complete weights (F, S), with the pins of the setup."""
+    """Return complete weights (F, S), with the pins of the setup.
+
+    Frames that show nothing follow their neighbours.
+    """
     model, rows = film.model, film.model.limit_rows
     solve = _one_step if model.linear else _gauss_newton
     bounds = Bounds(rows=rows, limits=np.zeros(len(rows)))
-    found = Iterate(np.zeros((len(times), len(model.free))))
-    found = solve(film, times, regularisation, bounds, found)
+    shown = np.asarray(film.views.certainty.any(axis=1))
+    part = film if shown.all() else film.at(shown)
+    found = Iterate(np.zeros((len(part.observed), len(model.free))))
+    found = solve(part, times[shown], regularisation, bounds, found)
+    if part is not film:
+        weights = np.zeros((len(times), len(model.free)))
+        weights[shown] = found.weights
+        hidden = np.broadcast_to(~shown[:, None], weights.shape)
+        found = Iterate(interpolate_gaps(weights, hidden, times))
     if setup.pins:
         bounds = pin_bounds(setup.pins, regularisation.names, times, found.weights, rows)
         found = solve(film, times, regularisation, bounds, found)

@@ -44,7 +44,7 @@ class Views:
                 certainty[:, column] = self.certainty[:, own]
         return Views(markers, slopes, certainty)
 
-    def at(self, frames: IntArray | slice) -> "Views":
+    def at(self, frames: IntArray | BoolArray | slice) -> "Views":
         """Return the views of some frames."""
         return Views(self.markers, self.slopes[frames], self.certainty[frames])
 
