@@ -6,14 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose, rigid_fit
-from usdface.options import HeadMode, MapOptions, SolveOptions
-from usdface.retarget.pose_and_weights import (
-    PoseAndWeights,
-    _neutral_correction,
-    solve_pose_and_weights,
-)
+from usdface.options import HeadMode, MapOptions
+from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.rbf import fit_map
-from usdface.retarget.regularisation import Regularisation
 from usdface.retarget_setup import Binding, RetargetSetup
 
 RNG = np.random.default_rng(8)
@@ -201,36 +196,3 @@ def test_the_correction_comes_on_top_of_where_the_map_starts() -> None:
     joint = solve_measured(BUSY, 1, positions=positions, start=shown)
     level = solve_measured(BUSY, 1, positions=positions + shown)
     assert rms(joint.weights - level.weights) < 0.02 * rms(level.weights - BUSY)
-
-
-def test_a_correction_is_what_noise_and_misfit_leave_likely() -> None:
-    """The posterior mean of each marker's error, without motions that the head may have made."""
-    rng = np.random.default_rng(4)
-    frames = np.array([1, 4, 30, 2, 0])
-    seen = rng.random((40, 5)) > 0.3
-    leftover = np.where(seen[..., None], 1e-4 * rng.normal(size=(40, 5, 3)), np.nan)
-    held = Regularisation(3e-4, 4e-4, SolveOptions())
-    before = 1e-4 * rng.normal(size=(5, 3))
-    found = _neutral_correction(before, leftover, seen, frames, held, np.zeros((15, 0)))
-    prior = 3e-4**2 / np.maximum(frames, 1)
-    lasting = max(0.0, 4e-4**2 - prior.mean())
-    share = prior / (prior + 3e-4**2 / seen.sum(axis=0) + lasting)
-    np.testing.assert_allclose(
-        found, share[:, None] * (before - np.nanmean(leftover, axis=0)), rtol=1e-12
-    )
-    rigid = np.linalg.qr(rng.normal(size=(15, 6)))[0]
-    without = _neutral_correction(before, leftover, seen, frames, held, rigid)
-    np.testing.assert_allclose(rigid.T @ without.ravel(), 0.0, atol=1e-18)
-    np.testing.assert_allclose(without.ravel(), found.ravel() - rigid @ (rigid.T @ found.ravel()))
-
-
-def test_a_marker_that_is_never_seen_and_a_take_without_noise_are_not_corrected() -> None:
-    seen = np.ones((10, 4), dtype=bool)
-    seen[:, 1] = False
-    leftover = np.full((10, 4, 3), 1e-4)
-    frames, none = np.full(4, 5), np.zeros((12, 0))
-    noisy, exact = (Regularisation(noise, 0.0, SolveOptions()) for noise in (3e-4, 0.0))
-    start = np.zeros((4, 3))
-    found = _neutral_correction(start, leftover, seen, frames, noisy, none)
-    assert not found[1].any() and found[[0, 2, 3]].all()
-    assert not _neutral_correction(start, leftover, seen, frames, exact, none).any()

@@ -1,0 +1,58 @@
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.options import SolveOptions
+from usdface.retarget.neutral_error import held_back, neutral_correction
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import Iterate
+from usdface.retarget.take_rows import TakeRows
+
+
+def test_noise_holds_back_where_weights_cannot_fall_below_0() -> None:
+    """Of two markers along one shape: at rest half of the noise is positive and fits a weight."""
+    model = BlendShapeEvaluator(0.01 * np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]))
+    rows = TakeRows.of(np.zeros((2, 3)), model, 3, moving_head=False)
+    held, times = Regularisation(1e-4, 0.0, SolveOptions(mode="frame")), np.arange(4000) / 30.0
+    seen = np.ones((4000, 2), dtype=bool)
+    left = {
+        weight: held_back(rows, seen, times, held, Iterate(np.full((4000, 1), weight)))[:, 1]
+        for weight in (0.0, 0.5)
+    }
+    # The mean of the negative half of a mean of two normal numbers of 0.1 mm.
+    expected = -1e-4 / np.sqrt(2.0) / np.sqrt(2.0 * np.pi)
+    np.testing.assert_allclose(left[0.0], expected, rtol=0.2)
+    np.testing.assert_allclose(left[0.5], 0.0, atol=0.1 * abs(expected))
+    assert not held_back(rows, ~seen, times, held, Iterate(np.zeros((4000, 1)))).any()
+
+
+def test_a_correction_is_what_noise_and_misfit_leave_likely() -> None:
+    """The posterior mean of each marker's error, without motions that the head may have made."""
+    rng = np.random.default_rng(4)
+    frames = np.array([1, 4, 30, 2, 0])
+    seen = rng.random((40, 5)) > 0.3
+    leftover = np.where(seen[..., None], 1e-4 * rng.normal(size=(40, 5, 3)), np.nan)
+    held = Regularisation(3e-4, 4e-4, SolveOptions())
+    before = 1e-4 * rng.normal(size=(5, 3))
+    found = neutral_correction(before, leftover, seen, frames, held, np.zeros((15, 0)))
+    prior = 3e-4**2 / np.maximum(frames, 1)
+    lasting = max(0.0, 4e-4**2 - prior.mean())
+    share = prior / (prior + 3e-4**2 / seen.sum(axis=0) + lasting)
+    np.testing.assert_allclose(
+        found, share[:, None] * (before - np.nanmean(leftover, axis=0)), rtol=1e-12
+    )
+    rigid = np.linalg.qr(rng.normal(size=(15, 6)))[0]
+    without = neutral_correction(before, leftover, seen, frames, held, rigid)
+    np.testing.assert_allclose(rigid.T @ without.ravel(), 0.0, atol=1e-18)
+    np.testing.assert_allclose(without.ravel(), found.ravel() - rigid @ (rigid.T @ found.ravel()))
+
+
+def test_a_marker_that_is_never_seen_and_a_take_without_noise_are_not_corrected() -> None:
+    seen = np.ones((10, 4), dtype=bool)
+    seen[:, 1] = False
+    leftover = np.full((10, 4, 3), 1e-4)
+    frames, none = np.full(4, 5), np.zeros((12, 0))
+    noisy, exact = (Regularisation(noise, 0.0, SolveOptions()) for noise in (3e-4, 0.0))
+    start = np.zeros((4, 3))
+    found = neutral_correction(start, leftover, seen, frames, noisy, none)
+    assert not found[1].any() and found[[0, 2, 3]].all()
+    assert not neutral_correction(start, leftover, seen, frames, exact, none).any()

@@ -1,0 +1,93 @@
+"""The least-squares rows of a take: displacements of the markers by blend shapes and by the head.
+
+Small head motions are projected out of them, so that one normal matrix serves the whole take.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.bounds import Bounds
+from usdface.retarget.nonlinear_solve import first_guess, solve_nonlinear
+from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
+
+__all__ = ["TakeRows"]
+
+# Steps of a nonlinear solve in a round. Set by hand; docs/constants.md.
+_ROUGH = 4
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TakeRows:
+    """The rows of one frame, alike in all of them.
+
+    Attributes
+    ----------
+    axes : int
+        2 for an image, which has no say on depth; else 3.
+    model : BlendShapeEvaluator
+        Of M * axes coordinates, P of its shapes with a weight of their own.
+    rigid : (M * axes, K) float64
+        Orthonormal small head motions, K = 6 or 0.
+    """
+
+    axes: int
+    model: BlendShapeEvaluator
+    rigid: FloatArray
+
+    @classmethod
+    def of(
+        cls, target: FloatArray, model: BlendShapeEvaluator, axes: int, moving_head: bool
+    ) -> "TakeRows":
+        """Return the rows of markers that rest at `target` (M, 3) [m], moved by `model`."""
+        seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
+        rigid = motion_basis(target, axes) if moving_head else np.zeros((axes * len(target), 0))
+        return cls(axes, model.select(seen), rigid)
+
+    def displacements(self, weights: FloatArray) -> FloatArray:
+        """Return the markers' displacements by free weights (F, P): (F, M * axes)."""
+        return self.model.displacements(self.model.complete(weights))
+
+    def equations(self, observed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return normal matrix (S, S), right-hand sides (F, S) of displacements (F, M * axes)."""
+        shapes = self.model.offsets - (self.model.offsets @ self.rigid) @ self.rigid.T
+        return shapes @ shapes.T, observed @ shapes.T
+
+    def solve(
+        self,
+        observed: FloatArray,
+        times: FloatArray,
+        regularisation: Regularisation,
+        start: Iterate | None,
+        final: Bounds | None = None,
+    ) -> Iterate:
+        """Solve the free weights for displacements (F, M * axes).
+
+        Without `final` bounds a few steps are taken only.
+        """
+        model, rigid, rough = self.model, self.rigid, final is None
+        bounds = final or Bounds(rows=model.limit_rows, limits=np.zeros(len(model.limit_rows)))
+        if model.linear:
+            normal, right = self.equations(observed)
+            return solve_weights(normal, right, times, regularisation, start, rough, bounds)
+        start = start or first_guess(model, rigid, observed, times, regularisation)
+        steps = {"steps": _ROUGH} if rough else {}
+        return solve_nonlinear(
+            model, rigid, observed, times, regularisation, start, bounds, **steps
+        )
+
+    def learned(
+        self,
+        observed: FloatArray,
+        times: FloatArray,
+        regularisation: Regularisation,
+        start: Iterate | None,
+    ) -> Regularisation:
+        """Learn how the free weights move in this take; without a covariance if that is open."""
+        if not self.model.linear:
+            return regularisation
+        return with_learned_covariance(*self.equations(observed), times, regularisation, start)
